@@ -206,6 +206,7 @@ async def program() -> str:
                 clock.now_s += KEY_S
             first = await waiting(app, pilot)
             await pilot.press("right")  # the first line that moves only references the arm
+            clock.now_s += KEY_S
             await waiting(app, pilot, after=first)
             picture = picture_of(app)
             app.action_stop_arm()

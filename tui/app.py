@@ -171,6 +171,8 @@ class InputFilter:
         if not key.is_forwarded:
             self._hasty = key.time - self._came_s < self.person_s
             self._came_s = key.time
+            if self._hasty:  # whatever key it is, the one before was no person's either
+                self._app.confirmation.refuse()
         try:
             yield
         finally:
@@ -427,8 +429,8 @@ class KeyApp(App[int], inherit_bindings=False):
         self.looks = Looks(self, look)
         self.dialogs = Dialogs(self)
         self.calls = Calls(self)
-        self.confirmation = Confirmation(clock, lambda: self.input.hasty)
-        """What a second press of the last key would do."""
+        self.confirmation = Confirmation(clock)
+        """What the last key does after a second press, or a pause."""
         self.message = ""
         """The last message: about the last key, or about what has happened since."""
         # its other way to do without colours sends them all, as shades of grey

@@ -95,6 +95,7 @@ class ArmConfig:
 
         A saved position is invalid for another model, transmission or backlash.
         """
+        # without backlash nothing is added, so that files without any keep their old fingerprint
         numbers = (self.bare.arm.meaning, self.model.transmission, self.model.reference)
         meaning = repr((*numbers, self.backlash_steps) if self.backlash_steps else numbers)
         return hashlib.sha256(meaning.encode()).hexdigest()[:16]
@@ -170,7 +171,7 @@ def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) ->
     linked = word is not None and is_model_file(word)
     preset_model = None if word is None or linked else problems.attempt(lambda: preset(word), None)
     known = problems.attempt(lambda: _dialect(table, find), None)
-    dialect = known or find(None)
+    dialect = known or find(None)  # whatever it is, the other sections are read as well
     if linked or preset_model:
         table.allow(_keys(table, str(word), known))
     title = table.value("title", text, "")
@@ -187,6 +188,7 @@ def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) ->
     elif preset_model is not None:
         model = problems.attempt(lambda: corrected(preset_model, table), None)
     if model is None:
+        # without a model only the keys of the posture can be judged, with or without a yaw
         read_posture(table, "park", has_yaw=True)
         return None
     # an unknown kind of gripper leaves it open how many motors there are: assume all of them
@@ -268,6 +270,7 @@ def _holding(model: M, tool: Tool) -> ArmModel:
     """Return the model with a tool in its fingers, and the tool's thickness in its guards."""
     arm = holding(model.arm, tool)
     guards, links = model.guards, len(arm.moving_points)
+    # a tool is one more link; a file that gives its thickness in radii_mm keeps it
     if guards.radii_mm and len(guards.radii_mm) + 1 == links:
         guards = replace(guards, radii_mm=(*guards.radii_mm, tool.radius_mm))
     return ArmModel(

@@ -218,6 +218,7 @@ def _model(table: TomlTable, name: str) -> Model | None:
 def _chain_of_links(table: TomlTable, convention: Convention, called: str) -> Chain | None:
     """Return the chain of a file's link table, None if there are any problems."""
     problems, given = table.problems, table.entries.get("links", [])
+    # no array at all is one problem, and not also that of an array that cannot be read
     if not isinstance(given, list) or not given:
         problems.note("a model needs at least one link, each written under [[links]]")
         given = []
@@ -246,6 +247,7 @@ def _chain_of_links(table: TomlTable, convention: Convention, called: str) -> Ch
 
 def _check_link(row: TomlTable) -> None:
     """Raise `ArmFileError` for keys that do not fit the kind of joint, or each other."""
+    # each row is tried alone, so that one wrong row hides no other and the message names its own
     try:
         chain_of_rows([row.entries])
     except KinematicsError as error:
@@ -255,6 +257,7 @@ def _check_link(row: TomlTable) -> None:
 def _clean(entry: float) -> float:
     """Return the entry of a rotation without the rounding of quarter turns."""
     whole = float(round(number(entry, "rotation")))
+    # cos(90 degrees) is 6e-17: parallel axes would count as skew ones
     return whole if abs(entry - whole) < 1e-15 else entry
 
 
@@ -370,6 +373,7 @@ def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmMod
     names = described.chain.joint_names
     _check_kinds(described.chain)
     _check_names(names)
+    # joints that slide or cannot be named end the reading: every key below is by joint
     before = table.problems.count
     limited = _limited(described.chain, table)
     speeds = table.by_name("speeds_deg_s", names, SPEED, all_since="")
@@ -518,6 +522,7 @@ def _motor(row: TomlTable, seen: tuple[str, ...], earlier: list[str]) -> MotorSp
     row.allow(MOTOR_KEYS)
     name = row.required("name", named)
     turn, slide = (row.value(key, STEPS, None) for key in ("steps_per_turn", "steps_per_mm"))
+    # whether the key is there, not whether its value could be read: that is a problem by itself
     if ("steps_per_turn" in row.entries) == ("steps_per_mm" in row.entries):
         row.problems.note(
             f"motor {name!r} needs steps_per_turn, or steps_per_mm where it drives a gripper"

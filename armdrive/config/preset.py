@@ -61,6 +61,7 @@ def _filled_in(model: ArmPreset, table: Mapping[str, Any]) -> bool:
         and set(table.get("lengths", {})) == set(LENGTHS)
         and {motor.name for motor in turning} == set(table.get("steps_per_turn", {}))
     )
+    # numbers copied from the template are not measured, however many are written out
     known = preset(model.key)
     return whole and (model.arm, model.transmission) != (known.arm, known.transmission)
 

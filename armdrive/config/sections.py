@@ -304,6 +304,7 @@ def read_backlash(table: TomlTable, transmission: Transmission | None) -> tuple[
     given = _of_rows if "motors" in table.entries else _of_sections
     widths = [0] * len(transmission.motors)
     for motor, size in given(table, transmission):
+        # not round(), which takes a half to the even number: 0.5 and 1.5 steps are 1 and 2
         widths[motor] = math.floor(_steps_per_unit(transmission, motor) * size + 0.5)
     return tuple(widths) if any(widths) else ()
 
@@ -410,6 +411,7 @@ def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
     if "sums" in table.entries or FOREARM in table.entries:
         changed["sums"] = tuple(_sums(table, arm.joint_names))
         _require_different(table, "sums of joints", [one.name for one in changed["sums"]])
+    # what does not fit the arm may only follow from what could not be read
     if table.problems.count > before:
         return known
     found = replace(known, **changed)

@@ -345,7 +345,8 @@ class Preview:
         return self.clearances[0] if self.clearances else None
 
     def __str__(self) -> str:
-        return "\n".join(preview_lines(self))
+        refused = [] if self.refusal is None else [f"refused: {self.refusal}"]
+        return "\n".join([*preview_lines(self), *refused])
 
 
 def preview_move(
@@ -413,7 +414,7 @@ CLEARANCES_SHOWN = 3
 
 
 def preview_lines(preview: Preview) -> Iterator[str]:
-    """Yield a preview as lines of text."""
+    """Yield a preview as lines of text, without its refusal."""
     for way in preview.ways:
         yield way_line(way)
     if preview.plan is not None:
@@ -423,9 +424,8 @@ def preview_lines(preview: Preview) -> Iterator[str]:
         yield from (clearance_words(preview, one) for one in preview.clearances[:CLEARANCES_SHOWN])
         stop = bound_words(preview.stop_time_s, preview.stop_distance_mm)
         yield f"a stop on the way takes at most {stop}"
-    for refusal in (preview.hindrance, preview.problem):
-        if refusal is not None:
-            yield f"refused: {refusal}"
+    if preview.hindrance is not None and preview.problem is not None:
+        yield f"the motion itself would be refused: {preview.problem}"
     if preview.nearest is not None:
         yield nearest_words(preview)
 

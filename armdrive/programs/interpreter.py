@@ -244,6 +244,7 @@ class LineContext:
     def named(self, name: str) -> Value:
         """Return the value of a name: a parameter, a variable, or a point of the arm's book."""
         low, frame = name.lower(), self.state.frames[-1]
+        # a parameter hides a variable, a variable hides a point; only points differ by capitals
         for values, key in ((frame.own, low), (self.state.variables, low), (self._points, name)):
             if key in values:
                 return values[key]
@@ -293,6 +294,7 @@ def _binary(found: Binary, context: LineContext) -> Value:
     left = value_of(found.left, context)
     context.mark = found.mark
     if found.sign in ("and", "or"):
+        # the right side is evaluated only if it decides: it may read an input of the arm
         decided = truth(left) is (found.sign == "or")
         return left if decided else value_of(found.right, context)
     right = value_of(found.right, context)

@@ -310,6 +310,7 @@ def require_place(
         here = arm.core.position.coordinates
     began = replace(entry.began, joints=joints_of(entry.began.joints.deg, arm))
     moves = _single_moves(entry.move)
+    # the latest move that fits: what an earlier one did, such as a grasp, is not done twice
     last = max(
         (index for index, leg in enumerate(_legs(arm, began, moves)) if leg.passes(here)),
         default=None,

@@ -326,6 +326,7 @@ class Machine:
 
     def _run_on(self) -> RunStage | None:
         """Go on to the next act. If a line fails, the state stays as it was after the last act."""
+        # written down rather than copied: a handler changes parts of the state before it fails
         before = STATE.write(self._state)
         wrong = "the program loops here without giving the arm anything to do"
         for _ in range(MOST_STEPS):
@@ -402,6 +403,7 @@ def checked_program(program: Program, problems: Iterable[Problem] = ()) -> Progr
     body, known = program.tree.body, program.context
     own = tuple(line for line in body if isinstance(line, Define))
     rest = tuple(line for line in body if not isinstance(line, Define))
+    # known subprograms are compiled anew: this program may replace what they call
     code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)
     if problems or wrong:
         raise program.error([*problems, *wrong])

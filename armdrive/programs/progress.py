@@ -124,14 +124,11 @@ class RunView:
     """
 
     def __init__(self, lines: SourceLines) -> None:
-        self.arm: Arm | None = None
-        self.mark: SourceMark | None = None
-        self.act = ""
+        self.step: RunStep | None = None
+        """The act under way; None before the first one."""
         self._lines = lines
         self._progress = RunProgress(())
         self._share = 1.0
-        self._waiting = ""
-        self._loop = 1
         self._loops = 1
         self._began_s = 0.0
         self._lock = threading.RLock()
@@ -142,16 +139,13 @@ class RunView:
             self._progress, self._share, self._loops = progress, share, loops
 
     def use(self, arm: Arm) -> None:
-        """Take the time from this arm, and let other programs ask it for this view."""
-        with self._lock:
-            self.arm = arm
+        """Let other programs ask this arm for the view."""
         arm.program = self.view
 
     def at(self, step: RunStep) -> None:
         """Note where the program is, and what it waits for."""
         with self._lock:
-            self.arm, self.mark, self.act = step.arm, step.mark, step.name
-            self._loop, self._waiting = step.loop, step.waiting
+            self.step = step
             self._progress.begins(step.mark, step.loop)
             self._began_s = step.arm.pace.now_s()
 
@@ -162,31 +156,28 @@ class RunView:
     @property
     def under_way_s(self) -> float:
         """How long the present act has taken so far, on the arm's clock."""
-        return 0.0 if self.arm is None else self.arm.pace.now_s() - self._began_s
+        return 0.0 if self.step is None else self.step.arm.pace.now_s() - self._began_s
 
     def view(self) -> dict[str, Any]:
         """Return where the program is, as plain data; empty before its first act."""
         with self._lock:
-            if self.mark is None:
+            step = self.step
+            if step is None:
                 return {}
-            estimate = self._estimate()
+            share = step.arm.speed_override / self._share
+            estimate = self._progress.estimate(self.under_way_s, share)
             return {
-                "file": self.mark.file,
-                "line": self.mark.line or None,
-                "column": self.mark.column,
-                "text": self.line_at(self.mark),
-                "act": self.act,
-                "waiting": self._waiting or None,
-                "loop": self._loop,
+                "file": step.mark.file,
+                "line": step.mark.line or None,
+                "column": step.mark.column,
+                "text": self.line_at(step.mark),
+                "act": step.name,
+                "waiting": step.waiting or None,
+                "loop": step.loop,
                 "loops": self._loops,
                 "percent": None if estimate.percent is None else round(estimate.percent, 1),
                 "left_s": None if estimate.left_s is None else round(estimate.left_s, 1),
             }
-
-    def _estimate(self) -> Estimate:
-        if self.arm is None:
-            return Estimate()
-        return self._progress.estimate(self.under_way_s, self.arm.speed_override / self._share)
 
 
 # A running program's position and times as text.

@@ -284,6 +284,7 @@ class SeenArm:
             arm.core.require_reference()
         except NotReferenced as error:
             distrust = error
+        # the position and the copy of the world have to be of one moment
         with arm.pace.lock:
             there = arm.core.position.coordinates
             return cls(
@@ -515,6 +516,7 @@ def rehearse(seen: SeenArm, plan: RunPlan, patience: Patience) -> Rehearsal:
     Raises what reading the program raises, and `ArmError` if the twin cannot be made.
     """
     assumptions = Assumptions()
+    # a program that references the arm first needs no assumed position
     settles = plan.settle and not _references_first(plan)
     with rehearsing_arm(seen, assumptions.note if settles else None) as twin:
         rehearser = Rehearser(
@@ -528,6 +530,7 @@ def rehearse(seen: SeenArm, plan: RunPlan, patience: Patience) -> Rehearsal:
         if plan.traced:
             trace(twin, path)
         watch = _RehearsalWatch(rehearser, assumptions, patience)
+        # a program that is resumed may begin in a later loop
         last = LOOPS_REHEARSED + plan.loop - 1
         loops = last if plan.loops == FOR_EVER else min(plan.loops, last)
         run = ProgramRun(replace(plan, loops=loops), rehearser, [watch])

@@ -99,6 +99,7 @@ class Performer:
         Raises `Stopped`, what the arm's calls raise, and `kinematics.KinematicsError`.
         """
         self.wait_while_paused()
+        # an act that a stop came too late for has ended well, but no further one begins
         answer = self._performers[type(act)](act)
         self.require_no_stop()
         return answer
@@ -179,6 +180,7 @@ class Performer:
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
         core = self.arm.core
+        # refuses an input that the arm does not have before it waits for it
         high, low = input_bits(core, act.high), input_bits(core, act.low)
         now_s = self.arm.pace.now_s
         end_s = math.inf if act.within_s is None else now_s() + act.within_s
@@ -309,6 +311,7 @@ class ProgramRun:
         left, self._left = self._left, None
         move = None
         if isinstance(act, Go):
+            # resolved before onlookers see it: the journal needs goals that stay what they are
             move = left or performer.resolved(act)
             act = act if move is None else replace(act, move=move)
         step = self.at = RunStep(

@@ -39,10 +39,8 @@ DEEPEST = 1000
 class ScriptCall:
     """A call of a script. `line` is 0 if another file or another thread made it."""
 
-    arm: str
     name: str
     line: int
-    at_s: float
     grasps: bool = False
     """Whether the fingers close on an object."""
 
@@ -70,9 +68,8 @@ class CallTracer:
         """Report a call if it is the script's own."""
         line = script_line(sys._getframe(1), self._script)  # noqa: SLF001 - the noted call's own
         if line is not None:
-            now_s = self._arm.pace.now_s()
             grasps = name in GRASPS or any(map(_feels, (*words, *named.values())))
-            self._on_call(self._arm, ScriptCall(self._arm.config.name, name, line, now_s, grasps))
+            self._on_call(self._arm, ScriptCall(name, line, grasps))
         self._inner.called(name, words, named)
 
     def __getattr__(self, name: str) -> Any:

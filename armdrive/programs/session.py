@@ -135,6 +135,7 @@ class Session:
     def _checked(
         self, tree: Tree, lines: Sequence[str], problems: Iterable[Problem] = ()
     ) -> Program:
+        # a subprogram that is not called may name points that have been deleted since
         known = replace(self.context, defines=_needed(tree, self.context))
         return checked_program(replace(self._draft(lines), tree=tree, context=known), problems)
 

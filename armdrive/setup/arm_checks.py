@@ -19,6 +19,7 @@ from armdrive.setup.directions import (
     DirectionCheck,
     SawMotion,
     Signs,
+    Trial,
     ask_way,
     check_of,
 )
@@ -50,8 +51,8 @@ def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
     ):
         return Signs(unclear=tuple(motor.name for motor in check.transmission.motors))
     _switch_on(arm)
-    while check.trial is not None:
-        _try(dialog, arm, check)
+    while (trial := check.trial) is not None:
+        _try(dialog, arm, check, trial)
     return check.signs()
 
 
@@ -64,11 +65,8 @@ def _explanation(arm: Arm) -> str:
     )
 
 
-def _try(dialog: Dialog, arm: Arm, check: DirectionCheck) -> None:
-    """Turn the next motor there and back, and take the user's answer."""
-    trial = check.trial
-    if trial is None:
-        return
+def _try(dialog: Dialog, arm: Arm, check: DirectionCheck, trial: Trial) -> None:
+    """Turn a motor there and back, and take the user's answer."""
     turn = f"Motor {trial.motor + 1} ({trial.name}) will turn "
     turn += f"{counted(trial.steps, 'step')} and back. Now?"
     if not dialog.agreed(turn, "no leaves this motor out.", default="yes"):
@@ -76,6 +74,7 @@ def _try(dialog: Dialog, arm: Arm, check: DirectionCheck) -> None:
         return
     dialog.person.look(moved=False)
     _turn(arm, check)
+    # brought back before the question, so that nothing stands away while a person thinks
     dialog.person.look(moved=True)
     _turn(arm, check)
     word, roll = ask_way(dialog, trial)

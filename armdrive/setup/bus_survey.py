@@ -160,6 +160,7 @@ class BusSurvey:
         if config is not None and self.agree is not None:
             # before the drives are asked, so that their settings are reported as written
             compare_settings(config, report, self.agree)
+        # comparing settings takes the lock itself, so it is held for each look alone
         seen = nodes_seen(traffic.passing)
         found = self._locked(lambda: self._asked(address, seen))
         report.more["drives"] = [view for each in found for view in each.views]

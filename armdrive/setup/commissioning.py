@@ -102,6 +102,7 @@ class TriedMotor:
         pieces = math.ceil(abs(target - at) / max(1, int(rate_hz * PIECE_S)))
         begin = at
         for piece in range(1, pieces + 1):
+            # each goal is computed from the beginning, so that rounding does not add up
             goal = begin + round((target - begin) * piece / pieces)
             reply = self._ask(MoveBy(Motors((goal - at,)), rate_hz))
             if not isinstance(reply, Done):
@@ -352,6 +353,7 @@ class MotorTrial:
         if start is None:
             self.dialog.say(f"Drive {self.drive.node} {_SILENT}.")
             return False
+        # restored in any case: a drive with the short time would stop in the middle of motions
         restored = False
         try:
             if not at_hand.set_watchdog(TRIAL_S):
@@ -360,6 +362,7 @@ class MotorTrial:
             way, at = self.motor.run_and_fall_silent(counts)
         finally:
             restored = self._restore_watchdog(at_hand)
+        # the motor goes back from wherever it stopped, before anything is said of it
         self.motor.turn_to(start, counts)
         if at is None:
             self.dialog.say(f"Drive {self.drive.node} {_SILENT}.")

@@ -276,7 +276,7 @@ def trials(arm: ArmGeometry, transmission: Transmission, posture: Joints) -> tup
     """Return a trial of each motor, the gripper's first, which makes room for the fingers."""
     order = list(range(len(transmission.motors)))
     if transmission.has_gripper:
-        order = [order[-1], *order[:-1]]
+        order = [order[-1], *order[:-1]]  # it is the controller's last motor
     return tuple(_trial(arm, transmission, posture, motor) for motor in order)
 
 
@@ -285,6 +285,7 @@ def _trial(arm: ArmGeometry, transmission: Transmission, posture: Joints, motor:
     count = len(transmission.joint_names)
     turning = column[:count]
     pulling = column[count] if transmission.has_gripper else 0.0
+    # so short that what is seen grows in proportion to the steps
     probe = 1e-3 / max(*map(abs, turning), abs(pulling) * 1e-2)
     one = _seen(arm, posture, turning, pulling, probe)
     steps = min(
@@ -352,7 +353,7 @@ def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
 DIGITS = 9
 
 
-def known_steps(table: Mapping[str, Any], transmission: Transmission | None) -> dict[str, float]:
+def _known_steps(table: Mapping[str, Any], transmission: Transmission | None) -> dict[str, float]:
     """Return each motor's steps for a turn or a mm, from an arm file or its preset."""
     if "motors" in table:
         return {each["name"]: each[_steps_key(each)] for each in table["motors"]}
@@ -374,14 +375,16 @@ def changes(
     table: Mapping[str, Any],
     transmission: Transmission | None,
     signs: Signs,
-    steps: Mapping[str, float],
+    measured: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Change, ...]:
-    """Return the changes to an arm file's keys. `steps` are new steps for a turn or a mm, by motor.
+    """Return the changes to an arm file's keys.
 
-    The order of the motors is not a key, and is changed elsewhere.
+    `measured` are steps for a turn or a mm, by motor, where these were found otherwise than by how
+    far a trial went. The order of the motors is not a key, and is changed elsewhere.
     """
-    known = known_steps(table, transmission)
-    found = {name: float(f"{each:.{DIGITS}g}") for name, each in steps.items()}
+    known = _known_steps(table, transmission)
+    seen = {name: known[name] / share for name, share in signs.farther.items()}
+    found = {name: float(f"{each:.{DIGITS}g}") for name, each in (seen | {**measured}).items()}
     farther = {name: known[name] / each for name, each in found.items() if name in known}
     if "motors" in table:
         return tuple(_of_motors(table["motors"], signs, found, farther))
@@ -464,7 +467,7 @@ class DirectionCheck:
         """The motor whose turn it is, None at the end."""
         at = len(self.looks)
         if self.away and self.answered:
-            at -= 1
+            at -= 1  # answered for, and its turn lasts until it is back
         return self.trials[at] if at < len(self.trials) else None
 
     @property

@@ -242,6 +242,7 @@ class Draft:
         """The kinds of grippers that this controller can move in addition to the arm's joints."""
         known = self.device_fields
         spare = self.dialect.abilities.motors - len(self.motors)
+        # a board that names its axes leaves the rest unused; any other drives all that it has
         others = spare == 0 or "axes" in known
         fits = {
             COUPLED: spare > 0,

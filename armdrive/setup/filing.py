@@ -14,7 +14,7 @@ from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.config.write import MEANINGS
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import arm_problems, load_arm
-from armdrive.setup.directions import Signs, changes, conclude, known_steps
+from armdrive.setup.directions import Signs, changes, conclude
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
 from armdrive.setup.plan import CommissioningPlan, Notes
 from armdrive.setup.questions import ROWS
@@ -170,6 +170,7 @@ def _array_of_motors(draft: Draft) -> Iterator[TomlSection]:
     reversed_motors = draft.get("reversed.motors", ())
     reversed_joints = draft.get("reversed.joints", ())
     for motor in draft.motors:
+        # reversed twice is not reversed: each motor of a link table moves the joint of its name
         turned = (motor in reversed_motors) != (motor in reversed_joints)
         sign = draft.direction(motor) * (-1 if turned else 1)
         entries = (
@@ -236,6 +237,7 @@ def checked(files: ArmFiles, name: str) -> ArmConfig:
 
 def write(files: ArmFiles, path: Path) -> None:
     """Write the model file, then the arm file that names it."""
+    # the model file first: an arm file that names a missing one cannot be read
     if files.model is not None:
         replace_file(path.parent / files.model_path, files.model.rstrip("\n"))
     replace_file(path, files.arm.rstrip("\n"))
@@ -301,11 +303,10 @@ def propose(path: Path, transmission: Transmission | None, signs: Signs) -> File
     """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
     before = _text(path)
     table = tomllib.loads(before)
+    # the file may have problems already, which the change neither made nor has to mend
     known = set(arm_problems(table, path.stem, path.parent))
     order = dict(signs.order) if "motors" in table and signs.swapped else {}
-    before_steps = known_steps(table, transmission)
-    steps = {name: before_steps[name] / share for name, share in signs.farther.items()}
-    text = amended(before, changes(table, transmission, signs, steps), order)
+    text = amended(before, changes(table, transmission, signs), order)
     new = [
         each
         for each in arm_problems(tomllib.loads(text), path.stem, path.parent)
@@ -342,6 +343,7 @@ def commissioned(
     table, spoken = tomllib.loads(text), config.connection.dialect
     wire = {"dialect": spoken, "port": port} if port else {"dialect": spoken}
     currents = {each.current_ma for each in notes.values() if each.current_ma}
+    # the section has one current for all drives, so it is written only if all have the same
     alike = len(currents) == 1 and len(notes) == len(plan.drives)
     ids = [each.node for each in plan.drives]
     device = plan.tools.section(config.device, ids, currents.pop() if alike else 0)

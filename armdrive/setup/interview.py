@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from armdrive.dialog.conversation import Question, WrongAnswer
+from armdrive.dialog.conversation import Question, WrongAnswer, text
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import arm_path
 from armdrive.setup.draft import Draft, Surroundings
@@ -124,11 +124,16 @@ class Describing:
             self.marked = (self.marked + by) % len(question.choices)
 
     @property
+    def is_free_text(self) -> bool:
+        """Whether the open question takes any text. Its spaces are typed as `_`: a space stops."""
+        return self.question is not None and self.question.read is text
+
+    @property
     def line(self) -> str:
         """The answer that `enter` would give: the typed text, the marked choice, or the default."""
         question = self.question
         if question is None or self.typed:
-            return self.typed
+            return self.typed.replace("_", " ") if self.is_free_text else self.typed
         if question.choices:
             return question.choices[self.marked][0]
         return question.default or ""

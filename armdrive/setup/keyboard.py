@@ -49,6 +49,7 @@ _KNOWN = (b"1", b"2", b"3")
 _RELEASES = re.compile(rb"\x1b\[\?\d+u")
 _END = re.compile(rb"\x1b\[\?[\d;]*c")
 _ANSWER = re.compile(rb"\x1b\[\?[\d;]*(?:\$y|u|c)")
+# a control sequence, a function key of older terminals, Esc alone, or any other byte
 _KEY = re.compile(rb"\x1b\[[0-9;:?]*[ -/]*[@-~]|\x1bO[@-~]|\x1b(?=[^\[O])|[^\x1b]")
 
 

@@ -132,6 +132,7 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
     for motor, node in enumerate(device.ids[: len(transmission.motors)]):
         column = [row[motor] for row in transmission.inverse]
         turning = column[: len(transmission.joint_names)]
+        # behind cables a motor moves several joints: the person watches the one that moves most
         most = max(range(len(turning)), key=lambda at: abs(turning[at]))
         if turning[most]:
             moves, unit = transmission.joint_names[most].replace("_", " "), DEGREES

@@ -117,6 +117,7 @@ Script: TypeAlias = Generator[float, bytes | None, Examination]
 def examination(wire: ProbeWire, given_baud: int | None, datagrams: bool) -> Script:
     """Identify the device at a port; with `given_baud` at that baud rate alone."""
     probes = recogniser().sequence(given_baud, datagrams=datagrams)
+    # nothing restarts because a socket for datagrams was opened, so there is nothing to wait for
     first_baud = given_baud or QUICK_BAUD
     found = yield from _listen(wire, Examination(), first_baud, 0.0 if datagrams else LISTEN_S)
     for probe in probes:

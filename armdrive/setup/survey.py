@@ -284,6 +284,7 @@ def measured_jitter(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> S
     lateness = Lateness()
     due_s = time.perf_counter()
     for _ in range(deadlines):
+        # deadlines, not sleeps: lateness must not add up over the series
         due_s += period_s
         time.sleep(max(due_s - time.perf_counter(), 0.0))
         lateness.add(time.perf_counter() - due_s)

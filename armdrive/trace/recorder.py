@@ -20,7 +20,6 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmError, StateFileError, WrongState
 from armdrive.moves import Move
 from armdrive.status import State
-from armdrive.storage.files import require_folder
 from armdrive.tasks import (
     Alert,
     Event,
@@ -217,11 +216,8 @@ class RecordingWriter:
     ) -> Path:
         """Write a recording to `path`, or to a new file; return its path.
 
-        Raises `StateFileError` if the file cannot be written, and `BadRequest` if `path` names a
-        folder that does not exist.
+        Raises `StateFileError` if the file cannot be written.
         """
-        if path is not None:
-            require_folder(path)
         # most arms are closed without writing anything
         from armdrive.trace.files import free_path, header_of, write_recording
 

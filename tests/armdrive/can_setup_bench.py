@@ -132,6 +132,29 @@ class Bench:
         scripts, keep = self.plan.scripts(), self.kept.update
         return drive_dialog(self.twin.link, scripts, self.clock, self.person, keep)
 
+    def at_waits(self, happens: Callable[[], object]) -> None:
+        """Have something happen before each wait of the dialog."""
+        sleep = self.clock.sleep
+
+        def waits(link: Any, until_s: float) -> None:
+            happens()
+            sleep(link, until_s)
+
+        self.clock.sleep = waits  # type: ignore[method-assign]
+
+    def at_first_wait(
+        self, happens: Callable[[], object], when: Callable[[], bool] = lambda: True
+    ) -> None:
+        """Have something happen before the first wait at which something else is so."""
+        done: list[bool] = []
+
+        def once() -> None:
+            if not done and when():
+                done.append(True)
+                happens()
+
+        self.at_waits(once)
+
     def script(self, script: Callable[..., Any], *args: Any) -> Any:
         """Run a script on the wire."""
         return self.dialog.on_wire(script, *args)

@@ -277,7 +277,7 @@ class Stage:
     @property
     def no_faults(self) -> bool:
         """Whether no fault is active, and none waits on the wire."""
-        return not self.twin.faults.active and self.link.line.faults.next_s > 1e9
+        return not self.twin.faults.active and self.link.line.faults.late.next_s > 1e9
 
     @property
     def receives_greeting(self) -> bool:

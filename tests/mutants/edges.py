@@ -105,6 +105,28 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a file that a person names is overwritten unasked",
+        promise="no command and no call loses a file that it was not told to overwrite",
+        path="armdrive/storage/files.py",
+        old="    if path.exists() and not overwrite:\n",
+        new="    if False:\n",
+        tests=tests_of(
+            "tests/armdrive/cli/test_named_files.py",
+            "test_a_file_goes_into_a_folder_that_exists_and_over_another_only_with_force",
+        ),
+    ),
+    Mutant(
+        name="a refused preview ends well",
+        promise="a preview ends as the motion would",
+        path="armdrive/cli/drive/move.py",
+        old="    if refusal is not None:\n        raise refusal\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/cli/test_cli_simulated.py",
+            "test_a_goal_beyond_a_bound_is_refused_and_nothing_moves",
+        ),
+    ),
+    Mutant(
         name="a refusal has the exit code of a fault",
         promise="the exit code tells what went wrong",
         path="armdrive/errors/__init__.py",
@@ -230,12 +252,23 @@ MUTANTS = (
     Mutant(
         name="two pasted line ends confirm a motion",
         promise="nothing moves by surprise",
-        path="tui/keys/presses.py",
-        old="        if self._hasty():\n            self.refuse()\n            return\n",
-        new="",
+        path="tui/app.py",
+        old="            if self._hasty:  #",
+        new="            if False:  #",
         tests=tests_of(
             "tests/tui/test_desk_suspended.py",
             "test_two_pasted_line_ends_confirm_no_motion",
+        ),
+    ),
+    Mutant(
+        name="the first letter of a paste turns a motor",
+        promise="nothing moves by surprise",
+        path="tui/keys/presses.py",
+        old="        if quiet_s < QUIET_S or (count",
+        new="        if (quiet_s < QUIET_S and self._needed == 2) or (count",
+        tests=tests_of(
+            "tests/tui/keys/test_presses.py",
+            "test_enough_presses_of_one_key_are_done_once[a step, too early]",
         ),
     ),
     Mutant(

@@ -57,10 +57,20 @@ class Session:
             await self.press(*(typed if word.startswith("'") else [word]), after_s=after_s)
             await self.settle()
 
+    async def once(self, key):
+        """Press a key after a pause, and wait until no other key can follow."""
+        self.clock.now_s += 1.0
+        await self.poll()
+        await self.press(key)
+        await self._let_it_count()
+
     async def twice(self, key, *, wait_s=0.5):
         """Press a key twice, and wait until that counts as confirmed."""
         await self.press(key)
         await self.press(key, after_s=0.2)
+        await self._let_it_count(wait_s)
+
+    async def _let_it_count(self, wait_s=0.5):
         self.clock.now_s += wait_s
         await self.settle()
         await self.settle()

@@ -344,6 +344,8 @@ async def test_pasted_lines_neither_arm_the_keys_nor_move_the_fingers(text):
         assert session.arm.calls == []
         await session.type("\r")
         await session.pass_by(1.0)
+        await session.paste("12")
+        assert session.arm.calls == [], "the first letter of a paste is no press"
         await session.paste("1")
         assert session.arm.asked("open"), "a person arms the keys and opens the fingers"
 

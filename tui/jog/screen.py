@@ -13,7 +13,7 @@ from armdrive.errors import BadRequest
 from armdrive.moves import GripperMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
-from tui.app import HoldAlarm, KeyApp
+from tui.app import HoldAlarm, KeyApp, Outcome
 from tui.arm_view import SpaceView
 from tui.axes import DEGREE
 from tui.desk import Desk, DeskScreen
@@ -29,7 +29,6 @@ from tui.jog.panels import (
     quicker,
 )
 from tui.keys.keyboard import bindings
-from tui.keys.presses import HASTY
 from tui.safety import FACT_GAP
 from tui.settings import JogSettings
 from tui.widgets import panels
@@ -81,11 +80,11 @@ class Fingers:
 
     def preset(self, share: float) -> None:
         """Bring the fingers to a share of their range: 1 is open, 0 is closed."""
-        self._prepare()
+        self._require_armed()
         arm = self._desk.arm
         low_mm, high_mm = arm.model.gripper_range_mm
         goal = GripperMove(low_mm + share * (high_mm - low_mm), self._desk.settings.speed)
-        self._desk.calls.make(partial(self._open, goal, arm.stops))
+        self._press(f"opens to {share:.0%}", partial(self._open, goal, arm.stops))
 
     def _open(self, goal: GripperMove, stops: int) -> str:
         self._desk.arm.start(goal, stops=stops).wait()
@@ -93,18 +92,23 @@ class Fingers:
 
     def grasp(self) -> None:
         """Close the fingers on what is between them."""
-        self._prepare()
-        self._desk.calls.make(lambda: grasped(self._desk.arm.gripper.feel()))
+        self._require_armed()
+        self._press("grasps", lambda: grasped(self._desk.arm.gripper.feel()))
 
-    def _prepare(self) -> None:
-        """Disarm armed keys, since the fingers move alone. Raises `BadRequest` if they are not."""
+    def _press(self, effect: str, call: Outcome) -> None:
+        """Take one press of such a key: the fingers move once no other key has followed."""
+        self._desk.confirmation.press(effect, partial(self._begin, call), needed=1)
+
+    def _begin(self, call: Outcome) -> None:
+        self._require_armed()  # the keys may have been disarmed since
+        self._hand.disarm("the fingers move by themselves")
+        self._desk.calls.make(call)
+
+    def _require_armed(self) -> None:
         self._desk.link.require_motion()
-        if self._desk.input.hasty:
-            raise BadRequest(HASTY)
         if not self._hand.armed:
             arm = self._desk.keys.label("arm")
             raise BadRequest(f"this moves the fingers: {arm} arms the keys first")
-        self._hand.disarm("the fingers move by themselves")
 
 
 class JogScreen(DeskScreen):

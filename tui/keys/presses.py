@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from textual import events
 from textual.message import Message
@@ -93,14 +92,11 @@ class StaleInput:
         return True
 
 
-# A key that is held repeats. One press counts if there was a pause before it; two presses confirm
-# if a pause follows them: the second press counts only once no third one has come.
+# A key that is held repeats, and a paste goes on. So presses count once a pause follows them: two
+# that confirm, or the single one of a key that moves the arm only a little.
 
 QUIET_S = 0.3
-"""The pause after the second press: a key that is held repeats sooner."""
-
-STEP_QUIET_S = 0.7
-"""A step key counts after this long without one: a key that is held repeats sooner."""
+"""The pause after the last press: a key that is held repeats sooner."""
 
 PERSON_S = 0.03
 """No person presses two keys so soon one after the other: a paste or a stalled link sent them.
@@ -108,64 +104,44 @@ PERSON_S = 0.03
 Not every terminal marks pasted text, and two pasted line ends look like a key pressed twice.
 """
 
-HASTY = "keys came faster than a person presses them, and were dropped: press again"
-
 ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
-
-
-@dataclass(slots=True)
-class SinglePress:
-    """Presses of a key that counts only after a pause without it."""
-
-    clock: Callable[[], float]
-    pause_s: float
-    _pressed_s: float = -math.inf
-
-    def counts(self) -> bool:
-        """Take a press, and return whether it is no repeat of a held key."""
-        now_s = self.clock()
-        quiet_s, self._pressed_s = now_s - self._pressed_s, now_s
-        return quiet_s >= self.pause_s
 
 
 class Confirmation:
     """Something that is done once its key was pressed twice, with a pause after the second press.
 
-    A key that is held counts as no press, and another key starts over. A key that was refused may
-    still be held: until it pauses, none of its presses counts. A hasty press takes back the first.
+    What moves only a little is done after one press and the pause: the pause tells a person's press
+    from the first letter of a paste. A key that is held counts as no press, and another key starts
+    over. A key that was refused may still be held: until it pauses, none of its presses counts.
     """
 
-    def __init__(self, clock: Callable[[], float], hasty: Callable[[], bool]) -> None:
-        """`hasty` returns whether the key came so soon after another that no person pressed it."""
+    def __init__(self, clock: Callable[[], float]) -> None:
         self.taken = 0
         """How many presses there have been, whether they counted or not."""
         self._clock = clock
-        self._hasty = hasty
         self._effect = ""
         self._act: Callable[[], object] = _do_nothing
+        self._needed = 2
         self._presses: list[float] = []
         self._refused_s = -math.inf
 
     @property
     def effect(self) -> str:
         """What a second press of the same key would do, in words; empty if none is waited for."""
-        waits = len(self._presses) == 1 and self._clock() - self._presses[0] <= ASKED_FOR_S
-        return self._effect if waits else ""
+        waits = 0 < len(self._presses) < self._needed
+        return self._effect if waits and self._clock() - self._presses[0] <= ASKED_FOR_S else ""
 
-    def press(self, effect: str, act: Callable[[], object]) -> None:
-        """Take a press of the key that does this."""
+    def press(self, effect: str, act: Callable[[], object], *, needed: int = 2) -> None:
+        """Take a press of the key that does this, once it was pressed `needed` times: 1 or 2."""
         self.taken += 1
-        if self._hasty():
-            self.refuse()
-            return
         now_s = self._clock()
         if now_s - self._refused_s < QUIET_S:
             self._refused_s = now_s
             return
         if effect != self._effect or (self._presses and now_s - self._presses[-1] > ASKED_FOR_S):
             self._presses = []
-        self._effect, self._act = effect, act
+        self._effect, self._act, self._needed = effect, act, needed
         self._presses.append(now_s)
 
     def refuse(self) -> None:
@@ -179,14 +155,14 @@ class Confirmation:
             self._presses = []
 
     def due(self) -> Callable[[], object] | None:
-        """Return, once, what two presses have confirmed; more of them were a held key."""
+        """Return, once, what enough presses have confirmed; more of them were a held key."""
         if not self._presses:
             return None
         count, quiet_s = len(self._presses), self._clock() - self._presses[-1]
-        if quiet_s < QUIET_S or (count == 1 and quiet_s <= ASKED_FOR_S):
+        if quiet_s < QUIET_S or (count < self._needed and quiet_s <= ASKED_FOR_S):
             return None
         self.forget()
-        return self._act if count == 2 else None
+        return self._act if count == self._needed else None
 
 
 def _do_nothing() -> None:

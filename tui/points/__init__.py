@@ -21,7 +21,6 @@ from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.presses import STEP_QUIET_S, SinglePress
 from tui.keys.table import words
 from tui.move.planned import MOVES, PlannedMove, short_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
@@ -44,7 +43,6 @@ class SequenceRun:
         """Whether the arm is under way."""
         self._desk = desk
         self._name = ""
-        self._press = SinglePress(desk.clock, STEP_QUIET_S)
 
     def follow(self, listed: PointList, *, same_row: bool) -> None:
         """Take what is chosen now; a sequence starts over unless its steps are the same."""
@@ -77,18 +75,18 @@ class SequenceRun:
 
     def forward(self) -> None:
         """Carry out the next step."""
-        if self.stepper is not None and self._may_step():
-            self._begin(self.stepper.forward)
+        if self.stepper is not None:
+            self._press("goes on", self.stepper.forward)
 
     def backward(self) -> None:
         """Go back to the point before."""
-        if self.stepper is not None and self._may_step():
-            self._begin(self.stepper.backward)
+        if self.stepper is not None:
+            self._press("goes back", self.stepper.backward)
 
     def finish(self) -> None:
         """Carry out all steps that are left."""
         if self.stepper is not None:
-            self._begin(self.stepper.run)
+            self._begin(self.stepper.run, self._desk.arm.stops)
 
     def rewind(self) -> None:
         """Start the sequence over. Moves nothing."""
@@ -96,24 +94,26 @@ class SequenceRun:
             self.require_standstill()
             self.stepper.rewind()
 
-    def _may_step(self) -> bool:
-        """Return whether a step key counts: not as the repeat of a held key.
+    def _press(self, effect: str, step: StepCall) -> None:
+        """Take one press of a step key.
 
         Raises `BadRequest` where the step keys do not move the arm.
         """
-        counts = self._press.counts()
         self._desk.link.require_motion()
+        if self.busy:
+            self._desk.confirmation.refuse()  # it may still be held when the arm stands
         self.require_standstill()
         if not self.stepping:
             key = self._desk.keys.label("points-stepping")
             raise BadRequest(f"{key} lets this key move the arm")
-        return counts
+        begin = partial(self._begin, step, self._desk.arm.stops)
+        self._desk.confirmation.press(effect, begin, needed=1)
 
-    def _begin(self, step: StepCall) -> None:
+    def _begin(self, step: StepCall, stops: int) -> None:
         self.busy = True
         if self.stepper is not None:
             self._desk.arm.program = partial(_program, self._name, self.stepper)
-        self._desk.calls.make(partial(self._carry_out, step, self._desk.arm.stops))
+        self._desk.calls.make(partial(self._carry_out, step, stops))
 
     def _carry_out(self, step: StepCall, stops: int) -> str:
         try:

@@ -39,7 +39,6 @@ from armdrive.text.reading import read_text
 from kinematics.errors import KinematicsError
 from kinematics.text import counted
 from tui.desk import Desk
-from tui.keys.presses import STEP_QUIET_S, SinglePress
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,13 +233,12 @@ class DeskRun:
         self._performer: Performer | None = None
         self._step: RunStep | None = None
         self._halted = ""
-        self._press = SinglePress(desk.clock, STEP_QUIET_S)
 
     @property
     def line(self) -> int | None:
         """The line that runs, or in which the last run ended early."""
         if self.busy:
-            return None if self.view.mark is None else self.view.mark.line
+            return None if self.view.step is None else self.view.step.mark.line
         return self.failed_in
 
     def forget(self) -> None:
@@ -278,10 +276,14 @@ class DeskRun:
 
     def forward(self) -> None:
         """Let a program go on that waits for the person; a key that is held does not count."""
-        counts = self._press.counts()
+        confirmation = self._desk.confirmation
         if not self.asks:
+            confirmation.refuse()  # it may still be held when the program waits
             raise BadRequest("the program does not wait for you")
-        if counts:
+        confirmation.press("goes on", self._go_on, needed=1)
+
+    def _go_on(self) -> None:
+        if self.asks:  # another program may have let it go on meanwhile
             self._desk.arm.resume()
 
     # -- the run, in its thread ---------------------------------------------------------------

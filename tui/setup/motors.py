@@ -11,11 +11,7 @@ from armdrive.setup.filing import file_of, propose
 from armdrive.status import State, Trust, rounded_up
 from kinematics.text import counted
 from tui.desk import Desk
-from tui.keys.presses import SinglePress
 from tui.setup.stages import Correction, Go, SetupStage, StageText
-
-HELD_S = 0.5
-"""A press sooner than this after the one before is a key that is held: it turns nothing."""
 
 ANSWERS = ("setup-yes", "setup-reversed", "setup-nothing", "setup-another", "setup-double",
            "setup-half")  # fmt: skip
@@ -31,7 +27,6 @@ class MotorsStage(SetupStage):
         self.check: DirectionCheck = check_of(desk.arm.config, known)
         self.others: tuple[str, ...] = ()
         self._turning = False
-        self._press = SinglePress(desk.clock, HELD_S)
 
     def text(self) -> StageText:
         """Say which motor's turn it is, what ought to be seen, and which keys answer."""
@@ -141,9 +136,17 @@ class MotorsStage(SetupStage):
     # -- turning ------------------------------------------------------------------------------
 
     def turn(self) -> None:
-        """Turn the motor there, or back: one press, one turn; a key that is held is none."""
-        if not self._press.counts() or self._turning:
+        """Turn the motor there, or back, after one press and a pause: a held key is no press."""
+        if self._turning:
+            self.desk.confirmation.refuse()  # it may still be held when the motor stands
             return
+        self._next_steps()  # a refusal need not wait for the pause
+        self.desk.confirmation.press(
+            "turns it", partial(self._begin, self.desk.arm.stops), needed=1
+        )
+
+    def _next_steps(self) -> tuple[int, ...]:
+        """Return what the next turn asks of each motor; refuse where none may turn."""
         self.desk.link.require_motion()
         state = self.desk.link.status.state
         if state is not State.STANDBY:
@@ -151,8 +154,12 @@ class MotorsStage(SetupStage):
         steps = self.check.steps(len(self.check.transmission.motors))
         if not any(steps):
             raise BadRequest("every motor has been answered for")
+        return steps
+
+    def _begin(self, stops: int) -> None:
+        steps = self._next_steps()  # the arm may be elsewhere by now
         self._turning = True
-        self.desk.calls.make(partial(self._turn, steps, self.desk.arm.stops))
+        self.desk.calls.make(partial(self._turn, steps, stops))
 
     def _turn(self, steps: tuple[int, ...], stops: int) -> None:
         try:

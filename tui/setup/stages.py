@@ -343,12 +343,17 @@ class InterviewAsking(SetupStage):
         if question is None:
             return StageText("")
         offered = self.describing.line or "(type an answer)"
+        hint = (
+            "Type _ for a space: the space bar stops."
+            if self.describing.is_free_text
+            else "Separate numbers with commas."
+        )
         below = (
             question.why,
             "",
             *([f"answer: {self.describing.typed}_"] if self.describing.typed else []),
             f"{keys.label('setup-enter')}: {offered}",
-            f"{keys.label('setup-back')}: the question before. Separate numbers with commas.",
+            f"{keys.label('setup-back')}: the question before. {hint}",
         )
         width = max((len(word) for word, _ in question.choices), default=0)
         rows = tuple(f"{word:<{width}}  {meaning}".rstrip() for word, meaning in question.choices)

@@ -9,7 +9,7 @@ from pathlib import Path
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Result
 from armdrive.errors import ArmError, BadRequest
-from armdrive.storage.files import require_folder, write_named
+from armdrive.storage.files import require_free, write_named
 from armdrive.storage.lock_client import ask_holder, held_arms
 
 
@@ -88,7 +88,7 @@ def record(options: argparse.Namespace) -> list[Result]:
     if options.output is not None and len(names) > 1:
         raise BadRequest(f"several arms are being driven ({', '.join(names)}): name one")
     if options.output is not None:
-        require_folder(options.output)
+        require_free(options.output, overwrite=options.force)
     files = [_recorded(name) for name in names]
     if options.output is not None:
         write_named(options.output, files[0].read_bytes())

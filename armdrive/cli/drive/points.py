@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,10 @@ import armdrive.programs as programs
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest
 from armdrive.programs.teaching.export import program_of
-from armdrive.programs.teaching.shape import Offset, Shape, mirrored, offset, shaped
+from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.status import pose_view
-from armdrive.storage.files import write_named
+from armdrive.storage.files import require_free, write_named
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import StepList, Taught, check_name, point_view
 from kinematics.text import counted
@@ -108,32 +108,26 @@ def _steps_view(steps: StepList) -> dict[str, Any]:
 def shape(options: argparse.Namespace) -> Result:
     """Derive new points and sequences, check every one, and write all or none."""
     config, book = _book(options)
-    taught = book.read()
-    points, sequences = shaped(
-        config,
-        options.name,
-        check_name(options.new),
-        (taught.points, taught.sequences),
-        _change(options, config),
-    )
-    book.put_all(points, sequences, again=options.again)
-    lines = [f"{name}: {point.joints}" for name, point in points.items()]
+    new = check_name(options.new)
+    made = _change(options, config).taught(options.name, new, book.read())
+    book.put_all(made.points, made.sequences, again=options.again)
+    lines = [f"{name}: {point.joints}" for name, point in made.points.items()]
     lines += [
         f"{name}: sequence of {counted(len(each.steps), 'step')}"
-        for name, each in sequences.items()
+        for name, each in made.sequences.items()
     ]
-    view = {"name": options.new, "points": list(points), "sequences": list(sequences)}
+    view = {"name": new, "points": list(made.points), "sequences": list(made.sequences)}
     return Result(view, lines)
 
 
-def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]:
-    """Return the change of a posture, and the words for the notes."""
+def _change(options: argparse.Namespace, config: ArmConfig) -> Reshape:
     if options.action == "copy":
-        return (lambda joints: joints), ""
+        return Reshape(config, lambda joints: joints)
     if options.action == "mirror":
-        return (lambda joints: mirrored(config, joints)), f"{options.name} mirrored"
+        return Reshape(config, partial(mirrored, config), f"{options.name} mirrored")
     by = Offset(options.x, options.y, options.z, math.radians(options.turn))
-    return (lambda joints: offset(config, joints, by)), f"{options.name} offset by {by}"
+    shape = partial(offset, config, by=by)
+    return Reshape(config, shape, f"{options.name} offset by {by}")
 
 
 # -- a sequence as a program ---------------------------------------------------------------------
@@ -142,8 +136,7 @@ def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]
 def export(options: argparse.Namespace) -> Result:
     """Write the program to a file, which may exist only with --force."""
     path = Path(options.file)
-    if path.exists() and not options.force:
-        raise BadRequest(f"{path} exists: name another file, or give --force")
+    require_free(path, overwrite=options.force)
     config, book = _book(options)
     steps, taught = book.sequence(options.name), book.read()
     tree = program_of(options.name, steps, taught.points, config.model.arm.fk)

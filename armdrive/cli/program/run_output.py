@@ -211,7 +211,8 @@ class Display:
     @property
     def _draws(self) -> bool:
         """Whether the status line may be rewritten now: not over a question."""
-        return self._output.rewrites and self.run.act.lower() not in ASKING
+        asks = self.run.step is not None and self.run.step.name.lower() in ASKING
+        return self._output.rewrites and not asks
 
     def _look(self) -> None:
         """Show what changes between two acts, until the output is closed."""
@@ -221,9 +222,9 @@ class Display:
                     self._look_once()
 
     def _look_once(self) -> None:
-        arm = self.run.arm
-        if arm is None or self.run.mark is None:
+        if self.run.step is None:
             return
+        arm = self.run.step.arm
         if arm.paused is not self._paused:
             self._paused = arm.paused
             word = "paused" if self._paused else "going on"
@@ -232,7 +233,7 @@ class Display:
             self._draw(self.run.view())
 
     def _draw(self, view: Mapping[str, Any]) -> None:
-        arm = self.run.arm
-        slowed = arm is not None and arm.speed_override < 1.0
+        step = self.run.step
+        slowed = step is not None and step.arm.speed_override < 1.0
         words = place_words(view) + "  slowed" * slowed + "  PAUSED" * self._paused
         self._output.rewrite(words)

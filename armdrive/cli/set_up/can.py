@@ -247,7 +247,7 @@ def _config(name: str) -> ArmConfig:
 
 def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:
     """Commission real drives."""
-    require_writable(arm_path(options.name).parent)
+    require_writable(arm_path(options.name).parent)  # before a person works for nothing
     port = options.port or _known_port(config) or chosen_port()
     notes = kept.read(plan.name, config.calibration)
     with _opened(config, port) as link:

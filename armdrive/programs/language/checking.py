@@ -58,6 +58,7 @@ class Kinds:
             for define, line in names.lines
             if isinstance(line, Call) or any(set_by(line))
         ]
+        # a kind may come from a name that gets its own only in a later line: repeat until none does
         while True:
             found = len(self._kinds)
             for define, line in setting:
@@ -235,6 +236,7 @@ class Fitting:
         computed = slot.kind in (ValueKind.NUMBER, ValueKind.TRUTH)
         if isinstance(value, Name) and computed and self._kinds.nowhere(value.name, self._define):
             yield self._nowhere(value)
+        # a kind that is unknown here is judged when the line runs
         elif kind is not None and slot.kind not in (kind, ValueKind.ANY):
             yield Problem(value.mark, f"{slot.kind.value} is needed here, not {kind.value}")
         elif isinstance(value, Number) and isfinite(value.value):

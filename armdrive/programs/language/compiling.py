@@ -148,6 +148,7 @@ class _Compiler:
                 self._heading(define, entries)
                 entries.setdefault(define.name.lower(), len(self._code))
                 self._part(define.body, define)
+        # a subprogram may be called before its definition, so calls are aimed last
         for index, name in self._calls:
             self._aim(index, entries[name])
         entered, points = MappingProxyType(entries), MappingProxyType(self._points)
@@ -216,6 +217,7 @@ class _Compiler:
         mark = NOWHERE if define is None else define.mark
         self._block(body)
         last = self._code[-1].mark if self._code else mark
+        # also after the program itself, where it ends the run
         self._emit(RETURN, last)
         for index, label in self._scope.jumps:
             self._aim(index, self._scope.labels[label])
@@ -258,6 +260,7 @@ class _Compiler:
             case Repeat():
                 self._emit(ROUNDS, line.mark, _maybe(line.count))
                 top = self._emit(ROUND, line.mark, into=[line.variable] * bool(line.variable))
+                # without a count only `break`, `goto` and `return` lead out of it
                 self._looped(line, top, [top] * (line.count is not None))
 
     def _call(self, line: Call) -> None:
@@ -281,6 +284,7 @@ class _Compiler:
                 ends.append(self._emit(JUMP, branch.mark))
             if miss is not None:
                 self._aim(miss)
+        # each branch but the last ends with a jump over those after it
         for end in ends:
             self._aim(end)
 
@@ -355,6 +359,7 @@ class _Settled:
         self._adds = [self._as_bits(row.sets) for row in self._rows]
         self._known = self._as_bits(known)
         starts = (0, *code.entries.values())
+        # begin with all names, and take away what some path does not set, until nothing changes
         self._sets = dict.fromkeys(starts, self._as_bits(names))
         self._needs: dict[int, _Needs] = {start: {} for start in starts}
         self._repeat(self._learn_sets)
@@ -404,6 +409,7 @@ class _Settled:
 
     def _ways(self, start: int) -> dict[int, int]:
         """Return the names certainly set before each instruction that can be reached."""
+        # a subprogram may be called from anywhere: where it begins, nothing is certain
         known = {start: 0 if start else self._known}
         waiting = [start]
         while waiting:

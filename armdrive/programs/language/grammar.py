@@ -456,6 +456,7 @@ class ProgramReader:
             text = f"a line has at most {LONGEST_LINE} characters"
             raise self._mistake(number, LONGEST_LINE + 1, text)
         deepest, operators = len(self.open_blocks) == DEEPEST_BLOCK, 0
+        # a copy reads the line, and becomes the parser only if all of the line fits
         parser, found, last = self._copy(line), None, None
         try:
             for token in _tokens(parser, number, end):
@@ -492,6 +493,7 @@ class ProgramReader:
     def finish(self) -> tuple[Tree, list[Problem]]:
         """End the program; return its tree, and a problem for each block without an end."""
         blocks = self.open_blocks
+        # end what is open, so that the lines that were read make a tree and are checked too
         for token in (Token("END", "end"), Token("BREAK", "")) * len(blocks):
             self._feed(self._parser, token)
         tree = cast("Tree", self._feed(self._parser, Token("$END", "")))

@@ -118,11 +118,13 @@ def _fingers(step: Step, at: Point | None) -> Do:
 
 
 def _grouped(lines: Iterable[tuple[Step, Do]]) -> Iterator[Statement]:
-    """Put a blank line before each joint motion that leaves a place."""
+    """Put a blank line before each joint motion that leaves a place.
+
+    The line for a new speed belongs to the same step, and so is not parted from its motion.
+    """
     before: Step | None = None
     for step, line in lines:
-        leads_away = bool(step.point) and step.how == "joint"
-        if before is None or (leads_away and before is not step and not _is_way(before)):
+        if before is None or (_is_way(step) and before is not step and not _is_way(before)):
             yield BLANK
         yield line
         before = step

@@ -7,14 +7,14 @@ joint's limit or within a guard, or that cannot be reached, is refused by its na
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OutOfBounds, Refused, UnknownPoint
 from armdrive.motion.plan import guard_error, limit_error
-from armdrive.storage.points import Point, StepList
+from armdrive.storage.points import Point, StepList, Taught
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints, Pose
@@ -82,45 +82,42 @@ def offset(config: ArmConfig, joints: Joints, by: Offset) -> Joints:
     return arm.ik(there, turned)
 
 
-def shaped_point(config: ArmConfig, name: str, point: Point, shape: Shape, note: str) -> Point:
-    """Return a new point from an old one. Raises `OutOfBounds` or `Refused` with the old name."""
-    try:
-        joints = shape(point.joints)
-    except (KinematicsError, Refused) as error:
-        raise Refused(f"the point {name!r} cannot go there: {error}") from error
-    _require_allowed(config, name, joints)
-    notes = "; ".join(text for text in (point.note, note) if text)
-    return Point(joints, point.opening_mm, notes)
+@dataclass(frozen=True, slots=True)
+class Reshape:
+    """A change of an arm's postures; `note` says so in the notes of what it makes."""
 
+    config: ArmConfig
+    shape: Shape
+    note: str = ""
 
-def shaped(
-    config: ArmConfig,
-    name: str,
-    new: str,
-    known: tuple[Mapping[str, Point], Mapping[str, StepList]],
-    change: tuple[Shape, str],
-) -> tuple[dict[str, Point], dict[str, StepList]]:
-    """Return the new points and sequences made from the point or sequence `name`.
+    def point(self, name: str, old: Point) -> Point:
+        """Return the new point. Raises `OutOfBounds` or `Refused` with the old one's name."""
+        try:
+            joints = self.shape(old.joints)
+        except (KinematicsError, Refused) as error:
+            raise Refused(f"the point {name!r} cannot go there: {error}") from error
+        _require_allowed(self.config, name, joints)
+        return Point(joints, old.opening_mm, self._noted(old.note))
 
-    `known` are the present points and sequences; `change` is the change of a posture, and the text
-    of the note. The points of a new sequence are called `NEW-OLD`. Raises `UnknownPoint` for an
-    unknown name.
-    """
-    points, sequences = known
-    shape, note = change
-    if name not in points and name not in sequences:
-        hint = suggestion(name, [*points, *sequences])
-        raise UnknownPoint(f"there is no point and no sequence {name!r}{hint}")
-    steps = sequences.get(name)
-    names = {name: new} if steps is None else {old: f"{new}-{old}" for old in steps.points}
-    made = {
-        after: shaped_point(config, old, points[old], shape, note) for old, after in names.items()
-    }
-    if steps is None:
-        return made, {}
-    gone = (replace(step, point=names.get(step.point, "")) for step in steps.steps)
-    notes = "; ".join(text for text in (steps.note, note) if text)
-    return made, {new: StepList(tuple(gone), notes)}
+    def taught(self, name: str, new: str, known: Taught) -> Taught:
+        """Return the new points, and the new sequence, of the point or sequence `name`.
+
+        The points of a new sequence are called `NEW-OLD`. Raises `UnknownPoint` for an unknown
+        name.
+        """
+        if name not in known.points and name not in known.sequences:
+            hint = suggestion(name, [*known.points, *known.sequences])
+            raise UnknownPoint(f"there is no point and no sequence {name!r}{hint}")
+        steps = known.sequences.get(name)
+        names = {name: new} if steps is None else {old: f"{new}-{old}" for old in steps.points}
+        made = {after: self.point(old, known.points[old]) for old, after in names.items()}
+        if steps is None:
+            return Taught(made)
+        gone = (replace(step, point=names.get(step.point, "")) for step in steps.steps)
+        return Taught(made, {new: StepList(tuple(gone), self._noted(steps.note))})
+
+    def _noted(self, note: str) -> str:
+        return "; ".join(text for text in (note, self.note) if text)
 
 
 def _require_allowed(config: ArmConfig, name: str, joints: Joints) -> None:

@@ -98,42 +98,6 @@ def test_an_arm_of_a_model_file_has_boxes_and_sums_of_its_own_joints(tmp_path):
     assert config.model.guards.inner_radius_mm is None
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("[guards]\nbase_radius_mm = 60", r"radii_mm = \[30, 30, 30\] for upper arm, forearm"),
-        ("[[guards.boxes]]\n" + BOX, "how thick the links are"),
-        ("[guards]\nradii_mm = [30, 30]", "guards.radii_mm: a radius is needed for each of upper"),
-        ("[guards]\nradii_mm = [30, -1, 30]", r"guards.radii_mm\[1\] must be from 0 to 1000"),
-        ("[guards]\nradii_mm = 30", "guards.radii_mm must be a list"),
-        ("[guards]\ntolerance_mm = -1", "guards.tolerance_mm must be from 0 to 50"),
-        ("[guards]\nradius_mm = 30", "unknown key 'radius_mm' in .guards.; did you mean"),
-        ("[guards]\nboxes = 3", "guards.boxes must be a list"),
-        ("[[guards.boxes]]\nmin_mm = [0, 0, 0]", r"guards.boxes\[1\]\] is missing name, max_mm"),
-        ('[[guards.boxes]]\nname = "vice"', r"guards.boxes\[1\]\] is missing min_mm, max_mm"),
-        (
-            "[[guards.boxes]]\n" + BOX.replace("-60, 0]", "-60]"),
-            r"boxes\[1\].min_mm must have 3 entries, not 2",
-        ),
-        ("[[guards.boxes]]\n" + BOX.replace("230", "150"), "needs a x of min_mm below"),
-        ("[[guards.boxes]]\nsize = 3\n" + BOX, "unknown key 'size'"),
-        (("[[guards.boxes]]\n" + BOX) * 2, "different names, not vice, vice"),
-        ("[guards]\nforearm_elevation_deg = [10, 0]", "must be below the second"),
-        ("[[guards.sums]]\njoints = { elbow = 1 }", r"sums\[1\].range_deg must be a pair"),
-        ("[[guards.sums]]\nrange_deg = [0, 1]", r"guards.sums\[1\] needs joints"),
-        ("[[guards.sums]]\njoints = { ellbow = 1 }", "did you mean 'elbow'"),
-        ("[[guards.sums]]\nname = 3\njoints = { elbow = 1 }\nrange_deg = [0, 1]", "name must be"),
-        (
-            "[[guards.sums]]\njoints = { elbow = 1 }\nrange_deg = [0, 1]\n" * 2,
-            "different names, not elbow, elbow",
-        ),
-    ],
-)
-def test_what_is_wrong_is_named(text, said):
-    with pytest.raises(ArmFileError, match=said):
-        guards('model = "teachmover"\n' + text)
-
-
 def test_the_forearms_elevation_is_for_arms_that_have_a_forearm(tmp_path):
     with pytest.raises(ArmFileError, match=r"write \[\[guards.sums\]\]"):
         read_guards({"forearm_elevation_deg": [0, 1]}, _Joints(), Guards())

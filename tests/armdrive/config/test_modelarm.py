@@ -78,65 +78,50 @@ FIRST = '[[motors]]\nname = "waist"\nsteps_per_turn = 14400\nsees = { waist = 1 
 SECOND = "sees = { shoulder = 1 }\n"
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("model", "lengths = {}\nmodel", "unknown key 'lengths'"),
-        ('"six.toml"', '"five.toml"', "five.toml cannot be read"),
-        ("waist = 30\n", "", r"speeds_deg_s\] is missing waist"),
-        ("waist = 30\n", "waist = 0\n", "speeds_deg_s.waist must be from"),
-        ("waist = 30\n", "base = 30\n", "unknown key 'base'"),
-        (FIRST, "", "5 motors|needs 6|need 6"),
-        (FIRST, FIRST.replace("{ waist = 1 }", "{ wast = 1 }"), "did you mean 'waist'"),
-        (FIRST, FIRST.replace("sees = { waist = 1 }\n", ""), "sees no joint"),
-        (FIRST, FIRST.replace("14400", "-14400"), "directions are signs in sees"),
-        (FIRST, FIRST.replace("steps_per_turn", "steps_per_mm"), "must be the last"),
-        (FIRST, FIRST.replace("steps_per_turn = 14400\n", ""), "needs steps_per_turn"),
-        (FIRST, FIRST.replace('name = "waist"\n', ""), "needs a name"),
-        (FIRST, FIRST.replace('"waist"', '"bend"'), "different names"),
-        (FIRST, FIRST + "follows = { bend = 1 }\n", "unknown key 'bend'"),
-        (SECOND, SECOND + "follows = { waist = 0.5 }\n", "whole number"),
-        (FIRST, FIRST.replace("waist = 1 }", "shoulder = 1 }"), "tells nothing"),
-        (FIRST, "[fingers]\nrange_mm = [0, 1]\nspeed_mm_s = 1\n" + FIRST, "no motor has steps_per"),
-        (FIRST, "[park]\nx_mm = 1\n" + FIRST, "is missing y_mm"),
-        (FIRST, "[guards]\ntable = 0\n" + FIRST, "unknown key 'table'"),
-    ],
-)
-def test_what_is_wrong_in_the_arm_file_is_named(tmp_path, old, new, said):
-    assert old in six_arm()
-    (tmp_path / "six.toml").write_text(six_links(), encoding="utf-8")
-    with pytest.raises(ArmFileError, match=said):
-        written(tmp_path, six_arm().replace(old, new, 1))
+IN_ARM = [
+    ("model", "lengths = {}\nmodel", "unknown key 'lengths'"),
+    ('"six.toml"', '"five.toml"', "five.toml cannot be read"),
+    ("waist = 30\n", "", r"speeds_deg_s\] is missing waist"),
+    ("waist = 30\n", "waist = 0\n", "speeds_deg_s.waist must be from"),
+    ("waist = 30\n", "base = 30\n", "unknown key 'base'"),
+    (FIRST, "", "5 motors|needs 6|need 6"),
+    (FIRST, FIRST.replace("{ waist = 1 }", "{ wast = 1 }"), "did you mean 'waist'"),
+    (FIRST, FIRST.replace("sees = { waist = 1 }\n", ""), "sees no joint"),
+    (FIRST, FIRST.replace("14400", "-14400"), "directions are signs in sees"),
+    (FIRST, FIRST.replace("steps_per_turn", "steps_per_mm"), "must be the last"),
+    (FIRST, FIRST.replace("steps_per_turn = 14400\n", ""), "needs steps_per_turn"),
+    (FIRST, FIRST.replace('name = "waist"\n', ""), "needs a name"),
+    (FIRST, FIRST.replace('"waist"', '"bend"'), "different names"),
+    (FIRST, FIRST + "follows = { bend = 1 }\n", "unknown key 'bend'"),
+    (SECOND, SECOND + "follows = { waist = 0.5 }\n", "whole number"),
+    (FIRST, FIRST.replace("waist = 1 }", "shoulder = 1 }"), "tells nothing"),
+    (FIRST, "[fingers]\nrange_mm = [0, 1]\nspeed_mm_s = 1\n" + FIRST, "no motor has steps_per"),
+    (FIRST, "[park]\nx_mm = 1\n" + FIRST, "is missing y_mm"),
+    (FIRST, "[guards]\ntable = 0\n" + FIRST, "unknown key 'table'"),
+]
+IN_MODEL = [
+    ("low_deg = -160\n", "", "waist' has no limits"),
+    ('joint = "waist"', 'joint = "my waist"', "cannot be called 'my waist'"),
+    ('joint = "waist"', 'joint = "opening"', "cannot be called 'opening'"),
+    ('joint = "waist"\n', 'joint = "waist"\nkind = "prismatic"\n', "prismatic joint has no"),
+]
+IN_FINGERS = [
+    ("[fingers]\nrange_mm = [0, 76]\nspeed_mm_s = 20\nsteps_per_n", "[park]\n#", "fingers"),
+    ("range_mm = [0, 76]", "range_mm = [76, 0]", "below the second"),
+    ("speed_mm_s = 20", "speed_mm_s = 0", "fingers.speed_mm_s must be"),
+]
+FILES = {"six": (six_links(), six_arm()), "five": shown_files()}
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("low_deg = -160\n", "", "waist' has no limits"),
-        ('"waist"', '"my waist"', "cannot be called 'my waist'"),
-        ('"waist"', '"opening"', "cannot be called 'opening'"),
-        ('joint = "waist"\n', 'joint = "waist"\nkind = "prismatic"\n', "prismatic joint has no"),
-    ],
+    ("files", "old", "new", "said"),
+    [("six", *row) for row in (*IN_ARM, *IN_MODEL)] + [("five", *row) for row in IN_FINGERS],
 )
-def test_what_is_wrong_in_the_model_is_named(tmp_path, old, new, said):
-    assert old in six_links()
-    (tmp_path / "six.toml").write_text(six_links().replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(ArmFileError, match=said):
-        written(tmp_path, six_arm())
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("[fingers]\nrange_mm = [0, 76]\nspeed_mm_s = 20\nsteps_per_n", "[park]\n#", "fingers"),
-        ("range_mm = [0, 76]", "range_mm = [76, 0]", "below the second"),
-        ("speed_mm_s = 20", "speed_mm_s = 0", "fingers.speed_mm_s must be"),
-    ],
-)
-def test_fingers_need_their_numbers(tmp_path, old, new, said):
-    links, arm = shown_files()
-    (tmp_path / "minilinks.toml").write_text(links, encoding="utf-8")
-    assert old in arm
+def test_what_is_wrong_in_either_file_is_named(tmp_path, files, old, new, said):
+    links, arm = FILES[files]
+    assert (old in links) != (old in arm), "a row changes one of the two files"
+    for name in ("six.toml", "minilinks.toml"):
+        (tmp_path / name).write_text(links.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(ArmFileError, match=said):
         written(tmp_path, arm.replace(old, new, 1))
 

@@ -259,15 +259,15 @@ def test_the_command_shows_and_moves_nothing(call):
 def test_the_command_ends_with_the_code_of_the_refusal(call):
     call("home", code=0)
     far = ("--x", "900", "--z", "120", "--preview")
-    seen = call("move", *far, code=3).out
-    assert "refused:" in seen
-    assert "possible instead:" not in seen, "a hundredth of the way is as good as none"
+    seen = call("move", *far, code=3)
+    assert seen.err.startswith("armdrive: [E604]")
+    assert "possible instead:" not in seen.out, "a hundredth of the way is as good as none"
     call("move", "--shoulder", "60", "--elbow", "-60", code=0)
     assert "possible instead:" in call("move", *far, code=3).out
     view = call("move", "--shoulder", "900", "--preview", "--json", code=3).json
     assert view["refusal"]["code"] == "E205"
     assert "leads to" in call("move", "--park", "--preview", code=0).out
-    assert "the arc" in call("move", "--x", "250", "--via", "240,10,120", "--preview", code=3).out
+    assert "the arc" in call("move", "--x", "250", "--via", "240,10,120", "--preview", code=3).err
 
 
 def test_at_the_edge_of_reach_one_posture_is_taken_and_named_once(arm):

@@ -113,7 +113,7 @@ trees = st.lists(lines | defines, max_size=4).map(tuple).map(Tree)
 
 
 @given(trees)
-@settings(max_examples=amount(30, 1000), deadline=None)
+@settings(max_examples=amount(15, 1000), deadline=None)
 def test_a_tree_that_is_written_and_read_is_the_same_tree(tree):
     text = unparse(tree)
     assert parse(text) == tree

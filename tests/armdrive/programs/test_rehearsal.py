@@ -76,11 +76,12 @@ def test_a_rehearsal_is_refused_while_the_controllers_settings_differ():
 def test_a_rehearsal_takes_as_long_as_the_run(dialect):
     arm = table_arm(dialect)
     before = arm.twin.save()
-    rehearsal = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR)))
+    acts = TOUR if dialect == "teachmover" or THOROUGH else TOUR[:3]  # a line and the fingers
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(Script(acts)))
     assert arm.twin.save() == before
     assert (rehearsal.refusal, rehearsal.assumptions, rehearsal.whole) == (None, (), True)
-    assert rehearsal.took_s == pytest.approx(took_s(arm, Script(TOUR)), rel=0.02)
-    assert [each.mark.line for each in rehearsal.loops[0]] == [*range(1, len(TOUR) + 1)]
+    assert rehearsal.took_s == pytest.approx(took_s(arm, Script(acts)), rel=0.02)
+    assert [each.mark.line for each in rehearsal.loops[0]] == [*range(1, len(acts) + 1)]
 
 
 REFUSALS = [
@@ -302,7 +303,7 @@ def test_an_arm_whose_lengths_are_not_measured_is_refused_cartesian_goals_in_the
         assert SeenArm.unasked(Target(arm.config, simulated)).geometry_known is simulated
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl", "mks"])
 def test_an_arm_that_cannot_be_asked_is_taken_to_stand_in_its_reference(dialect):
     plan = RunPlan(Script(TOUR[:1]), settle=True)
     rehearsal = rehearse(SeenArm(simulated_config(dialect)), plan)

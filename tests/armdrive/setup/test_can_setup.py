@@ -6,9 +6,10 @@ import contextlib
 import math
 import tomllib
 from dataclasses import replace
-from functools import partial
+from itertools import count
 
 import pytest
+from amounts import amount
 from can_setup_bench import NAMES, READING, TURNING, Bench, arm, arm_as_built
 
 from armdrive.dialects.bus.tools import DrivePlace
@@ -16,7 +17,6 @@ from armdrive.dialog.conversation import About
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import parse_arm
 from armdrive.setup.commissioning import TriedMotor, together
-from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.directions import NOTHING, OTHER
 from armdrive.setup.filing import commissioned, new_text, signs_of
 from armdrive.setup.plan import Notes, plan_of
@@ -307,14 +307,8 @@ def test_a_drive_far_from_its_zero_is_offered_a_new_one():
 
 
 def test_beside_another_program_that_commands_drives_nothing_is_asked():
-    bench = Bench()
-    sleep = bench.clock.sleep
-
-    def spoken_meanwhile(link, until_s):
-        bench.clock.sleep = sleep
-        bench.twin.link.line.say(pack(mks.encode(2, mks.ReadEncoder())), 0.0)
-
-    bench.clock.sleep = spoken_meanwhile
+    bench, spoken = Bench(), pack(mks.encode(2, mks.ReadEncoder()))
+    bench.at_first_wait(lambda: bench.twin.link.line.say(spoken, 0.0))
     outcome = bench.walk()
     assert outcome.left_out == NAMES
     assert bench.said == bench.person.asked == []
@@ -326,15 +320,10 @@ def test_beside_another_program_that_commands_drives_nothing_is_asked():
 
 def test_ctrl_c_in_motion_stops_the_motor():
     bench = Bench()
-    sleep, end = bench.clock.sleep, []
-
-    def interrupted(link, until_s):
-        if not end and any(isinstance(each, mks.MoveAbsoluteAxis) for _, each in bench.said):
-            end.append(bench.clock.now_s())
-            raise KeyboardInterrupt
-        sleep(link, until_s)
-
-    bench.clock.sleep = interrupted
+    bench.at_first_wait(
+        interrupt,
+        lambda: any(isinstance(each, mks.MoveAbsoluteAxis) for _, each in bench.said),
+    )
     with pytest.raises(KeyboardInterrupt):
         bench.one()
     assert (2, mks.EmergencyStop()) in bench.said[-9:]
@@ -344,18 +333,17 @@ def test_ctrl_c_in_motion_stops_the_motor():
     assert abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps) == moved
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(amount(3, 20)))
 def test_lost_frames_turn_nothing_farther_than_was_announced(seed):
     bench = Bench()
     bench.twin.faults.add("lose-frame", 0.04, seed=seed)
-    most, sleep = [0], bench.clock.sleep
+    most, start = [0], bench.twin.world.motors
 
-    def watched(link, until_s):
-        sleep(link, until_s)
+    def watched():
         off = [abs(now - was) for now, was in zip(bench.twin.world.motors, start, strict=True)]
         most[0] = max(most[0], *off)
 
-    bench.clock.sleep = watched
+    bench.at_waits(watched)
     for _ in range(2):  # a trial that was broken off is not where it began
         start = bench.twin.world.motors
         bench.one()
@@ -366,13 +354,11 @@ def test_lost_frames_turn_nothing_farther_than_was_announced(seed):
 def test_a_gear_that_is_believed_ten_times_too_high_shows_at_the_first_small_motion():
     bench = Bench(truth=arm_as_built(gears=(1.0, 0.1, 1.0, 1.0, 1.0, 1.0)))
     start, most = bench.twin.world.joints[1], [0.0]
-    sleep = bench.clock.sleep
 
-    def watched(link, until_s):
-        sleep(link, until_s)
+    def watched():
         most[0] = max(most[0], abs(bench.twin.world.joints[1] - start))
 
-    bench.clock.sleep = watched
+    bench.at_waits(watched)
     assert bench.one()
     assert bench.kept["shoulder"].gear == pytest.approx(5.0, rel=0.05)
     assert most[0] < 0.12  # rad: what was announced, or an eighth of it ten times
@@ -428,15 +414,7 @@ def test_ctrl_c_stops_a_motor_that_is_calibrated():
     bench = Bench()
     node = bench.board.nodes[1]
     node.calibrated = False
-    sleep = bench.clock.sleep
-
-    def interrupted(link, until_s):
-        if node.motion.searching:
-            bench.clock.sleep = sleep
-            raise KeyboardInterrupt
-        sleep(link, until_s)
-
-    bench.clock.sleep = interrupted
+    bench.at_first_wait(interrupt, lambda: node.motion.searching)
     with pytest.raises(KeyboardInterrupt):
         bench.one()
     assert bench.said[-3:] == [(2, mks.EmergencyStop())] * 3
@@ -495,23 +473,7 @@ def test_a_watchdog_that_does_not_stop_the_motor_is_found_out():
     assert bench.kept["shoulder"].watchdog is False
 
 
-class AlarmClock(DialogClock):
-    """Does `alarm` at the wait that `left` counts down to."""
-
-    left = -1
-
-    def sleep(self, link, until_s):
-        self.left -= 1
-        if self.left == 0:
-            self.alarm()
-        super().sleep(link, until_s)
-
-    def begin(self, waits):
-        self.left = waits
-        return "yes"
-
-
-def interrupt(_bench):
+def interrupt(_bench=None):
     raise KeyboardInterrupt
 
 
@@ -535,9 +497,13 @@ def test_a_watchdog_trial_that_is_cut_short_sets_it_back_or_tells_the_user(untri
         bench = Bench(factory=False)
         bench.board.drives.plug(1, True)
         bench.kept["shoulder"] = replace(untried)
-        clock = bench.clock = AlarmClock()
-        clock.alarm = partial(trouble, bench)
-        bench.person.says["Try the watchdog?"] = partial(clock.begin, waits)
+        left = count(waits, -1)
+
+        def yes(bench=bench, left=left):
+            bench.at_waits(lambda: next(left) == 1 and trouble(bench))
+            return "yes"
+
+        bench.person.says["Try the watchdog?"] = yes
         with contextlib.suppress(KeyboardInterrupt):
             bench.one()
         if (2, mks.SilenceWatchdog(100)) in bench.said:

@@ -318,9 +318,17 @@ def test_the_template_writes_a_file_that_is_an_arm_on_drives():
     assert len(config.device.ids) == 6
 
 
-@pytest.mark.parametrize("words", ["armdrive can setup", "id 1"])
-def test_it_says_how_new_drives_get_their_ids(words):
-    assert words in " ".join(files("minimover5-mks", {}).arm.replace("#", "").split())
+@pytest.mark.parametrize(
+    ("template", "words"),
+    [
+        ("minimover5-mks", "armdrive can setup"),
+        ("minimover5-mks", "id 1"),
+        ("minimover5-cia402", "switches"),
+        ("minimover5-cia402", "armdrive doctor --can"),
+    ],
+)
+def test_the_file_says_how_drives_get_their_numbers(template, words):
+    assert words in " ".join(files(template).arm.replace("#", "").split())
 
 
 # -- CiA 402 -------------------------------------------------------------------------------------
@@ -333,12 +341,6 @@ def test_the_template_of_canopen_drives_asks_for_their_nodes():
     assert config.connection.dialect == "cia402"
     assert config.device.ids == (11, 12, 13, 14, 15, 16)
     assert checked(files("minimover5-cia402"), "bench").device.ids == (1, 2, 3, 4, 5, 6)
-
-
-def test_it_says_who_sets_node_numbers():
-    told = " ".join(files("minimover5-cia402").arm.replace("#", "").split())
-    assert "switches" in told
-    assert "armdrive doctor --can" in told
 
 
 @pytest.mark.parametrize("ids", ["1 2 3", "1 2 3 4 5 5", "0 1 2 3 4 5", "1 2 3 4 5 128", "a b"])

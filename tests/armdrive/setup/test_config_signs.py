@@ -60,11 +60,7 @@ def reversed_of(names, signs):
     ("dialect", "motors", "roll"),
     [
         ("teachmover", (1, 1, 1, 1, 1, 1), 1),
-        ("teachmover", (-1, 1, -1, 1, 1, 1), 1),
-        ("teachmover", (1, -1, 1, -1, 1, -1), 1),
-        ("teachmover", (1, 1, 1, 1, 1, 1), -1),
-        ("teachmover", (-1, -1, -1, -1, -1, -1), -1),
-        ("robko01", (1, 1, 1, 1, 1, 1), 1),
+        ("teachmover", (-1, 1, -1, 1, 1, 1), -1),
         ("robko01", (1, -1, 1, -1, 1, -1), -1),
     ],
 )

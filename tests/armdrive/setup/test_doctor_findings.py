@@ -117,36 +117,27 @@ def test_first_words_at_another_rate_are_a_restart_too():
     assert found.restarted
 
 
-def only(device, baud: int | None = None, tried: int | None = None):
-    listed = after.of_examination(SimPort(device).examine(baud), tried)
-    assert [each.grade for each in listed] == [Grade.PROBLEM]
-    assert listed[0].mend
-    return listed[0]
+NO_ARM = {
+    # what is behind the port, the only rate that was tried if there was one, and what is said
+    "silence at every rate": (ScriptedDevice(), None, "no device answers at 9600 and 115200 baud"),
+    "silence at one rate": (ScriptedDevice(), 2400, "no device answers at 2400 baud; "),
+    "an echo": (EchoDevice(), 9600, "comes straight back"),
+    "half a line": (ScriptedDevice((1.0, b"Gr")), 9600, "'Gr'"),
+    "a printer": (ScriptedDevice(answers=b"echo:Marlin 2.1\n"), 9600, "3D printer"),
+    "text mode": (ScriptedDevice(answers=b"\r\n1, 2, 3, 4, 5, 6, 0\r\n"), 9600, "SUPER"),
+    "unreadable bytes": (ScriptedDevice((1.0, bytes(range(0x80, 0xA0)))), 9600, "(--baud N)"),
+    "an answer to STATUS alone": (
+        ScriptedDevice(answers=b"0\r"), 9600, "not in a dialect that armdrive knows"),
+}  # fmt: skip
 
 
-def test_silence_names_the_rates_that_were_tried():
-    assert "no device answers at 9600 and 115200 baud" in only(ScriptedDevice()).what
-    alone = only(ScriptedDevice(), 2400, 2400)
-    assert alone.what == "no device answers at 2400 baud"
-
-
-def test_an_echo_is_no_arm():
-    assert "comes straight back" in only(EchoDevice(), 9600).what
-
-
-def test_half_a_line_and_strangers_are_shown():
-    assert "'Gr'" in only(ScriptedDevice((1.0, b"Gr")), 9600).what
-    assert "3D printer" in only(ScriptedDevice(answers=b"echo:Marlin 2.1\n"), 9600).what
-    retrofit = only(ScriptedDevice(answers=b"\r\n1, 2, 3, 4, 5, 6, 0\r\n"), 9600)
-    assert "SUPER" in retrofit.mend
-
-
-def test_bytes_that_nobody_can_read_hint_at_the_baud_rate():
-    assert "--baud" in only(ScriptedDevice((1.0, bytes(range(0x80, 0xA0)))), 9600).mend
-
-
-def test_a_line_that_status_answers_but_read_does_not_is_no_teachmover():
-    assert "not in a dialect that armdrive knows" in only(ScriptedDevice(answers=b"0\r"), 9600).what
+@pytest.mark.parametrize("what", NO_ARM)
+def test_what_is_no_arm_is_one_problem_with_a_remedy(what):
+    device, baud, said = NO_ARM[what]
+    (found,) = after.of_examination(SimPort(device).examine(baud), baud)
+    assert found.grade is Grade.PROBLEM
+    assert found.mend
+    assert said in f"{found.what}; {found.mend}"
 
 
 def test_another_dialect_than_expected_is_a_problem():

@@ -1,46 +1,31 @@
 """What is behind a port is found out, in words, as the doctor does; listing opens nothing."""
 
-import sys
-from functools import partial
-
 import pytest
-from can_setup_bench import ServedBus
+from can_setup_bench import arm
 from canopen_nodes import Device, NodesBus
 from doctor_bench import SimPort, made
 
-from armdrive.dialects.bus import tools
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import PortUnavailable
+from armdrive.registry import simulate
 from armdrive.registry.arm_files import arm_path
 from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup.bus_survey import probe
+from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.filing import checked, file_of, write
 from armdrive.setup.interview import Describing
 from armdrive.setup.ports import closed_ports, look_at
 from armdrive.transports import can_link
+from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen import DEVICE_TYPE
-
-needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-
-
-class Passing:
-    """Time that passes as soon as somebody waits."""
-
-    now = 0.0
-
-    def now_s(self):
-        return self.now
-
-    def sleep(self, link, until_s):
-        self.now = min(max(link.next_s(), self.now), until_s)
 
 
 @pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid"])
 def test_a_port_is_recognised_and_its_arm_is_described_by_what_was_found(dialect, monkeypatch):
     port = SimPort(made(dialect))
     monkeypatch.setattr(carrying, "_opened", lambda name, baud: port)
-    monkeypatch.setattr(dialog_runner, "RealClock", Passing)
+    monkeypatch.setattr(dialog_runner, "RealClock", DialogClock)
     found = probe("/dev/arm")
     assert found.dialect == dialect
     assert f"it speaks {dialect}" in found.lines[0]
@@ -85,29 +70,37 @@ def test_a_port_that_is_not_there_is_said_before_anything_is_opened():
     assert "/dev/nothing-here" in known.lines[0]
 
 
-@needs_pty
-def test_drives_on_a_bus_are_found_and_offered_their_template(tmp_path, monkeypatch):
-    listen = tools.listen
-    monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
-    bus = ServedBus(tmp_path)
-    try:
-        found = probe(bus.port)
-        assert found.dialect == "mks"
-        assert "armdrive can setup" in found.lines[-1]
-        describing = Describing(found.answers)
-        describing.typed = "lab"
-        describing.enter()
-        assert describing.line == "minimover5-mks"
-        bus.tell("plug none")
-        assert probe(bus.port).dialect == ""
-    finally:
-        bus.end()
+class TwinBus:
+    """The wire of simulated drives, which stays open when an adapter on it is closed."""
+
+    health = BusHealth()
+
+    def __init__(self, drives):
+        link = simulate(drives).link
+        self.write, self.read, self.next_s = link.write, link.read, link.next_s
+
+    def close(self):
+        """Stay open."""
+
+
+def test_mks_drives_are_found_and_offered_their_template(monkeypatch):
+    bus = TwinBus(arm())
+    monkeypatch.setattr(can_link, "open_can_link", lambda port: bus)
+    clock = DialogClock()
+    monkeypatch.setattr(dialog_runner, "RealClock", lambda: clock)
+    found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
+    assert found.dialect == "mks"
+    assert "armdrive can setup" in found.lines[-1]
+    describing = Describing(found.answers)
+    describing.typed = "lab"
+    describing.enter()
+    assert describing.line == "minimover5-mks"
 
 
 def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
     bus = NodesBus(*map(Device, range(1, 7)))
     monkeypatch.setattr(can_link, "open_can_link", lambda port: bus)
-    monkeypatch.setattr(dialog_runner, "RealClock", Passing)
+    monkeypatch.setattr(dialog_runner, "RealClock", DialogClock)
     found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
     assert found.dialect == "cia402"
     assert any("these answer: 1, 2, 3, 4, 5, 6 (CANopen)" in line for line in found.lines)
@@ -116,8 +109,9 @@ def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
     describing.typed = "lab"
     describing.enter()
     assert describing.line == "minimover5-cia402"
-    bus.devices = (Device(1).has({DEVICE_TYPE: 0x191}),)  # an I/O module drives no arm
-    assert probe("can:slcan:/dev/ttyACM0?bitrate=500000").dialect == ""
+    module = Device(1).has({DEVICE_TYPE: 0x191})  # an I/O module drives no arm
+    for bus.devices in ((module,), ()):
+        assert probe("can:slcan:/dev/ttyACM0?bitrate=500000").dialect == ""
 
 
 def test_going_back_goes_over_what_was_found():
@@ -151,11 +145,14 @@ def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeyp
     describing = Describing({})
     describing.typed = "lab"
     while describing.question is not None:
+        if describing.question.key == "title":
+            describing.typed = "My_bench"  # on a desk the space bar stops
         describing.enter()
     path = arm_path("lab")
     path.parent.mkdir(parents=True)
     write(describing.files(), path)
     config = load_arm(path)
+    assert (config.name, config.title) == ("lab", "My bench")
     assert file_of(config) == path
     path.write_text(path.read_text(encoding="utf-8") + "\n[limits_deg]\nbase = [-1, 1]\n")
     assert file_of(config) is None

@@ -14,7 +14,7 @@ from armdrive.blocking import run_blocking
 from armdrive.cli.program.run import MOVING
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.errors import BadRequest, StateFileError, WrongState
+from armdrive.errors import StateFileError, WrongState
 from armdrive.moves import ContinuousJog
 from armdrive.registry import DIALECTS
 from armdrive.trace import files
@@ -330,15 +330,6 @@ CALLS_THAT_MOVE = sorted(name for name in dir(Arm) if name.startswith(PREFIXES))
 def test_a_call_that_moves_is_noted_and_waited_before(name):
     assert name in CALLS
     assert name in MOVING
-
-
-def test_a_recording_goes_into_no_folder_that_is_not_there(tmp_path):
-    with (
-        Arm.connect("sim:teachmover") as arm,
-        pytest.raises(BadRequest, match=r"there is no folder .*misspelt; make it first"),
-    ):
-        arm.save_recording(tmp_path / "misspelt" / "flight.jsonl")
-    assert not (tmp_path / "misspelt").exists()
 
 
 def test_arcs_and_routes_are_in_the_recording(tmp_path):

@@ -174,8 +174,7 @@ async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
         assert session.arm.asked("grasp") == []
         assert "enter arms the keys first" in session.text("messages")
         await session.arm_keys()
-        await session.press("G")
-        await session.settle()
+        await session.once("G")
         assert session.arm.asked("grasp") == [("grasp",)]
         assert not session.screen.armed
         assert "grasped: 30.0 mm wide, pressed with 8.9 N" in session.text("messages")
@@ -254,7 +253,7 @@ async def test_a_gripper_preset_moves_the_fingers_once_the_keys_are_armed():
             assert session.arm.asked("open") == []
             session.shows(key, messages="enter arms the keys first")
             await session.arm_keys()
-            await session.keys(key)
+            await session.once(key)
             assert session.arm.asked("open") == [("open", opening_mm, 0.25)]
             assert not session.screen.armed
 

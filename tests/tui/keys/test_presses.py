@@ -8,15 +8,8 @@ from textual import events
 from textual.drivers.headless_driver import HeadlessDriver
 
 from tui.app import action_call
-from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, SinglePress, UrgentKeys
+from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, UrgentKeys
 from tui.terminal import lasting_driver
-
-
-def test_a_key_that_is_held_counts_once():
-    times_s = iter((0.0, 0.1, 0.2, 0.6, 1.1, 1.7))
-    presses = SinglePress(lambda: next(times_s), 0.5)
-    assert [presses.counts() for _ in range(6)] == [True, False, False, False, True, True]
-
 
 PAUSE_S = QUIET_S + 0.1
 PRESSES = {
@@ -35,13 +28,19 @@ PRESSES = {
     "refused": (["refused", "+0.05", "moves", "+0.05", "moves", PAUSE_S], [], ""),
     "refused, then": (["refused", "+0.05", "moves", PAUSE_S, "moves", "moves", PAUSE_S],
                       ["moves"], ""),
+    # a single press of what needs no second one; a paste goes on with the same key or another one
+    "a step": (["steps", "+0.2", PAUSE_S, PAUSE_S], ["steps"], ""),
+    "a step, too early": (["steps", QUIET_S - 0.1], [], ""),
+    "a held step": (["steps", PAUSE_S, "steps", "+0.03", "steps", PAUSE_S], ["steps"], ""),
+    "a step refused, then": (["refused", "+0.1", "steps", 0.4, "steps", 0.4], ["steps"], ""),
+    "a step, then another key": (["steps", "+0.01", "moves", PAUSE_S], [], "moves"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize(("steps", "done", "effect"), PRESSES.values(), ids=PRESSES)
-def test_two_presses_of_one_key_are_done_once(steps, done, effect):
+def test_enough_presses_of_one_key_are_done_once(steps, done, effect):
     now, found = [50.0], []
-    confirmation = Confirmation(lambda: now[0], lambda: False)
+    confirmation = Confirmation(lambda: now[0])
     for step in steps:
         if step == "refused":
             confirmation.refuse()
@@ -52,7 +51,8 @@ def test_two_presses_of_one_key_are_done_once(steps, done, effect):
         elif step.startswith("+"):
             now[0] += float(step)
         else:
-            confirmation.press(step, partial(found.append, step))
+            needed = 1 if step == "steps" else 2
+            confirmation.press(step, partial(found.append, step), needed=needed)
     assert found == done
     assert confirmation.effect == effect
 

@@ -45,11 +45,6 @@ class PointSession(Session):
             await self.press("down")
         await self.settle()
 
-    async def step(self, key):
-        await self.press(key, after_s=1.0)
-        await self.settle()
-        await self.settle()
-
     def stands_at(self, point):
         joints = self.arm.status.joints.angles_rad
         return joints == pytest.approx(point.joints.angles_rad, abs=1e-6)
@@ -342,29 +337,29 @@ async def test_a_marked_step_is_taken_out_by_two_presses():
 async def test_stepping_forwards_and_backwards():
     async with PointSession() as session:
         await session.choose("stack")
-        await session.step("right")
+        await session.once("right")
         assert session.arm.asked_for == []
         session.shows("not stepping", messages="lets this key move")
         await session.keys("s")
         session.shows("s", chosen="STEPPING")
-        await session.step("right")
+        await session.once("right")
         assert session.stands_at(session.point("left"))
         session.shows("a step", messages="next: gripper open")
         for _ in range(20):
             await session.press("right", after_s=0.04)
             await session.settle()
         assert session.screen.sequence.stepper.at == 1, "a held key makes one step"
-        await session.step("right")
+        await session.once("right")
         assert session.arm.asked("open")
-        await session.step("right")
+        await session.once("right")
         assert session.stands_at(session.point("right"))
         session.shows("a way back", chosen="back to left")
-        await session.step("left")
+        await session.once("left")
         assert session.stands_at(session.point("left"))
         await session.press("home")
         assert session.screen.sequence.stepper.at == 0
         await session.press("s")
-        await session.step("right")
+        await session.once("right")
         assert session.screen.sequence.stepper.at == 0
 
 

@@ -297,13 +297,16 @@ async def test_stepping_waits_before_each_motion_and_a_held_key_makes_one_step(a
         assert "WAITS FOR YOU: next, line 2: draw 0, 20, 0" in session.text("run")
         assert gate.moves == []
         await session.press("right", after_s=1.0)
+        session.clock.now_s += 0.5
         await session.until(lambda: len(gate.moves) == 1)
         await session.until(lambda: session.screen.run.asks)
         assert session.screen.run.line == 3
         await session.press("right", "right", after_s=0.03)
+        session.clock.now_s += 0.5
         await session.poll()
         assert len(gate.moves) == 1
         await session.press("right", after_s=1.0)
+        session.clock.now_s += 0.5
         await session.ended()
         assert len(gate.moves) == 2
         await session.press("right", after_s=1.0)

@@ -86,8 +86,7 @@ class SetupSession(Session):
         await self.settle()
 
     async def turn(self):
-        await self.press("t", after_s=1.0)
-        await self.settle()
+        await self.once("t")
 
     async def go_through_one(self, key="y"):
         """Turn a motor, answer with a key, bring it back."""

@@ -1,5 +1,6 @@
 """The set-up screen turns each motor a little, and corrects the arm file by what was seen."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -83,11 +84,30 @@ async def test_a_key_that_is_held_turns_once_and_nothing_else_turns_at_all():
         assert isinstance(session.stage, Steps)
         await session.choose("4 check")
         assert session.simulated.asked == []
-        await session.press("t", after_s=1.0)
+        await session.turn()  # the first repeat of a held key comes after half a second
+        assert len(session.simulated.asked) == 1
         for _ in range(20):
             await session.press("t", after_s=0.04)
+        session.clock.now_s += 0.5
+        await session.settle()
         await session.settle()
         assert len(session.simulated.asked) == 1
+
+
+@pytest.mark.parametrize("letters", ["tw", "tt", "ty", "twy"])
+async def test_the_first_letter_of_a_paste_that_nothing_marks_turns_no_motor(letters):
+    async with SetupSession() as session:
+        await session.choose("4 check")
+        await session.press(letters[0])
+        session.desk.input.person_s = math.inf  # all that follows comes at once
+        await session.press(*letters[1:])
+        session.clock.now_s += 0.5
+        await session.settle()
+        await session.settle()
+        assert session.simulated.asked == []
+        session.desk.input.person_s = 0.0
+        await session.turn()
+        assert len(session.simulated.asked) == 1, "a person presses it"
 
 
 async def test_a_stop_leaves_the_step_and_what_was_answered_is_kept():

@@ -219,6 +219,18 @@ async def test_a_space_in_an_answer_stops_and_keeps_the_answers():
         assert session.words == template
 
 
+async def test_a_title_has_words_though_a_space_stops():
+    async with SetupSession() as session:
+        await session.choose("2 describe")
+        await session.keys("'my_bench enter enter")
+        assert "Type _ for a space" in session.words
+        await session.keys("'My_arm")
+        assert "enter: My arm" in session.words
+        await session.keys("enter")
+        assert session.stage.describing.name == "my_bench", "a name is one word"
+        assert "Which dialect" in session.words
+
+
 async def test_referencing_asks_as_the_desk_does():
     async with SetupSession() as session:
         await session.choose("3 reference")
@@ -253,6 +265,7 @@ def test_the_setup_screen(snap_compare, what, size, monkeypatch):
     async def ready(pilot):
         for key in ("f5", *SHOWN[what]):
             await pilot.press(key)
+            session.clock.now_s += 0.5
             await at_rest(pilot)
 
     assert snap_compare(session.desk, terminal_size=size, run_before=ready)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from chain_files import six_arm, six_links
@@ -10,10 +11,10 @@ from hypothesis import strategies as st
 
 from armdrive.connect.target import find
 from armdrive.errors import OutOfBounds, Refused
-from armdrive.programs.teaching.shape import Offset, mirrored, offset, shaped, shaped_point
+from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import load_arm
-from armdrive.storage.points import Point, Step, StepList
+from armdrive.storage.points import Point, Step, StepList, Taught
 from kinematics import Joints
 
 TEACHMOVER = find("sim:teachmover").config
@@ -87,28 +88,20 @@ def test_a_turn_turns_the_base_alone(joints, turn_deg):
     assert tuple(turned)[1:] == tuple(joints)[1:]
 
 
-def test_a_point_that_leaves_the_arms_range_is_refused_by_its_name():
+@pytest.mark.parametrize(
+    ("by", "error", "why"),
+    [
+        (Offset(turn_rad=1.0), OutOfBounds, "the base"),
+        (Offset(x_mm=900.0), Refused, ""),
+        (Offset(z_mm=-110.0), Refused, "mm below the table"),
+    ],
+    ids=["beyond a limit", "out of reach", "within a guard"],
+)
+def test_a_point_that_cannot_go_there_is_refused_by_its_name(by, error, why):
     point = Point(Joints.of(80.0, 40.0, -80.0, -40.0, 0.0))
-    with pytest.raises(OutOfBounds, match="the point 'pick' cannot go there: the base") as caught:
-        shaped_point(
-            TEACHMOVER,
-            "pick",
-            point,
-            lambda joints: offset(TEACHMOVER, joints, Offset(turn_rad=1.0)),
-            "",
-        )
-    assert caught.value.name == "base"
-    far = Offset(x_mm=900.0)
-    with pytest.raises(Refused, match="the point 'pick' cannot go there"):
-        shaped_point(TEACHMOVER, "pick", point, lambda each: offset(TEACHMOVER, each, far), "")
-
-
-def test_a_point_within_a_guard_is_refused_by_its_name():
-    low = Point(Joints.of(0.0, 40.0, -80.0, -40.0, 0.0))
-    tip = TEACHMOVER.model.arm.fk(low.joints)
-    down = Offset(z_mm=-tip.z_mm - 30.0)
-    with pytest.raises(Refused, match="the point 'pick' cannot go there"):
-        shaped_point(TEACHMOVER, "pick", low, lambda each: offset(TEACHMOVER, each, down), "")
+    with pytest.raises(error, match=f"the point 'pick' cannot go there: .*{why}") as caught:
+        Reshape(TEACHMOVER, partial(offset, TEACHMOVER, by=by)).point("pick", point)
+    assert error is Refused or caught.value.name == "base"
 
 
 def test_a_sequence_goes_over_new_points_and_keeps_all_else():
@@ -124,13 +117,9 @@ def test_a_sequence_goes_over_new_points_and_keeps_all_else():
         ),
         "one block",
     )
-    made, sequences = shaped(
-        TEACHMOVER,
-        "fetch",
-        "left",
-        (points, {"fetch": steps}),
-        (lambda joints: mirrored(TEACHMOVER, joints), "fetch mirrored"),
-    )
+    change = Reshape(TEACHMOVER, partial(mirrored, TEACHMOVER), "fetch mirrored")
+    found = change.taught("fetch", "left", Taught(points, {"fetch": steps}))
+    made, sequences = found.points, found.sequences
     assert list(made) == ["left-above", "left-pick"]
     assert made["left-above"].joints.deg["base"] == pytest.approx(-20.0)
     assert made["left-above"].note == "safe; fetch mirrored"
