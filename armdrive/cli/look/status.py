@@ -23,7 +23,7 @@ from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find
-from armdrive.errors import ArmError, ArmInUse
+from armdrive.errors import ArmInUse, HolderError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
 from armdrive.status import (
@@ -65,7 +65,7 @@ def watch(options: argparse.Namespace) -> int:
     with contextlib.suppress(KeyboardInterrupt):
         for view in watch_holder(name, options.every):
             if "state" not in view:
-                raise ArmError(str(view.get("error", "the program does not let itself be watched")))
+                raise HolderError(str(view.get("error", "the program cannot be watched")))
             show(Result(view, watched.lines(view)), options)
     return 0
 

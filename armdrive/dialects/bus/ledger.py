@@ -102,6 +102,8 @@ class Ledger:
             self.open_s = self._retried_s = now_s
             self._owed_before = self._owed
         elif now_s >= self._retried_s + self._retry_period_s - EPSILON_S:
+            # The frame before this one is missed only if another drive has replied since: else the
+            # bus itself may be silent.
             if self._unproven and others_s > self._retried_s:
                 self._missed += 1  # the reply that came since then proves that the bus carried it
             self._unproven = others_s <= self.open_s
@@ -131,6 +133,7 @@ class Ledger:
         unheard = self.braking and now_s >= self.open_s + BRAKING_SILENCE_S
         if not self.pending and (unheard or self.silent):
             self.suspect(now_s + REPLY_GRACE_S)
+        # what it owed before is of earlier losses, so it need not answer that
         if self.pending and self._owed <= self._owed_before_suspicion:
             self.suspected_s = math.inf  # it has answered everything, so it had power throughout
         if asked:
