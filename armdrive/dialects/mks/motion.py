@@ -328,7 +328,7 @@ class Moving:
         have restarted, and is asked for its position instead.
         """
         if drive.may_have_restarted(self._wire.now_s):
-            self._wire.put(drive.node, ReadEncoder())
+            self._wire.put(drive, ReadEncoder())
         elif drive.moving and drive.ledger.answers_orders:
             self._wire.repeat(drive)
         self._wire.put(drive, ReadState())
