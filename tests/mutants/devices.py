@@ -567,11 +567,33 @@ MUTANTS = (
         name="a drive that answers nothing for a moment is taken for having been there",
         promise="a drive that restarts near its zero is detected by missing replies",
         path="armdrive/dialects/bus/ledger.py",
-        old="self.away_s, self._suspected_s = min(self.away_s, self._suspected_s), math.inf",
-        new="self._suspected_s = math.inf",
+        old="self.away_s, self.suspected_s = min(self.away_s, self.suspected_s), math.inf",
+        new="self.suspected_s = math.inf",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_restarting.py",
             "test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion[0.09-0]",
+        ),
+    ),
+    Mutant(
+        name="drives get orders while one of them may have restarted",
+        promise="a restarted drive does not turn from its new zero",
+        path="armdrive/dialects/mks/steering.py",
+        old="        if any(drive.may_have_restarted(wire.now_s) for drive in wire.drives):\n",
+        new="        if False:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_restarting.py",
+            "test_a_drive_that_restarts_gets_no_order_from_its_new_zero[-20000-0.52-0.1]",
+        ),
+    ),
+    Mutant(
+        name="the order of a drive that may have restarted is repeated",
+        promise="a restarted drive does not turn from its new zero",
+        path="armdrive/dialects/mks/motion.py",
+        old="        if drive.may_have_restarted(self._wire.now_s):\n",
+        new="        if False:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_restarting.py",
+            "test_a_drive_that_restarts_gets_no_order_from_its_new_zero[-20000-0.47-0.1]",
         ),
     ),
     Mutant(

@@ -480,6 +480,23 @@ class ObservedDrive:
         """Whether it restarted and counts from zero again."""
         return self.verdict is not None and self.verdict.finding is DriveFinding.RESTARTED
 
+    def may_have_restarted(self, now_s: float) -> bool:
+        """Whether its next order might turn it from a new zero.
+
+        It is silent, or out of reach, or it still owes replies and may count from zero.
+        """
+        if self.is_doubted or self.ledger.silent:
+            return True
+        away_s = self.ledger.suspected_s
+        return self.read_s < away_s < math.inf or (
+            self.ledger.pending and self.counts_from_zero(away_s, now_s)
+        )
+
+    @property
+    def is_doubted(self) -> bool:
+        """Whether its last reading is in doubt."""
+        return self.verdict is not None and self.verdict.finding is DriveFinding.DOUBTED
+
     @property
     def is_within_reach(self) -> bool:
         """Whether a shaft can have turned to its last count."""
@@ -631,11 +648,7 @@ class Observer:
     @property
     def doubtful(self) -> tuple[ObservedDrive, ...]:
         """Return the drives whose last reading is in doubt."""
-        return tuple(
-            each
-            for each in self.drives
-            if each.verdict is not None and each.verdict.finding is DriveFinding.DOUBTED
-        )
+        return tuple(each for each in self.drives if each.is_doubted)
 
     @property
     def to_reread(self) -> tuple[ObservedDrive, ...]:

@@ -324,9 +324,12 @@ class Moving:
     def _retry(self, drive: ObservedDrive) -> None:
         """Repeat the order of a drive that is silent while others reply: it may have been lost.
 
-        A question about its state shows whether the drive is there.
+        A question about its state shows whether the drive is there. A drive that stays silent may
+        have restarted, and is asked for its position instead.
         """
-        if drive.moving and drive.ledger.answers_orders:
+        if drive.may_have_restarted(self._wire.now_s):
+            self._wire.put(drive, ReadEncoder())
+        elif drive.moving and drive.ledger.answers_orders:
             self._wire.repeat(drive)
         self._wire.put(drive, ReadState())
 

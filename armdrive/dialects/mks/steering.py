@@ -111,9 +111,14 @@ class Steering:
         """Why a target cannot be commanded."""
 
     def steer(self, trip: Trip) -> None:
-        """Send every moving drive its next order."""
+        """Send every moving drive its next order, unless one of them may have restarted.
+
+        It would turn there from its new zero. Without orders, all end at their last targets.
+        """
         wire, period_s = self._wire, self._wire.settings.segment_s
         trip.advance(wire.now_s)
+        if any(drive.may_have_restarted(wire.now_s) for drive in wire.drives):
+            return
         ahead_s = min(trip.time_s + trip.ahead_s, trip.path.end_s)
         trip.sent_s = ahead_s
         last = trip.ending and trip.time_s + period_s >= trip.path.end_s - 1e-9

@@ -74,6 +74,20 @@ def test_a_short_restart_is_found_and_the_drive_goes_no_farther_than_sent(
     assert bench.now_s - 1.0 < began_s + dead_s + 2.0
 
 
+@in_pairs(
+    "start, after_s, dead_s",
+    [-20_000, -450, 0, 20_000],
+    [0.47, 0.49, 0.5, 0.52],
+    [0.1, 0.15, 0.4],
+)
+def test_a_drive_that_restarts_gets_no_order_from_its_new_zero(start, after_s, dead_s):
+    bench = moving(start, 9000, after_s)
+    back_s = bench.now_s + dead_s
+    restart(bench, 1, dead_s=dead_s)
+    check_blamed(bench)
+    assert not requests(bench, MoveAbsoluteAxis, since_s=back_s)  # nor does any other drive
+
+
 def test_a_restarted_drive_that_keeps_its_angle_is_found_by_its_missing_turns():
     bench = moving(40_000, 3000, 0.47)
     restart(bench, 1, keeps_angle=True)

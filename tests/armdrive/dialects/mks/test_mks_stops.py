@@ -93,7 +93,7 @@ def test_a_late_drive_in_a_stop_near_zero_is_no_restart(silent_s):
 
 
 def test_the_stop_because_of_a_silent_drive_is_repeated_to_one_that_missed_it():
-    bench, lost = begun(straight(30), 0.5), list[float]()
+    bench, lost = begun(straight(30), 0.5, ahead_s=1.0), list[float]()
     bench.node(3).mute = True
 
     def loses(frame, host):
