@@ -37,6 +37,7 @@ from armdrive.status import (
     status_view,
 )
 from armdrive.storage.lock_client import holder_words, watch_holder
+from kinematics.text import rounded
 
 
 def status(options: argparse.Namespace) -> Result:
@@ -176,7 +177,7 @@ class Watched:
 
     def _place(self, view: View) -> tuple[str | Inked, ...]:
         pose = view["pose"] or {}
-        numbers = [f"{round(pose[key], 1) + 0.0:.1f}" if pose else "-" for key in self._keys]
+        numbers = [rounded(pose[key], 1) if pose else "-" for key in self._keys]
         opening = "" if view["gripper_mm"] is None else f"{view['gripper_mm']:>6.1f} mm"
         state = "paused" if view["paused"] else view["state"]
         return (
