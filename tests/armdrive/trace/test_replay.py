@@ -78,7 +78,7 @@ def test_the_timeline_tells_every_entry_and_reads_every_message(days, dialect):
     assert len(told) == len(recording.entries)
     unreadable = [text for text in told if "unreadable" in text]
     assert len(unreadable) <= 1, unreadable  # the first line to a TeachMover is one on purpose
-    assert any("call: move_j(shoulder_deg=30)" in text for text in told)
+    assert any("call: move_j shoulder 30 deg" in text for text in told)
 
 
 def test_the_twin_ends_where_the_arm_physically_stood(days, replays):
@@ -139,7 +139,7 @@ def test_a_fault_is_where_they_part(dialect, fault, tmp_path):
     replayed = replay(recording)
     parting = replayed.divergence
     assert parting is not None
-    moved = next(e for e in recording.entries if "move_j(shoulder_deg=40" in str(e.what))
+    moved = next(e for e in recording.entries if "move_j shoulder 40 deg" in str(e.what))
     assert moved.time_s < parting.time_s <= recording.entries[-1].time_s
     assert parting.arm != parting.twin
     assert "registers" in parting.twin_state

@@ -62,7 +62,7 @@ async def test_bytes_are_shown_with_what_they_mean_and_by_whom():
         assert "-> @STEP 214,37,0,-4,0,0,0" in session.shown
         assert "step at speed 214: base +37, elbow -4" in session.shown
         assert "<- 1\\r" in session.shown
-        assert "call: move_j(shoulder_deg=40" in session.shown
+        assert "call: move_j shoulder 40" in session.shown
         assert "[E502]" in session.shown
         assert session.rows[-1].startswith("!")
 
@@ -152,7 +152,7 @@ async def test_frames_of_a_can_bus_are_shown_as_frames():
 async def test_topics_are_left_out_and_shown_again_each_by_its_key():
     marks = {
         Topic.BYTES: "@STEP 214,38",
-        Topic.REQUESTS: "request: MoveBy",
+        Topic.REQUESTS: "request: move by",
         Topic.INTENTS: "call: move_j",
         Topic.STATES: "state: moving",
         Topic.ERRORS: "raised: NoAnswer",
