@@ -120,6 +120,12 @@ class Session:
         """The rows of the terminal."""
         return [strip.text for strip in self.desk.screen._compositor.render_strips()]
 
+    def painted_words(self, name):
+        """Return the words of a part of the screen that are really painted."""
+        inside = self.desk.screens.current.query_one(f"#{name}").content_region
+        rows = self.painted[inside.y : inside.bottom]
+        return " ".join(" ".join(row[inside.x : inside.right] for row in rows).split())
+
     async def send(self, event):
         self.desk.post_message(event)
         await self.pilot.pause()

@@ -2,13 +2,15 @@
 
 import pytest
 from desk_fake import END, MODEL, Clock, FakeArm, FakeHolder, unknown_position
+from desk_logged import LoggedArm
 from desk_planner import at_rest
 from desk_session import Session
 from waiting import until_seen
 
-from armdrive.status import status_view
+from armdrive.status import LinkStats, State, status_view
 from tui.axes import AxisTable, bar
 from tui.desk import Desk
+from tui.jog.panels import OVER_S
 from tui.startup import SCREENS
 from tui.watch import Watching
 
@@ -68,6 +70,50 @@ def test_the_dialogs(snap_compare, name, size):
 )
 def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
     assert bar(value, 0.0, 10.0, 5) == shown
+
+
+LONG = {
+    "link_stats": LinkStats(baud=9600),
+    "silent_time_s": 1.25,
+    "silent_distance_mm": 120.0,
+    "outputs": 0xA5,
+    "inputs": 0x5A,
+    "last_answer": "registers 39 867 874 128 128 582, inputs 0, the end",
+}
+
+
+@pytest.mark.parametrize("size", [(80, 24), (80, 39), (120, 40)])
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+@pytest.mark.parametrize("mode", ["", "m"])
+async def test_no_line_of_the_details_and_of_what_the_keys_move_is_cut(size, dialect, mode):
+    async with Session(FakeArm(dialect=dialect, **LONG), size=size) as session:
+        await session.keys(f"D {mode}")
+        session.clock.now_s += OVER_S
+        await session.settle()
+        assert "the end" in session.text("details")
+        driven = ("tip",) if mode else ("joints",)
+        for name in ("details", *driven, "gripper", *(("near",) if size[1] == 40 else ())):
+            assert session.painted_words(name) == " ".join(session.text(name).split()), name
+
+
+async def test_the_summary_of_the_theory_is_not_cut():
+    close = FakeArm().status.joints.replace(shoulder=0.45, elbow=-2.2, wrist_pitch=0.19)
+    arm = FakeArm(joints=close, pose=MODEL.arm.fk(close))
+    async with Session(arm) as session:
+        await session.keys("f6")
+        summary = " ".join(session.text("theory-summary").split())
+        assert summary.endswith("the arm stands in")
+        assert session.painted_words("theory-summary") == summary
+
+
+async def test_the_tiniest_terminal_still_offers_the_stop_and_the_keys():
+    for more in ({}, {"state": State.ERROR_STOP, "error": "the elbow slipped " * 20}):
+        async with Session(LoggedArm(**more), size=(30, 8)) as session:
+            for key in ("f2", "f6", "f7"):
+                await session.keys(key)
+                assert "STOP" in session.painted[2], key
+                assert session.painted[-1].split()[:2] == ["space", "STOP"], key
+                assert "? help" in session.painted[-1], key
 
 
 @pytest.mark.parametrize("more", [{}, unknown_position()], ids=["known", "unknown"])
