@@ -479,12 +479,11 @@ class Desk(KeyApp):
         the file that the program screen begins with.
         """
         left = DeskMemory(instructed=True) if memory is None else recall(memory)
-        super().__init__(keys, look=left.look, clock=clock)
+        super().__init__(keys, braille=braille, look=left.look, clock=clock)
         for place, screen in screens.items():
             self.add_mode(place, screen)
         self.screens: DeskScreens = DeskScreens(self)
         self.arm = arm
-        self.braille = braille
         self._handle_signals = handle_signals
         self._memory = memory
         self._left = left

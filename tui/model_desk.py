@@ -272,10 +272,9 @@ class ModelDesk(KeyApp):
     screens = OneScreen(PLACE)
 
     def __init__(self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS) -> None:
-        super().__init__(model_keys(keys))
+        super().__init__(model_keys(keys), braille=braille)
         self.hand = ModelHand(subject)
         self.pairs = self.hand.pairs
-        self.braille = braille
 
     def get_default_screen(self) -> ModelScreen:
         """Return the only screen."""

@@ -287,10 +287,9 @@ class Watching(KeyApp):
         look: str = "",
     ) -> None:
         common = tuple(row for row in keys.rows if row.place or row.id in COMMON)
-        super().__init__(Keyboard(common), look=look)
+        super().__init__(Keyboard(common), braille=braille, look=look)
         self.arm_name = name
         self.model = model
-        self.braille = braille
         self.view: Mapping[str, Any] = {}
         self.ended = ""
         self.message = "watching: no key here begins a motion, and leaving does not stop the arm"

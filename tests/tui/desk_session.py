@@ -18,10 +18,10 @@ NAMES = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon
 class Session:
     """A desk on a headless terminal, a fake arm and a clock that the test sets."""
 
-    def __init__(self, arm=None, *, size=(80, 24), **more):
+    def __init__(self, arm=None, *, size=(80, 24), braille=True, **more):
         self.arm = arm or FakeArm()
         self.clock = Clock()
-        self.desk = Desk(self.arm, screens=SCREENS, braille=True, clock=self.clock, **more)
+        self.desk = Desk(self.arm, screens=SCREENS, braille=braille, clock=self.clock, **more)
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
         self.desk.input.person_s = 0.0  # and at once, one after the other
