@@ -59,7 +59,9 @@ class PlainLetters(LineFilter):
 
     def apply(self, segments: list[Segment], background: Color) -> list[Segment]:  # noqa: ARG002
         """Return the segments with plain letters."""
-        return [Segment(text.translate(_PLAINLY), *more) for text, *more in segments]
+        return [
+            Segment(text.translate(_PLAINLY), style, control) for text, style, control in segments
+        ]
 
 
 PLAINLY = "armdrive-plainly"

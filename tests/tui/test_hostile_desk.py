@@ -63,7 +63,7 @@ class Failing(KeyApp):
 
 
 def test_a_fault_of_the_desk_is_raised_and_not_printed(capsys, monkeypatch):
-    app = Failing(DEFAULT_KEYS)
+    app = Failing(DEFAULT_KEYS, braille=True)
     monkeypatch.setattr(app, "run", lambda: KeyApp.run(app, headless=True))
     with pytest.raises(LookupError, match="nobody foresaw this"):
         app.run_or_raise()
