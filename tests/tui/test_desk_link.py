@@ -40,14 +40,14 @@ async def test_a_key_that_is_held_when_the_link_breaks_only_says_so():
 
 
 @pytest.mark.parametrize(
-    ("dialect", "sooner"),
+    ("screen", "dialect", "sooner"),
     [
-        ("teachmover", "The pendant's STOP key stops faster"),
-        ("mks", "The motors' power switch stops faster; the arm then sags."),
+        ("f2", "teachmover", "The pendant's STOP key stops faster"),
+        ("f3", "mks", "The motors' power switch stops faster; the arm then sags."),
+        ("f6", "teachmover", "The pendant's STOP key stops faster"),
     ],
 )
-@pytest.mark.parametrize("screen", ["f2", "f3", "f6"])
-async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends(dialect, sooner, screen):
+async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends(screen, dialect, sooner):
     async with Session(FakeArm(simulated=False, dialect=dialect)) as session:
         await session.press(screen)
         assert "space" in session.text("footer")

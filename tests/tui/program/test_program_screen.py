@@ -359,9 +359,8 @@ async def test_leaving_lets_a_motion_end_and_begins_no_other_one(arm, tmp_path, 
         assert interrupted(arm.config.name).line == 3
 
 
-@pytest.mark.parametrize("how", LEAVING)
-@pytest.mark.parametrize("program", [WAITS, HOLDS], ids=["waits", "holds"])
-async def test_leaving_ends_a_wait(arm, tmp_path, how, program):
+@pytest.mark.parametrize(("how", "program"), zip(LEAVING, (WAITS, HOLDS) * 3, strict=True))
+async def test_leaving_ends_a_wait_for_an_input_or_for_a_person(arm, tmp_path, how, program):
     async with ProgramSession(arm, tmp_path, waits=program) as session:
         await session.begin()
         if program is HOLDS:
