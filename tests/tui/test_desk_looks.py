@@ -11,6 +11,7 @@ from armdrive.status import LinkStats, State, status_view
 from tui.axes import AxisTable, bar
 from tui.desk import Desk
 from tui.jog.panels import OVER_S
+from tui.jog.screen import TALL
 from tui.startup import SCREENS
 from tui.watch import Watching
 
@@ -82,18 +83,35 @@ LONG = {
 }
 
 
-@pytest.mark.parametrize("size", [(80, 24), (80, 39), (120, 40)])
-@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
-@pytest.mark.parametrize("mode", ["", "m"])
-async def test_no_line_of_the_details_and_of_what_the_keys_move_is_cut(size, dialect, mode):
-    async with Session(FakeArm(dialect=dialect, **LONG), size=size) as session:
-        await session.keys(f"D {mode}")
-        session.clock.now_s += OVER_S
-        await session.settle()
-        assert "the end" in session.text("details")
-        driven = ("tip",) if mode else ("joints",)
-        for name in ("details", *driven, "gripper", *(("near",) if size[1] == 40 else ())):
-            assert session.painted_words(name) == " ".join(session.text(name).split()), name
+ALL_PANELS = ("tip", "joints", "gripper", "near", "details")
+DETAILED = [
+    # a size, keys, the panels that the details leave room for
+    ((80, 24), "D", ("joints", "gripper", "details")),
+    ((80, 24), "D m", ("tip", "gripper", "details")),
+    ((80, 24), "D D", ("tip", "joints", "gripper", "near")),
+    ((80, 39), "D", ("joints", "gripper", "details")),
+    ((120, 40), "D", ALL_PANELS),
+]
+
+
+@pytest.mark.parametrize(("size", "keys", "panels"), DETAILED)
+async def test_details_are_shown_on_asking_and_no_line_is_cut(size, keys, panels):
+    async with Session(FakeArm(**LONG), size=size) as session:
+        for dialect in ("teachmover", "grbl"):
+            session.arm.set(dialect=dialect)
+            await session.keys(keys)
+            session.clock.now_s += OVER_S
+            await session.settle()
+            for name in ALL_PANELS:
+                shown = " ".join(session.text(name).split())
+                painted = session.screen.query_one(f"#{name}").display
+                assert painted == (name in panels), name
+                if painted and (name != "near" or size[1] >= TALL):  # it may end with less
+                    assert session.painted_words(name) == shown, name
+            if "details" in panels:
+                assert "sent @STEP" in session.text("details")
+                assert session.text("details").endswith("the end")
+            await session.keys(keys)
 
 
 async def test_the_summary_of_the_theory_is_not_cut():
