@@ -53,9 +53,14 @@ class Session:
         As a person does, each word waits for what came of the one before.
         """
         for word in line.split():
+            await self.burst(word, after_s)
+
+    async def burst(self, line, after_s=0.0):
+        """Press the keys of a line, and wait only for what came of the last one."""
+        for word in line.split():
             typed = [NAMES.get(each, each) for each in word[1:]]
             await self.press(*(typed if word.startswith("'") else [word]), after_s=after_s)
-            await self.settle()
+        await self.settle()
 
     async def once(self, key):
         """Press a key after a pause, and wait until no other key can follow."""
