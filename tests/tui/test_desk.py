@@ -656,13 +656,6 @@ async def test_a_key_acted_on_late_does_not_count_before_what_came_with_it():
         assert rings[-1] >= 0.03
 
 
-async def test_an_error_names_keys_and_no_python():
-    async with Session() as session:
-        session.arm.set(state=State.ERROR_STOP, error="look at the arm, then call `reset()`")
-        await session.settle()
-        session.shows("an error", banner="then press R", not_state="reset()")
-
-
 async def test_the_cursor_of_the_palette_does_not_blink():
     async with Session() as session:
         await session.press("ctrl+p", "r", "e")

@@ -78,18 +78,14 @@ async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends(screen, di
         assert "space" in session.text("footer")
 
 
-async def test_a_lost_link_closes_the_question_that_was_open():
-    async with Session(FakeArm(simulated=False)) as session:
+async def test_a_lost_link_closes_a_question_and_refuses_what_needs_an_arm():
+    """It says how to get the arm back."""
+    async with Session(FakeArm(simulated=False, trust=Trust.RESTORED)) as session:
         await session.press("H")
+        assert len(session.desk.screen_stack) == 2
         session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
         await session.poll()
         assert len(session.desk.screen_stack) == 1
-
-
-async def test_what_needs_an_arm_is_refused_with_the_way_to_get_it_back():
-    async with Session(FakeArm(simulated=False, trust=Trust.RESTORED)) as session:
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
-        await session.poll()
         for key in ("H", "C", "P", "R", "enter", "w"):
             session.desk.message = ""
             await session.press(key, after_s=5.0)
@@ -147,27 +143,26 @@ async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next(
         assert session.desk.is_running
 
 
-@pytest.mark.parametrize(
-    ("ended_in", "next_keys"),
-    [
-        ({"trust": Trust.SUSPECT, "trust_reason": "lost"}, "R resets, then H references it"),
-        ({"state": State.DISABLED, "error": ""}, "P switches the motors on, then C compares it"),
-    ],
-)
-async def test_a_link_that_is_looked_for_by_itself_says_so_and_what_it_ended_in(
-    ended_in, next_keys
-):
+ENDED_IN = {
+    "R resets, then H references it": {"trust": Trust.SUSPECT, "trust_reason": "lost"},
+    "P switches the motors on, then C compares it": {"state": State.DISABLED, "error": ""},
+}
+
+
+async def test_a_link_that_is_looked_for_by_itself_says_so_and_what_it_ended_in():
     async with Session(FakeArm(simulated=False)) as session:
         session.arm.reconnects = True
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled.")
-        await session.poll()
-        assert "the cable was pulled. The desk keeps trying to reconnect" in session.text("banner")
-        session.arm.set(state=State.STANDBY)  # it is there, and is still being asked
-        await session.poll()
-        assert "is back" not in session.text("messages")
-        session.arm.come_back(**ended_in)
-        await session.poll()
-        assert next_keys in session.text("messages")
+        for next_keys, ended_in in ENDED_IN.items():
+            session.arm.set(state=State.DISCONNECTED, error="the cable was pulled.")
+            await session.poll()
+            trying = "the cable was pulled. The desk keeps trying to reconnect"
+            assert trying in session.text("banner")
+            session.arm.set(state=State.STANDBY)  # it is there, and is still being asked
+            await session.poll()
+            assert "is back" not in session.text("messages")
+            session.arm.come_back(**ended_in)
+            await session.poll()
+            assert next_keys in session.text("messages")
 
 
 async def test_a_link_that_is_not_back_says_why_once():
