@@ -268,7 +268,7 @@ class AsyncArm(AsyncConnection):
     def stops(self) -> int:
         """The number of stops requested so far; see `start`."""
     async def sleep(self, time_s: float) -> None:
-        """Wait on the arm's own clock."""
+        """Wait on the arm's own clock, for at most 1,000,000 s."""
     def pause(self) -> None:
         """Pause the arm after its current burst or segment, until `resume` or a stop."""
     def resume(self) -> None:
@@ -322,7 +322,7 @@ class AsyncArm(AsyncConnection):
         """Write a program into the arm's memory and read it back; moves nothing."""
     async def mend_settings(self, lines: Sequence[str] | None = ...) -> DeviceSettings:
         """Write the lines that set the device as the arm file expects. Moves nothing."""
-    async def save_recording(self, path: Path | str | None = ...) -> Path:
+    async def save_recording(self, path: Path | str | None = ..., *, overwrite: bool = ...) -> Path:
         """Save the contents of the flight recorder, and return the path of the file."""
     def log(self, *, back: int | None = ...) -> LogReader:
         """Return a reader of the log: the traffic on the wire and the driver's events, in words."""

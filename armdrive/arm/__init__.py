@@ -58,6 +58,7 @@ from armdrive.runtime.arm_state import EMERGENCY_STOP
 from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
+from armdrive.storage.files import require_free
 from armdrive.storage.point_file import Points
 from armdrive.tasks import DeviceSettings, never
 from armdrive.trace.recorder import traced
@@ -603,7 +604,7 @@ class Arm:
 
     @blocking
     async def sleep(self, time_s: float) -> None:
-        """Wait on the arm's own clock.
+        """Wait on the arm's own clock, for at most 1,000,000 s.
 
         Raises `Stopped` if the program or its computer was suspended during the wait: an arm that
         moved on after such a gap would surprise the people around it.
@@ -763,13 +764,15 @@ class Arm:
 
     # -- the flight recorder --------------------------------------------------------------------
 
-    def save_recording(self, path: Path | str | None = None) -> Path:
+    def save_recording(self, path: Path | str | None = None, *, overwrite: bool = False) -> Path:
         """Save the contents of the flight recorder, and return the path of the file.
 
         Without a path, the file goes into the folder of recordings. Raises `BadRequest` if the
-        folder in the path does not exist, `StateFileError` if the file cannot be written, and
-        `WrongState` if nothing is recorded.
+        folder in the path does not exist or, without `overwrite`, the file does, `StateFileError`
+        if the file cannot be written, and `WrongState` if nothing is recorded.
         """
+        if path is not None:
+            require_free(Path(path), overwrite=overwrite)
         with self.pace.lock:
             write = self.tracer.snapshot("asked for")
         return write(None if path is None else Path(path))

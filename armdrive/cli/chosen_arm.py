@@ -103,6 +103,7 @@ def connect_remembered(
     except BaseException:
         holding.release()
         raise
+    # the lock last: only then may another command read the world
     closers = (lambda: _save(config.name, twin.save()), holding.release)
     return Arm(replace(parts, logbook=logbook_file(config.name), lock=holding, closers=closers))
 

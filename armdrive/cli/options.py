@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS
-from armdrive.text import numbers
+from armdrive.text.numbers import number
 from kinematics.errors import nearest_word
 from kinematics.text import filled, folded
 
@@ -84,6 +84,15 @@ def _is_prose(line: str) -> bool:
 class CommandParser(argparse.ArgumentParser):
     """An argument parser whose errors are exceptions, which the runner prints as any other."""
 
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        """Read a value; what refuses it is said in its own words, which argparse would hide."""
+        try:
+            return super()._get_value(action, arg_string)
+        except argparse.ArgumentError as error:
+            if isinstance(error.__context__, BadRequest):
+                raise argparse.ArgumentError(action, str(error.__context__)) from None
+            raise
+
     def error(self, message: str) -> NoReturn:
         """Raise `BadRequest` with what is wrong and where to find help."""
         words = message.removeprefix("argument ")
@@ -134,6 +143,11 @@ def add_switches(parser: argparse._ActionsContainer, switches: Mapping[str, str]
         parser.add_argument(name, action="store_true", help=meaning)
 
 
+def add_force_option(parser: argparse._ActionsContainer) -> None:
+    """Add `--force`, for a command that writes a file that a person names."""
+    add_switches(parser, {"--force": "overwrite an existing file"})
+
+
 _MOST_DIGITS = 18
 """Whole numbers have 64 bits wherever they go: into a file, a socket or a system call."""
 
@@ -155,7 +169,7 @@ def typed_again(options: argparse.Namespace, *names: str) -> list[str]:
     words = []
     for name in names:
         value, option = getattr(options, name, None), f"--{name.replace('_', '-')}"
-        if value is None or value is False:
+        if value is None or value is False:  # 0 was given
             continue
         text = f"{value:g}" if isinstance(value, float) else str(value)
         if value is True:
@@ -167,18 +181,13 @@ def typed_again(options: argparse.Namespace, *names: str) -> list[str]:
     return words
 
 
-def number(text: str) -> float:
-    """Return a finite number, for argparse's `type=`."""
-    try:
-        return numbers.number(text)
-    except BadRequest as error:  # argparse shows the words of its own kind of error alone
-        raise argparse.ArgumentTypeError(str(error)) from None
+# Values as people type them: `type=` of an option. Each raises `BadRequest`.
 
 
 def name(text: str) -> str:
     """Return a name that is not empty: with an unset variable, `--arm "$ARM"` names no arm."""
     if not text.strip():
-        raise argparse.ArgumentTypeError("the name is empty")
+        raise BadRequest("the name is empty")
     return text
 
 
@@ -186,7 +195,7 @@ def positive(text: str) -> float:
     """Return a number above 0."""
     value = number(text)
     if value <= 0.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not above 0")
+        raise BadRequest(f"{text!r} is not above 0")
     return value
 
 
@@ -194,7 +203,7 @@ def duration(text: str) -> float:
     """Return a time in seconds that is not negative."""
     value = number(text)
     if value < 0.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is below 0")
+        raise BadRequest(f"{text!r} is below 0")
     return value
 
 
@@ -202,16 +211,8 @@ def count(text: str) -> int:
     """Return a whole number above 0."""
     plain = text.isascii() and text.isdecimal() and len(text) <= _MOST_DIGITS
     if not plain or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number above 0")
+        raise BadRequest(f"{text!r} is not a whole number above 0")
     return int(text)
-
-
-def fraction(text: str) -> float:
-    """Return a speed as a fraction of the limits, for argparse's `type=`."""
-    try:
-        return numbers.parse_speed(text)
-    except BadRequest as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 SPEED_HELP = "a fraction of the limits: 0.5 or 50%%"

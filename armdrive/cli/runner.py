@@ -69,7 +69,7 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
         return _say(options, ended, 128 + ended.number)
     except ArmError as error:
         return _say(options, error, error.exit_code)
-    except (BadNumber, UnknownPreset, UnknownSystem, argparse.ArgumentTypeError) as error:
+    except (BadNumber, UnknownPreset, UnknownSystem) as error:
         return _say(options, error, USAGE)
     except KinematicsError as error:
         return _say(options, error, REFUSED)

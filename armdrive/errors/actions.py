@@ -80,6 +80,7 @@ PHRASES = (
         "run `armdrive resume` in another terminal",
         "run `armdrive resume` in another terminal",
     ),
+    Wording("add `overwrite=True`", "add `--force`", "add `over`", "remove it first"),
     Wording("call `moved_to()`", "add `--shift`", "add `--shift`", "add `--shift`"),
     Wording("call `without_origin()`", "add `--as-is`", "add `--as-is`", "add `--as-is`"),
 )

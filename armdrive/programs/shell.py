@@ -43,7 +43,7 @@ from armdrive.registry import dialect
 from armdrive.sim.world import World
 from armdrive.sim.world.table import block_of
 from armdrive.status import joints_view, pose_view, status_view
-from armdrive.storage.files import write_named
+from armdrive.storage.files import require_free, write_named
 from kinematics.errors import suggestion
 from kinematics.text import counted
 
@@ -150,10 +150,8 @@ class Shell:
         text = self.session.text
         if not text.strip():
             raise BadRequest("there is nothing to save: no line has run yet")
-        if path.exists() and not over and path.absolute() not in self._saved:
-            raise BadRequest(
-                f"{path} exists already: choose another name, or type `save {path} {OVER}`"
-            )
+        over = over or path.absolute() in self._saved
+        require_free(path, overwrite=over, how=f"type `save {path} {OVER}`")
         program = read_program(text, str(path))
         ArmProgram(program, self.arm.config).machine()  # what is written can be run here
         write_named(path, text.encode("utf-8"))

@@ -260,7 +260,11 @@ class SimDevice:
 
     def next_s(self) -> float:
         """Return when a motion ends or an agenda item is due; infinity if nothing is pending."""
-        return self._shared.now_s if self._shared.outgoing else self._next_event_s()
+        shared = self._shared
+        if shared.outgoing:
+            return shared.now_s
+        own_s = self.board.due_s() if shared.powered else math.inf
+        return min(own_s, self._agenda.next_s)
 
     # Observable state.
 
@@ -366,23 +370,24 @@ class SimDevice:
 
     # Time.
 
-    def _next_event_s(self) -> float:
-        own_s = self.board.due_s() if self._shared.powered else math.inf
-        agenda_s = self._agenda.next_s
-        return min(agenda_s, own_s)
-
     def _advance(self, now_s: float) -> None:
         """Process everything due up to now, each event at its own time."""
-        shared, drive = self._shared, self.board.drive
-        while (due_s := self._next_event_s()) <= now_s:
+        shared, board = self._shared, self.board
+        while True:
+            own_s = board.due_s() if shared.powered else math.inf
+            due_s = min(own_s, self._agenda.next_s)
+            if due_s > now_s:
+                break
             shared.now_s = max(shared.now_s, due_s)
-            drive.follow(shared.now_s)
-            if self.powered and self.board.due_s() <= due_s:
-                self.board.happen()
+            # First the arm: what happens now, a power cut say, must find it where it is by now.
+            board.drive.follow(shared.now_s)
+            if own_s <= due_s:
+                board.happen()
             else:
                 self._agenda.pop()()
-        shared.now_s = max(shared.now_s, now_s)
-        drive.follow(shared.now_s)
+        if shared.now_s < now_s:
+            shared.now_s = now_s
+            board.drive.follow(now_s)
 
 
 # --- Options that a person or a test may choose by name ------------------------------------------

@@ -350,6 +350,8 @@ class SimRobkoBoard(Board):
             if request is not None:
                 self._reply(request, now_s)
             self._take_up(now_s)
+        # The reply goes first, because its request may feed the watchdog; if it does not, this is
+        # called again at once.
         elif self._own_due_s() <= now_s:
             self._switch(False, now_s)
 

@@ -28,36 +28,32 @@ class _Piece:
     data: bytes
     start_s: float
     byte_s: float
-
-    @property
-    def end_s(self) -> float:
-        return self.start_s + len(self.data) * self.byte_s
+    end_s: float
 
     def arrived(self, now_s: float) -> int:
         """Return how many bytes have arrived completely."""
-        if not self.byte_s:
-            return len(self.data) if now_s >= self.start_s else 0
-        count = math.floor((now_s - self.start_s) / self.byte_s + _ROUNDING)
+        if now_s >= self.end_s:
+            return len(self.data)
+        # Part of a piece counts, because a cable may be pulled in the middle of a line.
+        count = math.floor((now_s - self.start_s) / self.byte_s + _ROUNDING) if self.byte_s else 0
         return min(max(count, 0), len(self.data))
 
 
 class PacedWire:
-    """A line at `baud` bits a second; `extra_s` is a pause after each byte pushed from now on."""
+    """A line at `baud` bits a second, or one that carries bytes at once."""
 
-    def __init__(self, baud: int | None, extra_s: float = 0.0) -> None:
-        self.bit_s = 1.0 / baud if baud else 0.0
-        self.extra_s = extra_s
+    def __init__(self, baud: int | None) -> None:
+        self._byte_s = BITS_A_BYTE / baud if baud else 0.0
         self._pieces: deque[_Piece] = deque()
         self._free_s = -math.inf
 
-    def push(self, data: bytes, now_s: float) -> None:
-        """Put bytes on the line, after those already under way."""
+    def push(self, data: bytes, now_s: float, gap_s: float = 0.0) -> None:
+        """Put bytes on the line after those already under way, with a pause behind each."""
         if not data:
             return
-        start_s = max(now_s, self._free_s)
-        piece = _Piece(bytes(data), start_s, BITS_A_BYTE * self.bit_s + self.extra_s)
-        self._pieces.append(piece)
-        self._free_s = piece.end_s
+        start_s, byte_s = max(now_s, self._free_s), self._byte_s + gap_s
+        self._free_s = start_s + len(data) * byte_s
+        self._pieces.append(_Piece(bytes(data), start_s, byte_s, self._free_s))
 
     def pull(self, now_s: float) -> bytes:
         """Take the bytes that have arrived completely by now."""
@@ -208,58 +204,34 @@ class WireDirection:
 
     def __init__(self) -> None:
         self.rules: list[Rule] = []
-        self._late: TimeQueue[bytes] = TimeQueue()
-        self._last_s = -math.inf
+        self.until_s = -math.inf
+        """When the last delayed message passes; none overtakes it."""
 
-    @property
-    def next_s(self) -> float:
-        """When the next delayed message is due; infinity if there is none."""
-        return self._late.next_s
-
-    @property
-    def clear(self) -> bool:
-        """Whether messages pass immediately and unchanged."""
-        return not self.rules and self._late.next_s == math.inf
-
-    def passed(self, data: bytes, now_s: float) -> list[bytes]:
-        """Return the part of a message that passes now; `due` returns the delayed part later."""
+    def passed(self, data: bytes, now_s: float) -> tuple[bytes, float]:
+        """Return the part of a message that passes, and when."""
         late_s = 0.0
         for rule in self.rules:
             data, more_s = rule.effect(data, rule.amount)
             late_s += more_s
         self.rules = [rule for rule in self.rules if not rule.amount.spent]
-        if not late_s and math.isinf(self.next_s):
-            return [data] if data else []
-        self._last_s = max(now_s + late_s, self._last_s)
-        self._late.put(self._last_s, data)
-        return []
-
-    def due(self, now_s: float) -> list[bytes]:
-        """Return the delayed messages that are due."""
-        return list(self._late.due(now_s)) if self._late.next_s <= now_s else []
-
-    def lose_late(self) -> None:
-        """Drop the delayed messages."""
-        self._late.clear()
+        time_s = max(now_s + late_s, self.until_s)
+        if time_s > now_s:
+            self.until_s = time_s
+        return data, time_s
 
 
 class WireFaults:
-    """Both directions: from the host and from the device."""
+    """Both directions, from the host and from the device, and the delayed messages of both."""
 
     def __init__(self) -> None:
         self.host = WireDirection()
         self.device = WireDirection()
-
-    @property
-    def next_s(self) -> float:
-        """When a delayed message is due in either direction."""
-        host_s, device_s = self.host.next_s, self.device.next_s
-        return min(device_s, host_s)
+        self.late: TimeQueue[tuple[WireDirection, bytes]] = TimeQueue()
 
     def lose_late(self) -> None:
         """Drop the delayed messages of both directions."""
-        self.host.lose_late()
-        self.device.lose_late()
+        self.late.clear()
+        self.host.until_s = self.device.until_s = -math.inf
 
 
 def lost(message: bytes, amount: Amount) -> tuple[bytes, float]:
@@ -303,6 +275,7 @@ def late(delay_s: float) -> Effect:
 
 # --- The line with both directions ---------------------------------------------------------------
 
+# Each line is a piece of its own: a device would otherwise get all of them when the last one ends.
 _LINES = re.compile(rb"[^\r\n]*[\r\n]|[^\r\n]+")
 
 
@@ -359,8 +332,7 @@ class PacedDevice:
         """Send bytes to the device."""
         self.advance(now_s)
         if self._plugged:
-            for piece in self.faults.host.passed(data, now_s):
-                self._push(piece, now_s)
+            self._pass(self.faults.host, data, now_s)
 
     def receive(self, now_s: float) -> bytes:
         """Return the bytes that have come back by now."""
@@ -371,13 +343,19 @@ class PacedDevice:
         """Process everything that is due by now."""
         while (due_s := self._due_s()) < now_s:
             self.exchange(due_s)
-        if now_s > self._advanced_s or due_s <= now_s:  # a host often reads and writes at one time
+        # A host often reads and writes at one moment: once is enough, unless more is due.
+        if now_s > self._advanced_s or due_s <= now_s:
             self.exchange(now_s)
 
     def exchange(self, now_s: float) -> None:
         """Do what is due now. Nothing may have been due earlier."""
         self._advanced_s = now_s
-        self._exchange(now_s)
+        # Late messages go first: whatever is sent now was said after them.
+        for lane, message in self.faults.late.due(now_s):
+            self._carry(lane, message, now_s)
+        self._deliver(now_s)
+        if sent := self.device.transmit(now_s):
+            self._answer(sent, now_s)
 
     def next_s(self) -> float:
         """Return when something next happens on either side; infinity if nothing is pending."""
@@ -411,26 +389,35 @@ class PacedDevice:
         if self._plugged:
             self._out.push(data, now_s)
 
-    def _push(self, data: bytes, now_s: float) -> None:
-        for line in _LINES.findall(data) if self._baud else (data,):
-            self._in.push(line, now_s)
-
     def _due_s(self) -> float:
         """Return when something happens other than an arrival at the host."""
-        return min(self._in.next_s(), self.device.next_s(), self.faults.next_s)
+        return min(self._in.next_s(), self.device.next_s(), self.faults.late.next_s)
 
-    def _exchange(self, now_s: float) -> None:
-        for late in self.faults.host.due(now_s):
-            self._push(late, now_s)
+    def _pass(self, lane: WireDirection, message: bytes, now_s: float) -> None:
+        """Carry a message as far as the faults of its direction let it, now or later."""
+        message, time_s = lane.passed(message, now_s)
+        if time_s > now_s:
+            self.faults.late.put(time_s, (lane, message))
+        else:
+            self._carry(lane, message, now_s)
+
+    def _carry(self, lane: WireDirection, message: bytes, now_s: float) -> None:
+        """Put a message on the line; each line of a text is due at its own time."""
+        if lane is self.faults.device:
+            self._out.push(message, now_s, self.device.byte_gap_s)
+            return
+        for line in _LINES.findall(message) if self._baud else (message,):
+            self._in.push(line, now_s)
+
+    def _deliver(self, now_s: float) -> None:
+        """Give the device what has arrived by now."""
         for arrived in self._in.pull_each(now_s):
             self.device.receive(arrived, now_s)
-        sent = self.device.transmit(now_s)
-        pieces = self.faults.device.due(now_s)
-        if sent and self._plugged:
-            pieces += self.faults.device.passed(sent, now_s)
-        for piece in pieces:
-            self._out.extra_s = self.device.byte_gap_s
-            self._out.push(piece, now_s)
+
+    def _answer(self, sent: bytes, now_s: float) -> None:
+        """Carry what the device has sent."""
+        if self._plugged:
+            self._pass(self.faults.device, sent, now_s)
 
 
 # --- Faults of whole CAN frames: one is lost, or overtaken by the next one -----------------------

@@ -169,6 +169,7 @@ def replace_durably(
     before the new file takes its place.
     """
     files.make_folder(path.parent)
+    # In the same folder, because a file cannot be renamed from one file system to another.
     temporary = path.with_name(f"{path.name}.{os.urandom(_RANDOM_BYTES).hex()}{UNFINISHED}")
     handle = files.create(temporary)  # if this fails, a file of that name is not ours to remove
     try:
@@ -192,7 +193,7 @@ def replace_file(path: Path, text: str) -> None:
 def write_named(path: Path, data: bytes) -> None:
     """Write a file that a person has named. Raises `OSError`, and `BadRequest` without its folder.
 
-    Every function that writes such a file uses this one, or `require_folder`.
+    The caller has made sure with `require_free` that the name is free.
     """
     require_folder(path)
     replace_durably(DISK, path.absolute(), data)
@@ -206,6 +207,20 @@ def require_folder(path: Path) -> None:
     folder = path.absolute().parent
     if not folder.is_dir():
         raise BadRequest(f"{path} could not be written: there is no folder {folder}; make it first")
+
+
+def require_free(path: Path, *, overwrite: bool, how: str = "add `overwrite=True`") -> None:
+    """Raise `BadRequest` unless a file that a person has named may be written.
+
+    Its folder must exist, and the file must not, except with `overwrite`; `how` says how to ask for
+    that. Every command and call that writes such a file asks here first, before anything else is
+    done.
+    """
+    require_folder(path)
+    if path.is_dir():
+        raise BadRequest(f"{path} could not be written: it is a folder")
+    if path.exists() and not overwrite:
+        raise BadRequest(f"{path} exists already: name another file, or {how}")
 
 
 def require_writable(folder: Path) -> None:

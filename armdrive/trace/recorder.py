@@ -19,7 +19,6 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.words import named, plain, valued
 from armdrive.errors import ArmError, StateFileError, WrongState
 from armdrive.status import State
-from armdrive.storage.files import require_folder
 from armdrive.tasks import (
     Alert,
     Event,
@@ -215,11 +214,8 @@ class RecordingWriter:
     ) -> Path:
         """Write a recording to `path`, or to a new file; return its path.
 
-        Raises `StateFileError` if the file cannot be written, and `BadRequest` if `path` names a
-        folder that does not exist.
+        Raises `StateFileError` if the file cannot be written.
         """
-        if path is not None:
-            require_folder(path)
         # most arms are closed without writing anything
         from armdrive.trace.files import free_path, header_of, write_recording
 
@@ -414,7 +410,7 @@ class FlightRecorder(Tracer):
 
 
 _CONDITION: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
-    (EntryKind.OFFSET, lambda offset: " ".join(map(str, offset))),
+    (EntryKind.OFFSET, counts_text),
     (EntryKind.STATE, lambda state: str(state.value)),
     (EntryKind.TRUST, lambda belief: f"{belief[0].value}: {belief[1]}"),
     (EntryKind.CURRENT, lambda current: str(current.value)),

@@ -84,9 +84,7 @@ def test_a_line_that_differs_is_seen():
     assert fits(["a"], ["..."])
     assert not fits(["a", "b", "c"], ["a", "c"])
     assert not fits(["a", "b"], ["a"])
-
-
-def test_an_answer_that_changed_is_found_by_its_likeness():
+    # an answer that changed is found by its likeness
     shown = ["sim:x, SIMULATED", "tip x 251.0, y 0.0 mm; 3.2 s, 9 exchanges; rounded"]
     assert renewed(shown, ["...", "tip x 249.9, y 0.1 mm; ..."]) == [
         "...",

@@ -20,12 +20,12 @@ from armdrive.registry import DIALECTS
 from . import worlds
 from .examples_table import EXAMPLES
 from .on_arms import Example, run_example
-from .page import cell, refusal, table, with_table
+from .page import cell, table, with_table
 
 
 def tried(example: Example, dialect: str) -> tuple[str, list[str]]:
     """Run an example whole; return what the table says of it, and what was wrong."""
-    if said := refusal(example, dialect):
+    if said := example.against(dialect):
         return said, []
     ran = run_example(example, example.whole, dialect)
     wrong = worlds.incidents(ran) + example.wrong(ran, example.whole.size)

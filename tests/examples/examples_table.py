@@ -36,7 +36,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
         "stacking.arm", "four blocks from the squares of a grid, one on the other",
         Form(4), worlds.tower,
         shorter={"robko01": Form(1, _ONE), "armdroid": Form(2, _ROW), "grbl": Form(2, _ROW),
-                 "mks": Form(1, _ONE), "cia402": Form(1, _ONE)},
+                 "mks": Form(1, _ONE), "cia402": None},
     ),
     Example(
         "stacking.py", "the same in Python", Form(4), worlds.tower,
@@ -56,7 +56,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
         "circle.py", "with a pen, on paper", Form(35.0), worlds.circle,
         beside_mm=worlds.beside_circle_mm,
         shorter={"robko01": Form(15.0, _SMALL), "grbl": Form(35.0, _FASTER),
-                 "mks": Form(15.0, _SMALL), "cia402": Form(15.0, _SMALL)},
+                 "mks": None, "cia402": Form(15.0, _SMALL)},
     ),
     Example(
         "lettering.py", "a word, with a pen", Form("ARM"), worlds.letters,

@@ -21,11 +21,6 @@ def cell(example: Example, form: Form, ran: Ran) -> str:
     return f"{ran.took_s:.0f} s, {example.beside_mm(ran, form.size):.1f} mm"
 
 
-def refusal(example: Example, dialect: str) -> str:
-    """Return what the table says of an arm that cannot do it, "" of one that can."""
-    return example.against(dialect)
-
-
 def table(examples: Sequence[Example], cells: Mapping[tuple[str, str], str]) -> str:
     """Return the table; `cells` by example and dialect."""
     head = f"| example | what it does | {' | '.join(DIALECTS)} |"

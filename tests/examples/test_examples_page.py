@@ -7,7 +7,7 @@ from armdrive.registry import DIALECTS
 
 from .examples_table import EXAMPLES
 from .on_arms import FOLDER
-from .page import amounts, refusal, table, told, with_table
+from .page import amounts, table, told, with_table
 
 PAGE = page_path("examples")
 
@@ -27,8 +27,7 @@ def test_the_table_tells_of_every_dialect_how_it_went_or_why_not(page):
     for file, example in EXAMPLES.items():
         for dialect in DIALECTS:
             said = told(page, file, dialect)
-            why_not = refusal(example, dialect)
-            if why_not:
+            if why_not := example.against(dialect):
                 assert said == why_not
             else:
                 assert len(amounts(said)) == (1 if example.beside_mm is None else 2), said

@@ -20,6 +20,8 @@ from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 
+from kinematics.text import counted
+
 from .copies import PACKAGES, PASSED, CopyError
 from .mutant import Mutant
 from .table import MUTANTS
@@ -111,7 +113,7 @@ def _unmutated(copies: Copies, wanted: Sequence[Mutant], jobs: int) -> str | Non
 def _total(trials: Sequence[Trial]) -> str:
     counts = {verdict: sum(each.verdict is verdict for each in trials) for verdict in Verdict}
     said = [f"{count} {verdict.value}" for verdict, count in counts.items() if count]
-    return f"{len(trials)} mutants: {', '.join(said)}"
+    return f"{counted(len(trials), 'mutant')}: {', '.join(said)}"
 
 
 def _document(trials: Sequence[Trial]) -> list[dict[str, object]]:

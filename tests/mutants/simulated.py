@@ -105,4 +105,15 @@ MUTANTS = (
             "test_its_adapter_leaves_the_bus_until_it_is_opened_anew",
         ),
     ),
+    Mutant(
+        name="a frame that is cut off blocks a simulated bus",
+        promise="a simulated device behaves like the real one, so that tests mean something",
+        path="armdrive/sim/bus/line.py",
+        old="            if self._of_host or self._of_nodes:\n                self._begin(now_s)\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/sim/bus/test_can_wire.py",
+            "TestWire::test_a_frame_that_is_cut_off_leaves_the_bus_to_those_that_wait",
+        ),
+    ),
 )

@@ -16,11 +16,12 @@ from armdrive.cli.options import (
     add_allow_restored,
     add_arm_options,
     add_driven_arm_options,
+    add_force_option,
     add_switches,
     count,
-    fraction,
-    number,
 )
+from armdrive.errors import BadRequest
+from armdrive.text.numbers import number, parse_speed
 from kinematics.spaces import JOINT_NAMES
 
 # --- options that several actions share
@@ -41,10 +42,6 @@ def _naming(*words: str, more: Declare | None = None) -> Declare:
 
 def _again(action: argparse.ArgumentParser) -> None:
     add_switches(action, {"--again": "overwrite a point or sequence of that name"})
-
-
-def _force(action: argparse.ArgumentParser) -> None:
-    add_switches(action, {"--force": "overwrite an existing file"})
 
 
 # --- disable
@@ -272,7 +269,7 @@ def _move(parser: argparse.ArgumentParser) -> None:
         "--gripper", type=number, metavar="MM", help="open or close the gripper to this width"
     )
     add_switches(parser, {"--park": "go to the park posture"})
-    parser.add_argument("--speed", type=fraction, default=1.0, help=SPEED_HELP)
+    parser.add_argument("--speed", type=parse_speed, default=1.0, help=SPEED_HELP)
     add_switches(
         parser,
         {"--preview": "show the motion with its solutions and margins; moves nothing"},
@@ -284,14 +281,14 @@ def _move(parser: argparse.ArgumentParser) -> None:
 def _named_angle(word: str) -> tuple[str, float]:
     name, equals, angle = word.partition("=")
     if not (name and equals):
-        raise argparse.ArgumentTypeError(f"write it like shoulder=40, not {word!r}")
+        raise BadRequest(f"write it like shoulder=40, not {word!r}")
     return name, number(angle)
 
 
 def _point(word: str) -> tuple[float, ...]:
     found = tuple(map(number, word.split(",")))
     if len(found) != len("xyz"):
-        raise argparse.ArgumentTypeError(f"write it like 250,0,120, not {word!r}")
+        raise BadRequest(f"write it like 250,0,120, not {word!r}")
     return found
 
 
@@ -317,7 +314,7 @@ def _pause(parser: argparse.ArgumentParser) -> None:
 
 
 def _into_file(action: argparse.ArgumentParser) -> None:
-    _force(action)
+    add_force_option(action)
     add_allow_restored(action)
 
 
@@ -379,7 +376,7 @@ def _pendant(parser: argparse.ArgumentParser) -> None:
 def _point_go(action: argparse.ArgumentParser) -> None:
     add_allow_restored(action)
     add_switches(action, {"--line": "along a straight line"})
-    action.add_argument("--speed", type=fraction, default=1.0, help=SPEED_HELP)
+    action.add_argument("--speed", type=parse_speed, default=1.0, help=SPEED_HELP)
     add_switches(action, {"--preview": "show the motion; moves nothing"})
 
 
@@ -434,7 +431,7 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "mirror": Action("copy a point or a sequence with left and right exchanged",
                      "drive.points:shape", _naming("name", "new", more=_again)),
     "export": Action("write a sequence as a program file",
-                     "drive.points:export", _naming("name", "file", more=_force)),
+                     "drive.points:export", _naming("name", "file", more=add_force_option)),
     "offset": Action("copy a point or a sequence to another place",
                      "drive.points:shape", _naming("name", "new", more=_offset)),
 })  # fmt: skip
@@ -482,6 +479,7 @@ def _record(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="FILE", help="copy the recording to this file"
     )
+    add_force_option(parser)
 
 
 # --- reset
@@ -541,9 +539,9 @@ LEAST_OVERRIDE = 0.01
 
 
 def _override(word: str) -> float:
-    speed = fraction(word)
+    speed = parse_speed(word)
     if speed < LEAST_OVERRIDE:
-        raise argparse.ArgumentTypeError(f"a speed is at least {LEAST_OVERRIDE:.0%}, not {word}")
+        raise BadRequest(f"a speed is at least {LEAST_OVERRIDE:.0%}, not {word}")
     return speed
 
 
@@ -590,7 +588,7 @@ def _verify(parser: argparse.ArgumentParser) -> None:
             "--keep": "only measure: keep the old reference",
         },
     )
-    parser.add_argument("--speed", type=fraction, default=0.5, help=SPEED_HELP)
+    parser.add_argument("--speed", type=parse_speed, default=0.5, help=SPEED_HELP)
     add_allow_restored(parser)
     add_arm_options(parser)
 

@@ -87,7 +87,7 @@ def _guided(arm: Arm) -> None:
 
 def _in_the_desk(arm: Arm) -> None:
     tui.run_desk(arm, ascii_only=False)
-    run_blocking(arm.runner.stand_still())
+    run_blocking(arm.runner.stand_still())  # the last jog may not have run out yet
 
 
 def _by_switches(arm: Arm, options: argparse.Namespace) -> None:

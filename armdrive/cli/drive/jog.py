@@ -221,6 +221,7 @@ class Door:
             return "another page sent this request: open the desk by its own address"
         if visit.path == SOCKET and not visit.origin:
             return "only a browser can open a desk"
+        # at the page, the address of this desk counts more than a cookie from an earlier one
         shown = visit.kept or visit.given if visit.path != PAGE else visit.given or visit.kept
         # a cookie may have bytes that decode to characters which cannot be encoded again
         if not secrets.compare_digest(shown.encode(errors="replace"), self.key.encode()):

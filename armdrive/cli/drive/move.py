@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.presenter import Result
 from armdrive.cli.terminal_operator import settle_trust
-from armdrive.errors import BadRequest, Refused
+from armdrive.errors import BadRequest
 from armdrive.motion.preview import preview_lines, preview_view
 from armdrive.moves import (
     BASE_FRAME,
@@ -31,26 +31,28 @@ from armdrive.storage.points import point_view
 from kinematics.spaces import JOINT_NAMES, Pose
 
 
-def move(options: argparse.Namespace) -> Result:
-    """Move, and return where the arm is then; what is left out of the goal does not change."""
+def move(options: argparse.Namespace) -> Iterator[Result]:
+    """Move, and yield where the arm is then; what is left out of the goal does not change."""
     _check(options)
+    return _moved(options, lambda arm: _asked(arm, options))
+
+
+def _moved(
+    options: argparse.Namespace, asked: Callable[[Arm], Motion | MoveSequence]
+) -> Iterator[Result]:
+    """Run a move, or with --preview only plan it: a refusal is raised after what was planned."""
     with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
         settle_trust(arm)
-        return moved(arm, _asked(arm, options), options)
-
-
-def moved(arm: Arm, asked: Motion | MoveSequence, options: argparse.Namespace) -> Result:
-    """Run a move, or with --preview only plan it.
-
-    The exit code of a preview is that of the motion: 0 if it is allowed.
-    """
-    if not options.preview:
-        done = arm.run(asked)
-        return Result(status_view(arm.status), str(done))
-    preview = arm.preview(asked)
-    refused = getattr(preview.refusal, "exit_code", Refused.exit_code)
-    code = 0 if preview.refusal is None else refused
-    return Result(preview_view(preview), preview_lines(preview), code)
+        move = asked(arm)
+        if options.preview:
+            preview = arm.preview(move)
+            result, refusal = Result(preview_view(preview), preview_lines(preview)), preview.refusal
+        else:
+            done = arm.run(move)
+            result, refusal = Result(status_view(arm.status), str(done)), None
+    yield result
+    if refusal is not None:
+        raise refusal
 
 
 def _names_pose(options: argparse.Namespace) -> bool:
@@ -144,9 +146,7 @@ def save_point(options: argparse.Namespace) -> Result:
     return Result({"name": options.name, **point_view(point)}, f"{options.name}: {point.joints}")
 
 
-def go_to_point(options: argparse.Namespace) -> Result:
+def go_to_point(options: argparse.Namespace) -> Iterator[Result]:
     """Move to a point, or preview that."""
     kind = LineMove if options.line else PoseMove
-    with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
-        settle_trust(arm)
-        return moved(arm, kind(options.name, options.speed), options)
+    return _moved(options, lambda _: kind(options.name, options.speed))

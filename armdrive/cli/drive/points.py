@@ -13,11 +13,10 @@ import armdrive.programs as programs
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest
 from armdrive.programs.teaching.export import program_of
 from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.status import pose_view
-from armdrive.storage.files import write_named
+from armdrive.storage.files import require_free, write_named
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import StepList, Taught, check_name, point_view
 from kinematics.text import counted
@@ -137,8 +136,7 @@ def _change(options: argparse.Namespace, config: ArmConfig) -> Reshape:
 def export(options: argparse.Namespace) -> Result:
     """Write the program to a file, which may exist only with --force."""
     path = Path(options.file)
-    if path.exists() and not options.force:
-        raise BadRequest(f"{path} exists: name another file, or give --force")
+    require_free(path, overwrite=options.force)
     config, book = _book(options)
     steps, taught = book.sequence(options.name), book.read()
     tree = program_of(options.name, steps, taught.points, config.model.arm.fk)

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.options import Declare, add_json_option, add_switches, number
+from armdrive.cli.options import Declare, add_force_option, add_json_option, add_switches
+from armdrive.text.numbers import number
 from kinematics.presets import PRESETS
 from kinematics.spaces import JOINT_NAMES
 
@@ -198,6 +199,7 @@ def _plot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="FILE", help="draw into this .png or .svg file"
     )
+    add_force_option(parser)
     parser.add_argument("--ascii", action="store_true", help="draw with plain characters")
     add_json_option(parser)
 

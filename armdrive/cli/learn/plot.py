@@ -19,7 +19,7 @@ from armdrive.render.sketch import (
     section_sketch,
     sketch_rows,
 )
-from armdrive.storage.files import require_folder
+from armdrive.storage.files import require_free
 from kinematics.presets import PRESETS, preset
 
 MOST_COLUMNS, MOST_ROWS = 110, 36
@@ -29,10 +29,11 @@ DEFAULT_PITCH_DEG = -90.0
 
 def plot(options: argparse.Namespace) -> Result:
     """Draw in the terminal, or into the file that --output names."""
+    if options.output is not None:
+        require_free(options.output, overwrite=options.force)
     title, sketches = _sketches(options)
     lines: Iterable[str] = _drawn(title, sketches, plain=options.ascii)
     if options.output is not None:
-        require_folder(options.output)
         save_sketches(sketches, title, options.output)
         lines = (f"{title}: written to {options.output}",)
     view = {

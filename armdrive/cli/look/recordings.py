@@ -41,6 +41,7 @@ def _topics(words: str | None) -> frozenset[Topic]:
 
 
 def _newest() -> Path:
+    # by time: names begin with the arm's, and several arms share the folder
     files = sorted(recordings().glob(f"*{ENDING}"), key=lambda path: path.stat().st_mtime_ns)
     if not files:
         raise BadRequest(

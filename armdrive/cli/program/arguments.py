@@ -13,17 +13,17 @@ from armdrive.cli.options import (
     add_actions,
     add_allow_restored,
     add_arm_options,
+    add_force_option,
     add_pace_option,
     add_switches,
     count,
     duration,
-    fraction,
-    number,
     positive,
 )
 from armdrive.errors import BadRequest
 from armdrive.moves import REST_S
 from armdrive.sim.world.table import TableBlock, block_of
+from armdrive.text.numbers import number, parse_speed
 
 # --- demo
 
@@ -118,6 +118,7 @@ def _run(parser: argparse.ArgumentParser) -> None:
     )
     add_switches(how, {"--resume": "continue where it was interrupted"})
     how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
+    add_force_option(parser)
     _add_arm(parser, how)
 
 
@@ -126,7 +127,7 @@ def _add_arm(
 ) -> None:
     """Add the options about the arm of `run` and `shell`, and how fast it moves."""
     how.add_argument(
-        "--speed", type=fraction, help="slow every motion to this fraction, 0.5 or 50%%"
+        "--speed", type=parse_speed, help="slow every motion to this fraction, 0.5 or 50%%"
     )
     add_pace_option(how)
     add_allow_restored(parser)
@@ -136,13 +137,13 @@ def _add_arm(
 def _input(word: str) -> tuple[int, bool]:
     name, _, state = word.partition("=")
     if not (name.isascii() and name.isdecimal() and int(name) > 0 and state in ("on", "off")):
-        raise argparse.ArgumentTypeError(f"write it like 3=on, not {word!r}")
+        raise BadRequest(f"write it like 3=on, not {word!r}")
     return int(name), state == "on"
 
 
 def _loops(word: str) -> int:
     if not (word.isascii() and word.isdecimal()):
-        raise argparse.ArgumentTypeError(f"{word!r} is not a whole number from 0 on")
+        raise BadRequest(f"{word!r} is not a whole number from 0 on")
     return int(word)
 
 
@@ -181,11 +182,8 @@ def _add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -
 
 def _block(words: str) -> TableBlock:
     if not 2 <= words.count(",") <= 4:
-        raise argparse.ArgumentTypeError(f"write it like A,250,0 or A,250,0,30,20, not {words!r}")
-    try:
-        return block_of(words.split(","))
-    except BadRequest as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+        raise BadRequest(f"write it like A,250,0 or A,250,0,30,20, not {words!r}")
+    return block_of(words.split(","))
 
 
 # --- teach
@@ -216,7 +214,7 @@ def _to_last(action: argparse.ArgumentParser) -> None:
 def _retime_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("first", type=count, nargs="?", metavar="FIRST", help="one step only ...")
     _to_last(action)
-    action.add_argument("--speed", type=fraction, help="a new speed, 0.5 or 50%%")
+    action.add_argument("--speed", type=parse_speed, help="a new speed, 0.5 or 50%%")
     action.add_argument("--factor", type=number, default=1.0, help="a factor of the speeds")
     action.add_argument(
         "--wait", type=duration, metavar="SECONDS", help="a new duration of the waits"
@@ -229,12 +227,12 @@ def _retime_words(action: argparse.ArgumentParser) -> None:
 def _here_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("--point", metavar="NAME", help="name of the point")
     add_switches(action, {"--line": "go there along a straight line"})
-    action.add_argument("--speed", type=fraction, default=1.0, help="0.5 or 50%%")
+    action.add_argument("--speed", type=parse_speed, default=1.0, help="0.5 or 50%%")
 
 
 def _record_words(action: argparse.ArgumentParser) -> None:
     add_switches(action, {"--line": "make every move a straight line"})
-    action.add_argument("--speed", type=fraction, default=1.0, help="of every move, 0.5 or 50%%")
+    action.add_argument("--speed", type=parse_speed, default=1.0, help="of every move, 0.5 or 50%%")
     add_switches(action, {"--waits": "record how long the arm rested"})
     action.add_argument(
         "--rest", type=duration, default=REST_S, metavar="SECONDS",

@@ -87,7 +87,7 @@ def perform(arm: Arm, jobs: tuple[Job, ...], tell: Callable[[str], None]) -> lis
 def _carry(arm: Arm, job: Job, tell: Callable[[str], None]) -> CarriedBlock:
     take, put = _middle(job, job.from_mm), _middle(job, job.to_mm)
     tell(f"block {job.name}: approach")
-    if arm.pose.z_mm < SAFE_MM:
+    if arm.pose.z_mm < SAFE_MM:  # straight up first: a joint motion could sweep blocks away
         arm.move_l(_raised(arm.pose, SAFE_MM - arm.pose.z_mm))
     arm.gripper.open()
     arm.move_to(_raised(take, SAFE_MM))

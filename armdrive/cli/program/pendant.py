@@ -14,13 +14,13 @@ from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
 from armdrive.cli.terminal_operator import settle_trust
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
+from armdrive.errors import OperatorNeeded, PendantFileError
 from armdrive.motion.standing import named_rows
 from armdrive.programs.teaching.export import rows_of
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.status import Trust
-from armdrive.storage.files import require_folder, write_named
+from armdrive.storage.files import require_free, write_named
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
 from kinematics.text import counted
@@ -35,7 +35,7 @@ def _read_from(options: argparse.Namespace) -> tuple[ArmConfig, PendantProgram]:
 def _connected(options: argparse.Namespace) -> Iterator[Arm]:
     with opened_arm(options, allow_restored=options.allow_restored) as arm:
         settle_trust(arm)
-        with arm:
+        with arm:  # switches the motors on, once it is settled where the arm stands
             yield arm
 
 
@@ -49,7 +49,7 @@ def show(options: argparse.Namespace) -> Result:
 def read(options: argparse.Namespace) -> Result:
     """Read the program out of the arm into a file."""
     path = Path(options.file)
-    require_free(path, force=options.force)
+    require_free(path, overwrite=options.force)
     config, program = _read_from(options)
     into_file(path, config, program)
     view = {"file": str(path), **pendant_of(config).view(config, program)}
@@ -119,13 +119,6 @@ def into_file(path: Path, config: ArmConfig, program: PendantProgram) -> None:
     write_named(path, text.encode("utf-8"))
 
 
-def require_free(path: Path, *, force: bool) -> None:
-    """Raise `BadRequest` where no file can be put, before anything is asked of an arm."""
-    require_folder(path)
-    if path.exists() and not force:
-        raise BadRequest(f"{path} is there already: name another file, or say --force")
-
-
 def text_of(config: ArmConfig, program: PendantProgram) -> str:
     """Return a program as a file has it, with what each row means on this arm."""
     return pendant_of(config).text(config, program, f"{datetime.now():%Y-%m-%d %H:%M}")
@@ -152,7 +145,7 @@ def make_points(options: argparse.Namespace) -> Result:
 
 def make_rows(options: argparse.Namespace) -> Result:
     """Make a file of rows of a sequence, as the arm's registers count now."""
-    require_free(Path(options.file), force=options.force)
+    require_free(Path(options.file), overwrite=options.force)
     with _connected(options) as arm:
         steps, taught = arm.points.sequence(options.name), arm.points.read()
         origin = arm.read_pendant_program().origin

@@ -40,7 +40,7 @@ from armdrive.programs.scripts import (
     read_script,
 )
 from armdrive.render.sketch import check_output
-from armdrive.storage.files import require_folder
+from armdrive.storage.files import require_free
 from kinematics.errors import KinematicsError
 from kinematics.text import counted
 
@@ -165,9 +165,9 @@ def run(options: argparse.Namespace) -> int:
     """Run or rehearse the program."""
     if options.plot is not None:
         options.check = True
-        _check_plot(options.plot)
+        _check_plot(options)
     if options.record is not None:
-        require_recordable(options.record)
+        require_recordable(options.record, overwrite=options.force)
     ending = options.program.suffix.lower()
     if ending == PROGRAM:
         if options.words:
@@ -183,7 +183,7 @@ def run(options: argparse.Namespace) -> int:
     )
 
 
-def _check_plot(output: str) -> None:
-    if output:
-        check_output(Path(output))
-        require_folder(Path(output))
+def _check_plot(options: argparse.Namespace) -> None:
+    if options.plot:
+        check_output(Path(options.plot))
+        require_free(Path(options.plot), overwrite=options.force)

@@ -32,7 +32,7 @@ from armdrive.errors.table import tagged
 from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State
-from armdrive.storage.files import require_folder
+from armdrive.storage.files import require_free
 
 # A person's answers while a program runs: Enter, `armdrive resume`, and Ctrl-C.
 
@@ -244,17 +244,15 @@ def stands_at(arm: Arm) -> str:
     return "the arm's position is unknown" if status.pose is None else f"tip {status.pose}"
 
 
-def require_recordable(path: Path) -> None:
+def require_recordable(path: Path, *, overwrite: bool) -> None:
     """Raise `BadRequest` if no recording can be written there: after the run it is too late."""
+    require_free(path, overwrite=overwrite)
     try:
-        require_folder(path)
         with tempfile.TemporaryFile(dir=path.parent):
             pass
-        reason = "it is a folder" if path.is_dir() else ""
     except OSError as error:
         reason = reason_of(error)
-    if reason:
-        raise BadRequest(f"the recording {path} could not be written: {reason}; nothing moved")
+        raise BadRequest(f"{path} could not be written: {reason}; nothing moved") from None
 
 
 def keep_recording(arm: Arm, options: argparse.Namespace) -> None:
@@ -262,6 +260,7 @@ def keep_recording(arm: Arm, options: argparse.Namespace) -> None:
     if options.record is None:
         return
     try:
-        arm.save_recording(options.record)
+        # asked before the run; a script that connects twice writes the same file twice
+        arm.save_recording(options.record, overwrite=True)
     except ArmError as error:
         complain(f"armdrive: {tagged(error)}")

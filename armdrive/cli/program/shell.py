@@ -71,11 +71,10 @@ class TypedLines:
         self.interrupted = ""
         self._words = words
         self._found: list[str] = []
-        self._readline = READLINE
 
     def __enter__(self) -> Self:
-        if self._readline is not None:
-            _prepare(self._readline, self._complete)
+        if READLINE is not None:
+            _prepare(READLINE, self._complete)
         return self
 
     def __exit__(
@@ -84,10 +83,10 @@ class TypedLines:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._readline is not None:
+        if READLINE is not None:
             with contextlib.suppress(OSError):  # a full disk keeps no history, and nothing worse
-                _write_history(self._readline)
-            self._readline.set_completer(None)
+                _write_history(READLINE)
+            READLINE.set_completer(None)
 
     def read(self, prompt: str) -> str | None:
         """Return the next line; None at the end of the input.
@@ -102,12 +101,8 @@ class TypedLines:
         finally:
             signal.signal(signal.SIGINT, before)
 
-    def forget(self) -> None:
-        """Forget what was typed or pasted beyond the line that was taken last."""
-        forget_typed()
-
     def _interrupt(self, number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG002
-        self.interrupted = "" if self._readline is None else self._readline.get_line_buffer()
+        self.interrupted = "" if READLINE is None else READLINE.get_line_buffer()
         raise KeyboardInterrupt
 
     def _complete(self, text: str, state: int) -> str | None:
@@ -371,14 +366,14 @@ class _PromptLoop:
         return False
 
     def _took(self, text: str) -> bool:
-        """Take what was typed, or pasted; after an error the rest of it is forgotten."""
+        """Take what was typed, or pasted; return False where that leaves the prompt."""
         try:
             for line in text.splitlines() or [""]:
                 self._terminal.take(line)
         except Left:
             return False
         except (ArmError, KinematicsError, OSError) as error:
-            self._lines.forget()
+            forget_typed()  # the rest of what was pasted goes on from a line that failed
             self._terminal.complain(error)
         except KeyboardInterrupt:  # while no arm was there to stop
             put("\n")

@@ -14,11 +14,12 @@ from armdrive.cli.options import (
     add_switches,
     count,
     name,
-    number,
     positive,
 )
+from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, LANGUAGES, USUAL
 from armdrive.setup.templates import available
+from armdrive.text.numbers import number
 
 # --- completion
 
@@ -195,7 +196,7 @@ def _node(word: str) -> int:
     except ValueError:
         found = -1
     if found < 0:
-        raise argparse.ArgumentTypeError(f"an id is a number such as 3 or 0x1F, not {word!r}")
+        raise BadRequest(f"an id is a number such as 3 or 0x1F, not {word!r}")
     return found
 
 

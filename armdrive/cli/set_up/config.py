@@ -233,14 +233,16 @@ def arm_lines(view: dict[str, Any]) -> list[str]:
         f"speaks {view['dialect']} at {port}, {view['baud']} baud",
     ]
     if "lengths" in view:
-        lengths = (f"{k.removesuffix('_mm').replace('_', ' ')} {v:g}" for k, v in _items(view))
+        named = view["lengths"].items()
+        lengths = (f"{key.removesuffix('_mm').replace('_', ' ')} {mm:g}" for key, mm in named)
         lines.append(f"lengths: {', '.join(lengths)} mm")
     lines.append(f"reach {view['reach_mm']:g} mm from the base axis at most")
     for name, (low, high) in view["limits_deg"].items():
         speed = view["speeds_deg_s"][name]
         lines.append(f"  {name:<14} {low:8g} to {high:<6g} deg, {speed:g} deg/s")
     lines += [_motor_line(motor) for motor in view["motors"]] or ["the motor steps are unknown"]
-    lines.append(f"gripper: {view['gripper']}; homes by itself: {_yes(view['homes_by_itself'])}")
+    homes = "yes" if view["homes_by_itself"] else "no"
+    lines.append(f"gripper: {view['gripper']}; homes by itself: {homes}")
     for what, bound in view["stopping"].items():
         lines.append(
             f"a stop while {_WHILE[what]} takes at most {bound['time_s']:g} s and "
@@ -253,10 +255,6 @@ def arm_lines(view: dict[str, Any]) -> list[str]:
 _WHILE = {"jog": "jogging", "planned": "moving as planned"}
 
 
-def _items(view: dict[str, Any]) -> list[tuple[str, float]]:
-    return list(view["lengths"].items())
-
-
 def _motor_line(motor: dict[str, Any]) -> str:
     unit = "mm" if "steps_per_mm" in motor else "turn"
     shares = ", ".join(
@@ -266,7 +264,3 @@ def _motor_line(motor: dict[str, Any]) -> str:
     follows = "".join(f", follows {name} x {ratio}" for name, ratio in motor["follows"].items())
     steps = f"{motor[f'steps_per_{unit}']:g} steps/{unit}"
     return f"  motor {motor['name']:<13} {steps}, up for {shares}{follows}"
-
-
-def _yes(value: bool) -> str:
-    return "yes" if value else "no"

@@ -143,7 +143,7 @@ class DrivesBoard(Board, Generic[N]):
             self._dues[index] = node.due_s()
             if port.outgoing:
                 for data in port.outgoing:
-                    self._outbox.put(self.now_s + port.answer_s, index, data)
+                    self._outbox.put(self.now_s + port.answer_s, (index, data))
                 port.outgoing.clear()
         self._nodes_due_s = min(*self._dues, self._shafts.look_s)
         self._due_s = min(self._nodes_due_s, self._outbox.next_s)
@@ -169,7 +169,7 @@ class DrivesBoard(Board, Generic[N]):
         self._shafts.release_all(self.now_s)
         for node in self.nodes:
             switch_power(node, False, self.now_s)
-        self._outbox.clear()
+        self._outbox.clear()  # what a drive had ready to send dies with its supply
         self._due_s = self._nodes_due_s
         self._unpacker = Unpacker()
 

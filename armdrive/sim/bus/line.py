@@ -6,14 +6,13 @@ wire. Times are in seconds on the caller's clock. python-can is not used.
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import math
 from collections import defaultdict, deque
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
-from armdrive.sim.wire import PacedDevice, WireDevice
+from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice, WireDirection
 from armdrive.transports.can_health import frame_bits
 from firmware_protocol.frames import Frame, Unpacker, pack
 
@@ -25,95 +24,74 @@ class BusSide(Enum):
     DEVICE = "device"
 
 
-@dataclass(slots=True)
-class Transmission:
-    """A frame that a controller sends: it is ready at `ready_s` and has passed at `time_s`."""
+class Transmission(NamedTuple):
+    """A frame on the bus; it has passed at `time_s`."""
 
     frame: Frame
     sender: BusSide
-    ready_s: float
-    queue: int
-    """The queue it waits in: the host has one, and every id of a node."""
-    time_s: float = math.inf
-
-
-_HOST_QUEUE = -1
+    time_s: float
 
 
 class FrameWire:
     """The bus: a sender waits until it is free and frames with lower ids have passed.
 
-    Frames with one id keep their order. The host has one queue, that of its adapter; nodes have
-    one queue for each id that they use.
+    The host's adapter sends its frames in their order, whatever their ids. A node offers all that
+    it has to send; frames with one id keep their order. Whoever pushes has pulled up to that time.
     """
 
     def __init__(self, bitrate: int) -> None:
         self.bit_s = 1.0 / bitrate
-        self.busy_s = 0.0
-        """How long the bus has carried frames in total."""
-        self._queues: dict[int, deque[Transmission]] = {}
+        self._of_host: deque[Frame] = deque()
+        self._of_nodes: list[Frame] = []
         self._now: Transmission | None = None
-        self._free_s = -math.inf
-        self._arrived: list[Transmission] = []
 
     def push(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Give a frame to its sender's controller, which sends it as soon as the bus allows."""
-        self._run(now_s)
-        queue = _HOST_QUEUE if sender is BusSide.HOST else frame.can_id
-        self._queues.setdefault(queue, deque()).append(Transmission(frame, sender, now_s, queue))
+        self._waiting(sender).append(frame)
         if self._now is None:
-            self._begin()
+            self._begin(now_s)
 
     def pull(self, now_s: float) -> list[Transmission]:
         """Return the frames that have passed completely by now, in order."""
-        self._run(now_s)
-        arrived, self._arrived = self._arrived, []
-        return arrived
+        passed = []
+        while self._now is not None and self._now.time_s <= now_s:
+            passed.append(self._now)
+            self._now = None
+            if self._of_host or self._of_nodes:
+                self._begin(passed[-1].time_s)
+        return passed
 
     def next_s(self) -> float:
         """Return when the next frame will have passed; infinity while the bus is silent."""
-        if self._arrived:
-            return self._arrived[0].time_s
-        return self._now.time_s if self._now else math.inf
+        return math.inf if self._now is None else self._now.time_s
 
     def waiting_of(self, sender: BusSide) -> int:
         """Return how many frames of one side are on the bus or waiting."""
-        queued = sum(len(queue) for queue in self._queues.values() if queue[0].sender is sender)
-        return queued + (self._now is not None and self._now.sender is sender)
+        under_way = self._now is not None and self._now.sender is sender
+        return len(self._waiting(sender)) + under_way
 
-    def clear(self, sender: BusSide) -> None:
-        """Drop the frames that one side has to send; a frame on the bus is cut off."""
-        for key in [key for key, queue in self._queues.items() if queue[0].sender is sender]:
-            del self._queues[key]
+    def clear(self, sender: BusSide, now_s: float) -> None:
+        """Drop the frames that one side has to send; one on the bus is cut off, which frees it."""
+        self._waiting(sender).clear()
         if self._now and self._now.sender is sender:
             self._now = None
+            if self._of_host or self._of_nodes:
+                self._begin(now_s)
 
-    def _run(self, now_s: float) -> None:
-        while self._now is not None and self._now.time_s <= now_s:
-            self._arrived.append(self._now)
-            self._free_s = self._now.time_s
-            self._now = None
-            if self._queues:
-                self._begin()
+    def _waiting(self, sender: BusSide) -> deque[Frame] | list[Frame]:
+        return self._of_host if sender is BusSide.HOST else self._of_nodes
 
-    def _begin(self) -> None:
+    def _begin(self, now_s: float) -> None:
         """Give the free bus to the waiting frame with the lowest id."""
-        heads = [queue[0] for queue in self._queues.values()]
-        won = heads[0]
-        start_s = max(self._free_s, won.ready_s)
-        if len(heads) > 1:
-            start_s = max(self._free_s, min([each.ready_s for each in heads]))
-            able = [each for each in heads if each.ready_s <= start_s]
-            won = able[0] if len(able) == 1 else min(able, key=lambda each: _priority(each.frame))
-        queue = self._queues[won.queue]
-        if len(queue) > 1:
-            queue.popleft()
+        nodes, host = self._of_nodes, self._of_host
+        # `min` takes the first of equals, so that frames with one id keep their order
+        frame = min(nodes, key=_priority) if nodes else host[0]
+        if host and (not nodes or _priority(host[0]) < _priority(frame)):
+            frame, sender = host.popleft(), BusSide.HOST
         else:
-            del self._queues[won.queue]
-        length_s = frame_bits(won.frame) * self.bit_s
-        self.busy_s += length_s
-        won.time_s = start_s + length_s
-        self._now = won
+            nodes.remove(frame)
+            sender = BusSide.DEVICE
+        self._now = Transmission(frame, sender, now_s + frame_bits(frame) * self.bit_s)
 
 
 def _priority(frame: Frame) -> tuple[int, int, int, int]:
@@ -185,7 +163,7 @@ class BusLine(PacedDevice):
         self.advance(now_s)
         for frame in self._of_host.feed(data):
             if self._on_bus:
-                self._pass(frame, BusSide.HOST, now_s)
+                self._send(frame, BusSide.HOST, now_s)
 
     def receive(self, now_s: float) -> bytes:
         """Return the frames that have reached the host by now."""
@@ -208,7 +186,7 @@ class BusLine(PacedDevice):
         super().unplug()
         self._of_host = Unpacker()
         self._unread.clear()
-        self.bus.clear(BusSide.HOST)
+        self.bus.clear(BusSide.HOST, self._advanced_s)
 
     def say(self, data: bytes, now_s: float) -> None:
         """Let the host read bytes that no drive has sent: noise from its adapter."""
@@ -223,43 +201,41 @@ class BusLine(PacedDevice):
         """Make the host's controller go bus-off, or come back; its waiting frames are lost."""
         self.adapter.bus_off = off
         if off:
-            self.bus.clear(BusSide.HOST)
+            self.bus.clear(BusSide.HOST, self._advanced_s)
             self._unread.clear()
 
     @property
     def _on_bus(self) -> bool:
         return self._plugged and not self.adapter.bus_off
 
-    def _pass(self, frame: Frame, sender: BusSide, now_s: float) -> None:
+    def _due_s(self) -> float:
+        return min(self.bus.next_s(), self.device.next_s(), self.faults.late.next_s)
+
+    def _send(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Put a frame on the bus, unless a fault of its lane prevents that."""
         lane = self.faults.host if sender is BusSide.HOST else self.faults.device
-        if lane.clear:
-            self.bus.push(frame, sender, now_s)
-            return
-        for piece in lane.passed(pack(frame), now_s):
-            self._put(piece, sender, now_s)
-
-    def _put(self, piece: bytes, sender: BusSide, now_s: float) -> None:
-        for frame in Unpacker().feed(piece):
+        # faults act on packed frames; without one, packing and unpacking would be wasted
+        if lane.rules or lane.until_s > now_s:
+            self._pass(lane, pack(frame), now_s)
+        else:
             self.bus.push(frame, sender, now_s)
 
-    def _due_s(self) -> float:
-        return min(self.bus.next_s(), self.device.next_s(), self.faults.next_s)
+    def _carry(self, lane: WireDirection, message: bytes, now_s: float) -> None:
+        sender = BusSide.HOST if lane is self.faults.host else BusSide.DEVICE
+        for frame in Unpacker().feed(message):
+            self.bus.push(frame, sender, now_s)
 
-    def _exchange(self, now_s: float) -> None:
-        for late in self.faults.host.due(now_s):
-            self._put(late, BusSide.HOST, now_s)
-        if self.bus.next_s() <= now_s:
-            for passed in self.bus.pull(now_s):
-                if passed.sender is BusSide.HOST:
-                    self.device.receive(pack(passed.frame), now_s)
-                elif self._on_bus:
-                    self._unread.append((now_s, pack(passed.frame)))
-        if sent := self.device.transmit(now_s):
-            for frame in Unpacker().feed(sent):
-                self._pass(frame, BusSide.DEVICE, now_s)
-        for late in self.faults.device.due(now_s):
-            self._put(late, BusSide.DEVICE, now_s)
+    def _deliver(self, now_s: float) -> None:
+        """Give the drives the frames of the host, and the host those of the drives."""
+        for passed in self.bus.pull(now_s):
+            if passed.sender is BusSide.HOST:
+                self.device.receive(pack(passed.frame), now_s)
+            elif self._on_bus:
+                self._unread.append((now_s, pack(passed.frame)))
+
+    def _answer(self, sent: bytes, now_s: float) -> None:
+        for frame in Unpacker().feed(sent):
+            self._send(frame, BusSide.DEVICE, now_s)
 
 
 # --- Frames on their way from the drives to the bus ----------------------------------------------
@@ -272,44 +248,18 @@ COLLISION_S = 0.004
 """Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1)."""
 
 
-class Outbox:
-    """Frames, by the time at which each is ready."""
-
-    def __init__(self) -> None:
-        self._frames: list[tuple[float, int, int, bytes]] = []
-        self._number = itertools.count()
-
-    @property
-    def next_s(self) -> float:
-        """When the next frame is ready; infinity if there is none."""
-        return self._frames[0][0] if self._frames else math.inf
-
-    def put(self, ready_s: float, drive: int, data: bytes) -> None:
-        """Add a drive's frame, ready at a time."""
-        heapq.heappush(self._frames, (ready_s, next(self._number), drive, data))
+class Outbox(TimeQueue[tuple[int, bytes]]):
+    """Drives and their frames, by the time at which each is ready."""
 
     def take(self, now_s: float) -> bytes:
         """Return the frames that are ready by now."""
         ready = b""
-        while self.next_s <= now_s:
-            together = self._together()
-            if len(together) == 1:
-                ready += together[0][1]
-            else:
-                ready += self._sorted_out(together, now_s)
+        while (ready_s := self.next_s) <= now_s:
+            together = [self.pop()]
+            while self.next_s == ready_s:
+                together.append(self.pop())
+            ready += together[0][1] if len(together) == 1 else self._sorted_out(together, now_s)
         return ready
-
-    def clear(self) -> None:
-        """Drop all frames."""
-        self._frames.clear()
-
-    def _together(self) -> list[tuple[int, bytes]]:
-        """Return all frames that are ready at the same moment as the next one."""
-        ready_s, found = self.next_s, []
-        while self.next_s == ready_s:
-            _, _, drive, data = heapq.heappop(self._frames)
-            found.append((drive, data))
-        return found
 
     def _sorted_out(self, together: list[tuple[int, bytes]], now_s: float) -> bytes:
         """Return the frames that pass, out of several that are ready at once."""
@@ -325,5 +275,5 @@ class Outbox:
                 continue
             for number, (drive, frames) in enumerate(drives.items(), 1):
                 for data in frames:
-                    self.put(now_s + number * COLLISION_S, drive, data)
+                    self.put(now_s + number * COLLISION_S, (drive, data))
         return ready

@@ -376,7 +376,7 @@ class MainLoop:
                 if then is not None:
                     then()
             elif answer is None and self._line.until_s > board.now_s:
-                break
+                break  # it waits for a time or an event, and neither comes within this loop
         board.limits.plan(board)
 
     def drop_line(self, board: GrblBoard) -> None:
@@ -441,8 +441,7 @@ class GrblBoard(Board):
         self.current = MotorCurrent(world, settings)
         self.ring = ReceiveRing(firmware.ring_bytes)
         self.limits = HardLimits()
-        self.startup = ["", ""]
-        self.note = self.pins = ""
+        self.pins = ""
         self.overrides = [100, 100, 100]
         self.booting: BoardScript[None] = BoardScript()
         self.cycle = MotionCycle()
@@ -507,7 +506,7 @@ class GrblBoard(Board):
 
     def receive(self, data: bytes) -> None:
         """Receive bytes, as the receive interrupt does."""
-        if self.now_s < self.deaf_until_s:
+        if self.now_s < self.deaf_until_s:  # the interrupts are off: not even a reset is heard
             self.ring.lost += len(data)
             return
         start = 0
@@ -597,8 +596,6 @@ class GrblBoard(Board):
             "state": str(State.ALARM if self.state in _LOCKED else State.IDLE),
             "settings": settings,
             "offsets": offsets,
-            "startup": list(self.startup),
-            "note": self.note,
             "outputs": self.outputs.to_json(),
         }
 
@@ -612,8 +609,6 @@ class GrblBoard(Board):
         settings, offsets = saved.table("settings"), saved.table("offsets")
         values = {key: settings.number(str(key)) for key in self.settings.values}
         stored = {name: offsets.numbers(name, len(self.axes)) for name in STORED}
-        startup = saved.texts("startup", len(self.startup))
-        note = saved.text("note")
         settings.end()
         offsets.end()
         self.outputs.recall(saved.table("outputs"))
@@ -621,8 +616,6 @@ class GrblBoard(Board):
         self.drive.rack.limits = self.settings.limits()
         self.parser.stored = stored
         self.parser.restart(self.drive.goal_units)
-        self.startup[:] = startup
-        self.note = note
         self.state = State(state)
         if self.build.resets_on_open:
             self.current.cut(self.now_s)

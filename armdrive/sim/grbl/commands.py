@@ -26,7 +26,6 @@ from armdrive.sim.grbl.firmware import (
 )
 from armdrive.sim.grbl.parser import STORED
 from firmware_protocol.grbl import (
-    Block,
     Bracketed,
     CheckMode,
     Feedback,
@@ -37,19 +36,13 @@ from firmware_protocol.grbl import (
     QueryParameters,
     QueryParserState,
     QuerySettings,
-    QueryStartupLines,
     Realtime,
-    Rejected,
-    Restore,
     SetSetting,
     Setting,
     Sleep,
     State,
-    StoreBuildInfo,
-    StoreStartupLine,
     SystemCommand,
     Unlock,
-    parse_line,
 )
 
 # --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
@@ -204,11 +197,13 @@ def _number(board: GrblBoard, path: str) -> int | None:
 
 
 NOT_IDLE, NO_HOMING = 8, 5
-_HELP = "$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x"
+_HELP = "$$ $# $G $I $x=val $J=line $SLP $C $X $H ~ ! ? ctrl-x"
 
 
 def run_system(board: GrblBoard, command: SystemCommand) -> Steps:
     """Execute a command, or refuse it in this state; return 0 or an error number."""
+    if type(command) not in _COMMANDS:
+        return UNKNOWN
     states, act = _COMMANDS[type(command)]
     if states and board.state not in states:
         return NOT_IDLE
@@ -244,14 +239,8 @@ def _parameters(board: GrblBoard, _: QueryParameters) -> int:
 
 
 def _build(board: GrblBoard, _: QueryBuildInfo) -> int:
-    for line in board.firmware.info(board.axes, board.note):
+    for line in board.firmware.info(board.axes):
         board.say(line)
-    return 0
-
-
-def _startup_lines(board: GrblBoard, _: QueryStartupLines) -> int:
-    for number, text in enumerate(board.startup):
-        board.say(Setting(f"N{number}", text))
     return 0
 
 
@@ -308,40 +297,6 @@ def _set(board: GrblBoard, command: SetSetting) -> Steps:
     return 0
 
 
-def _store_line(board: GrblBoard, command: StoreStartupLine) -> Steps:
-    if board.state is not State.IDLE:
-        return NOT_IDLE
-    content = parse_line(command.line, board.codec.dialect)
-    if isinstance(content, Rejected):
-        return content.code
-    if command.line and not isinstance(content, Block):
-        return 3
-    board.startup[command.which] = command.line
-    yield from write_eeprom(board)
-    return 0
-
-
-def _store_note(board: GrblBoard, command: StoreBuildInfo) -> Steps:
-    board.note = command.note
-    yield from write_eeprom(board)
-    return 0
-
-
-def _restore(board: GrblBoard, command: Restore) -> Steps:
-    if command.what in "$*":
-        board.settings.values.update(board.settings.factory)
-    if command.what in "#*":
-        board.parser.stored = dict.fromkeys(STORED, board.parser.zero)
-    if command.what == "*":
-        board.startup[:] = "", ""
-        board.note = ""
-    yield from write_eeprom(board)
-    board.say(Feedback("Restoring defaults"))
-    board.routines.order(board, Realtime.SOFT_RESET)
-    yield math.inf
-    return 0
-
-
 _STILL = (State.IDLE, State.ALARM)
 _NO_CYCLE = tuple(state for state in State if state not in (State.RUN, State.HOLD))
 _COMMANDS: Mapping[type, tuple[tuple[State, ...], Callable[[GrblBoard, Any], Steps | int]]] = (
@@ -354,17 +309,13 @@ _COMMANDS: Mapping[type, tuple[tuple[State, ...], Callable[[GrblBoard, Any], Ste
             Unlock: ((), _unlock),
             QueryParameters: (_STILL, _parameters),
             QueryBuildInfo: (_STILL, _build),
-            QueryStartupLines: (_STILL, _startup_lines),
             Sleep: (_STILL, _sleep),
             Home: (_STILL, _home),
             SetSetting: (_STILL, _set),
-            StoreStartupLine: (_STILL, _store_line),
-            StoreBuildInfo: (_STILL, _store_note),
-            Restore: (_STILL, _restore),
         }
     )
 )
 """The states in which a command is accepted (all if none is listed), and its action.
 
-The action runs at once, or in steps.
+The action runs at once, or in steps. Start-up lines, notes and factory resets are not built in.
 """

@@ -153,12 +153,12 @@ class Firmware:
             return Banner(self.version, self.variant, self.build)
         return Banner(self.version, self.variant)
 
-    def info(self, axes: str, note: str) -> tuple[Info, ...]:
+    def info(self, axes: str) -> tuple[Info, ...]:
         """Return the reply to `$I`; FluidNC's does not mention its ring."""
         if self.variant is Variant.FLUIDNC:
-            return Version(f"{self.version} FluidNC {self.build}", note), BuildInfo(self.letters)
+            return Version(f"{self.version} FluidNC {self.build}"), BuildInfo(self.letters)
         head = (
-            Version(f"{self.version}.{self.build}", note),
+            Version(f"{self.version}.{self.build}"),
             BuildInfo(self.letters, self.blocks, self.ring_bytes, ("0",) * self.tells_flags),
         )
         info = AxesInfo(len(axes), axes)
@@ -274,8 +274,7 @@ class BoardSettings:
         self, axes: int, values: Mapping[int, float], factory: Mapping[int, float] | None = None
     ) -> None:
         self.axes = axes
-        self.factory = {**factory_values(axes), **(factory or {})}
-        self.values = dict(self.factory)
+        self.values = {**factory_values(axes), **(factory or {})}
         self.values.update({number: v for number, v in values.items() if number in self.values})
 
     def __getitem__(self, number: int) -> float:

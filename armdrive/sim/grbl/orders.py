@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 
 from armdrive.sim.grbl.board import SOFT_LIMIT, Boot, FirmwareRoutines, GrblBoard, Script
@@ -34,9 +35,7 @@ from firmware_protocol.grbl import (
     Ok,
     Realtime,
     Rejected,
-    StartupEcho,
     State,
-    parse_line,
 )
 
 LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
@@ -50,28 +49,6 @@ def run_line(board: GrblBoard, line: LineReceived) -> Script:
     yield board.now_s + board.firmware.parse_s
     code = yield from _run(board, line)
     return Error(code) if code else Ok()
-
-
-def run_startup(board: GrblBoard) -> None:
-    """Execute the start-up lines; of the motions in them, only the first runs."""
-    for text in board.startup:
-        if not text:
-            continue
-        content = parse_line(text, board.codec.dialect)
-        code = content.code if isinstance(content, Rejected) else 0
-        if isinstance(content, Block):
-            code = _at_once(_block(board, content))
-        board.say(StartupEcho(text, code or None))
-
-
-def _at_once(steps: Steps) -> int:
-    """Run a script to its end without waiting; return its result."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            code: int = end.value
-            return code
 
 
 def _run(board: GrblBoard, line: LineReceived) -> Steps:
@@ -169,8 +146,6 @@ def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
     if board.state is State.IDLE:
         rack.hold(board.now_s)  # until no more lines arrive
     rate = way.rate
-    if way.inverse:
-        rate *= math.dist(way.target, board.drive.goal_units)
     if work.jog:
         rate *= 100 / board.overrides[0]  # a jog ignores this override
     board.drive.queue_to(way.target, rate, board.now_s, rapid=way.rapid)
@@ -224,9 +199,6 @@ def obey(board: GrblBoard, command: Realtime) -> None:
     order = _ORDERS.get(command)
     if order is not None:
         order(board)
-        return
-    if command in _STEPS:
-        _override(board, *_STEPS[command])
 
 
 def hold(board: GrblBoard) -> None:
@@ -338,8 +310,6 @@ def _start(board: GrblBoard) -> None:
     board.say(board.firmware.banner)
     if locked:
         board.say(Feedback("'$H'|'$X' to unlock"))
-    else:
-        run_startup(board)
 
 
 def _jog_cancel(board: GrblBoard) -> None:
@@ -378,8 +348,8 @@ def _flood(board: GrblBoard) -> None:
         board.fingers.follow_output(board.now_s)
 
 
-def _override(board: GrblBoard, which: int, value: int, relative: bool) -> None:
-    low, high = _OVERRIDE_BOUNDS
+def _override(board: GrblBoard, step: tuple[int, int, bool]) -> None:
+    (which, value, relative), (low, high) = step, _OVERRIDE_BOUNDS
     before = board.overrides[which]
     board.overrides[which] = min(max(before + value, low), high) if relative else value
     if board.overrides[which] != before:
@@ -390,6 +360,23 @@ def _override(board: GrblBoard, which: int, value: int, relative: bool) -> None:
 
 
 _STATUS = (Realtime.STATUS, Realtime.STATUS_ALIAS, Realtime.FULL_STATUS)
+_FEED, _RAPID, _SPINDLE = 0, 1, 2
+_OVERRIDES = {
+    Realtime.FEED_100: (_FEED, 100, False),
+    Realtime.FEED_PLUS_10: (_FEED, 10, True),
+    Realtime.FEED_MINUS_10: (_FEED, -10, True),
+    Realtime.FEED_PLUS_1: (_FEED, 1, True),
+    Realtime.FEED_MINUS_1: (_FEED, -1, True),
+    Realtime.RAPID_100: (_RAPID, 100, False),
+    Realtime.RAPID_50: (_RAPID, 50, False),
+    Realtime.RAPID_25: (_RAPID, 25, False),
+    Realtime.SPINDLE_100: (_SPINDLE, 100, False),
+    Realtime.SPINDLE_PLUS_10: (_SPINDLE, 10, True),
+    Realtime.SPINDLE_MINUS_10: (_SPINDLE, -10, True),
+    Realtime.SPINDLE_PLUS_1: (_SPINDLE, 1, True),
+    Realtime.SPINDLE_MINUS_1: (_SPINDLE, -1, True),
+}
+"""Which override, by how much, and whether the amount is added to the present value."""
 
 _ORDERS: Mapping[Realtime, Callable[[GrblBoard], None]] = MappingProxyType(
     {
@@ -403,27 +390,8 @@ _ORDERS: Mapping[Realtime, Callable[[GrblBoard], None]] = MappingProxyType(
         Realtime.SAFETY_DOOR: _door,
         Realtime.JOG_CANCEL: _jog_cancel,
         Realtime.FLOOD_TOGGLE: _flood,
+        **{one: partial(_override, step=step) for one, step in _OVERRIDES.items()},
     }
 )
-
-_FEED, _RAPID, _SPINDLE = 0, 1, 2
-_STEPS: Mapping[Realtime, tuple[int, int, bool]] = MappingProxyType(
-    {
-        Realtime.FEED_100: (_FEED, 100, False),
-        Realtime.FEED_PLUS_10: (_FEED, 10, True),
-        Realtime.FEED_MINUS_10: (_FEED, -10, True),
-        Realtime.FEED_PLUS_1: (_FEED, 1, True),
-        Realtime.FEED_MINUS_1: (_FEED, -1, True),
-        Realtime.RAPID_100: (_RAPID, 100, False),
-        Realtime.RAPID_50: (_RAPID, 50, False),
-        Realtime.RAPID_25: (_RAPID, 25, False),
-        Realtime.SPINDLE_100: (_SPINDLE, 100, False),
-        Realtime.SPINDLE_PLUS_10: (_SPINDLE, 10, True),
-        Realtime.SPINDLE_MINUS_10: (_SPINDLE, -10, True),
-        Realtime.SPINDLE_PLUS_1: (_SPINDLE, 1, True),
-        Realtime.SPINDLE_MINUS_1: (_SPINDLE, -1, True),
-    }
-)
-"""Which override, by how much, and whether the amount is added to the present value."""
 
 ROUTINES = FirmwareRoutines(run_line, obey, raise_critical, fail, switched_on)

@@ -1,7 +1,7 @@
 """What a line of g-code requests of a simulated GRBL board: modes, offsets, and the target.
 
-Positions are in the machine's own unit. Arcs, probing and tool lengths are not implemented; they
-are refused with error 20.
+Positions are in the machine's own unit. Arcs, probing, tool lengths and inverse-time feed are not
+implemented; they are refused with error 20.
 """
 
 from __future__ import annotations
@@ -17,17 +17,16 @@ Place = tuple[float, ...]
 SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
 STORED = (*SYSTEMS, "G28", "G30")
 """What the EEPROM stores."""
-_NOT_BUILT = ("G2", "G3", "G38", "G43", "G49")
+_NOT_BUILT = ("G2", "G3", "G38", "G43", "G49", "G93")
 
 
 @dataclass(frozen=True, slots=True)
 class MotionMode:
-    """A motion to a target; `rate` is in units per second, or motions per second if `inverse`."""
+    """A motion to a target; `rate` is in units per second."""
 
     target: Place
     rate: float = 0.0
     rapid: bool = False
-    inverse: bool = False
 
 
 @dataclass(slots=True)
@@ -156,7 +155,7 @@ class GcodeParser:
     def _way(self, target: Place, modes: Modal) -> MotionMode:
         if modes.motion == "G0":
             return MotionMode(target, rapid=True)
-        return MotionMode(target, modes.feed / MINUTE_S, inverse=modes.feed_mode == "G93")
+        return MotionMode(target, modes.feed / MINUTE_S)
 
     def _target(
         self, words: dict[str, float], modes: Modal, shift: Place, name: str | None = None

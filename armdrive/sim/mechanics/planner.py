@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from armdrive.sim.mechanics.profiles import Part, ProfilePiece, nearest, trapezoid
+from armdrive.sim.mechanics.profiles import Part, ProfilePiece, trapezoid
 from kinematics.spaces import Motors
 
 _STRAIGHT = 1e-6
@@ -65,9 +65,7 @@ class PlannedLine:
         if along >= self.length:
             return self.deltas
         share = along / self.length
-        return tuple(
-            nearest(abs(delta) * share) * (1 if delta > 0 else -1) for delta in self.deltas
-        )
+        return tuple([int(delta * share + (0.5 if delta > 0 else -0.5)) for delta in self.deltas])
 
 
 def line(
@@ -210,15 +208,14 @@ def _lay(
     last: bool = True,
 ) -> float:
     """Append the parts of a line that last any time; return when it ends."""
-    pieces: list[ProfilePiece] = []
-    for speed, slope, duration_s in shape:
+    parts = [*shape]
+    pieces = []
+    for speed, slope, duration_s in [part for part in parts if part[2] > 0.0] or parts[-1:]:
         pieces.append(ProfilePiece(now_s, along, speed, slope, duration_s))
-        now_s, along = pieces[-1].end_s, pieces[-1].at(pieces[-1].end_s)
-    kept = [piece for piece in pieces if piece.duration_s > 0.0] or pieces[-1:]
-    stretches += [
-        PlannerStretch(line, piece, last and index == len(kept) - 1)
-        for index, piece in enumerate(kept)
-    ]
+        now_s, along = now_s + duration_s, along + duration_s * (speed + slope * duration_s / 2)
+    *before, final = pieces
+    stretches += [PlannerStretch(line, piece, last=False) for piece in before]
+    stretches.append(PlannerStretch(line, final, last))
     return now_s
 
 
@@ -445,6 +442,7 @@ class PathRack:
         for each in self._stretches:
             piece = each.piece
             if piece.end_s > from_s:
+                # The segments computed before `from_s` are in the steppers' hands already.
                 before = piece._replace(duration_s=max(from_s - piece.start_s, 0.0))
                 kept.append(PlannerStretch(each.line, before, last=False))
                 along, speed = piece.at(from_s), piece.speed_at(from_s)

@@ -299,6 +299,7 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         wanted = self.rack.positions(now_s)
         errors = self._errors(wanted)
         if any(errors):
+            # A shaft goes as far as its set-point went, and only makes up for the rest by and by.
             most = math.ceil(self._makes_up * since_s)
             steps = [
                 _clipped(error, abs(there - before) + most)
@@ -314,6 +315,7 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
 
     def _stands(self) -> bool:
         """Return whether nothing has turned since the last update and nothing is about to."""
+        # Another object means that something else has turned the motors: a hand, or a sag.
         if self.astray or self.world.motors is not self._seen:
             return False
         return all(point.end_s <= self._looked_s for point in self.rack.each)

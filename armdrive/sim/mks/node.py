@@ -313,6 +313,7 @@ def _clear(node: MksNode, _: Asked, now_s: float) -> None:
 
 def _restart(node: MksNode, asked: Asked, now_s: float) -> None:
     node.tell(asked, Outcome.DONE)
+    # the answer leaves before the firmware goes down, which drops what is still to be sent
     answer = [*node.port.outgoing]
     node.restart(now_s)
     node.port.outgoing += answer

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import islice
 
 from armdrive.errors.arguments import BASIC, checked_calls, made_of
 from armdrive.sim.world.body import ArmBody, Play, found_posture, sagged
@@ -141,7 +142,7 @@ class World:
     def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
         """Turn motors by these steps, whatever the cause, and update the world."""
         last = len(steps) - self._has_gripper
-        pieces = 1 + max(map(abs, steps[:last]), default=0) // self._sample_steps
+        pieces = 1 + max(map(abs, islice(steps, last)), default=0) // self._sample_steps
         if pieces == 1:  # the usual case, because a moving arm is updated often
             self._shift(Motors(steps), time_s)
             return

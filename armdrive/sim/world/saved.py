@@ -62,10 +62,6 @@ class Saved:
         """Return `count` finite numbers."""
         return self._each(key, count, "numbers", Saved.number)
 
-    def texts(self, key: str, count: int) -> tuple[str, ...]:
-        """Return `count` texts."""
-        return self._each(key, count, "texts", Saved.text)
-
     def flag(self, key: str) -> bool:
         """Return true or false."""
         return self._typed(key, bool, "true or false")

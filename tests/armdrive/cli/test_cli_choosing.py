@@ -26,19 +26,20 @@ def test_an_arm_file_is_chosen_by_name_and_by_path(call, tmp_path):
     assert "other names no port" in sentence
 
 
-def test_the_environment_names_the_arm(call, monkeypatch):
+def test_of_several_defaults_the_nearest_is_used_and_an_option_before_them_all(call, monkeypatch):
+    write_arm_file("default", NOWHERE)
+    assert "/dev/ttyNOWHERE" in call.refused("status", code=4)
+    call("config", "set-default", "sim:robko01", code=0)
+    assert arm_of(call("status", "--json", code=0)) == "sim:robko01"
     monkeypatch.setenv("ARMDRIVE_ARM", "bench")
     assert "'bench'" in call.refused("status", code=2)
     write_arm_file("bench", NOWHERE)
     assert "/dev/ttyNOWHERE" in call.refused("status", code=4)
+    assert "ARMDRIVE_ARM" in call("config", "set-default", "default", code=0).out
     assert arm_of(call("status", "--sim", "teachmover", "--json", code=0)) == "sim:teachmover"
-
-
-def test_a_default_arm_file_is_used_where_nothing_is_named(call, monkeypatch):
-    write_arm_file("default", NOWHERE)
-    assert "/dev/ttyNOWHERE" in call.refused("status", code=4)
-    monkeypatch.setenv("ARMDRIVE_ARM", "sim:teachmover")
-    assert arm_of(call("status", "--json", code=0)) == "sim:teachmover"
+    monkeypatch.delenv("ARMDRIVE_ARM")
+    none = call("config", "set-default", "--none", "--json", code=0).json
+    assert none["default"] == "default"  # the file of that name
 
 
 def test_an_arm_file_that_cannot_be_used_is_named_with_the_key(call):

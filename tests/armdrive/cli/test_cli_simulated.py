@@ -76,27 +76,25 @@ def test_ways_that_mean_nothing_are_refused_with_the_way_to_write_them(reference
     assert said in referenced("move", *goal).err
 
 
-def test_the_fingers_and_the_park_posture(referenced):
+def test_the_fingers_the_park_posture_and_what_rounding_left(referenced):
     parked = referenced("move", "--park", "--json", code=0).json
     assert parked["pose"]["z_mm"] == pytest.approx(30, abs=0.5)
     opened = referenced("move", "--gripper", "40", "--json", code=0).json
     assert opened["gripper_mm"] == pytest.approx(40, abs=0.1)
     assert opened["pose"] == parked["pose"]
-
-
-@pytest.mark.parametrize("words", [("home",), ("move", "--z", "60"), ("status",)])
-def test_every_output_says_that_the_arm_is_simulated(referenced, words):
-    assert referenced(*words, code=0).out.startswith(f"{ARM} (Microbot TeachMover), SIMULATED")
-
-
-def test_a_move_says_what_rounding_left(referenced):
     called = referenced("move", "--z", "80", "--speed", "0.5", code=0)
     assert "from the goal by rounding to steps" in called.out
+
+
+def test_every_output_says_that_the_arm_is_simulated(referenced):
+    for words in (("home",), ("move", "--z", "60"), ("status",)):
+        assert referenced(*words, code=0).out.startswith(f"{ARM} (Microbot TeachMover), SIMULATED")
 
 
 def test_planned_motion_without_a_reference_is_refused_with_the_way_to_one(call):
     sentence = call.refused("move", "--x", "250", code=3)
     assert "`armdrive home`" in sentence
+    assert "no restored position to confirm" in call.refused("home", "--confirm", code=3)
     assert call("status", "--json").json["trust"] == "unknown"
 
 
@@ -122,15 +120,16 @@ def test_a_goal_beyond_a_bound_is_refused_and_nothing_moves(referenced, goal, sa
     assert said in called.err
     assert called.err.count("\n") == 1
     assert referenced("status", "--json").json["acknowledged_steps"] == before["acknowledged_steps"]
+    previewed = referenced("move", *goal, "--preview", code=3)
+    assert previewed.err == called.err  # with its code
+    assert called.err.partition("] ")[2].strip() not in previewed.out
+    in_json = referenced("move", *goal, "--preview", "--json", code=3)
+    assert json.loads(in_json.err) == in_json.json["refusal"]
 
 
 def test_confirming_a_restored_posture_makes_it_a_reference(referenced):
     assert referenced("status", "--json").json["trust"] == "restored"
     assert referenced("home", "--confirm", "--json", code=0).json["trust"] == "referenced"
-
-
-def test_there_is_nothing_to_confirm_on_an_arm_without_a_record(call):
-    assert "no restored position to confirm" in call.refused("home", "--confirm", code=3)
 
 
 def test_home_yes_believes_the_person_and_moves_nothing(call):
@@ -143,34 +142,31 @@ def test_home_yes_believes_the_person_and_moves_nothing(call):
 
 
 def test_an_arm_that_was_pushed_meanwhile_is_not_believed(referenced):
-    def push(world):
+    def pushed(world):
         world["registers"][0] += 50
 
-    edit(world_file(ARM), push)
+    def turned(world):
+        world["world"]["motors"][0] += 400  # and no register knows
+
+    edit(world_file(ARM), turned)  # the simulated operator sees that it is not as recorded
+    sentence = referenced.refused("move", "--z", "80", code=3)
+    assert "restored" in sentence
+    assert "--allow-restored" in sentence
+    edit(world_file(ARM), pushed)
     assert referenced("status", "--json").json["trust"] == "suspect"
     sentence = referenced.refused("move", "--z", "80", code=3)
     assert "registers differ" in sentence
     assert "armdrive home" in sentence
 
 
-def test_the_simulated_operator_sees_that_the_arm_is_not_as_recorded(referenced):
-    def push(world):
-        world["world"]["motors"][0] += 400  # the arm was turned, and no register knows
-
-    edit(world_file(ARM), push)
-    sentence = referenced.refused("move", "--z", "80", code=3)
-    assert "restored" in sentence
-    assert "--allow-restored" in sentence
-
-
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"world": 1, "registers": []}', "\x00"])
-def test_a_damaged_world_ends_in_a_sentence_with_the_way_out(referenced, text):
-    world_file(ARM).write_text(text)
-    sentence = referenced.refused("status", code=1)
-    assert str(world_file(ARM)) in sentence
-    assert "--fresh" in sentence
-    referenced("status", "--fresh", code=0)
-    referenced("status", code=0)
+def test_a_damaged_world_ends_in_a_sentence_with_the_way_out(referenced):
+    for text in ("", "{", "[]", '{"world": 1, "registers": []}', "\x00"):
+        world_file(ARM).write_text(text)
+        sentence = referenced.refused("status", code=1)
+        assert str(world_file(ARM)) in sentence
+        assert "--fresh" in sentence
+        referenced("status", "--fresh", code=0)
+        referenced("status", code=0)
 
 
 def test_a_damaged_record_costs_the_reference_and_home_mends_it(referenced):
@@ -194,9 +190,12 @@ def test_nothing_but_the_arm_s_own_files_stays_behind(referenced):
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
-@pytest.fixture(params=DIALECTS)
+@pytest.fixture(params=["teachmover", "armdroid", "mks"])
 def served(request, tmp_path):
-    """Serve a simulated arm of each dialect, with an arm file that leads to it."""
+    """Serve a simulated arm with registers, one without, or a bus, and an arm file for it.
+
+    The conformance table has every dialect restore a record; this is about the words.
+    """
     row, wire = DIALECTS[request.param], tmp_path / "wire"
     server = make_server(slcan=wire) if row.can else make_server(pty=wire)
     device = ServedDevice(server, simulate_device(simulated_config(row.name)))

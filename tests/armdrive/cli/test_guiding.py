@@ -32,9 +32,11 @@ def at_the_mark() -> None:
 
 def test_a_person_is_led_through_and_confirms(call, typing):
     at_the_mark()
-    typing("ok", "shoulder -2", "shoulder 2", "gripper 3 gripper -3", "show", "done")
+    typing("yes", "", "ok", "shoulder -2", "shoulder 2", "gripper 3 gripper -3", "show", "done")
     called = call("home", "--guide", code=0)
     assert "Step 1 of 3" in called.out
+    assert called.out.count("Is the way clear? Type ok: ") == 3  # until it is yes or no
+    assert called.out.count("Type ok to go on, or no to leave.") == 2
     assert "Step 3 of 3" in called.out
     assert "reference posture" in called.out
     assert "shoulder -2: done" in called.out
@@ -50,14 +52,6 @@ def test_without_a_confirmation_nothing_is_referenced(call, typing, lines):
     call.refused("home", "--guide", code=3) if not lines else call("home", "--guide", code=3)
     assert call("status", "--json", code=0).json["trust"] in ("unknown", "restored", "suspect")
     assert call("status", "--json", code=0).json["pose"] is None
-
-
-def test_an_answer_that_is_neither_yes_nor_no_is_asked_for_again(call, typing):
-    at_the_mark()
-    typing("yes", "", "ok", "done")
-    said = call("home", "--guide", code=0).out
-    assert said.count("Is the way clear? Type ok: ") == 3
-    assert said.count("Type ok to go on, or no to leave.") == 2
 
 
 def test_a_no_leaves_at_once_and_the_refusal_names_the_other_ways(call, typing):
@@ -167,7 +161,7 @@ def test_the_desk_may_be_opened_in_between(call, typing, monkeypatch):
 # -- declaring ------------------------------------------------------------------------------------
 
 
-def test_a_posture_is_declared_by_its_joints(call):
+def test_a_posture_is_declared_by_its_joints_or_by_its_name(call):
     angles = {"base": 10, "shoulder": 40, "elbow": -60, "wrist_pitch": -70, "wrist_roll": 5}
     words = [f"{name}={angle}" for name, angle in angles.items()]
     seen = call("home", "--declare", *words, "gripper=12", "--json", code=0).json
@@ -176,12 +170,8 @@ def test_a_posture_is_declared_by_its_joints(call):
     for name, angle in angles.items():
         assert seen["joints"][f"{name}_deg"] == pytest.approx(angle, abs=0.2)
     assert seen["gripper_mm"] == pytest.approx(12, abs=0.1)
-
-
-def test_the_park_posture_is_declared_by_its_name(call):
-    assert call("home", "--declare", "park", "--json", code=0).json["pose"]["z_mm"] == (
-        pytest.approx(30.0, abs=1.0)
-    )
+    parked = call("home", "--declare", "park", "--json", code=0).json
+    assert parked["pose"]["z_mm"] == pytest.approx(30.0, abs=1.0)
 
 
 @pytest.mark.parametrize(
@@ -243,27 +233,27 @@ def test_an_arm_without_switches_does_not_seek_them(call):
 # -- verifying ------------------------------------------------------------------------------------
 
 
+def losing_steps() -> None:
+    """Have the first motor lose 15 steps."""
+    with connect_remembered(simulated_config("teachmover"), allow_restored=True) as arm:
+        arm.twin.faults.add("lose-steps", "1", "15")
+        arm.move_j(base_deg=20)
+
+
 def test_a_simulated_arm_is_verified_by_a_command_and_the_log_tells(call):
     call("home", code=0)
     said = call("verify", code=0).out
     assert "within rounding" in said
     assert str(logbook_file(ARM)) in said
-    with connect_remembered(simulated_config("teachmover"), allow_restored=True) as arm:
-        arm.twin.faults.add("lose-steps", "1", "15")
-        arm.move_j(base_deg=20)
+    losing_steps()
     off = call("verify", "--json", code=1).json
     assert off["steps"] == [15, 0, 0, 0, 0, 0]
     assert off["verdict"] == "drift"
     assert off["accepted"] is False
     assert "suspect" in call.refused("verify", code=3)
     assert len(logbook_file(ARM).read_text().splitlines()) == 2
-
-
-def test_an_accepted_verification_ends_well(call):
     call("home", code=0)
-    with connect_remembered(simulated_config("teachmover"), allow_restored=True) as arm:
-        arm.twin.faults.add("lose-steps", "1", "15")
-        arm.move_j(base_deg=20)
+    losing_steps()
     assert "new reference" in call("verify", "--accept", code=0).out
     call("move", "--base", "0", code=0)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from argparse import Namespace
@@ -67,26 +66,23 @@ def lines_that_are_never_made():
         ([Result({}, "", 2), Result({}, "", 1)], "\n\n", "{}\n{}\n", 2),
         (5, "", "", 5),
         ([], "", "", 0),
+        (None, "moving\n", "", 0),
     ],
 )
 def test_a_result_has_two_forms_and_the_options_choose(capsys, outcome, as_text, as_json, code):
     for options, said in (({}, as_text), ({"json": False}, as_text), ({"json": True}, as_json)):
-        assert present(outcome, argparse.Namespace(**options)) == code
+        if outcome is None:
+            tell(Namespace(**options), "moving")  # progress is for people
+        else:
+            assert present(outcome, Namespace(**options)) == code
         assert capsys.readouterr().out == said
 
 
 def test_lines_are_made_only_where_they_are_printed(capsys):
     result = Result({"a": 1}, lines_that_are_never_made())
-    assert present(result, argparse.Namespace(json=True)) == 0
+    assert present(result, Namespace(json=True)) == 0
     with pytest.raises(AssertionError):
-        present(Result({}, lines_that_are_never_made()), argparse.Namespace(json=False))
-
-
-def test_progress_is_shown_to_people_only(capsys):
-    tell(argparse.Namespace(json=True), "moving")
-    assert capsys.readouterr().out == ""
-    tell(argparse.Namespace(json=False), "moving")
-    assert capsys.readouterr().out == "moving\n"
+        present(Result({}, lines_that_are_never_made()), Namespace(json=False))
 
 
 @pytest.fixture
@@ -109,15 +105,12 @@ def test_a_terminal_shows_words_and_errors_in_colour(terminal):
     stream = terminal()
     say(("state ", Inked("moving", Ink.GOOD)))
     complain("armdrive: [E404] in use")
-    assert stream.getvalue() == (
-        "state \x1b[32mmoving\x1b[0m\n\x1b[1;31marmdrive:\x1b[0m [E404] in use\n"
-    )
-
-
-def test_text_of_a_device_is_no_colour(terminal):
-    stream = terminal()
-    say((Inked("\x1b[31mred", Ink.GOOD), "\x1b[2J"))
-    assert stream.getvalue() == "\x1b[32m\\x1b[31mred\x1b[0m\\x1b[2J\n"
+    say((Inked("\x1b[31mred", Ink.GOOD), "\x1b[2J"))  # text of a device is no colour
+    assert stream.getvalue().splitlines() == [
+        "state \x1b[32mmoving\x1b[0m",
+        "\x1b[1;31marmdrive:\x1b[0m [E404] in use",
+        "\x1b[32m\\x1b[31mred\x1b[0m\\x1b[2J",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -129,12 +122,6 @@ def test_colours_are_left_out_where_they_are_not_wanted(terminal, monkeypatch, n
     monkeypatch.setenv(name, value)
     say((Inked("moving", Ink.GOOD), "!"))
     assert stream.getvalue() == "moving!\n"
-
-
-def test_a_pipe_gets_no_colours(capsys):
-    say((Inked("moving", Ink.GOOD), "!"))
-    complain("armdrive: [E404] in use")
-    assert capsys.readouterr() == ("moving!\n", "armdrive: [E404] in use\n")
 
 
 # A terminal gets lines folded at spaces. Its own way is to break them in the middle of a word.
@@ -183,51 +170,41 @@ def test_a_folded_line_keeps_its_colours(narrow):
     )
 
 
-def test_a_pipe_gets_whole_lines(capsys, monkeypatch):
+def test_a_pipe_gets_whole_lines_without_colours(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "22")
-    say(LONG)
-    complain(LONG)
-    assert capsys.readouterr() == (f"{LONG}\n", f"{LONG}\n")
+    say((Inked("moving", Ink.GOOD), f": {LONG}"))
+    complain(f"armdrive: {LONG}")
+    assert capsys.readouterr() == (f"moving: {LONG}\n", f"armdrive: {LONG}\n")
 
 
 # A remedy that names a command names the arm as well, if one was named.
 
 
+HOME, MEND = "run `armdrive home`, or call home()", "`armdrive doctor --mend` sends these lines"
+
+
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "sentence", "added"),
     [
-        ({"arm": "bench"}, "run `armdrive home --arm bench`, or call home()"),
-        ({"arm": "my arm"}, "run `armdrive home --arm 'my arm'`, or call home()"),
-        ({"sim": "cia402", "arm": None}, "run `armdrive home --sim cia402`, or call home()"),
-        (
-            {"port": "/dev/x", "dialect": "mks"},
-            "run `armdrive home --port /dev/x --dialect mks`, or call home()",
-        ),
-        (
-            {"port": "/dev/x", "dialect": "grbl", "baud": 57600},
-            "run `armdrive home --port /dev/x --dialect grbl --baud 57600`, or call home()",
-        ),
-        ({"arm": None, "sim": None}, "run `armdrive home`, or call home()"),
-        ({}, "run `armdrive home`, or call home()"),
+        ({"arm": "bench"}, HOME, " --arm bench"),
+        ({"arm": "my arm"}, HOME, " --arm 'my arm'"),
+        ({"sim": "cia402", "arm": None}, HOME, " --sim cia402"),
+        ({"port": "/dev/x", "dialect": "mks"}, HOME, " --port /dev/x --dialect mks"),
+        ({"port": "/dev/x", "baud": 57600}, HOME, " --port /dev/x --baud 57600"),
+        ({"arm": None, "sim": None}, HOME, ""),
+        ({}, HOME, ""),
+        ({"arm": "bench"}, "`armdrive home --confirm`", " --arm bench"),
+        ({"arm": "bench"}, "`armdrive doctor --can`", ""),
+        ({"arm": "bench"}, "`armdrive ports`", ""),
+        ({"arm": "bench"}, "`armdrive home --arm x`", ""),
+        ({"arm": "my arm"}, MEND, " --arm 'my arm'"),  # the settings are in its file
+        ({"sim": "grbl"}, MEND, ""),
     ],
 )
-def test_a_command_names_the_arm_that_was_named(given, said):
-    assert with_arm("run `armdrive home`, or call home()", Namespace(**given)) == said
-
-
-def test_options_stay_and_other_commands_are_left_alone():
-    options = Namespace(arm="bench")
-    assert with_arm("`armdrive home --confirm`", options) == "`armdrive home --arm bench --confirm`"
-    for words in ("`armdrive doctor --can`", "`armdrive ports`", "`armdrive home --arm x`"):
-        assert with_arm(words, options) == words
-
-
-def test_the_remedy_for_settings_names_the_arm_file():
-    sentence = "`armdrive doctor --mend` sends these lines"
-    assert with_arm(sentence, Namespace(arm="my arm")) == (
-        "`armdrive doctor --arm 'my arm' --mend` sends these lines"
-    )
-    assert with_arm(sentence, Namespace(sim="grbl")) == sentence
+def test_a_command_names_the_arm_that_was_named(given, sentence, added):
+    command = "doctor" if sentence is MEND else "home"
+    named = sentence.replace(f"armdrive {command}", f"armdrive {command}{added}")
+    assert with_arm(sentence, Namespace(**given)) == named
 
 
 def test_a_refused_command_says_so(call):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from pathlib import Path
 
@@ -105,6 +106,7 @@ def test_every_action_is_offered_by_every_interface():
     assert set(re.findall(r"`armdrive ([a-z]+)", typed)) <= set(COMMANDS)
 
 
+@functools.cache
 def literals(path: Path) -> list[str]:
     """Return the strings of a file that are no docstrings."""
     tree = ast.parse(path.read_text(encoding="utf-8"))

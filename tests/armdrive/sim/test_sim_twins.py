@@ -99,9 +99,7 @@ def test_without_power_every_arm_sags_says_nothing_and_forgets_where_it_was(dial
 SAVED = [
     ("grbl", ("axes",), "XYZ"),
     ("grbl", ("state",), "Run"),
-    ("grbl", ("startup",), ["G91"]),
     ("grbl", ("settings",), {}),
-    ("grbl", ("note",), 3),
     ("mks", ("drives", 0, "settings", "mode"), "09"),
     ("mks", ("drives", 0, "settings", "node"), ""),
     ("mks", ("drives", 0, "settings", "homing"), "zz"),

@@ -37,11 +37,10 @@ def test_a_second_line_waits_for_the_first():
     assert wire.next_s() == pytest.approx(4 * BYTE_S, abs=1e-12)
 
 
-def test_a_pause_holds_for_the_bytes_pushed_after_it_was_set():
+def test_a_pause_holds_for_the_bytes_pushed_with_it():
     wire = PacedWire(9600)
     wire.push(b"a", 0.0)
-    wire.extra_s = 0.01
-    wire.push(b"bc", 0.0)
+    wire.push(b"bc", 0.0, 0.01)
     assert wire.pull(BYTE_S) == b"a"
     wire.pull(2 * BYTE_S + 0.01)
     assert wire.next_s() == pytest.approx(3 * BYTE_S + 0.02, abs=1e-12)

@@ -11,7 +11,7 @@ import pytest
 from hostile import CONTENTS, special_files, unprintable
 
 from armdrive.cli.runner import FAULT
-from armdrive.cli.unexpected import DETAILS
+from armdrive.cli.unexpected import DETAILS, MOST_LINES
 from armdrive.config.link_model import MOST_LINKS, parse_model
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.storage import files as places
@@ -237,50 +237,51 @@ def test_points_that_were_read_in_part_are_never_written_back(call):
 # -- the last resort --------------------------------------------------------------------------
 
 
-def test_a_fault_is_one_sentence_and_a_file_with_the_details(call, monkeypatch):
-    def fails(options):
-        raise LookupError("\x1b[31m nobody foresaw this\n and a second line")
+def nobody_foresaw_this(options):
+    raise LookupError("\x1b[31m nobody foresaw this\n and a second line")
 
-    monkeypatch.setattr("armdrive.cli.learn.errors.errors", fails)
-    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "")
-    told = call.refused("errors", code=FAULT)
+
+def again(options):
+    return and_again(options)  # a traceback folds what calls itself, and not two in turn
+
+
+def and_again(options):
+    return again(options)
+
+
+@pytest.fixture
+def failing(call, monkeypatch):
+    """Return what calls a command that has a fault of its own."""
+
+    def called(fault, *words, traceback="", code=FAULT):
+        monkeypatch.setattr("armdrive.cli.learn.errors.errors", fault)
+        monkeypatch.setenv("ARMDRIVE_TRACEBACK", traceback)
+        return call("errors", *words, code=code)
+
+    return called
+
+
+def test_a_fault_is_one_sentence_and_a_file_with_the_details(failing):
+    told = failing(nobody_foresaw_this).err
     details = places.states() / DETAILS
-    assert str(details) in told
-    assert "[E005]" in told
-    assert "LookupError" in told
-    assert not unprintable(told)
+    for words in (str(details), "[E005]", "LookupError"):
+        assert words in told
+    assert told.count("\n") == 1
     text = details.read_text(encoding="utf-8")
     assert "nobody foresaw this" in text
-    assert "in fails" in text
-    assert not unprintable(text)
-
-
-def test_a_fault_is_json_where_json_is_asked_for(call, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.learn.errors.errors", lambda options: 1 / 0)
-    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "0")
-    said = call("errors", "--json", code=FAULT)
+    assert "in nobody_foresaw_this" in text
+    assert not unprintable(text + told)
+    said = failing(nobody_foresaw_this, "--json", traceback="0")
     assert json.loads(said.err)["code"] == "E005"
+    assert "RecursionError" in failing(again).err
+    assert len(details.read_text(encoding="utf-8").splitlines()) < MOST_LINES + 10
 
 
-def test_an_endless_recursion_is_told_like_any_fault(call, monkeypatch):
-    def again(options):
-        return again(options)
-
-    monkeypatch.setattr("armdrive.cli.learn.errors.errors", again)
-    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "")
-    assert "RecursionError" in call.refused("errors", code=FAULT)
-    assert (places.states() / DETAILS).stat().st_size < 200_000
-
-
-def test_details_that_cannot_be_written_are_told(call, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.learn.errors.errors", lambda options: 1 / 0)
-    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "")
+def test_details_that_cannot_be_written_are_told(failing):
     Path(os.environ["ARMDRIVE_HOME"]).write_text("a file where the folder would be")
-    assert "ARMDRIVE_TRACEBACK=1" in call.refused("errors", code=FAULT)
+    assert "ARMDRIVE_TRACEBACK=1" in failing(nobody_foresaw_this).err
 
 
-def test_the_environment_lets_the_exception_through(call, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.learn.errors.errors", lambda options: 1 / 0)
-    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "1")
-    with pytest.raises(ZeroDivisionError):
-        call("errors")
+def test_the_environment_lets_the_exception_through(failing):
+    with pytest.raises(LookupError):
+        failing(nobody_foresaw_this, traceback="1")

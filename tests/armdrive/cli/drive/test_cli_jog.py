@@ -65,7 +65,7 @@ def test_leaving_a_desk_without_its_link_reports_what_happened(call, desk, monke
     assert "plug" in said
 
 
-def test_without_an_arm_file_the_set_up_is_offered(call, desk):
+def test_the_desk_begins_where_it_is_asked_to_and_offers_the_set_up(call, desk, tmp_path):
     call("jog", code=0)
     assert desk[1][0] == ""
     assert "f5 sets up a real one" in desk[1][1].lower()
@@ -74,6 +74,10 @@ def test_without_an_arm_file_the_set_up_is_offered(call, desk):
     write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/x"\n')
     call("jog", code=0)
     assert desk[5] == ("", "")
+    path = tmp_path / "stack.arm"
+    path.write_text("home\n")
+    call("jog", "--sim", "teachmover", "--program", str(path), code=0)
+    assert desk[7][0] == "program"
 
 
 def test_a_desk_is_opened_on_the_arm_that_was_described_at_the_one_before(call, desk, monkeypatch):
@@ -162,26 +166,17 @@ def test_the_keys_are_listed_without_opening_anything(call, desk):
     assert desk == []
 
 
-def test_a_wrong_file_of_keys_is_refused_before_anything_is_opened(call, desk):
-    said = call("jog", "--keys", "azery", code=2).err
-    assert "[E111]" in said
-    assert "did you mean 'azerty'?" in said
-    assert desk == []
-
-
-def test_a_program_that_is_named_is_the_first_thing_shown(call, desk, tmp_path):
-    path = tmp_path / "stack.arm"
-    path.write_text("home\n")
-    call("jog", "--sim", "teachmover", "--program", str(path), code=0)
-    assert desk[1][0] == "program"
-
-
 @pytest.mark.parametrize(
-    ("name", "words"),
-    [("nowhere.arm", "nowhere.arm"), ("stack.py", "`armdrive run` runs scripts")],
+    ("words", "said"),
+    [
+        (["--program", "nowhere.arm"], ["nowhere.arm"]),
+        (["--program", "stack.py"], ["`armdrive run` runs scripts"]),
+        (["--keys", "azery"], ["[E111]", "did you mean 'azerty'?"]),
+    ],
 )
-def test_what_is_no_program_file_is_refused_before_anything_is_opened(call, desk, name, words):
-    assert words in call("jog", "--program", name, code=2).err
+def test_a_file_that_cannot_be_used_is_refused_before_anything_is_opened(call, desk, words, said):
+    refused = call("jog", *words, code=2).err
+    assert all(each in refused for each in said)
     assert desk == []
 
 
@@ -205,30 +200,26 @@ def no_arm(*args, **more):
     raise AssertionError("an arm was asked for")
 
 
-def test_without_a_name_all_are_listed(call):
+def test_without_a_name_all_models_are_listed(call):
     called = call("jog", "--model", code=0)
     assert all(f"{name} " in called.out for name in MODEL_NAMES)
     listed = call("jog", "--model", "--json", code=0).json["models"]
     assert [one["name"] for one in listed] == list(MODEL_NAMES)
 
 
-def test_an_unknown_name_is_answered_with_the_nearest(call):
-    called = call("jog", "--model", "scra.toml", code=None)
-    assert "scra.toml" in called.err
-    called = call("jog", "--model", "minimover", code=2)
-    assert "did you mean 'minimover5'" in called.err
-    assert all(name in called.err for name in MODEL_NAMES)
-
-
-def test_a_model_and_an_arm_are_not_both_jogged(call):
-    called = call("jog", "--model", "puma", "--sim", "teachmover", code=2)
-    assert "--model has no arm" in called.err
-    called = call("jog", "--model", "puma", "--gamepad", code=2)
-    assert "leave out --gamepad" in called.err
-
-
-def test_without_a_terminal_the_other_command_is_named(call):
-    assert "armdrive explain" in call("jog", "--model", "puma", code=2).err
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["scra.toml"], ["scra.toml"]),
+        (["minimover"], ["did you mean 'minimover5'", *MODEL_NAMES]),
+        (["puma", "--sim", "teachmover"], ["--model has no arm"]),
+        (["puma", "--gamepad"], ["leave out --gamepad"]),
+        (["puma"], ["armdrive explain"]),  # works without a terminal
+    ],
+)
+def test_a_model_that_cannot_be_jogged_is_refused_with_what_can(call, words, said):
+    refused = call("jog", "--model", *words, code=2).err
+    assert all(each in refused for each in said)
 
 
 def test_a_model_is_shown_and_no_arm_is_opened(call, opened, monkeypatch):

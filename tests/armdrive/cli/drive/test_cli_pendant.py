@@ -34,14 +34,6 @@ def test_a_file_goes_into_the_arm_and_comes_out_the_same(call, rows, tmp_path):
     assert "raw     2" in call("pendant", "show", code=0).out
 
 
-def test_a_file_that_is_there_is_not_overwritten_unless_said(call, rows):
-    before = rows.read_text(encoding="utf-8")
-    assert "already" in call.refused("pendant", "read", str(rows), code=2)
-    assert rows.read_text(encoding="utf-8") == before
-    call("pendant", "read", str(rows), "--force", code=0)
-    assert rows.read_text(encoding="utf-8") != before
-
-
 @pytest.mark.parametrize(("answer", "code"), [("no\n", 3), ("\n", 3), ("yes\n", 0)])
 def test_writing_asks_first(call, rows, monkeypatch, answer, code):
     monkeypatch.setattr(sys, "stdin", Terminal(answer))

@@ -26,10 +26,6 @@ def test_every_system_is_explained(call, name):
     assert said.startswith(SYSTEMS[name].title)
     for heading in ("Figure", "Links", "A matrices", "Forward", "How it is solved", "Inverse"):
         assert f"\n== {heading}" in said
-
-
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_every_system_is_explained_as_json(call, name):
     found = call("explain", name, "--json", code=0).json
     assert len(found["matrices"]) == len(found["links"]) == len(found["joints"])
     assert found["branches"]

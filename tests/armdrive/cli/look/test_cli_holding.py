@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from itertools import count
@@ -30,27 +31,19 @@ def held(call):
         yield arm
 
 
-@pytest.mark.parametrize(
-    "words", [("home",), ("move", "--z", "60"), ("move", "--z", "60", "--json")]
-)
-def test_commands_that_need_the_arm_name_its_holder(call, held, words):
-    sentence = call.refused(*words, code=4)
-    assert f"{ARM} is held by the program" in sentence
-    assert f"(process {os.getpid()})" in sentence
-    assert "`armdrive stop`" in sentence
-
-
-def test_fresh_does_not_take_the_world_from_under_its_holder(call, held):
-    call.refused(
-        "status", "--fresh", "--port", "/dev/ttyNOWHERE", "--dialect", "teachmover", code=4
-    )
-    assert call("status", "--fresh", "--json", code=0).json["trust"] == "referenced"
+def test_commands_that_need_the_arm_name_its_holder(call, held):
+    for words in (("home",), ("move", "--z", "60"), ("move", "--z", "60", "--json")):
+        sentence = call.refused(*words, code=4)
+        assert f"{ARM} is held by the program" in sentence
+        assert f"(process {os.getpid()})" in sentence
+        assert "`armdrive stop`" in sentence
 
 
 def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):
-    seen = call("status", "--json", code=0).json
-    assert seen["arm"] == ARM
-    assert seen["trust"] == "referenced"
+    for words in ((), ("--fresh",)):  # the world is not taken from under the holder
+        seen = call("status", *words, "--json", code=0).json
+        assert (seen["arm"], seen["trust"]) == (ARM, "referenced")
+    call.refused("status", "--fresh", "--port", "/dev/none", "--dialect", "teachmover", code=4)
     said = call("status", code=0).out
     assert said.startswith("the program ")
     assert "is driving this arm" in said
@@ -67,6 +60,8 @@ def test_a_stop_from_outside_ends_a_motion(call, held):
     assert held.status.state is State.STANDBY
     assert held.status.joints["base"] < 1.4
     held.move_j(base_deg=0)  # a stop latches nothing
+    stopped = call("stop", "--sim", "teachmover", "--json", code=0).json  # by its name
+    assert stopped == {"stopped": 1, "failures": []}
 
 
 def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
@@ -82,18 +77,30 @@ def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
     assert held.joints.deg["base"] == pytest.approx(60, abs=0.1)
 
 
+def test_an_invalid_speed_is_refused(call, held):
+    for words in (("0",), ("20",), ("0.5%",), ("fast",), ()):
+        call("slow", *words, code=2)
+        assert held.speed_override == 1.0
+
+
 @pytest.mark.parametrize(
-    "words", [("slow", "0"), ("slow", "20"), ("slow", "0.5%"), ("slow", "fast"), ("slow",)]
+    ("word", "done"), [("pause", "paused"), ("resume", "resumed"), ("stop", "stopped")]
 )
-def test_an_invalid_speed_is_refused(call, held, words):
-    call(*words, code=2)
-    assert held.speed_override == 1.0
-
-
-@pytest.mark.parametrize("word", ["pause", "resume", "stop"])
-def test_an_arm_without_a_holder_can_be_neither_paused_nor_resumed_nor_stopped(call, word):
+def test_an_arm_without_a_holder_can_be_neither_paused_nor_resumed_nor_stopped(call, word, done):
     assert f"nothing to {word}" in call(word, code=0).out
+    assert call(word, "--json", code=0).json == {done: 0, "failures": []}
     assert f"no program holds {ARM}" in call(word, "--sim", "teachmover", code=1).out
+
+
+@pytest.mark.parametrize("word", ["watch", "record"])
+@pytest.mark.parametrize("named", [(), ("--sim", "teachmover")])
+def test_an_arm_without_a_holder_is_neither_watched_nor_recorded_and_nothing_was_stopped(
+    call, word, named
+):
+    told = json.loads(call(word, *named, "--json", code=1).err.splitlines()[-1])
+    assert told["code"] == "E410"
+    assert told["message"].startswith("no program")
+    assert told["effect"].startswith("None.")
 
 
 def closing(held, monkeypatch, states):
@@ -133,17 +140,6 @@ def test_ctrl_c_ends_the_watching_and_nothing_else(call, held, monkeypatch):
     monkeypatch.setattr(status, "show", interrupted)
     assert call("watch", code=0).err == ""
     assert not held.engine.stop_asked
-
-
-def test_a_stop_by_name_finds_the_same_program(call, held):
-    assert call("stop", "--sim", "teachmover", "--json", code=0).json == {
-        "stopped": 1,
-        "failures": [],
-    }
-
-
-def test_a_stop_with_nothing_to_stop_is_no_error(call):
-    assert call("stop", "--json", code=0).json == {"stopped": 0, "failures": []}
 
 
 def test_a_command_that_is_stopped_from_outside_ends_with_its_own_code(call, monkeypatch):

@@ -27,50 +27,36 @@ def recording(tmp_path):
     return str(file)
 
 
-@pytest.fixture
-def parted(tmp_path):
-    arm = recorded_arm()
-    arm.twin.faults.add("mute")
-    with pytest.raises(ArmError):
-        arm.move_motors(0, 0, 0, 0, 5, 0)
-    file = arm.save_recording(tmp_path / "parted.jsonl")
-    arm.close()
-    return str(file)
-
-
 def test_a_replay_that_agrees_prints_the_timeline_and_ends_well(call, recording):
     out = call("replay", recording, code=0).out
     assert "call: move_motors(0, 0, 0, 0, 5, 0)" in out
     assert r"-> @STEP" in out
     assert "step at speed" in out
     assert "no difference: " in out.splitlines()[-1]
-
-
-def test_a_replay_that_differs_says_where_and_exits_with_1(call, parted):
-    out = call("replay", parted, code=1).out
-    assert out.count("they differ at") == 2  # in its place, and at the end
-    assert "The simulated device's state: power on" in out
-
-
-def test_showing_compares_nothing(call, parted):
-    out = call("replay", parted, "--show", code=0).out
-    assert "they differ" not in out
-    assert "no answer to" in out
-
-
-def test_the_replay_is_one_json_document_and_the_timeline_one_a_line(call, parted):
-    view = call("replay", parted, "--json", code=1).json
-    assert view["agree"] is False
-    assert view["parting"]["twin_state"]["moving"] is False
-    shown = call("replay", parted, "--show", "--json", code=0).json_lines
-    assert len(shown) == view["entries"]
-    assert any(each.get("words", "").startswith("step at speed") for each in shown)
-
-
-def test_the_twin_can_be_set_and_wrong_settings_are_refused(call, recording):
     called = call("replay", recording, "--quiet", "--set", "speed_error=0.5", code=0)
     assert "the simulated arm took" in called.out
     assert "speed_error" in call.refused("replay", recording, "--set", "speed_eror=1", code=2)
+
+
+def test_a_replay_that_differs_says_where_and_exits_with_1(call, tmp_path):
+    arm = recorded_arm()
+    arm.twin.faults.add("mute")
+    with pytest.raises(ArmError):
+        arm.move_motors(0, 0, 0, 0, 5, 0)
+    parted = str(arm.save_recording(tmp_path / "parted.jsonl"))
+    arm.close()
+    out = call("replay", parted, code=1).out
+    assert out.count("they differ at") == 2  # in its place, and at the end
+    assert "The simulated device's state: power on" in out
+    view = call("replay", parted, "--json", code=1).json
+    assert view["agree"] is False
+    assert view["parting"]["twin_state"]["moving"] is False
+    out = call("replay", parted, "--show", code=0).out  # compares nothing
+    assert "they differ" not in out
+    assert "no answer to" in out
+    shown = call("replay", parted, "--show", "--json", code=0).json_lines
+    assert len(shown) == view["entries"]
+    assert any(each.get("words", "").startswith("step at speed") for each in shown)
 
 
 def test_the_timeline_can_run_at_the_speed_of_the_arm(call, recording, monkeypatch):
@@ -99,11 +85,8 @@ def test_the_holder_of_an_arm_writes_on_request(call, tmp_path):
         assert "path" not in ask_holder("sim:teachmover", "record")
 
 
-def test_nothing_held_is_nothing_to_record(call):
-    assert "nothing to record" in call.refused("record", code=1)
-
-
 def test_a_recording_that_cannot_be_written_says_why(call):
+    assert "nothing to record" in call.refused("record", code=1)
     with connect_remembered(simulated_config("teachmover")):
         recordings().parent.mkdir(parents=True, exist_ok=True)
         recordings().write_text("a file where the folder belongs")

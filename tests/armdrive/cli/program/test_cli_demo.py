@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import subprocess
 import sys
 from dataclasses import replace
 
 import pytest
-from waiting import LONG_S
+from cli_calls import Terminal
 
 from armdrive.cli import main
 from armdrive.cli.program import demo
-from armdrive.cli.program.demo import JOBS, NEAR_ENOUGH_MM, blocks_of
+from armdrive.cli.program.demo import CURSOR_OFF, CURSOR_ON, JOBS, NEAR_ENOUGH_MM, blocks_of
 
-CURSOR_OFF, CURSOR_ON = b"\x1b[?25l", b"\x1b[?25h"
 PACE = "20"
 """Deadlines are in the arm's seconds: much faster, and a busy computer would miss them."""
-
-needs_pty = pytest.mark.skipif(
-    sys.platform == "win32", reason="Windows has no pseudo-terminal that a test could open"
-)
 
 
 def test_as_json_every_line_is_a_document_and_the_last_a_summary(capsys):
@@ -92,35 +85,6 @@ def test_a_block_pushed_out_of_reach_of_the_fingers_fails_the_check(call, monkey
     assert any("block A" in sentence for sentence in called.json_lines[-1]["wrong"])
 
 
-def drawn(*words: str, size: tuple[int, int] = (24, 80)) -> tuple[int, bytes]:
-    """Run the demonstration in a terminal of its own; return its exit code and what it drew."""
-    import fcntl
-    import struct
-    import termios
-
-    ours, theirs = os.openpty()
-    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", *size, 0, 0))
-    environment = {**os.environ, "TERM": "xterm-256color", "LC_ALL": "C.UTF-8"}
-    for name in ("COLUMNS", "LINES"):  # the terminal's own size is meant
-        environment.pop(name, None)
-    with subprocess.Popen(
-        [sys.executable, "-m", "armdrive", "demo", "--pace", PACE, *words],
-        stdin=theirs,
-        stdout=theirs,
-        stderr=theirs,
-        env=environment,
-    ) as running:
-        os.close(theirs)
-        shown = b""
-        try:
-            while chunk := os.read(ours, 65536):
-                shown += chunk
-        except OSError:
-            pass  # how Linux says that the other end has closed
-        os.close(ours)
-        return running.wait(LONG_S), shown
-
-
 def test_the_text_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
     from armdrive.cli.program.demo import draw
     from armdrive.connect.target import simulated_config
@@ -135,20 +99,32 @@ def test_the_text_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
     assert shown.isascii()
 
 
-@needs_pty
-@pytest.mark.parametrize(("size", "words"), [((2, 8), ()), ((60, 200), ("--ascii",))])
-def test_in_a_terminal_of_any_size_it_is_drawn_and_leaves_the_terminal_as_it_was(size, words):
-    code, shown = drawn(*words, size=size)
-    assert code == 0, shown.decode(errors="replace")
-    assert b"Traceback" not in shown
+class Screen(Terminal):
+    """A terminal that shows every character."""
+
+    encoding = "utf-8"
+
+
+@pytest.mark.parametrize(("rows", "columns", "words"), [(2, 8, []), (60, 200, ["--ascii"])])
+def test_in_a_terminal_of_any_size_it_is_drawn_and_leaves_the_terminal_as_it_was(
+    rows, columns, words, monkeypatch
+):
+    size = {"TERM": "xterm-256color", "LC_ALL": "C.UTF-8", "LINES": rows, "COLUMNS": columns}
+    for name, value in size.items():
+        monkeypatch.setenv(name, str(value))
+    monkeypatch.setattr(demo, "JOBS", JOBS[:1])
+    monkeypatch.setattr(sys, "stdout", Screen())
+    assert main(["demo", "--pace", PACE, *words]) == 0
+    shown = sys.stdout.getvalue()
     assert shown.count(CURSOR_OFF) == shown.count(CURSOR_ON) == 1
-    assert shown.index(CURSOR_OFF) < shown.index(CURSOR_ON)
-    assert b"Every block stands where it belongs" in b" ".join(shown.split())
+    picture, _, end = shown.partition(CURSOR_ON)
+    assert picture.startswith(CURSOR_OFF)
+    assert "Every block stands where it belongs" in " ".join(end.split())
     assert shown.isascii() == bool(words)
     if not words:
-        assert any("\u2800" < character <= "\u28ff" for character in shown.decode())  # braille
-    lines = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", shown.partition(CURSOR_ON)[0]).splitlines()
-    assert max(len(line.decode()) for line in lines) < size[1]
+        assert any("\u2800" < character <= "\u28ff" for character in picture)  # braille
+    lines = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", picture).splitlines()
+    assert max(map(len, lines)) < columns
 
 
 def test_an_invalid_pace_is_a_usage_error(call):

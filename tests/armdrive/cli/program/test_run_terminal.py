@@ -121,8 +121,11 @@ def test_a_second_interrupt_leaves_at_once(begin):
 
 
 def test_another_terminal_can_watch_pause_resume_and_stop_the_run(begin, call):
-    program = begin(TOUR, "--pace", FAST)
-    program.until("act", 3)
+    program = begin(f'repeat 2\nhold "turn the part"\nend\n{TOUR}', "--pace", FAST)
+    for how in ("enter", "resume"):
+        assert program.until("hold")["text"] == "turn the part"
+        program.press_enter() if how == "enter" else call(how, code=0)
+    program.until("act", 6)
     call("pause", code=0)
     paused = program.until("paused")
     view = call("status", "--json", code=0).json
@@ -138,22 +141,10 @@ def test_another_terminal_can_watch_pause_resume_and_stop_the_run(begin, call):
     assert code == 5
     assert json.loads(err)["code"] == "E301"
     assert program.events[-1]["event"] == "failed"
+    assert [each["line"] for each in program.events if each["event"] == "done"][:2] == [2, 2]
 
 
-def test_a_program_that_holds_goes_on_by_enter_or_from_another_terminal(begin, call):
-    program = begin('repeat 3\nhold "turn the part"\nend\nready\n', "--pace", FAST)
-    for how in ("enter", "resume", "stop"):
-        assert program.until("hold")["text"] == "turn the part"
-        if how == "enter":
-            program.press_enter()
-        else:
-            call(how, code=0)
-    code, _ = program.end()
-    assert code == 5
-    assert [each["line"] for each in program.events if each["event"] == "done"] == [2, 2]
-
-
-def test_each_motion_waits_for_enter_and_the_end_of_input_is_no_answer(begin):
+def test_each_motion_waits_for_enter_and_the_end_of_input_is_no_answer(begin, call):
     program = begin(TOUR, "--pace", FAST, "--step")
     for line in (1, 3):
         assert f"line {line}:" in program.until("hold")["text"]
@@ -161,9 +152,9 @@ def test_each_motion_waits_for_enter_and_the_end_of_input_is_no_answer(begin):
     program.until("hold")
     program.process.stdin.close()
     program.process.stdin = None
-    program.interrupt()
+    call("stop", code=0)
     code, _ = program.end()
-    assert code == 130
+    assert code == 5
     assert [each["line"] for each in program.events if each["event"] == "done"] == [1, 3]
 
 

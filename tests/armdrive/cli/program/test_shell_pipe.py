@@ -67,7 +67,7 @@ def test_what_was_carried_out_is_saved_as_a_program_that_runs(piped, call, tmp_p
     assert "line 7: grasp into width" in call("run", str(path), "--check", code=0).out
     refused = piped(f"ready\nsave {path}\n", code=2)
     assert "standard input: line 2" in refused.err
-    assert "exists already" in refused.err
+    assert f"exists already: name another file, or type `save {path} over`" in refused.err
     piped(f"ready\nsave {path} over\nready\nsave {path}\n")
     assert path.read_text(encoding="utf-8") == "ready\nready\n"
     piped(f"{FETCH.partition('fetch(pick)')[0]}save {path} over\n")

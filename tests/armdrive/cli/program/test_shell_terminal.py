@@ -40,7 +40,7 @@ def moving(prompt):
     prompt.until(f"line 1: {LONG_WAY}")
 
 
-def test_entries_mistakes_blocks_and_leaving(begin):
+def test_what_is_typed_is_taken_line_by_line_and_remembered_from_day_to_day(begin):
     prompt = begin()
     assert "`home` references the arm" in prompt.enter("ready")
     assert "armdrive" not in prompt.enter("home")
@@ -54,18 +54,17 @@ def test_entries_mistakes_blocks_and_leaving(begin):
     prompt.type(CTRL_D)
     prompt.until()
     assert "   2  repeat 2 as n\n" in prompt.enter("list")
+    prompt.enter("elevation = 7")
+    assert "\n7\n" in prompt.enter("elev\t")
     prompt.type("quit\r")
     assert prompt.end() == 0
-
-
-def test_ctrl_c_clears_the_line_then_the_block_and_twice_leaves(begin):
     prompt = begin()
-    prompt.type("spee")
-    prompt.until("spee")
-    prompt.interrupt()
+    prompt.type("\x1b[A\x1b[A\x1b[A")  # three lines up
+    assert "elevation = 7" in prompt.until("elevation = 7")
+    prompt.interrupt()  # clears the line
     assert "leaves" not in prompt.until()
     prompt.enter("repeat 2", until=MORE)
-    prompt.interrupt()
+    prompt.interrupt()  # clears the block
     assert "leaves" not in prompt.until()
     prompt.interrupt()
     assert "Ctrl-C again leaves" in prompt.until()
@@ -76,21 +75,10 @@ def test_ctrl_c_clears_the_line_then_the_block_and_twice_leaves(begin):
     assert prompt.end() == 0
 
 
-def test_what_is_typed_is_completed_and_remembered_from_day_to_day(begin, call):
-    call("home", code=0)
-    prompt = begin()
-    prompt.enter("elevation = 7")
-    assert "\n7\n" in prompt.enter("elev\t")
-    prompt.type(CTRL_D)
-    assert prompt.end() == 0
-    again = begin()
-    again.type("\x1b[A\x1b[A")  # two lines up
-    assert "elevation = 7" in again.until("elevation = 7")
-
-
-def test_ctrl_c_stops_what_moves_and_the_prompt_comes_back(begin, call):
+def test_ctrl_c_and_another_terminal_end_what_moves_and_the_prompt_comes_back(begin, call):
     call("home", code=0)
     prompt = begin("--pace", FAST)
+    call("stop", code=0)  # nothing moves yet
     moving(prompt)
     prompt.interrupt()
     shown = prompt.until()
@@ -100,19 +88,13 @@ def test_ctrl_c_stops_what_moves_and_the_prompt_comes_back(begin, call):
     assert -150 < y_mm < 150
     assert "armdrive" not in prompt.enter("draw 0, 0, 10")
     assert LONG_WAY not in prompt.enter("list")
-
-
-def test_a_stop_from_another_terminal_ends_what_moves_and_else_nothing(begin, call):
-    call("home", code=0)
-    prompt = begin("--pace", FAST)
-    call("stop", code=0)
     moving(prompt)
     call("stop", code=0)
     assert "[E301]" in prompt.until()
     assert "armdrive" not in prompt.enter("draw 0, 0, 10")
 
 
-def test_while_the_arm_is_paused_nothing_begins_and_the_shell_says_so(begin, call):
+def test_a_pause_and_a_hold_wait_for_the_person_and_take_no_entry_away(begin, call):
     call("home", code=0)
     prompt = begin()
     call("pause", code=0)
@@ -123,11 +105,6 @@ def test_while_the_arm_is_paused_nothing_begins_and_the_shell_says_so(begin, cal
     prompt.type("\x1b[200~n = 3\n1 / 0\nready\nn = 4\n\x1b[201~\r")  # a paste, in one go
     assert "divides by zero" in prompt.until()
     assert "\n3\n" in prompt.enter("n")
-
-
-def test_a_hold_is_over_by_enter_or_from_another_terminal_and_takes_no_entry_away(begin, call):
-    call("home", code=0)
-    prompt = begin()
     for how in ("enter", "resume", "interrupt"):
         prompt.type('hold "turn the part"\r')
         prompt.until("turn the part: press Enter")

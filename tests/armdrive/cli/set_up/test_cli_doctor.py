@@ -70,12 +70,9 @@ def test_a_wrong_command_says_what_to_write(call, words, sentence):
     assert sentence in call.refused("doctor", *words, code=2)
 
 
-def test_an_arm_file_without_a_port_leads_to_the_list(call):
+def test_where_no_port_can_be_meant_nothing_is_opened(call, port, monkeypatch):
     write_arm_file("bench", 'model = "teachmover"\n')
     assert "`armdrive ports`" in call.refused("doctor", "--arm", "bench", "--yes", code=4)
-
-
-def test_forced_simulation_opens_nothing(call, port, monkeypatch):
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
     assert "clear that variable" in call.refused("doctor", str(port), "--yes", code=4)
 
@@ -168,7 +165,7 @@ def test_a_port_that_has_only_the_name_of_an_arm_file_is_not_its(call, port, lea
 
 
 def test_an_arm_is_named_with_what_to_do_next(call, port, lead_to):
-    lead_to(made("teachmover"))
+    opened = lead_to(made("teachmover"))
     said = call("doctor", str(port), "--yes", code=0).out
     assert "it speaks teachmover" in said
     assert f"armdrive status --port {port} --dialect teachmover" in said
@@ -177,12 +174,9 @@ def test_an_arm_is_named_with_what_to_do_next(call, port, lead_to):
     assert (seen["port"], seen["dialect"], seen["baud"]) == (str(port), "teachmover", 9600)
     assert {each["grade"] for each in seen["findings"]} == {"ok"}
     assert seen["next"]
-
-
-def test_a_given_rate_is_the_only_one(call, port, lead_to):
-    opened = lead_to(made("teachmover"))
+    opened.clear()
     call("doctor", str(port), "--yes", "--baud", "9600", code=0)
-    assert opened == [9600]
+    assert opened == [9600]  # the given rate alone
 
 
 def test_no_answer_has_its_own_exit_code(call, port, lead_to):
@@ -262,17 +256,13 @@ def test_an_arm_file_has_its_settings_compared_and_its_motors_left_as_they_are(c
     assert bench[0].core.state.name == "DISCONNECTED"
 
 
-def test_each_difference_is_shown_with_the_line_that_corrects_it(call, bench, monkeypatch):
+def test_each_difference_is_shown_and_mended_when_that_is_asked_for(call, bench, monkeypatch):
     written = differ(monkeypatch, [MUST, MAY])
     said = call("doctor", "--arm", "bench", "--yes", code=1).out
     assert "problem  step idle delay $1 is 25, expected 255" in said
     assert "$1=255" in said
     assert "note     max rate $110" in said
     assert written == []
-
-
-def test_they_are_mended_when_that_is_asked_for(call, bench, monkeypatch):
-    written = differ(monkeypatch, [MUST, MAY])
     said = call("doctor", "--arm", "bench", "--yes", "--mend", code=0).out
     assert written == ["$1=255", "$110=600"]
     assert "2 settings were written" in said

@@ -9,7 +9,7 @@ import tomllib
 from dataclasses import replace
 
 import pytest
-from cli_calls import Caller, write_arm_file
+from cli_calls import Caller, typed, write_arm_file
 from pages import page
 
 from armdrive import Arm
@@ -71,12 +71,9 @@ def test_a_question_mark_explains_and_back_goes_back(call, typing):
     said = call("config", "new", code=0)
     assert "Shown wherever the arm is named." in said.out
     assert load_arm(arm_path("bench")).model.key == "teachmover"
-
-
-def test_back_passes_over_what_was_given_beforehand(call, typing):
-    typing("one", "back", "two", *DEFAULTS[1:], "skip", "yes")
-    call("config", "new", "bench", "--template", "teachmover", code=0)
-    assert load_arm(arm_path("bench")).title == "two"
+    typing("one", "back", "two", *DEFAULTS[1:], "skip", "yes")  # passes over what was given
+    call("config", "new", "other", "--template", "teachmover", code=0)
+    assert load_arm(arm_path("other")).title == "two"
 
 
 def test_a_wrong_answer_is_named_and_asked_again(call, typing):
@@ -110,28 +107,30 @@ def test_a_question_without_a_default_is_named_with_its_key(call):
     assert "put the answer 'links.file' into the file of --answers" in said
 
 
-def test_answers_that_end_too_early_leave_nothing_behind(call, typing):
-    typing("bench", "teachmover")
-    assert "A title?" in call("config", "new", code=2).err
-    assert written() == []
+class Interrupted(io.StringIO):
+    """A person who presses Ctrl-C at the end."""
+
+    def readline(self, *_):
+        line = super().readline()
+        if not line:
+            raise KeyboardInterrupt
+        return line
 
 
-def test_ctrl_c_leaves_nothing_behind(call, monkeypatch):
-    class Interrupted(io.StringIO):
-        def readline(self, *_):
-            line = super().readline()
-            if not line:
-                raise KeyboardInterrupt
-            return line
-
-    monkeypatch.setattr("sys.stdin", Interrupted("bench\nteachmover\n" + "\n" * 11))
-    assert "interrupted" in call("config", "new", code=130).err
-    assert written() == []
-
-
-def test_a_no_at_the_end_writes_nothing(call, typing):
-    typing("bench", "teachmover", *DEFAULTS, "skip", "no")
-    assert "nothing is written" in call("config", "new", code=1).out
+@pytest.mark.parametrize(
+    ("kind", "lines", "code", "said"),
+    [
+        (io.StringIO, ["bench", "teachmover"], 2, "A title?"),  # the input ends
+        (Interrupted, ["bench", "teachmover", *DEFAULTS, ""], 130, "interrupted"),
+        (io.StringIO, ["bench", "teachmover", *DEFAULTS, "skip", "no"], 1, "nothing is written"),
+    ],
+)
+def test_an_interview_that_does_not_end_with_a_yes_leaves_nothing_behind(
+    call, monkeypatch, kind, lines, code, said
+):
+    monkeypatch.setattr("sys.stdin", kind(typed(*lines)))
+    called = call("config", "new", code=code)
+    assert said in called.err + called.out
     assert written() == []
 
 

@@ -177,7 +177,7 @@ ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}
 
 
 @pytest.fixture
-def served(tmp_path, monkeypatch):
+def served(tmp_path, monkeypatch, _punctual):
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
     bus = ServedBus(tmp_path)
     yield bus

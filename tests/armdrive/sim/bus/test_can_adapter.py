@@ -74,107 +74,83 @@ def opened(**settings) -> Adapter:
     return adapter
 
 
-ANSWERS = [
-    (b"V", b"V1013\r"),
-    (b"N", b"NA123\r"),
-    (b"F", b"F00\r"),
-    (b"", b"\r"),
-    (b"t1232AABB", b"z\r"),
-    (b"T000001230", b"Z\r"),
-    (b"r1230", b"z\r"),
-    (b"t1239", b"\a"),
-    (b"Z0", b"\r"),
-    (b"Z1", b"\a"),
-    (b"O", b"\a"),
-    (b"S6", b"\a"),
-    (b"C", b"\r"),
-    (b"Q", b"\a"),
-    (b"d1230", b"\a"),
+def listening() -> Adapter:
+    adapter = Adapter()
+    adapter.receive(b"S6\rL\r")
+    assert adapter.say() == b"\r\r"
+    return adapter
+
+
+def troubled(adapter: Adapter, fault: str) -> Adapter:
+    setattr(adapter.faults, fault, True)
+    return adapter
+
+
+def restarted() -> Adapter:
+    adapter = opened()
+    adapter.restart()
+    return adapter
+
+
+MAKERS = {
+    "open": opened,
+    "closed": Adapter,
+    "listening": listening,
+    "at another bit rate than the bus": lambda: opened(bus_bitrate=250_000),
+    "bus-off": lambda: troubled(opened(), "bus_off"),
+    "alone on its bus": lambda: troubled(opened(), "alone"),
+    "mute": lambda: troubled(Adapter(), "mute"),
+    "dead": lambda: troubled(opened(), "dead"),
+    "back with power": restarted,
+}
+SAID = [
+    ("open", b"V", b"V1013\r"),
+    ("open", b"N", b"NA123\r"),
+    ("open", b"F", b"F00\r"),
+    ("open", b"", b"\r"),
+    ("open", b"t1232AABB", b"z\r", Frame(0x123, b"\xaa\xbb")),
+    ("open", b"T000001230", b"Z\r", Frame(0x123, extended=True)),
+    ("open", b"r1230", b"z\r", Frame(0x123, remote=True)),
+    ("open", b"t1239", b"\a"),
+    ("open", b"Z0", b"\r"),
+    ("open", b"Z1", b"\a"),
+    ("open", b"O", b"\a"),
+    ("open", b"S6", b"\a"),
+    ("open", b"C", b"\r"),
+    ("open", b"Q", b"\a"),
+    ("open", b"d1230", b"\a"),
+    ("closed", b"V", b"V1013\r"),
+    ("closed", b"C", b"\a"),
+    ("closed", b"O", b"\a"),
+    ("closed", b"S9", b"\a"),
+    ("closed", b"S8", b"\r"),
+    ("closed", b"t1230", b"\a"),
+    ("closed", b"F", b"\a"),
+    ("listening", b"t0010", b"\a"),
+    ("at another bit rate than the bus", b"t0010", b"\a"),
+    ("bus-off", b"t0010\rF", b"\aFA0\r"),
+    ("bus-off", b"C\rO\rt0010", b"\r\rz\r", Frame(1)),  # opened anew, it is back on the bus
+    ("alone on its bus", b"t0010\rF", b"\aF20\r"),
+    ("mute", b"S6\rO\rt0010\rF\rV", b"V1013\r", Frame(1)),
+    ("dead", b"V\rt0010", b""),
+    ("back with power", b"O", b"\a"),  # it has forgotten its bit rate
 ]
 
 
-@pytest.mark.parametrize(("order", "answer"), ANSWERS, ids=repr)
-def test_an_open_adapter_answers(order, answer):
-    adapter = opened()
-    adapter.receive(order + b"\r")
+@pytest.mark.parametrize(("which", "lines", "answer", "sent"), [(*row, None)[:4] for row in SAID])
+def test_an_adapter_answers_and_sends(which, lines, answer, sent):
+    adapter = MAKERS[which]()
+    assert adapter.receive(lines + b"\r") == ([] if sent is None else [sent])
     assert adapter.say() == answer
 
 
-CLOSED = [(b"V", b"V1013\r"), (b"C", b"\a"), (b"O", b"\a"), (b"S9", b"\a"), (b"S8", b"\r")]
-
-
-@pytest.mark.parametrize(("order", "answer"), [*CLOSED, (b"t1230", b"\a"), (b"F", b"\a")])
-def test_a_closed_adapter_answers(order, answer):
-    adapter = Adapter()
-    assert adapter.receive(order + b"\r") == []
-    assert adapter.say() == answer
-
-
-def test_frames_pass_both_ways_once_it_is_open():
-    adapter = opened()
-    assert adapter.receive(b"t00521122\r") == [Frame(5, b"\x11\x22")]
-    adapter.say()
+@pytest.mark.parametrize("which", MAKERS)
+def test_only_an_adapter_that_is_on_the_bus_shows_its_frames(which):
+    adapter = MAKERS[which]()
     adapter.show(Frame(6, b"\x33"))
-    assert adapter.say() == b"t006133\r"
+    on_bus = which in ("open", "listening", "alone on its bus")
+    assert adapter.say() == (b"t006133\r" if on_bus else b"")
     adapter.receive(b"C\r")
     adapter.say()
     adapter.show(Frame(6))
     assert adapter.say() == b""
-
-
-def test_a_listener_hears_and_may_not_send():
-    adapter = Adapter()
-    adapter.receive(b"S6\rL\r")
-    adapter.say()
-    assert adapter.receive(b"t0010\r") == []
-    assert adapter.say() == b"\a"
-    adapter.show(Frame(1))
-    assert adapter.say() == b"t0010\r"
-
-
-@pytest.mark.parametrize("fault", ["bus_off", "alone"])
-def test_a_bus_in_trouble_refuses_frames_and_says_so(fault):
-    adapter = opened()
-    setattr(adapter.faults, fault, True)
-    assert adapter.receive(b"t0010\rF\r") == []
-    refused, status = adapter.say().split(b"F")
-    assert refused == b"\a"
-    assert int(status, 16) & 0x20
-
-
-def test_at_a_wrong_bit_rate_nothing_passes():
-    adapter = opened(bus_bitrate=250_000)
-    assert adapter.receive(b"t0010\r") == []
-    assert adapter.say() == b"\a"
-    adapter.show(Frame(1))
-    assert adapter.say() == b""
-
-
-def test_a_mute_adapter_tells_its_version_and_frames_alone():
-    adapter = Adapter()
-    adapter.faults.mute = True
-    assert adapter.receive(b"S6\rO\rt0010\rF\rV\r") == [Frame(1)]
-    assert adapter.say() == b"V1013\r"
-
-
-def test_a_dead_one_says_nothing_at_all():
-    adapter = opened()
-    adapter.faults.dead = True
-    assert adapter.receive(b"V\rt0010\r") == []
-    adapter.show(Frame(1))
-    assert adapter.say() == b""
-
-
-def test_closing_and_opening_brings_a_controller_back_to_the_bus():
-    adapter = opened()
-    adapter.faults.bus_off = True
-    adapter.receive(b"C\rO\r")
-    adapter.say()
-    assert adapter.receive(b"t0010\r") == [Frame(1)]
-
-
-def test_without_power_it_forgets_that_it_was_open():
-    adapter = opened()
-    adapter.restart()
-    adapter.receive(b"O\r")
-    assert adapter.say() == b"\a"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 
 import pytest
@@ -290,7 +291,7 @@ seeds = st.integers(0, 1000)
 def through(effect, amount, data):
     lane = WireDirection()
     lane.rules.append(Rule(effect, amount))
-    return b"".join(piece for one in data for piece in lane.passed(one, 0.0))
+    return b"".join(lane.passed(one, 0.0)[0] for one in data)
 
 
 @given(messages, seeds, st.floats(0, 1))
@@ -314,15 +315,34 @@ def test_the_nth_byte_is_that_byte_however_it_comes(data, number):
     assert through(lost, Nth(number), data) == whole[: number - 1] + whole[number:]
 
 
+class Listener:
+    """A device that only notes what it receives, and when."""
+
+    byte_gap_s = 0.0
+
+    def __init__(self):
+        self.heard = []
+
+    def receive(self, data, now_s):
+        self.heard.append((data, now_s))
+
+    def transmit(self, now_s):
+        return b""
+
+    def next_s(self):
+        return math.inf
+
+
 @given(messages, st.floats(0.01, 5.0), st.floats(0, 1), seeds)
 def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
-    lane, now, heard = WireDirection(), 0.0, []
-    lane.rules.append(Rule(late(delay_s), share_of(share, seed)))
-    for one in data:
-        heard += lane.due(now)
-        heard += lane.passed(one, now)
-        now += 0.3
-    assert heard + lane.due(now + delay_s) == data
+    line = PacedDevice(Listener(), None)
+    line.faults.host.rules.append(Rule(late(delay_s), share_of(share, seed)))
+    for number, one in enumerate(data):
+        line.send(one, 0.3 * number)
+    line.advance(0.3 * len(data) + delay_s)
+    assert [one for one, _ in line.device.heard] == data
+    for number, (_, time_s) in enumerate(line.device.heard):
+        assert 0.3 * number <= time_s <= 0.3 * number + delay_s
 
 
 def test_a_whole_message_is_struck_once():

@@ -160,15 +160,12 @@ def test_places_are_reached_in_every_mode():
         ("G0X9", 10.0),
         ("G28", 1.0),
         ("G20G0X1", 26.4),
-        ("G21G93G1X2F60", 3.0),
-        ("G94G55G0X3", 3.0),
+        ("G21G55G0X3", 3.0),
     ]
     for line, place in lines:
         bench.say(line, 3.0)
         assert bench.heard[-1] == "ok", line
         assert bench.x == pytest.approx(place), line
-    bench.say("G93G91G1X10F30", 1.0)  # inverse time: a thirtieth of a minute
-    assert bench.ask().feed == 300
 
 
 def test_a_program_pauses_and_ends():

@@ -92,16 +92,12 @@ def test_power_is_switched_off_and_on(console):
     assert state(console)["powered"] is True
 
 
-def test_the_cable_is_pulled_and_put_back(console):
+@pytest.mark.parametrize(("line", "where"), [("replug", "here"), ("replug as there", "there")])
+def test_the_cable_is_pulled_and_put_back_perhaps_under_another_name(console, line, where):
     console.answer("unplug")
     assert not console.server.is_open
-    assert console.answer("replug") == "plugged in at here"
+    assert console.answer(line) == f"plugged in at {where}"
     assert console.server.is_open
-
-
-def test_the_cable_is_put_back_under_another_name(console):
-    console.answer("unplug")
-    assert console.answer("replug as there") == "plugged in at there"
 
 
 def test_faults_are_begun_listed_and_ended(console):

@@ -1,0 +1,80 @@
+"""Files that a person names: each is written once, and overwritten only with --force."""
+
+from __future__ import annotations
+
+import pytest
+
+from armdrive import Arm, BadRequest
+from armdrive.cli.chosen_arm import connect_remembered
+from armdrive.connect.target import simulated_config
+
+OLD = "what was there before\n"
+PROGRAM = "{folder}/ready.arm"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "ready.arm").write_text("ready\n", encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def held():
+    """Return an arm that this program drives, for commands that ask the one that does."""
+    with connect_remembered(simulated_config("teachmover")) as arm:
+        yield arm
+
+
+@pytest.mark.parametrize(
+    ("file", "words", "needed"),
+    [
+        ("reach.svg", ["plot", "workspace", "--output"], "matplotlib"),
+        ("path.svg", ["run", PROGRAM, "--plot"], "matplotlib"),
+        ("it.jsonl", ["run", PROGRAM, "--record"], "homed"),
+        ("it.jsonl", ["record", "--output"], "held"),
+        ("rows.pendant", ["pendant", "read"], ""),
+        ("stack.arm", ["points", "export", "stack"], "stack"),
+        ("stack.pendant", ["pendant", "make", "stack"], "stack"),
+    ],
+)
+def test_a_file_goes_into_a_folder_that_exists_and_over_another_only_with_force(
+    call, folder, request, file, words, needed
+):
+    if needed == "held":
+        request.getfixturevalue("held")
+    if needed in ("homed", "stack"):
+        call("home", code=0)
+    if needed == "stack":
+        call("teach", "here", "stack", code=0)
+    words = [word.format(folder=folder) for word in words]
+    missing = folder / "misspelt"
+    said = call.refused(*words, str(missing / file), code=2)
+    assert f"could not be written: there is no folder {missing}; make it first" in said
+    assert not missing.exists()
+    path = folder / file
+    words.append(str(path))
+    path.write_text(OLD, encoding="utf-8")
+    said = call.refused(*words, code=2)
+    assert f"{path} exists already: name another file, or add `--force`" in said
+    assert path.read_text(encoding="utf-8") == OLD
+    if needed == "matplotlib":
+        pytest.importorskip("matplotlib")
+    call(*words, "--force", code=0)
+    assert path.read_text(encoding="utf-8") != OLD
+
+
+@pytest.mark.parametrize(
+    ("there", "said"),
+    [
+        ("no/it.jsonl", "there is no folder .*no; make it first"),
+        ("", "it is a folder"),
+        ("ready.arm", "exists already: name another file, or add `overwrite=True`"),
+    ],
+)
+def test_a_recording_goes_only_where_a_file_may_be_made(folder, there, said):
+    with Arm.connect("sim:teachmover") as arm:
+        with pytest.raises(BadRequest, match=said):
+            arm.save_recording(folder / there)
+        arm.save_recording(folder / "ready.arm", overwrite=True)
+    assert (folder / "ready.arm").read_text(encoding="utf-8").startswith("{")
+    assert sorted(each.name for each in folder.iterdir()) == ["ready.arm"]
