@@ -349,6 +349,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="the log shows what a call was given as Python has it",
+        promise="the log tells in words what was asked of the arm",
+        path="armdrive/trace/recorder.py",
+        old="    said = (*map(valued, arguments),",
+        new="    said = (*map(repr, arguments),",
+        tests=tests_of(
+            "tests/armdrive/trace/test_wording.py",
+            "test_a_call_is_told_in_words",
+        ),
+    ),
+    Mutant(
         name="a time below zero is accepted",
         promise="no call takes a time that is none",
         path="armdrive/errors/arguments.py",
