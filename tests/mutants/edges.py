@@ -152,10 +152,10 @@ MUTANTS = (
         promise="a released input ends its jog",
         path="tui/jog/jogging.py",
         old=(
-            '            self._button, self._renew_s = "", math.inf\n'
+            '            self.held_button, self._renew_s = "", math.inf\n'
             "            self._tell(self._arm.release)\n"
         ),
-        new='            self._button, self._renew_s = "", math.inf\n',
+        new='            self.held_button, self._renew_s = "", math.inf\n',
         tests=tests_of(
             "tests/tui/jog/test_jogging.py",
             "test_it_is_renewed_before_it_ends_and_let_go_when_the_button_is",
