@@ -180,7 +180,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/tui/test_desk.py",
-            "test_what_ends_a_hold_at_once[focus lost]",
+            "test_what_ends_a_hold_at_once",
         ),
     ),
     Mutant(
@@ -202,7 +202,7 @@ MUTANTS = (
         new='        self.disarm("stopped")',
         tests=tests_of(
             "tests/tui/test_desk.py",
-            "test_stop_keys_stop_disarm_and_close_whatever_is_open[None]",
+            "test_stop_keys_stop_disarm_and_close_whatever_is_open",
         ),
     ),
     Mutant(
