@@ -58,10 +58,10 @@ def everywhere_arm(**more):
 async def test_every_screen_says_whether_the_arm_is_real_and_lights_its_tab():
     arm = everywhere_arm(link="/dev/serial/by-id/usb-FTDI_FT232R")
     async with Session(arm) as session:
-        for entry in SCREENS:
-            await session.keys(entry.key)
-            for width in (40, 200):
-                await session.resize(width, 24)
+        for width in (40, 200):
+            await session.resize(width, 24)
+            for entry in SCREENS:
+                await session.keys(entry.key)
                 tab = f" {entry.key.upper()} {entry.title.capitalize()} "
                 assert session.lit_tab == tab, (entry.id, width)
                 for simulated, kind in ((True, "SIMULATED"), (False, "REAL ARM")):
