@@ -131,7 +131,7 @@ class DeskJogging:
         self.held_button, self._aim = held, aim
         self.moved()
         self._renew()
-        self._apply(())
+        self._apply(())  # nothing of the dead-man's, but the alarm has to ring for this hold
 
     def steer(self) -> None:
         """Follow a stick: stop at once when it rests, change direction not too often."""
@@ -166,6 +166,7 @@ class DeskJogging:
                 self._tell(self._arm.release)
             return
         self._renew_s, self._renewed_s = now_s + MOUSE_RENEWS_S, now_s
+        # the last hold ends with the time that a silent mouse has, not a renewal after it
         speed, for_s = self.settings.speed, min(MOUSE_HOLD_S, left_s)
         self._tell(partial(self._arm.hold, jog, speed=speed, for_s=for_s))
 
@@ -213,7 +214,7 @@ class DeskJogging:
             self._arm.nudge(settings.increment_of(action.key), speed=settings.speed)
         elif isinstance(action, HeldKey):
             for_s = action.until_s - self._clock()
-            if for_s > 0:
+            if for_s > 0:  # a busy desk may come too late to hold at all
                 jog = settings.direction_of(action.key)
                 self._arm.hold(jog, speed=settings.speed, for_s=for_s)
         else:

@@ -266,6 +266,7 @@ class PlannedMove:
         if preview is None or ask is None or not self._fresh(desk.link.status):
             raise BadRequest("something has changed meanwhile: look at it, and confirm again")
         self._progress = MoveProgress(preview)
+        # the count is taken here: a stop while the thread starts lets the motion not begin
         desk.calls.make(partial(self._carry_out, ask, desk.arm.stops))
 
     def _carry_out(self, ask: Motion, stops: int) -> str:

@@ -270,7 +270,7 @@ class DeskRun:
     def disarm(self, reason: str) -> None:
         """Let the program begin no further act; a wait that is under way ends now."""
         if self.busy:
-            self._halted = self._halted or reason
+            self._halted = self._halted or reason  # the first reason is the cause of the others
             if self._step is None or not self._step.moves:
                 self._desk.arm.request_stop()
 
