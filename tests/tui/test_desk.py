@@ -179,18 +179,6 @@ async def test_a_small_terminal_shows_presets_what_is_near_and_the_next_keys():
         )
 
 
-async def test_one_step_is_in_mm_along_an_axis_and_in_degrees_about_it():
-    async with Session() as session:
-        await session.press("m", "right_square_bracket")
-        await session.arm_keys()
-        await session.press("q", "r", "y", after_s=3.0)
-        assert [call[1].axes for call in session.arm.asked("nudge")] == [
-            (("x", 5.0),),
-            (("pitch", 2.0),),
-            (("gripper", 5.0),),
-        ]
-
-
 async def test_every_other_key_of_the_table_does_what_it_says():
     """A key that is added to the table without a deed here makes this test fail."""
     done = {}
@@ -485,17 +473,32 @@ async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
         assert [call[0] for call in session.arm.calls if call[0] in ("nudge", "hold")] == []
 
 
+class SixJointArm(FakeArm):
+    """An arm of six joints without a gripper's motor, with switches of its own."""
+
+    referencing = SimpleNamespace(homes_by_switches=True)
+
+    def __init__(self, **more):
+        super().__init__(**more)
+        chain = system("puma").chain()
+        links = tuple(replace(link, low=-2.0, high=2.0) for link in chain.links)
+        self.model = replace(MODEL, arm=ChainArm(replace(chain, links=links)))
+        joints = Joints((0.1,) * 6, self.model.arm.joint_names)
+        self.set(joints=joints, pose=self.model.arm.fk(joints), gripper_mm=None)
+
+
 QUESTIONS = [
     # the key, an arm of which it asks something, what a yes asks of the arm
-    ("H", {"simulated": False, **unknown_position()}, "reference"),
-    ("C", {"trust": Trust.RESTORED, "trust_reason": "recorded"}, "restored"),
-    ("P", {}, "disable"),
+    ("H", FakeArm(simulated=False, **unknown_position()), "reference"),
+    ("H", SixJointArm(), "home"),  # it moves to its own switches
+    ("C", FakeArm(trust=Trust.RESTORED, trust_reason="recorded"), "restored"),
+    ("P", FakeArm(), "disable"),
 ]
 
 
 @pytest.mark.parametrize(("key", "arm", "asked"), QUESTIONS)
 async def test_what_moves_the_arm_or_lets_it_sag_is_done_only_after_a_yes(key, arm, asked):
-    async with Session(FakeArm(**arm)) as session:
+    async with Session(arm) as session:
         if key == "C":
             session.shows("restored", trust="C confirms")
         for answer in ("n", "space", "y"):
@@ -578,20 +581,6 @@ async def test_a_signal_stops_and_closes_the_arm_and_ends_the_desk(number):
     assert session.desk.return_code == 128 + number
 
 
-class SixJointArm(FakeArm):
-    """An arm of six joints without a gripper's motor, with switches of its own."""
-
-    referencing = SimpleNamespace(homes_by_switches=True)
-
-    def __init__(self, **more):
-        super().__init__(**more)
-        chain = system("puma").chain()
-        links = tuple(replace(link, low=-2.0, high=2.0) for link in chain.links)
-        self.model = replace(MODEL, arm=ChainArm(replace(chain, links=links)))
-        joints = Joints((0.1,) * 6, self.model.arm.joint_names)
-        self.set(joints=joints, pose=self.model.arm.fk(joints), gripper_mm=None)
-
-
 async def test_an_arm_of_six_joints_has_a_row_and_keys_for_each():
     async with Session(SixJointArm()) as session:
         await session.arm_keys()
@@ -604,17 +593,6 @@ async def test_an_arm_of_six_joints_has_a_row_and_keys_for_each():
         ]
         assert all(name.replace("_", " ") in session.text("joints") for name in names)
         assert "yaw" in session.text("tip")
-
-
-async def test_an_arm_with_switches_homes_only_after_a_question():
-    async with Session(SixJointArm()) as session:
-        await session.press("H")
-        assert session.arm.asked("home") == []
-        await session.press("n")
-        assert session.arm.asked("home") == []
-        await session.press("H", "y")
-        await session.settle()
-        assert session.arm.asked("home") == [("home",)]
 
 
 async def test_a_flaw_in_a_call_is_said_and_leaves_the_desk_alive():
