@@ -242,6 +242,14 @@ async def test_nothing_runs_on_an_arm_that_is_not_ready(arm, tmp_path):
             await session.press("enter")
             session.shows(state, messages=words)
             assert not session.desk.confirmation.effect
+        session.desk.link.status = replace(arm.status, state=State.MOVING)
+        await session.press("enter")
+        assert "wait until it stands" in session.text("messages")
+        session.desk.link.status = arm.status
+        await session.press("enter", "enter", after_s=0.03)
+        session.clock.now_s += 0.5
+        await session.poll()
+        assert not session.screen.run.busy, "the key was still held when the arm stood"
 
 
 async def test_a_wait_is_shown_with_its_line_and_to_other_programs(arm, tmp_path):
