@@ -593,7 +593,8 @@ class Desk(KeyApp):
 
     def action_stop_arm(self) -> None:
         """Stop the arm before anything else, then disarm and show the screen."""
-        self.arm.request_stop()  # the thread that read the key has; a click on STOP has not
+        # the thread that read the key has done so already, but a click on STOP comes only here
+        self.arm.request_stop()
         self.disarm("stopped")
         asked = "STOP requested; the keys are disarmed"
         self.message = without_link(self.link.status, self.keys) if self.link.lost else asked
