@@ -133,6 +133,11 @@ class Jog:
                 f"a joint jog has no frame: jog x, y or z to use the frame {self.frame!r}"
             )
 
+    def __str__(self) -> str:
+        """Format as a log has it: `shoulder +2`, or `z -1 in the tool frame`."""
+        axes = ", ".join(f"{name} {amount:+g}" for name, amount in self.axes)
+        return axes if self.frame == BASE_FRAME else f"{axes} in the {self.frame} frame"
+
     def amount(self, name: str) -> float:
         """Return the amount for an axis; 0 if the jog does not name it."""
         return math.fsum(amount for axis, amount in self.axes if axis == name)

@@ -37,7 +37,7 @@ from tui.keys.presses import Confirmation, StaleInput, SuspensionDetector, Urgen
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair
 from tui.safety import StopButton
 from tui.settings import COLOURLESS, HIGH_CONTRAST, look_after, look_named
-from tui.terminal import ending_driver, is_served, lasting_driver
+from tui.terminal import PlainLetters, ending_driver, is_served, lasting_driver
 
 STYLES = Path(__file__).with_name("desk.tcss")
 
@@ -419,8 +419,14 @@ class KeyApp(App[int], inherit_bindings=False):
     screens: AppScreens = OneScreen()
 
     def __init__(
-        self, keys: Keyboard, *, look: str = "", clock: Callable[[], float] = time.monotonic
+        self,
+        keys: Keyboard,
+        *,
+        braille: bool,
+        look: str = "",
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        """Without `braille` everything is drawn in plain letters."""
         self.input = InputFilter(self)
         self.clock = clock
         self.keys = keys
@@ -435,6 +441,9 @@ class KeyApp(App[int], inherit_bindings=False):
         """The last message: about the last key, or about what has happened since."""
         # its other way to do without colours sends them all, as shades of grey
         super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
+        self.braille = braille
+        if not braille:
+            self._filters.append(PlainLetters())
         if not self.no_color or os.environ.get("NO_COLOR"):
             return
         self.no_color = False  # set, but to nothing: no-color.org counts that as not set

@@ -101,20 +101,16 @@ class AxisTable(PlainText):
         self._cap = cap
         self._rows: tuple[AxisRow, ...] = ()
         self._note = ""
-        self._held: tuple[JogPair, bool] | None = None
-
-    @property
-    def held(self) -> tuple[JogPair, bool] | None:
+        self.held: tuple[JogPair, bool] | None = None
         """The pair and side that is held down."""
-        return self._held
 
     def show_axes(self, rows: Sequence[AxisRow], note: str = "", *, held: bool) -> None:
         """Show these axes; `held` says whether a pressed key cap still moves something."""
-        shown = (self._rows, self._note, self._held)
+        shown = (self._rows, self._note, self.held)
         if not held:
-            self._held = None
+            self.held = None
         self._rows, self._note = tuple(rows), note
-        if (self._rows, self._note, self._held) != shown:
+        if (self._rows, self._note, self.held) != shown:
             self._fill()
 
     def set_titles(self, title: str, more: str) -> None:
@@ -161,7 +157,7 @@ class AxisTable(PlainText):
             yield " " * width, ""
             return
         for plus, key in ((True, pair.plus), (False, pair.minus)):
-            left, right = ("<", ">") if self._held == (pair, plus) else (" ", " ")
+            left, right = ("<", ">") if self.held == (pair, plus) else (" ", " ")
             text = f"{left}{self._cap(key):^{width // 2 - 2}}{right}"
             yield text, CAP_STYLE if left == " " else f"bold {CAP_STYLE} $warning"
 
@@ -192,16 +188,16 @@ class AxisTable(PlainText):
         found = self._under(event)
         if event.button != 1 or found is None:
             return
-        self._held = found
+        self.held = found
         self.capture_mouse()
         self._fill()
         self._push(*found)
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
         """Go on while the mouse stays on its cap; leaving it lets go."""
-        if self._held is None:
+        if self.held is None:
             return
-        if self._under(event) == self._held:
+        if self._under(event) == self.held:
             self._moved()
         else:
             self._let_go()
@@ -221,7 +217,7 @@ class AxisTable(PlainText):
 
     def _let_go(self) -> None:
         self.release_mouse()
-        if self._held is not None:
-            self._held = None
+        if self.held is not None:
+            self.held = None
             self._fill()
             self._lift()

@@ -479,12 +479,11 @@ class Desk(KeyApp):
         the file that the program screen begins with.
         """
         left = DeskMemory(instructed=True) if memory is None else recall(memory)
-        super().__init__(keys, look=left.look, clock=clock)
+        super().__init__(keys, braille=braille, look=left.look, clock=clock)
         for place, screen in screens.items():
             self.add_mode(place, screen)
         self.screens: DeskScreens = DeskScreens(self)
         self.arm = arm
-        self.braille = braille
         self._handle_signals = handle_signals
         self._memory = memory
         self._left = left
@@ -511,6 +510,7 @@ class Desk(KeyApp):
         """Whether the program that runs this desk would open the next one on another arm file."""
         self.opens: Path | None = None
         """The arm file that the next desk is to be opened on."""
+        # from the thread that reads the keys, so that a stop waits for no picture
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
         self.input.person_s = PERSON_S
@@ -558,7 +558,7 @@ class Desk(KeyApp):
 
     def poll(self) -> None:
         """Take the latest status, show what changed, then do what was confirmed by two presses."""
-        self.input.alive()
+        self.input.alive()  # first: what was confirmed before a suspension must not be done after
         self.link.take(self.arm.status)
         self.show()
         if (act := self.confirmation.due()) is not None:
@@ -593,6 +593,7 @@ class Desk(KeyApp):
 
     def action_stop_arm(self) -> None:
         """Stop the arm before anything else, then disarm and show the screen."""
+        # the thread that read the key has done so already, but a click on STOP comes only here
         self.arm.request_stop()
         self.disarm("stopped")
         asked = "STOP requested; the keys are disarmed"

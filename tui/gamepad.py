@@ -279,7 +279,7 @@ class Gamepad:
         self._app.input.alive()
         if isinstance(event, Came):
             self._let_go()
-            self._sticks = {}
+            self._sticks = {}  # of another one, or from before it was unplugged
             for code, value in event.sticks.items():
                 self._stick(code, value)
             button = self._map.buttons[HOLD]

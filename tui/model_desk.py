@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, cast
@@ -14,7 +12,6 @@ from textual.binding import BindingType
 from textual.containers import Container
 from textual.screen import Screen
 
-from armdrive.render.canvas import can_braille
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
 from tui.app import KeyApp, OneScreen
@@ -23,6 +20,7 @@ from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
 from tui.keys.remap import checked
 from tui.keys.table import LETTERS, STOP, DeskKey, JogPair, words
 from tui.settings import INCREMENTS, neighbour
+from tui.terminal import draws_braille
 from tui.theory import TheoryPanel, axis_rows, joint_rows
 from tui.widgets import KeyLine, PlainText
 
@@ -272,10 +270,9 @@ class ModelDesk(KeyApp):
     screens = OneScreen(PLACE)
 
     def __init__(self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS) -> None:
-        super().__init__(model_keys(keys))
+        super().__init__(model_keys(keys), braille=braille)
         self.hand = ModelHand(subject)
         self.pairs = self.hand.pairs
-        self.braille = braille
 
     def get_default_screen(self) -> ModelScreen:
         """Return the only screen."""
@@ -297,7 +294,7 @@ class ModelDesk(KeyApp):
 
 def run_model(subject: Subject, *, ascii_only: bool = False, keys: Keyboard = DEFAULT_KEYS) -> int:
     """Show a model until the user leaves it, and return the exit code."""
-    braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
+    braille = draws_braille(ascii_only=ascii_only)
     desk = ModelDesk(subject, braille=braille, keys=keys)
     desk.run_or_raise()
     return desk.return_code or 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -12,7 +11,6 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive import Arm
-from armdrive.render.canvas import can_braille
 from tui.desk import Desk, DeskScreen
 from tui.gamepad import EvdevPad, check_gamepads, open_gamepad
 from tui.jog.screen import JogScreen
@@ -22,7 +20,7 @@ from tui.log import LogScreen
 from tui.move import MoveScreen
 from tui.points import PointsScreen
 from tui.settings import memory_file
-from tui.terminal import forget_a_closed_terminal
+from tui.terminal import draws_braille, forget_a_closed_terminal
 
 
 def _late_screen(place: str) -> DeskScreen:
@@ -76,7 +74,7 @@ def run_desk(
     """
     if keys is None:
         keys = load_keys(None)
-    braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
+    braille = draws_braille(ascii_only=ascii_only)
     desk = Desk(
         arm,
         screens=SCREENS,

@@ -19,13 +19,18 @@ from typing import IO, Any
 
 from rich.color import ColorSystem
 from rich.console import Console
+from rich.segment import Segment
 from textual import messages
 from textual._compositor import ChopsUpdate, Compositor
 from textual._xterm_parser import XTermParser
+from textual.color import Color
 from textual.driver import Driver
+from textual.filter import LineFilter
 from textual.message import Message
 from textual.screen import Screen
 from textual.strip import Strip
+
+from armdrive.render.canvas import can_braille
 
 if sys.platform != "win32":
     import termios
@@ -40,10 +45,32 @@ PLAIN: Mapping[str, str] = MappingProxyType(
         **dict.fromkeys("─━▔", "-"),
         **dict.fromkeys("│┃▎▊▌▐", "|"),
     }
-    | dict.fromkeys("┌┐└┘├┤┬┴┼╭╮╰╯", "+")
+    | dict.fromkeys("┌┐└┘├┤┬┴┼╭╮╰╯┏┓┗┛", "+")
     | dict.fromkeys(("■", *map(chr, range(0x2580, 0x258A))), "#")
 )
-"""Letters as wide as those that a terminal of another encoding than UTF-8 cannot show."""
+"""Letters of ASCII, each as wide as the sign that it stands for."""
+
+
+def draws_braille(*, ascii_only: bool) -> bool:
+    """Return whether to draw with braille and lines; else all is drawn in plain letters."""
+    return not ascii_only and can_braille(sys.stdout.encoding, os.environ)
+
+
+_PLAINLY = str.maketrans(dict(PLAIN))
+
+
+class PlainLetters(LineFilter):
+    """Draws with plain letters, on a terminal whose font may have no others.
+
+    What a person or a device has written stays as it is: a terminal shows its own language.
+    """
+
+    def apply(self, segments: list[Segment], background: Color) -> list[Segment]:  # noqa: ARG002
+        """Return the segments with plain letters."""
+        return [
+            Segment(text.translate(_PLAINLY), style, control) for text, style, control in segments
+        ]
+
 
 PLAINLY = "armdrive-plainly"
 

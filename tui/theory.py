@@ -198,7 +198,7 @@ class TheoryPanel(Horizontal):
     def _in_symbols(self, of: Study) -> tuple[ExampleSection, ...]:
         """Return the formulas of the arm, the same for every posture, as soon as they are there."""
         if self._symbols is None and not self._writing:
-            self._writing = True
+            self._writing = True  # asked at each repaint, worked out once
             work = partial(symbol_sections, of, COLUMN_WIDTH - 1)
             self._calls.work_out(work, self._keep_symbols)
         return self._symbols or (WORKING,)

@@ -7,8 +7,6 @@ the screen looks at that, so that neither waits for the other.
 from __future__ import annotations
 
 import math
-import os
-import sys
 import threading
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
@@ -22,7 +20,6 @@ from textual.screen import Screen
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
-from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment
 from armdrive.storage.lock_client import ask_holder, follow_holder
 from armdrive.text.reading import read_text
@@ -48,6 +45,7 @@ from tui.safety import (
     stopping_text,
 )
 from tui.settings import memory_file, recall
+from tui.terminal import draws_braille
 from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLines, panels
 
 # What the screen says about the arm, made from the plain data of its status.
@@ -287,10 +285,9 @@ class Watching(KeyApp):
         look: str = "",
     ) -> None:
         common = tuple(row for row in keys.rows if row.place or row.id in COMMON)
-        super().__init__(Keyboard(common), look=look)
+        super().__init__(Keyboard(common), braille=braille, look=look)
         self.arm_name = name
         self.model = model
-        self.braille = braille
         self.view: Mapping[str, Any] = {}
         self.ended = ""
         self.message = "watching: no key here begins a motion, and leaving does not stop the arm"
@@ -373,7 +370,7 @@ def run_watch(
     """
     if keys is None:
         keys = load_keys(None)
-    braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
+    braille = draws_braille(ascii_only=ascii_only)
     look = recall(memory_file()).look
     app = Watching(name, model, HeldArm(name), braille=braille, keys=keys, look=look)
     app.run_or_raise()

@@ -81,7 +81,7 @@ class ChoiceList(OptionList, can_focus=False):
         if texts != self._rows:
             self._rows = texts
             self.set_options(Content(f"  {text}") for text in texts)
-            self.highlighted = None
+            self.highlighted = None  # so that the mark is drawn again below
         if self.highlighted != chosen:
             for at, mark in ((self.highlighted, " "), (chosen, ">")):
                 if at is not None:

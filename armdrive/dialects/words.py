@@ -19,12 +19,18 @@ Sentences: TypeAlias = Mapping[type, Callable[[Any], str]]
 
 _SPLIT = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
-UNITS: Mapping[str, str] = {"rpm": "rpm", "ms": "ms", "ma": "mA", "steps": "steps"}
+UNITS: Mapping[str, str] = {
+    "rpm": "rpm", "ms": "ms", "ma": "mA", "steps": "steps", "deg": "deg", "mm": "mm", "s": "s",
+    "n": "N",
+}  # fmt: skip
 """Suffixes of field names that are units, and their notation."""
 
 
 def plain(message: object) -> str:
-    """Return a message's name and fields: `SetCurrent(800)` is `set current: 800 mA`."""
+    """Return a message's name and fields: `SetCurrent(800)` is `set current: 800 mA`.
+
+    A value that has words of its own, as a pose has, is left to say them.
+    """
     if isinstance(message, str | Frame):
         return str(message)
     if isinstance(message, UnreadableFrame):
@@ -33,12 +39,17 @@ def plain(message: object) -> str:
         return f"unreadable: `{escaped(message.data)}`: {message.reason}"
     if isinstance(message, Enum):
         return _name(message.name)
-    if not is_dataclass(message):
+    if not is_dataclass(message) or type(message).__str__ is not object.__str__:
         return str(message)
-    name = _SPLIT.sub(" ", type(message).__name__).lower()
-    parts = (_field(each.name, getattr(message, each.name), name) for each in fields(message))
+    name = class_words(type(message).__name__)
+    parts = (named(each.name, getattr(message, each.name), name) for each in fields(message))
     values = ", ".join(filter(None, parts))
     return f"{name}: {values}" if values else name
+
+
+def class_words(name: str) -> str:
+    """Return the name of a class as words: `SetCurrent` is `set current`."""
+    return _SPLIT.sub(" ", name).lower()
 
 
 def wording(message: object, sentences: Sentences) -> str:
@@ -58,7 +69,7 @@ def standing(names: Sequence[str], counts: Iterable[int]) -> str:
     return ", ".join(f"{name} {count}" for name, count in zip(names, counts, strict=False))
 
 
-def _field(name: str, value: object, message: str) -> str:
+def named(name: str, value: object, message: str = "") -> str:
     """Return a field in words, without its name if the message ends with it; empty if unset."""
     if value is None or value == () or value == "":
         return ""
@@ -68,11 +79,12 @@ def _field(name: str, value: object, message: str) -> str:
     unit = f" {UNITS[last]}" if stem and last in UNITS else ""
     label = _name(stem) if unit else _name(name)
     if message.endswith(f" {label}") and not isinstance(value, bool):
-        return f"{_value(value)}{unit}"
-    return f"{label} {_value(value)}{unit}"
+        return f"{valued(value)}{unit}"
+    return f"{label} {valued(value)}{unit}"
 
 
-def _value(value: object) -> str:
+def valued(value: object) -> str:
+    """Return a value in words: what it contains one after the other, numbers without zeros."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Enum):
@@ -81,8 +93,10 @@ def _value(value: object) -> str:
         return value.hex(" ")
     if is_dataclass(value) or isinstance(value, Frame):
         return plain(value)
-    if isinstance(value, tuple):
-        return " ".join(_value(each) for each in value)
+    if isinstance(value, Mapping):
+        return ", ".join(named(name, each) for name, each in value.items())
+    if isinstance(value, list | tuple):
+        return " ".join(map(valued, value))
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

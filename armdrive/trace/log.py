@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from armdrive.dialects.words import AnswerLines, Describer, answer
+from armdrive.dialects.words import AnswerLines, Describer, answer, class_words
 from armdrive.errors.table import code_of_name
 from armdrive.registry import DIALECTS
 from armdrive.status import code_of_reason
@@ -112,6 +112,9 @@ class Narrator:
         words = entry.what
         if entry.kind is EntryKind.REGISTERS:  # the entry repeats its counts: drop the first copy
             words = words.partition(_REGISTERS)[2] or words
+        elif entry.kind is EntryKind.REQUEST:
+            name, _, more = words.partition("(")
+            words = " ".join((class_words(name), more.removesuffix(")"))).rstrip()
         return LogLine(number, time_s, entry.kind, "", words, _code(entry.kind, words))
 
     def _meaning(self, kind: EntryKind, data: bytes) -> str:

@@ -7,18 +7,17 @@ and writes the file. Nothing here may raise an error into the driver.
 from __future__ import annotations
 
 import functools
-import json
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar
 
 from armdrive.blocking import blocking, waiting_part
 from armdrive.config.arm import ArmConfig
+from armdrive.dialects.words import named, plain, valued
 from armdrive.errors import ArmError, StateFileError, WrongState
-from armdrive.moves import Move
 from armdrive.status import State
 from armdrive.tasks import (
     Alert,
@@ -31,7 +30,6 @@ from armdrive.tasks import (
     Request,
     Timeout,
 )
-from armdrive.text.json_forms import move_to_json
 from armdrive.trace.entries import (
     EntryCondition,
     EntryKind,
@@ -426,12 +424,17 @@ _CONDITION: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
 
 
 def _request_text(request: Request) -> str:
-    """Return a request as text, without the functions and iterators that it carries."""
+    """Return a request in words, in brackets after the name of its class.
+
+    A replay finds requests by that name. The functions and iterators that a request carries are
+    left out.
+    """
+    name = type(request).__name__
     if isinstance(request, MoveBy):
-        return f"MoveBy({counts_text(request.steps)}; {request.rate_hz:g} steps/s)"
+        return f"{name}({counts_text(request.steps)}; {request.rate_hz:g} steps/s)"
     if isinstance(request, MoveAlong):
-        return f"MoveAlong({'jogging, ' if request.jog else ''}{request.ahead_s:g} s ahead)"
-    return repr(request)
+        return f"{name}({'jogging, ' if request.jog else ''}{request.ahead_s:g} s ahead)"
+    return f"{name}({plain(request).partition(': ')[2]})"
 
 
 def _event_text(event: Event) -> tuple[EntryKind, str]:
@@ -445,15 +448,10 @@ def _event_text(event: Event) -> tuple[EntryKind, str]:
     return EntryKind.TIMEOUT if isinstance(event, Timeout) else EntryKind.REPLY, str(event)
 
 
-def _call_text(name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> str:
-    """Return a call as Python source; moves appear in their JSON form."""
-    shown = [_argument(value) for value in arguments]
-    shown += [f"{key}={_argument(value)}" for key, value in named.items()]
-    return f"{name}({', '.join(shown)})"
-
-
-def _argument(value: object) -> str:
-    return json.dumps(move_to_json(value)) if isinstance(value, get_args(Move)) else repr(value)
+def _call_text(name: str, arguments: tuple[Any, ...], named_ones: Mapping[str, Any]) -> str:
+    """Return a call in words: `hold shoulder +1, speed 0.25, for 0.25 s`."""
+    said = (*map(valued, arguments), *(named(key, value) for key, value in named_ones.items()))
+    return f"{name} {', '.join(filter(None, said))}".rstrip()
 
 
 def _error_text(error: BaseException) -> str:

@@ -152,10 +152,10 @@ MUTANTS = (
         promise="a released input ends its jog",
         path="tui/jog/jogging.py",
         old=(
-            '            self._button, self._renew_s = "", math.inf\n'
+            '            self.held_button, self._renew_s = "", math.inf\n'
             "            self._tell(self._arm.release)\n"
         ),
-        new='            self._button, self._renew_s = "", math.inf\n',
+        new='            self.held_button, self._renew_s = "", math.inf\n',
         tests=tests_of(
             "tests/tui/jog/test_jogging.py",
             "test_it_is_renewed_before_it_ends_and_let_go_when_the_button_is",
@@ -180,7 +180,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/tui/test_desk.py",
-            "test_what_ends_a_hold_at_once[focus lost]",
+            "test_what_ends_a_hold_at_once",
         ),
     ),
     Mutant(
@@ -202,7 +202,7 @@ MUTANTS = (
         new='        self.disarm("stopped")',
         tests=tests_of(
             "tests/tui/test_desk.py",
-            "test_stop_keys_stop_disarm_and_close_whatever_is_open[None]",
+            "test_stop_keys_stop_disarm_and_close_whatever_is_open",
         ),
     ),
     Mutant(
@@ -346,6 +346,17 @@ MUTANTS = (
         tests=tests_of(
             "tests/armdrive/arm/test_arguments.py",
             "test_a_misspelt_attribute_changes_nothing_and_the_nearest_one_is_named",
+        ),
+    ),
+    Mutant(
+        name="the log shows what a call was given as Python has it",
+        promise="the log tells in words what was asked of the arm",
+        path="armdrive/trace/recorder.py",
+        old="    said = (*map(valued, arguments),",
+        new="    said = (*map(repr, arguments),",
+        tests=tests_of(
+            "tests/armdrive/trace/test_wording.py",
+            "test_a_call_is_told_in_words",
         ),
     ),
     Mutant(

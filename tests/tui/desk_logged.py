@@ -48,7 +48,7 @@ class LoggedArm(FakeArm):
 def busy_arm(dialect="teachmover"):
     """An arm with a call, a motion, and a fault behind it."""
     arm = LoggedArm(dialect)
-    arm.pass_by(EntryKind.CALL, "move_j(shoulder_deg=40, elbow_deg=-60, speed=0.5)")
+    arm.pass_by(EntryKind.CALL, "move_j shoulder 40 deg, elbow -60 deg, speed 0.5")
     arm.pass_by(EntryKind.STATE, "moving")
     for number in range(6):
         arm.move(f"{37 + number},0,-4,0,0,0")

@@ -18,10 +18,10 @@ NAMES = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon
 class Session:
     """A desk on a headless terminal, a fake arm and a clock that the test sets."""
 
-    def __init__(self, arm=None, *, size=(80, 24), **more):
+    def __init__(self, arm=None, *, size=(80, 24), braille=True, **more):
         self.arm = arm or FakeArm()
         self.clock = Clock()
-        self.desk = Desk(self.arm, screens=SCREENS, braille=True, clock=self.clock, **more)
+        self.desk = Desk(self.arm, screens=SCREENS, braille=braille, clock=self.clock, **more)
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
         self.desk.input.person_s = 0.0  # and at once, one after the other
@@ -53,9 +53,14 @@ class Session:
         As a person does, each word waits for what came of the one before.
         """
         for word in line.split():
+            await self.burst(word, after_s)
+
+    async def burst(self, line, after_s=0.0):
+        """Press the keys of a line, and wait only for what came of the last one."""
+        for word in line.split():
             typed = [NAMES.get(each, each) for each in word[1:]]
             await self.press(*(typed if word.startswith("'") else [word]), after_s=after_s)
-            await self.settle()
+        await self.settle()
 
     async def once(self, key):
         """Press a key after a pause, and wait until no other key can follow."""
@@ -119,6 +124,12 @@ class Session:
     def painted(self):
         """The rows of the terminal."""
         return [strip.text for strip in self.desk.screen._compositor.render_strips()]
+
+    def painted_words(self, name):
+        """Return the words of a part of the screen that are really painted."""
+        inside = self.desk.screens.current.query_one(f"#{name}").content_region
+        rows = self.painted[inside.y : inside.bottom]
+        return " ".join(" ".join(row[inside.x : inside.right] for row in rows).split())
 
     async def send(self, event):
         self.desk.post_message(event)

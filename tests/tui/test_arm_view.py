@@ -158,6 +158,7 @@ SEGMENTS = st.lists(
         Segment,
         st.text("ab \u00b0\u28ff\u2500\u65e5\u0301", min_size=1, max_size=6),
         st.sampled_from((None, Style.parse("bold red"), Style.parse("on blue"))),
+        st.none(),  # control codes come in no strip
     ),
     max_size=5,
 )

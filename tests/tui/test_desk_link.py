@@ -20,34 +20,25 @@ async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
         assert not session.desk.screens.current.armed
         await session.press("enter", after_s=5.0)
         assert not session.desk.screens.current.armed
+        session.arm.calls.clear()
+        for _ in range(30):  # a key that was held as the link broke
+            await session.press("q", after_s=0.2)
+        assert session.arm.calls == []
+        assert "L reconnects, ctrl+q leaves" in session.text("messages")
         await session.press("ctrl+q")
     assert session.desk.return_value == 0
     assert session.desk.return_code == 0
 
 
-async def test_a_key_that_is_held_when_the_link_breaks_only_says_so():
-    async with Session() as session:
-        await session.arm_keys()
-        await session.press("q")
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
-        await session.poll()
-        session.arm.calls.clear()
-        for _ in range(30):
-            await session.press("q", after_s=0.2)
-        assert session.desk.is_running
-        assert session.arm.calls == []
-        assert "L reconnects, ctrl+q leaves" in session.text("messages")
-
-
 @pytest.mark.parametrize(
-    ("dialect", "sooner"),
+    ("screen", "dialect", "sooner"),
     [
-        ("teachmover", "The pendant's STOP key stops faster"),
-        ("mks", "The motors' power switch stops faster; the arm then sags."),
+        ("f2", "teachmover", "The pendant's STOP key stops faster"),
+        ("f3", "mks", "The motors' power switch stops faster; the arm then sags."),
+        ("f6", "teachmover", "The pendant's STOP key stops faster"),
     ],
 )
-@pytest.mark.parametrize("screen", ["f2", "f3", "f6"])
-async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends(dialect, sooner, screen):
+async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends(screen, dialect, sooner):
     async with Session(FakeArm(simulated=False, dialect=dialect)) as session:
         await session.press(screen)
         assert "space" in session.text("footer")
@@ -78,18 +69,14 @@ async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends(dialect, s
         assert "space" in session.text("footer")
 
 
-async def test_a_lost_link_closes_the_question_that_was_open():
-    async with Session(FakeArm(simulated=False)) as session:
+async def test_a_lost_link_closes_a_question_and_refuses_what_needs_an_arm():
+    """It says how to get the arm back."""
+    async with Session(FakeArm(simulated=False, trust=Trust.RESTORED)) as session:
         await session.press("H")
+        assert len(session.desk.screen_stack) == 2
         session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
         await session.poll()
         assert len(session.desk.screen_stack) == 1
-
-
-async def test_what_needs_an_arm_is_refused_with_the_way_to_get_it_back():
-    async with Session(FakeArm(simulated=False, trust=Trust.RESTORED)) as session:
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
-        await session.poll()
         for key in ("H", "C", "P", "R", "enter", "w"):
             session.desk.message = ""
             await session.press(key, after_s=5.0)
@@ -147,27 +134,26 @@ async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next(
         assert session.desk.is_running
 
 
-@pytest.mark.parametrize(
-    ("ended_in", "next_keys"),
-    [
-        ({"trust": Trust.SUSPECT, "trust_reason": "lost"}, "R resets, then H references it"),
-        ({"state": State.DISABLED, "error": ""}, "P switches the motors on, then C compares it"),
-    ],
-)
-async def test_a_link_that_is_looked_for_by_itself_says_so_and_what_it_ended_in(
-    ended_in, next_keys
-):
+ENDED_IN = {
+    "R resets, then H references it": {"trust": Trust.SUSPECT, "trust_reason": "lost"},
+    "P switches the motors on, then C compares it": {"state": State.DISABLED, "error": ""},
+}
+
+
+async def test_a_link_that_is_looked_for_by_itself_says_so_and_what_it_ended_in():
     async with Session(FakeArm(simulated=False)) as session:
         session.arm.reconnects = True
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled.")
-        await session.poll()
-        assert "the cable was pulled. The desk keeps trying to reconnect" in session.text("banner")
-        session.arm.set(state=State.STANDBY)  # it is there, and is still being asked
-        await session.poll()
-        assert "is back" not in session.text("messages")
-        session.arm.come_back(**ended_in)
-        await session.poll()
-        assert next_keys in session.text("messages")
+        for next_keys, ended_in in ENDED_IN.items():
+            session.arm.set(state=State.DISCONNECTED, error="the cable was pulled.")
+            await session.poll()
+            trying = "the cable was pulled. The desk keeps trying to reconnect"
+            assert trying in session.text("banner")
+            session.arm.set(state=State.STANDBY)  # it is there, and is still being asked
+            await session.poll()
+            assert "is back" not in session.text("messages")
+            session.arm.come_back(**ended_in)
+            await session.poll()
+            assert next_keys in session.text("messages")
 
 
 async def test_a_link_that_is_not_back_says_why_once():

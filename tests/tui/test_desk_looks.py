@@ -2,13 +2,16 @@
 
 import pytest
 from desk_fake import END, MODEL, Clock, FakeArm, FakeHolder, unknown_position
+from desk_logged import LoggedArm
 from desk_planner import at_rest
 from desk_session import Session
 from waiting import until_seen
 
-from armdrive.status import status_view
+from armdrive.status import LinkStats, State, status_view
 from tui.axes import AxisTable, bar
 from tui.desk import Desk
+from tui.jog.panels import OVER_S
+from tui.jog.screen import TALL
 from tui.startup import SCREENS
 from tui.watch import Watching
 
@@ -68,6 +71,67 @@ def test_the_dialogs(snap_compare, name, size):
 )
 def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
     assert bar(value, 0.0, 10.0, 5) == shown
+
+
+LONG = {
+    "link_stats": LinkStats(baud=9600),
+    "silent_time_s": 1.25,
+    "silent_distance_mm": 120.0,
+    "outputs": 0xA5,
+    "inputs": 0x5A,
+    "last_answer": "registers 39 867 874 128 128 582, inputs 0, the end",
+}
+
+
+ALL_PANELS = ("tip", "joints", "gripper", "near", "details")
+DETAILED = [
+    # a size, keys, the panels that the details leave room for
+    ((80, 24), "D", ("joints", "gripper", "details")),
+    ((80, 24), "D m", ("tip", "gripper", "details")),
+    ((80, 24), "D D", ("tip", "joints", "gripper", "near")),
+    ((80, 39), "D", ("joints", "gripper", "details")),
+    ((120, 40), "D", ALL_PANELS),
+]
+
+
+@pytest.mark.parametrize(("size", "keys", "panels"), DETAILED)
+async def test_details_are_shown_on_asking_and_no_line_is_cut(size, keys, panels):
+    async with Session(FakeArm(**LONG), size=size) as session:
+        for dialect in ("teachmover", "grbl"):
+            session.arm.set(dialect=dialect)
+            await session.keys(keys)
+            session.clock.now_s += OVER_S
+            await session.settle()
+            for name in ALL_PANELS:
+                shown = " ".join(session.text(name).split())
+                painted = session.screen.query_one(f"#{name}").display
+                assert painted == (name in panels), name
+                if painted and (name != "near" or size[1] >= TALL):  # it may end with less
+                    assert session.painted_words(name) == shown, name
+            if "details" in panels:
+                assert "sent @STEP" in session.text("details")
+                assert session.text("details").endswith("the end")
+            await session.keys(keys)
+
+
+async def test_the_summary_of_the_theory_is_not_cut():
+    close = FakeArm().status.joints.replace(shoulder=0.45, elbow=-2.2, wrist_pitch=0.19)
+    arm = FakeArm(joints=close, pose=MODEL.arm.fk(close))
+    async with Session(arm) as session:
+        await session.keys("f6")
+        summary = " ".join(session.text("theory-summary").split())
+        assert summary.endswith("the arm stands in")
+        assert session.painted_words("theory-summary") == summary
+
+
+async def test_the_tiniest_terminal_still_offers_the_stop_and_the_keys():
+    for more in ({}, {"state": State.ERROR_STOP, "error": "the elbow slipped " * 20}):
+        async with Session(LoggedArm(**more), size=(30, 8)) as session:
+            for key in ("f2", "f6", "f7"):
+                await session.keys(key)
+                assert "STOP" in session.painted[2], key
+                assert session.painted[-1].split()[:2] == ["space", "STOP"], key
+                assert "? help" in session.painted[-1], key
 
 
 @pytest.mark.parametrize("more", [{}, unknown_position()], ids=["known", "unknown"])

@@ -40,7 +40,7 @@ KEYBOARDS = {
 }
 """What comes after a suspension: so long after what was before, these bytes."""
 
-LENGTHS_S = {True: (0.02, 0.2, 0.9, 4000.0), False: (0.31, 0.9, 4000.0)}
+LENGTHS_S = {True: (0.02, 0.9, 4000.0), False: (0.31, 4000.0)}
 """By whether the system tells of it: a short one is known by that alone."""
 
 

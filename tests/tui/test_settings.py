@@ -50,6 +50,7 @@ def test_a_tap_is_a_distance_and_a_hold_a_direction():
     assert tip.increment_of("up") == Jog(Space.CARTESIAN, (("z", 2.0),)), "mm have their own step"
     assert tip.with_step(-1).increment_of("up") == Jog(Space.CARTESIAN, (("z", 1.0),))
     assert tip.with_step(-1).increment_of("r") == Jog(Space.CARTESIAN, (("pitch", 5.0),))
+    assert tip.increment_of("y") == Jog(Space.CARTESIAN, (("gripper", 2.0),))
 
 
 def test_frames_go_round_and_count_only_where_the_tip_is_jogged():

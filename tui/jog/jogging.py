@@ -56,7 +56,8 @@ class DeskJogging:
         self._age_s = age_s
         self._deadman = DeadMan()
         self._active_s = clock()
-        self._button = ""
+        self.held_button = ""
+        """The jog key whose on-screen button is held, or `PAD`; empty if nothing is held."""
         self._aim: Aim = _nowhere
         self._last_event_s = -math.inf
         self._renew_s = math.inf
@@ -79,11 +80,6 @@ class DeskJogging:
     def next_s(self) -> float:
         """Return when `tick` has something to do; infinite while nothing is held."""
         return min(self._deadman.next_s(), self._renew_s)
-
-    @property
-    def held_button(self) -> str:
-        """The jog key whose on-screen button is held, or `PAD`; "" if nothing is held."""
-        return self._button
 
     def press(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
@@ -114,7 +110,7 @@ class DeskJogging:
 
     def tick(self) -> None:
         """Let the dead-man's time pass, and the mouse's."""
-        if self._button and self._clock() >= self._renew_s:
+        if self.held_button and self._clock() >= self._renew_s:
             self._renew()
         self._apply(self._deadman.tick(self._clock()))
 
@@ -132,10 +128,10 @@ class DeskJogging:
     def take(self, held: str, aim: Aim) -> None:
         """Hold the jog that `aim` returns, under this name; any other one ends."""
         self.release()
-        self._button, self._aim = held, aim
+        self.held_button, self._aim = held, aim
         self.moved()
         self._renew()
-        self._apply(())
+        self._apply(())  # nothing of the dead-man's, but the alarm has to ring for this hold
 
     def steer(self) -> None:
         """Follow a stick: stop at once when it rests, change direction not too often."""
@@ -150,8 +146,8 @@ class DeskJogging:
 
     def lift(self) -> None:
         """Let go of the button."""
-        if self._button:
-            self._button, self._renew_s = "", math.inf
+        if self.held_button:
+            self.held_button, self._renew_s = "", math.inf
             self._tell(self._arm.release)
             self._apply(())
 
@@ -159,7 +155,7 @@ class DeskJogging:
         now_s = self._clock()
         left_s = self._last_event_s + MOUSE_HOLDS_S - now_s
         if left_s <= 0.0:
-            source = "mouse" if self.settings.pair_of(self._button) else self._button
+            source = "mouse" if self.settings.pair_of(self.held_button) else self.held_button
             self.lift()
             self._say(f"let go: the {source} sent nothing for {MOUSE_HOLDS_S:.0f} s")
             return
@@ -170,6 +166,7 @@ class DeskJogging:
                 self._tell(self._arm.release)
             return
         self._renew_s, self._renewed_s = now_s + MOUSE_RENEWS_S, now_s
+        # the last hold ends with the time that a silent mouse has, not a renewal after it
         speed, for_s = self.settings.speed, min(MOUSE_HOLD_S, left_s)
         self._tell(partial(self._arm.hold, jog, speed=speed, for_s=for_s))
 
@@ -217,7 +214,7 @@ class DeskJogging:
             self._arm.nudge(settings.increment_of(action.key), speed=settings.speed)
         elif isinstance(action, HeldKey):
             for_s = action.until_s - self._clock()
-            if for_s > 0:
+            if for_s > 0:  # a busy desk may come too late to hold at all
                 jog = settings.direction_of(action.key)
                 self._arm.hold(jog, speed=settings.speed, for_s=for_s)
         else:

@@ -249,12 +249,12 @@ def detail_lines(status: Status, load: float | None) -> str:
     row = DIALECTS.get(status.dialect)
     lines = (
         f"position {status.trust.value} {status.trust_age}: {status.trust_reason}",
-        _if_silent(status),
         "" if row is None else row.quick_stop,
         f"motors {status.current.value}  steps {_steps(status.acknowledged)}",
         _bits("inputs", status.inputs, 0 if row is None else row.abilities.inputs)
         + _bits("outputs", status.outputs, OUTPUTS),
-        "" if load is None else f"wire {load:.0%} of {status.link_stats.baud} baud",
+        ("" if load is None else f"wire {load:.0%} of {status.link_stats.baud} baud  ")
+        + _if_silent(status),
         f"sent {status.last_sent or '-'}",
         f"answer {status.last_answer or '-'}",
     )

@@ -7,7 +7,7 @@ from typing import ClassVar, cast
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Horizontal, VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
 
 from armdrive.errors import BadRequest
 from armdrive.moves import GripperMove
@@ -35,8 +35,8 @@ from tui.widgets import panels
 
 TAP_OR_HOLD = "tap a key for one step, hold it to keep moving"
 
-TALL = 34
-"""A terminal with this many rows has room for everything."""
+TALL = 40
+"""A terminal with this many rows has room for everything, details too."""
 
 
 class Adjustments:
@@ -189,13 +189,15 @@ class JogScreen(DeskScreen):
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: the arm on the left, panels of numbers on the right."""
-        with Horizontal():
-            yield from self.arm_panel()
-            with VerticalScroll(id="panels", can_focus=False):
-                yield from self.axes.compose()
-                near, details = panels(near="Near", details="Details")
-                near.border_subtitle = f"{self.desk.keys.label('details')} details"
-                yield from (near, details)
+        near, details = panels(near="Near", details="Details")
+        near.border_subtitle = f"{self.desk.keys.label('details')} details"
+        with Vertical():
+            with Horizontal():
+                yield from self.arm_panel()
+                with VerticalScroll(id="panels", can_focus=False):
+                    yield from self.axes.compose()
+                    yield near
+            yield details
 
     def show_body(self, status: Status) -> None:
         """Show this status; keys that have not been used for a while are disarmed."""
@@ -211,7 +213,7 @@ class JogScreen(DeskScreen):
 
     def _make_room(self) -> None:
         """Let the details take the place of what no key moves, where the terminal is small."""
-        room = self.size.height > TALL or not self.text("details").display
+        room = self.size.height >= TALL or not self.text("details").display
         self.query_one("#near").display = room
         self.axes.show_only_driven(only=not room)
 

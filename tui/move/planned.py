@@ -178,16 +178,12 @@ class PlannedMove:
     def __init__(self, desk: Desk, goal: Goal) -> None:
         self.preview: Preview | None = None
         """What the goal would lead to, as soon as that is worked out."""
+        self.working = False
+        """Whether a preview is being worked out."""
         self._desk = desk
         self._goal = goal
         self._seen: Seen | None = None
-        self._working = False
         self._progress: MoveProgress | None = None
-
-    @property
-    def working(self) -> bool:
-        """Whether a preview is being worked out."""
-        return self._working
 
     @property
     def under_way(self) -> bool:
@@ -224,12 +220,12 @@ class PlannedMove:
         return self._goal(), status.acknowledged, status.state, status.trust.value
 
     def _fresh(self, status: Status) -> bool:
-        return self._seen == self._asked(status) and not self._working
+        return self._seen == self._asked(status) and not self.working
 
     def _foresee(self, status: Status) -> None:
         """Compute a preview if something has changed, one at a time, and not in motion."""
         asked = self._asked(status)
-        if self._working or self.under_way or asked == self._seen:
+        if self.working or self.under_way or asked == self._seen:
             return
         if status.state in (State.MOVING, State.HOMING, State.STOPPING):
             return
@@ -237,12 +233,12 @@ class PlannedMove:
         if asked[0] is None:
             self._seen, self.preview = asked, None
             return
-        self._working = True
+        self.working = True
         work = partial(self._desk.arm.preview, asked[0])
         self._desk.calls.work_out(work, partial(self._keep, asked))
 
     def _keep(self, asked: Seen, preview: Preview | None) -> bool:
-        self._working, self._seen, self.preview = False, asked, preview
+        self.working, self._seen, self.preview = False, asked, preview
         return True
 
     # -- going --------------------------------------------------------------------------------
@@ -270,6 +266,7 @@ class PlannedMove:
         if preview is None or ask is None or not self._fresh(desk.link.status):
             raise BadRequest("something has changed meanwhile: look at it, and confirm again")
         self._progress = MoveProgress(preview)
+        # the count is taken here: a stop while the thread starts lets the motion not begin
         desk.calls.make(partial(self._carry_out, ask, desk.arm.stops))
 
     def _carry_out(self, ask: Motion, stops: int) -> str:

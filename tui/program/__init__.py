@@ -129,60 +129,53 @@ class ProgramStart:
 
     def rehearse(self) -> None:
         """Rehearse the chosen program. Nothing moves."""
-        if self._run.busy:
-            raise BadRequest("the program is running: space stops it")
-        program = None if self._files.checked is None else self._files.checked.program
-        if program is None:
-            raise BadRequest(self._no_program())
+        self._run.require_idle()
+        program = self._files.require_program()
         self._run.forget()
         self.rehearsal.begin(program)
 
     def press(self) -> None:
         """Take one press of the two that run the program, or rehearse it first."""
         self._desk.link.require_motion()
-        why = self._why_not()
-        if why is None:
+        try:
+            found = self._rehearsed()
+        except BadRequest:
+            self._desk.confirmation.refuse()  # it may still be held when there is something to run
+            raise
+        if found is not None:
             self._desk.confirmation.press("RUNS IT", self._begin)
             return
         self._desk.confirmation.refuse()
-        if why:
-            raise BadRequest(why)
         self.rehearse()
         self._desk.message = "it is rehearsed first; then pressed twice, this key runs it"
 
-    def _why_not(self) -> str | None:
-        """Return why the program cannot run now: empty if it is to be rehearsed; None if it can."""
-        checked, status = self._files.checked, self._desk.link.status
-        if self._run.busy:
-            return f"the program is running: {self._desk.keys.label('stop')} stops it"
-        if checked is None or checked.program is None:
-            return self._no_program()
-        if status.state is not State.STANDBY:
-            return f"the arm is {status.state.value}: wait until it stands"
-        if self.rehearsal.working:
-            return "it is being rehearsed: wait until that is done"
-        found = self.rehearsal.fresh(checked.program, status)
-        if found is None:
-            return ""
-        return None if found.refusal is None else str(found.refusal)
+    def _rehearsed(self) -> Rehearsal | None:
+        """Return the rehearsal by which the program can run now; None if it has to be rehearsed.
 
-    def _no_program(self) -> str:
-        """Say why there is no program to rehearse or run."""
-        if self._files.chosen is None:
-            return "there is no program to run"
-        if self._files.checked is None:
-            return "the program is still being read"
-        return "the program has mistakes: correct its file first"
+        Raises `BadRequest` where it cannot run.
+        """
+        self._run.require_idle()
+        program, status = self._files.require_program(), self._desk.link.status
+        if status.state is not State.STANDBY:
+            raise BadRequest(f"the arm is {status.state.value}: wait until it stands")
+        if self.rehearsal.working:
+            raise BadRequest("it is being rehearsed: wait until that is done")
+        found = self.rehearsal.fresh(program, status)
+        if found is not None and found.refusal is not None:
+            raise BadRequest(str(found.refusal))
+        return found
 
     def _begin(self) -> None:
         """Run the program as two presses have confirmed, unless something has changed."""
-        checked = self._files.checked
-        if self._why_not() is not None or checked is None or checked.program is None:
-            raise BadRequest("something has changed meanwhile: rehearse it, and confirm again")
-        found = self.rehearsal.fresh(checked.program, self._desk.link.status)
+        changed = BadRequest("something has changed meanwhile: rehearse it, and confirm again")
+        try:
+            found = self._rehearsed()
+        except BadRequest:
+            raise changed from None
+        if found is None or self._files.chosen is None:
+            raise changed
         self.rehearsal.forget()  # what it found does not hold once the arm has moved
-        if found is not None:
-            self._run.begin(checked, found)
+        self._run.begin(self._files.chosen, self._files.require_program(), found)
 
 
 class ProgramScreen(DeskScreen):
@@ -298,8 +291,7 @@ class ProgramScreen(DeskScreen):
 
     def action_choose(self, by: int) -> None:
         """Choose another program."""
-        if self.run.busy:
-            raise BadRequest("the program is running: space stops it")
+        self.run.require_idle()
         self.files.choose(self.files.at + by)
 
     def action_turn_page(self, by: int) -> None:

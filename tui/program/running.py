@@ -96,6 +96,16 @@ class ProgramFiles:
         """The chosen file; None if there is no program file."""
         return self.paths[self.at] if self.paths else None
 
+    def require_program(self) -> Program:
+        """Return the chosen program. Raises `BadRequest` where there is none to rehearse or run."""
+        if self.chosen is None:
+            raise BadRequest("there is no program to run")
+        if self.checked is None:
+            raise BadRequest("the program is still being read")
+        if self.checked.program is None:
+            raise BadRequest("the program has mistakes: correct its file first")
+        return self.checked.program
+
     def look(self) -> None:
         """List the files again."""
         try:
@@ -151,15 +161,11 @@ class ProgramRehearsal:
         self.far: RehearsedSoFar | None = None
         """How far the rehearsal under way has come, after its first second."""
         self._desk = desk
+        self.working = False
+        """Whether a rehearsal is under way."""
         self._number = 0  # of the rehearsal that counts: earlier ones end, and are dropped
-        self._working = False
         self._found: Rehearsal | None = None
         self._of: object = None
-
-    @property
-    def working(self) -> bool:
-        """Whether a rehearsal is under way."""
-        return self._working
 
     def fresh(self, program: Program, status: Status) -> Rehearsal | None:
         """Return what was found, if program and arm are still as they were rehearsed."""
@@ -168,12 +174,12 @@ class ProgramRehearsal:
     def forget(self) -> None:
         """Drop what was found, and end a rehearsal that is under way."""
         self._number += 1
-        self._working, self._found, self._of, self.far = False, None, None, None
+        self.working, self._found, self._of, self.far = False, None, None, None
 
     def begin(self, program: Program) -> None:
         """Rehearse a program from where the arm stands."""
         self.forget()
-        self._working, seen = True, _seen(program, self._desk.link.status)
+        self.working, seen = True, _seen(program, self._desk.link.status)
         number = self._number
         self._desk.calls.work_out(
             partial(self._rehearse, program, number), partial(self._keep, number, seen)
@@ -194,7 +200,7 @@ class ProgramRehearsal:
     def _keep(self, number: int, seen: object, found: Rehearsal | None) -> bool:
         if number != self._number:
             return False
-        self._working, self.far = False, None
+        self.working, self.far = False, None
         self._found, self._of = found, seen
         return True
 
@@ -246,19 +252,25 @@ class DeskRun:
         self.outcome, self.failed, self.failed_in = "", False, None
         self.printed.clear()
 
-    def begin(self, checked: CheckedProgram, rehearsal: Rehearsal) -> None:
-        """Run a program as it was rehearsed."""
+    def require_idle(self) -> None:
+        """Raise `BadRequest` while a program is running."""
+        if self.busy:
+            stop = self._desk.keys.label("stop")
+            raise BadRequest(f"the program is running: {stop} stops it")
+
+    def begin(self, path: Path, program: Program, rehearsal: Rehearsal) -> None:
+        """Run the program of a file as it was rehearsed."""
         self.forget()
         self._step, self._halted = None, ""
-        self.view = RunView({} if checked.program is None else checked.program.lines)
+        self.view = RunView(program.lines)
         self.view.follow(rehearsal.progress(1), share=rehearsal.share)
         self.busy = True
-        self._desk.calls.make(partial(self._carry_out, checked, self._desk.arm.stops))
+        self._desk.calls.make(partial(self._carry_out, path, program, self._desk.arm.stops))
 
     def disarm(self, reason: str) -> None:
         """Let the program begin no further act; a wait that is under way ends now."""
         if self.busy:
-            self._halted = self._halted or reason
+            self._halted = self._halted or reason  # the first reason is the cause of the others
             if self._step is None or not self._step.moves:
                 self._desk.arm.request_stop()
 
@@ -288,16 +300,13 @@ class DeskRun:
 
     # -- the run, in its thread ---------------------------------------------------------------
 
-    def _carry_out(self, checked: CheckedProgram, stops: int) -> str:
-        program, arm = checked.program, self._desk.arm
-        if program is None:
-            return ""
+    def _carry_out(self, path: Path, program: Program, stops: int) -> str:
+        arm = self._desk.arm
         try:
             self.view.use(arm)
             plan = plan_of(program, self._desk)
             self._performer = Performer(arm, self, since=stops)
-            path = checked.path.resolve()
-            journal = Journal(arm, self._performer, path, program.digest, plan.loops)
+            journal = Journal(arm, self._performer, path.resolve(), program.digest, plan.loops)
             run = ProgramRun(plan, self._performer, [journal, self])
             try:
                 with journal.explained():

@@ -41,7 +41,7 @@ def test_a_motion_is_read_in_words_with_its_intent_and_its_bytes(arm):
     arm.move_motors(37, 0, 0, 0, 0, 0)
     lines = log.read()
     (asked,) = [each for each in lines if each.topic is Topic.INTENTS]
-    assert asked.words == "move_motors(37, 0, 0, 0, 0, 0)"
+    assert asked.words == "move_motors 37, 0, 0, 0, 0, 0"
     sent = next(each for each in lines if each.shown.startswith("@STEP"))
     assert "base +" in sent.words
     assert "->" in str(sent)

@@ -67,8 +67,8 @@ def test_calls_are_noted_with_their_arguments_and_what_they_raised(arm, tmp_path
     arm.gripper.open(30.0)
     entries = saved(arm, tmp_path).entries
     calls = of_kind(entries, EntryKind.CALL)
-    assert "move_j(shoulder_deg=200)" in calls
-    assert 'start({"move": "gripper", "opening_mm": 30.0, "speed": 1.0})' in calls
+    assert "move_j shoulder 200 deg" in calls
+    assert "start gripper move: opening 30 mm, speed 1" in calls
     (raised,) = of_kind(entries, EntryKind.RAISED)
     assert raised.startswith("OutOfBounds: ")
 
@@ -235,7 +235,7 @@ def test_calls_that_let_go_of_an_arm_wait_for_no_lock(arm, name, tmp_path):
     stopper.join()
     planner.join()
     assert let_go_first
-    assert f"{name}()" in of_kind(saved(arm, tmp_path).entries, EntryKind.CALL)
+    assert name in of_kind(saved(arm, tmp_path).entries, EntryKind.CALL)
 
 
 # -- its memory -----------------------------------------------------------------------------------

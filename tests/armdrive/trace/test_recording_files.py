@@ -214,6 +214,6 @@ def test_the_program_of_the_page_prints_the_motion(capsys):
     (program,) = [text for text in blocks(PAGE, "python") if "arm.log" in text]
     exec(compile(program, "recordings.md", "exec"), {})
     printed = capsys.readouterr().out
-    assert "call: move_motors(37, 0, 0, 0, 0, 0)" in printed
+    assert "call: move_motors 37, 0, 0, 0, 0, 0" in printed
     assert "step at speed" in printed
     assert "unknown: no position of this arm" not in printed

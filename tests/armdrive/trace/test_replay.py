@@ -81,7 +81,7 @@ def test_the_timeline_tells_every_entry_and_reads_every_message(days, dialect):
     assert len(told) == len(recording.entries)
     unreadable = [text for text in told if "unreadable" in text]
     assert len(unreadable) <= 1, unreadable  # the first line to a TeachMover is one on purpose
-    assert any("call: move_j(base_deg=6)" in text for text in told)
+    assert any("call: move_j base 6 deg" in text for text in told)
 
 
 def test_a_twin_is_placed_by_the_counts_and_by_where_the_motors_are():
@@ -145,7 +145,7 @@ def test_a_fault_is_where_they_part(dialect, fault, tmp_path):
     replayed = replay(recording)
     parting = replayed.divergence
     assert parting is not None
-    moved = next(e for e in recording.entries if "move_j(shoulder_deg=40" in str(e.what))
+    moved = next(e for e in recording.entries if "move_j shoulder 40 deg" in str(e.what))
     assert moved.time_s < parting.time_s <= recording.entries[-1].time_s
     assert parting.arm != parting.twin
     assert "registers" in parting.twin_state

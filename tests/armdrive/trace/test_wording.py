@@ -5,15 +5,19 @@ from __future__ import annotations
 import pytest
 from recorder_bench import recorded_arm
 
+from armdrive import GripperMove, Jog, LinePart, Pose
 from armdrive.dialects.teachmover.controller import FIRST_LINE
 from armdrive.dialects.words import plain
 from armdrive.registry import DIALECTS
-from armdrive.trace.entries import WIRE, EntryKind
+from armdrive.tasks import MendSetting, MoveBy, ReadPosition, SetOutputs
+from armdrive.trace.entries import EntryKind
 from armdrive.trace.log import Narrator, describer
+from armdrive.trace.recorder import FlightRecorder
 from firmware_protocol.events import Overrun, Stray, Unreadable, UnreadableFrame
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import Foreign
 from firmware_protocol.teachmover.messages import Close, Delay, Key, Registers, Status
+from kinematics import Motors
 
 
 def sent(dialect, data):
@@ -107,20 +111,59 @@ def test_any_message_has_words_of_its_name_and_its_fields():
     assert wording("as it is") == "as it is"
 
 
+TIPS = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
+CALLS = [
+    ("hold", (Jog.joint(shoulder=1),), {"speed": 0.25}, "hold shoulder +1, speed 0.25"),
+    ("nudge", (Jog.cartesian(z=-2, frame="tool"),), {}, "nudge z -2 in the tool frame"),
+    ("start", (GripperMove(30.0),), {"stops": 3},
+     "start gripper move: opening 30 mm, speed 1, stops 3"),
+    ("move_to", (TIPS,), {"wait": False}, f"move_to {TIPS}, wait no"),
+    ("move_path", ([LinePart(TIPS)],), {}, f"move_path line part: goal {TIPS}, blend 0 mm"),
+    ("move_j", ({"shoulder_deg": 40},), {"frame": None}, "move_j shoulder 40 deg"),
+    ("release", (), {}, "release"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "arguments", "named", "words"), CALLS)
+def test_a_call_is_told_in_words(name, arguments, named, words):
+    recorder = FlightRecorder()
+    recorder.called(name, arguments, named)
+    _, (entry,) = recorder.since(0, 1, 1)
+    assert entry.what == words
+
+
+REQUESTS = [
+    (ReadPosition(), "read position"),
+    (SetOutputs(3), "set outputs bits 3"),
+    (MendSetting("$110=500 (mm)"), "mend setting line $110=500 (mm)"),
+    (MoveBy(Motors((37, 0, -4)), 219.5), "move by 37 0 -4; 219.5 steps/s"),
+]
+
+
+@pytest.mark.parametrize(("request_", "words"), REQUESTS)
+def test_a_request_is_told_in_words(request_, words):
+    recorder = FlightRecorder()
+    recorder.requested(request_)
+    _, (entry,) = recorder.since(0, 1, 1)
+    assert Narrator("teachmover").line(0, entry).words == words
+
+
 @pytest.mark.parametrize("dialect", sorted(DIALECTS))
 def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
     arm = recorded_arm(dialect)
     arm.move_motors(0, 0, 0, 0, 3, 0)
+    arm.nudge(Jog.joint(base=1), speed=0.1)
+    arm.sleep(1.0)
     entries = arm.tracer.ring.entries()
     arm.close()
     narrator = Narrator(dialect)
-    told = [(entry, narrator.line(0, entry).words) for entry in entries if entry.kind in WIRE]
+    told = [(entry, narrator.line(0, entry).words) for entry in entries]
     assert all(words for entry, words in told if entry.kind is EntryKind.SENT)
     assert any(words for entry, words in told if entry.kind is EntryKind.RECEIVED)
     for _, words in told:
         assert not {"(", "<", "unreadable"} & set(words.split()[:1])
-        assert "()" not in words
-        assert "=<" not in words
+        for python in ("()", "=<", "<Space", "=("):
+            assert python not in words
 
 
 @pytest.mark.parametrize(

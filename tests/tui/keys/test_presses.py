@@ -89,39 +89,19 @@ def read(session, key, character):
     driver.process_message(events.Key(key, character))
 
 
-async def test_the_stop_reaches_the_arm_before_the_app_takes_its_key():
-    async with Session() as session:
-        session.arm.calls.clear()
-        read(session, *SPACE)
-        assert session.arm.calls == [("stop",)]
-
-
-async def test_the_app_does_the_rest_of_the_stop_when_it_takes_the_key():
-    async with Session() as session:
-        await session.arm_keys()
-        read(session, *SPACE)
-        await session.pilot.pause()
-        assert not session.desk.screens.current.armed
-        assert "STOP" in session.desk.message
-
-
-async def test_jog_keys_that_a_stop_has_overtaken_move_nothing():
+async def test_a_stop_reaches_the_arm_before_the_app_and_what_it_overtook_moves_nothing():
     async with Session() as session:
         await session.arm_keys()
         session.arm.calls.clear()
         for _ in range(3):
             read(session, "w", "w")
         read(session, *SPACE)
+        assert session.arm.calls == [("stop",)]
         await session.pilot.pause()
-        assert session.arm.asked("stop")
         assert not {"nudge", "hold"} & {call[0] for call in session.arm.calls}
-
-
-async def test_keys_behind_a_stop_count_again():
-    async with Session() as session:
-        read(session, *SPACE)
-        await session.pilot.pause()
-        await session.arm_keys()
+        assert not session.desk.screens.current.armed, "the app does the rest of the stop"
+        assert "STOP" in session.desk.message
+        await session.arm_keys()  # keys behind it count again
         read(session, "w", "w")
         await session.pilot.pause()
         assert session.arm.calls[-1][0] == "nudge"

@@ -12,7 +12,6 @@ from waiting import until_seen
 from armdrive.errors import WrongState
 from armdrive.trace.entries import EntryKind
 from armdrive.trace.log import LogLine, Topic
-from firmware_protocol.frames import Frame, pack
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.table import LOG_DIALOG_KEYS, LOG_KEYS
 from tui.log import GLANCE_S, PORTION, Window, catalogue_text, cut, log_row, whole_line
@@ -62,7 +61,7 @@ async def test_bytes_are_shown_with_what_they_mean_and_by_whom():
         assert "-> @STEP 214,37,0,-4,0,0,0" in session.shown
         assert "step at speed 214: base +37, elbow -4" in session.shown
         assert "<- 1\\r" in session.shown
-        assert "call: move_j(shoulder_deg=40" in session.shown
+        assert "call: move_j shoulder 40" in session.shown
         assert "[E502]" in session.shown
         assert session.rows[-1].startswith("!")
 
@@ -141,18 +140,10 @@ async def test_lines_that_keep_coming_are_read_at_each_poll_and_painted_more_sel
         assert "base +98" in session.shown
 
 
-async def test_frames_of_a_can_bus_are_shown_as_frames():
-    arm = LoggedArm("mks")
-    arm.pass_by(EntryKind.SENT, pack(Frame(1, bytes.fromhex("3132"))))
-    async with LogSession(arm) as session:
-        assert "-> 001#3132" in session.shown
-        assert session.shown.endswith("1: read encoder")
-
-
 async def test_topics_are_left_out_and_shown_again_each_by_its_key():
     marks = {
         Topic.BYTES: "@STEP 214,38",
-        Topic.REQUESTS: "request: MoveBy",
+        Topic.REQUESTS: "request: move by",
         Topic.INTENTS: "call: move_j",
         Topic.STATES: "state: moving",
         Topic.ERRORS: "raised: NoAnswer",

@@ -304,12 +304,12 @@ async def test_the_steps_of_a_sequence_are_changed():
             session.shows(key, messages=said)
         await session.choose("stack")
         for line, steps, shown in EDITS:
-            await session.keys(line)
+            await session.burst(line)
             assert session.steps() == steps, line
             session.shows(line, **shown)
             now = session.arm.points.sequence("stack")
             session.arm.points.put_sequence("stack", STACK, instead_of=now)
-            await session.keys("space up down")
+            await session.burst("space up down")
             assert session.screen.typing is None, line
             assert session.screen.selection.marked is None, line
         assert session.arm.asked("stop")

@@ -44,24 +44,6 @@ async def test_f6_shows_the_matrices_of_the_posture_and_moves_nothing():
         assert session.arm.asked("stop")
 
 
-async def test_every_key_of_the_screen_turns_a_page_or_changes_the_notation():
-    async with Session() as session:
-        await opened(session)
-        panel = session.desk.screens.current.query_one("#theory")
-        for keys, page in ((("pagedown",), 1), (("N",), 2), (("pageup",), 1), (("B",), 0)):
-            await session.press(*keys)
-            assert panel.page == page
-        await session.press("S")
-        await session.desk.workers.wait_for_complete()
-        await session.pilot.pause()
-        assert "C1" in session.text("theory-page-0")
-        await session.press("S")
-        await session.press("A")
-        assert "standard frames, 1 of " in session.text("theory-page-0")
-        pressed = {"pagedown", "N", "pageup", "B", "S", "A"}
-        assert {key for row in THEORY_KEYS for key in row.keys} == pressed
-
-
 async def test_the_numbers_follow_the_arm_but_no_oftener_than_need_be():
     async with Session(size=(120, 40)) as session:
         await opened(session)

@@ -29,7 +29,7 @@ def recording(tmp_path):
 
 def test_a_replay_that_agrees_prints_the_timeline_and_ends_well(call, recording):
     out = call("replay", recording, code=0).out
-    assert "call: move_motors(0, 0, 0, 0, 5, 0)" in out
+    assert "call: move_motors 0, 0, 0, 0, 5, 0" in out
     assert r"-> @STEP" in out
     assert "step at speed" in out
     assert "no difference: " in out.splitlines()[-1]
