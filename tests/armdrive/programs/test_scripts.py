@@ -116,6 +116,30 @@ def test_another_error_shows_the_traceback_of_the_script(homed, write, capsys):
     assert homed("status", "--json", code=0).json["state"] == "standby"
 
 
+@pytest.mark.parametrize("words", [(), ("--check",)])
+def test_an_error_in_a_thread_of_a_script_is_the_scripts(homed, write, words, capsys):
+    path = write(
+        """\
+        import threading
+        from armdrive import Arm
+        with Arm.connect() as arm:
+            for work in (lambda: arm.move_j(base_deg=400), lambda: {}["mine"]):
+                thread = threading.Thread(target=work)
+                thread.start()
+                thread.join()
+            arm.park()
+        """
+    )
+    capsys.readouterr()
+    assert main(["run", path, *words]) == 0
+    shown = capsys.readouterr().err
+    refused = f"armdrive: {path}: line 4, column 26: [E205] the base would turn to 400.0"
+    assert refused in shown
+    assert shown.count(TRACEBACK) == 1
+    assert "KeyError: 'mine'" in shown
+    assert "armdrive itself failed" not in shown
+
+
 def test_what_a_script_leaves_open_is_stopped_and_given_back(homed, write):
     path = write(
         """\
