@@ -212,6 +212,35 @@ def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands
     assert (found.refusal, found.assumptions) == (None, ())
 
 
+def test_a_second_connection_to_a_rehearsed_arm_is_refused_as_by_the_arm_itself(homed, write):
+    path = write("from armdrive import Arm\nfirst = Arm.connect()\nsecond = Arm.connect()\n")
+    for words in ((), ("--check",)):
+        assert "armdrive: [E408]" in homed("run", path, *words, code=4).err
+
+
+@pytest.mark.parametrize("words", [("--arm", "bench"), ("--put", "A,250,0,30")])
+def test_the_next_connection_of_a_rehearsed_script_begins_where_the_last_one_ended(
+    homed, write, words
+):
+    write_bench()
+    path = write(
+        """\
+        from armdrive import Arm, Pose
+        with Arm.connect() as arm:
+            arm.gripper.open()
+            arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=60, pitch_deg=-90))
+            arm.move_l(Pose.of(x_mm=250, y_mm=0, z_mm=15, pitch_deg=-90))
+        with Arm.connect() as arm:
+            print(arm.pose, "opens", round(arm.gripper.opening_mm))
+            print("width", round(arm.gripper.grasp()))
+        """
+    )
+    checked = homed("run", path, "--check", *words, code=0).out
+    assert "x 250.1, y 0.0, z 15.1 mm" in checked
+    assert "opens 76" in checked
+    assert f"width {30 if '--put' in words else 0}\n" in checked
+
+
 @pytest.mark.parametrize("grasp", ["arm.gripper.grasp()", "arm.run(GraspMove()).width_mm"])
 def test_what_a_rehearsed_script_finds_is_assumed(call, write, grasp):
     write_bench()
