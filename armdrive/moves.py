@@ -181,16 +181,20 @@ def jog_axes(words: Angles, *, in_steps: bool) -> tuple[tuple[str, float], ...]:
 
 
 def _axis(word: str, in_steps: bool) -> str:
-    if not in_steps:
-        return word
-    for unit in ("_deg", "_mm"):
-        axis = word.removesuffix(unit)
-        if axis != word and (unit == "_mm") == (axis in LENGTHS):
-            return axis
-    raise BadRequest(
-        f"{word!r} names no increment: write for example shoulder_deg=2, x_mm=5 or gripper_mm=3, "
-        f"or give duration_s= with directions such as shoulder=1{suggestion(word, _OPTIONS)}"
-    )
+    name, _, unit = word.rpartition("_")
+    axis = name if unit == ("mm" if name in LENGTHS else "deg") else None
+    if in_steps and axis is None:
+        raise BadRequest(
+            f"{word!r} names no increment: write for example shoulder_deg=2, x_mm=5 or "
+            "gripper_mm=3, or give duration_s= with directions such as "
+            f"shoulder=1{suggestion(word, _OPTIONS)}"
+        )
+    if not in_steps and axis is not None:
+        raise BadRequest(
+            f"{word!r} is an increment, and duration_s needs directions from -1 to 1: write "
+            f"{axis}=1, or leave out duration_s"
+        )
+    return axis or word
 
 
 # Moves.

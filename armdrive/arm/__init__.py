@@ -22,7 +22,7 @@ from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.dialog.operator import Operator, PostureRequest
-from armdrive.errors import NoAnswer, WrongState
+from armdrive.errors import LinkLost, NoAnswer, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes, made_of
 from armdrive.motion import standing
 from armdrive.motion.execute import Moved
@@ -552,7 +552,7 @@ class Arm:
         return await self._jogging.jog(Jog(Space.CARTESIAN, named, frame), speed, duration_s)
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for `for_s` seconds, unless another `hold` extends the jog; returns at once.
+        """Jog for `for_s` seconds, at most 1 s, unless another `hold` extends it; returns at once.
 
         If the jog is refused, the status's `notice` says why until the next motion begins.
         """
@@ -576,12 +576,18 @@ class Arm:
         """Stop, and wait until the arm stands. Allowed in every state and from any thread.
 
         A motion that the device cannot abort runs to its end, within `status.stop_time_s`. Raises
-        `NoAnswer` if the device does not answer: then it is unknown whether the arm stands.
+        `NoAnswer` if the device does not answer, and `LinkLost` if the connection is lost: then it
+        is unknown whether the arm stands.
         """
         stopped = self.engine.under_way
         await self.runner.stop()
         if stopped is not None and isinstance(stopped.error, NoAnswer):
             raise stopped.error
+        if self.engine.broken is not None and not self.closed:
+            raise LinkLost(
+                f"the stop did not reach the arm ({self.engine.broken}): look at the arm, and stop "
+                "it at its own switch"
+            )
 
     def estop(self) -> None:
         """Stop, latch error-stop, and return at once. Only `reset` leaves error-stop.

@@ -271,6 +271,14 @@ class Machine:
         """Whether it ended at a `stop`, and not after its last line."""
         return self._state.ended and self._row.word == STOP
 
+    def require_fingers_moved(self) -> None:
+        """Raise `ProgramError` if an `open` or a `close` still waits for a move at the end."""
+        opening = self.context.opening
+        if opening is not None and not self.ended_by_stop:
+            word = "close" if opening == 0.0 else "open"
+            text = f"`{word}` waits for the next move, and none follows: write `{word}_now`"
+            raise self._failure(text, self._row.mark)
+
     @property
     def context(self) -> Context:
         """The names that it has set so far, for the next program: see `read_program`."""

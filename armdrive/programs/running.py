@@ -247,7 +247,7 @@ class RunPlan:
 
     `inputs` are the known inputs, counted from 1. `width_mm` is the width of the objects that the
     fingers find if no block is known, None if they find none. With `settle` an unknown position is
-    assumed; with `traced` the tip's path is recorded.
+    assumed; with `traced` the tip's path is recorded. With `goes_on` more lines follow at a prompt.
     """
 
     source: Callable[[], Machine] = no_machine
@@ -260,6 +260,7 @@ class RunPlan:
     width_mm: float | None = None
     settle: bool = False
     traced: bool = False
+    goes_on: bool = False
 
     @property
     def first(self) -> Callable[[], Machine]:
@@ -300,6 +301,8 @@ class ProgramRun:
             machine, new_machine = new_machine(), self._plan.source
             while (stage := machine.next()) is not None:
                 self._carry_out(stage, machine)
+            if not self._plan.goes_on:
+                machine.require_fingers_moved()
             self.loop += 1
         self.at = None
         self.took_s = self._performer.arm.pace.now_s() - began_s

@@ -12,7 +12,7 @@ from pathlib import Path
 from armdrive.arm import Arm
 from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import SIM, find
-from armdrive.errors import BadRequest
+from armdrive.errors import ArmInUse, BadRequest
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.progress import Took
 from armdrive.programs.rehearsal import (
@@ -45,6 +45,7 @@ class _Stage:
         self._script = str(script)
         self._patience = patience
         self._things: dict[int, Things] = {}
+        self._last: dict[str, Arm] = {}
 
     def own(self, options: ConnectOptions) -> Arm:
         """Return the twin of the arm that the command names."""
@@ -105,8 +106,20 @@ class _Stage:
         )
 
     def _twin_of(self, seen: SeenArm, options: ConnectOptions) -> Arm:
+        """Return a twin of an arm, standing where the script's last connection left it.
+
+        Raises `ArmInUse` while that connection is open, as the arm itself does.
+        """
+        name = _plain(seen.config.name)
+        last = self._last.get(name)
+        if last is not None:
+            if not last.closed:
+                raise ArmInUse(f"{name} is held by this script: close that connection first")
+            left = SeenArm.of(last)
+            world = None if seen.world is None else left.world
+            seen = replace(seen, position=left.position, last_seen=left.last_seen, world=world)
         settle = self.assumptions.note if self._plan.settle else None
-        made = rehearsing_arm(seen, settle, _clock(options))
+        made = self._last[name] = rehearsing_arm(seen, settle, _clock(options))
         self._things[id(made)] = self._found(known=seen.world is not None)
         return made
 

@@ -123,7 +123,7 @@ class Shell:
         self.at = None
         self._forget_stops()
         performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
-        run = ProgramRun(RunPlan(lambda: machine), performer, onlookers)
+        run = ProgramRun(RunPlan(lambda: machine, goes_on=True), performer, onlookers)
         done = False
         try:
             run.carry_out()

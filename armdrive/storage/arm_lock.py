@@ -326,8 +326,8 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
             if lock is None:
                 self.release()
                 raise ArmInUse(
-                    f"{name} is held by {holder_words(name)}: end that program, or stop the arm "
-                    f"with `armdrive stop`"
+                    f"{name} is held by {holder_words(name)}: close that connection, end that "
+                    f"program, or stop the arm with `armdrive stop`"
                 )
             self._locks.append(lock)
             with contextlib.suppress(OSError):

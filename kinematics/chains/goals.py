@@ -322,7 +322,10 @@ def goal_of(pose: Pose, task: HandTask, centre: Vector) -> Goal:
     if task is not HandTask.WHOLE:
         refuse_yaw(pose)
     elif pose.yaw_rad is None:
-        raise KinematicsError("this arm has six joints, so its poses need a yaw: give yaw_deg")
+        raise KinematicsError(
+            "this arm has six joints, so its poses need a yaw: yaw_deg in Python, --yaw of a "
+            "command, or the sixth number of a program's `at`"
+        )
     if task is HandTask.IN_PLANE:
         return pose_goal(pose, centre=centre)
     heading = pose.yaw_rad or 0.0

@@ -51,6 +51,9 @@ class ScriptedMachine:
         self.answers.append(answer)
         self.at += 1
 
+    def require_fingers_moved(self):
+        """Its acts move the fingers at once."""
+
     def snapshot(self):
         return {"at": self.at, "answers": list(self.answers)}
 

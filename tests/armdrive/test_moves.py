@@ -27,6 +27,7 @@ from armdrive.moves import (
     ParkMove,
     PathMove,
     PoseMove,
+    jog_axes,
 )
 from armdrive.registry import DIALECTS
 from armdrive.runtime.position import ArmCoordinates
@@ -303,6 +304,23 @@ def test_an_increment_is_foreseen_and_run_as_far_as_the_bounds_allow():
 
 
 # -- one JSON ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        {"x_mm": 1},
+        {"gripper_mm": 1},
+        {"pitch_deg": 1},
+        {"wrist_pitch_deg": 1},
+    ],
+)
+def test_an_increment_in_the_place_of_a_direction_is_named_with_the_way_out(axes):
+    axis = next(iter(axes)).rpartition("_")[0]
+    said = f"needs directions from -1 to 1: write {axis}=1, or leave out duration_s"
+    with pytest.raises(BadRequest, match=said):
+        jog_axes(axes, in_steps=False)
+    assert jog_axes(axes, in_steps=True) == jog_axes({axis: 1}, in_steps=False) == ((axis, 1),)
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)

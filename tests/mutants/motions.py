@@ -462,4 +462,15 @@ MUTANTS = (
             "test_a_paused_motion_stands_and_goes_on_to_the_same_step",
         ),
     ),
+    Mutant(
+        name="fingers that wait for no move are forgotten",
+        promise="what a program asks of the fingers happens, or is refused",
+        path="armdrive/programs/running.py",
+        old="                machine.require_fingers_moved()\n",
+        new="                pass\n",
+        tests=tests_of(
+            "tests/armdrive/cli/program/test_cli_run.py",
+            "test_fingers_that_would_wait_for_no_move_are_refused_before_anything_moves",
+        ),
+    ),
 )

@@ -457,4 +457,15 @@ MUTANTS = (
             "test_a_refusal_gives_the_reason_and_the_remedy",
         ),
     ),
+    Mutant(
+        name="a rehearsed script finds its arm where it was at the start",
+        promise="a rehearsal begins each motion where the one before it has ended",
+        path="armdrive/programs/script_rehearsal.py",
+        old="replace(seen, position=left.position, last_seen=left.last_seen, world=world)",
+        new="replace(seen, world=world)",
+        tests=tests_of(
+            "tests/armdrive/programs/test_scripts.py",
+            "test_the_next_connection_of_a_rehearsed_script_begins_where_the_last_one_ended",
+        ),
+    ),
 )

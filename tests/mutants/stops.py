@@ -6,6 +6,17 @@ from .mutant import Mutant, tests_of
 
 MUTANTS = (
     Mutant(
+        name="a stop on a lost link ends well",
+        promise="a stop that did not reach the arm is not taken for one that did",
+        path="armdrive/arm/__init__.py",
+        old="        if self.engine.broken is not None and not self.closed:\n",
+        new="        if False:\n",
+        tests=tests_of(
+            "tests/armdrive/connect/test_reconnecting.py",
+            "test_a_stop_that_cannot_reach_the_arm_does_not_end_well",
+        ),
+    ),
+    Mutant(
         name="a stop reports success though the arm did not answer it",
         promise="a motion ends where it was asked to, or an error says why not",
         path="armdrive/arm/__init__.py",

@@ -8,8 +8,6 @@ moving arms would be done twice.
 from __future__ import annotations
 
 import argparse
-import contextlib
-import sys
 from pathlib import Path
 
 from armdrive.arm import Arm
@@ -20,6 +18,7 @@ from armdrive.cli.program.run_common import (
     connect_to_run,
     keep_recording,
     require_recordable,
+    script_words,
     slow_down,
     standard_input,
     stands_at,
@@ -111,9 +110,7 @@ class _RunningScript:
             return code
 
     def _carry_out(self) -> int:
-        # what a script prints is no JSON: it goes where the words for people go
-        output = contextlib.redirect_stdout(sys.stderr) if as_json(self._options) else None
-        with output or contextlib.nullcontext():
+        with script_words(self._options):
             return carry_out(self._options.program, self._options.words, self._connections)
 
     def _how_far(self) -> str:

@@ -22,17 +22,19 @@ from types import FrameType
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import as_json, complain, tell
+from armdrive.cli.presenter import ERROR_LABEL, as_json, complain, put_error, tell
 from armdrive.cli.program.run_output import Display
 from armdrive.cli.terminal_operator import ask_operator, settle_trust
 from armdrive.connect.target import Target
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import reason_of
 from armdrive.errors.table import tagged
+from armdrive.programs.scripts import own_traceback, place_of
 from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State
 from armdrive.storage.files import require_free
+from kinematics.errors import KinematicsError
 
 # A person's answers while a program runs: Enter, `armdrive resume`, and Ctrl-C.
 
@@ -264,3 +266,30 @@ def keep_recording(arm: Arm, options: argparse.Namespace) -> None:
         arm.save_recording(options.record, overwrite=True)
     except ArmError as error:
         complain(f"armdrive: {tagged(error)}")
+
+
+# What a script says besides its calls.
+
+
+@contextlib.contextmanager
+def script_words(options: argparse.Namespace) -> Iterator[None]:
+    """Keep what a script prints apart from JSON, and show the errors of its threads as its own."""
+    # what a script prints is no JSON: it goes where the words for people go
+    prints = contextlib.redirect_stdout(sys.stderr) if as_json(options) else None
+    before = threading.excepthook
+    threading.excepthook = lambda found: _thread_failed(options.program, found.exc_value)
+    try:
+        with prints or contextlib.nullcontext():
+            yield
+    finally:
+        threading.excepthook = before
+
+
+def _thread_failed(script: Path, error: BaseException | None) -> None:
+    """Show what ended a thread of a script: the rest of the script goes on, as in Python."""
+    if isinstance(error, ArmError | KinematicsError):
+        mark = place_of(error, script)
+        where = "" if mark is None else f"{mark}: "
+        complain(f"{ERROR_LABEL} {where}{tagged(error)}")
+    elif error is not None and not isinstance(error, SystemExit):
+        put_error(own_traceback(error, script))

@@ -22,6 +22,7 @@ from armdrive.cli.program.run_common import (
     connect_to_run,
     keep_recording,
     make_ready,
+    script_words,
     slow_down,
     standard_input,
     stands_at,
@@ -271,9 +272,7 @@ def check_script(options: argparse.Namespace, lines: SourceLines) -> int:
     """Rehearse a script on the arm that the options name, and report what was found."""
 
     def performed(seen: SeenArm, plan: RunPlan, patience: Patience) -> Rehearsal:
-        # what a script prints is no JSON: it goes where the words for people go
-        prints = contextlib.redirect_stdout(sys.stderr) if as_json(options) else None
-        with prints or contextlib.nullcontext():
+        with script_words(options):
             return rehearse_script(options.program, options.words, seen, plan, patience)
 
     return check(options, lines, lambda _: rehearsal_plan(options), performed)

@@ -132,6 +132,23 @@ def test_a_call_waiting_for_a_motion_raises_the_loss_and_the_motion_does_not_con
     assert arm.twin.world.motors == stood
 
 
+@two_kinds
+@pytest.mark.parametrize("moving", [False, True])
+def test_a_stop_that_cannot_reach_the_arm_does_not_end_well(connected, dialect, moving):
+    arm = connected(dialect, reconnect=True)
+    arm.move_j(base_deg=80, wait=not moving)
+    arm.twin.faults.add("unplug")
+    arm.sleep(0.5)
+    for _ in range(2):
+        with pytest.raises(LinkLost, match=r"did not reach the arm .*its own switch"):
+            arm.stop()
+    replug(arm)
+    arm.sleep(LONG_S)
+    arm.stop()
+    arm.close()
+    arm.stop()
+
+
 @pytest.mark.parametrize("reconnect", [False, True])
 def test_the_status_of_a_lost_arm_bounds_what_was_under_way(reconnect):
     config = simulated_config("teachmover")

@@ -116,6 +116,30 @@ def test_another_error_shows_the_traceback_of_the_script(homed, write, capsys):
     assert homed("status", "--json", code=0).json["state"] == "standby"
 
 
+@pytest.mark.parametrize("words", [(), ("--check",)])
+def test_an_error_in_a_thread_of_a_script_is_the_scripts(homed, write, words, capsys):
+    path = write(
+        """\
+        import threading
+        from armdrive import Arm
+        with Arm.connect() as arm:
+            for work in (lambda: arm.move_j(base_deg=400), lambda: {}["mine"]):
+                thread = threading.Thread(target=work)
+                thread.start()
+                thread.join()
+            arm.park()
+        """
+    )
+    capsys.readouterr()
+    assert main(["run", path, *words]) == 0
+    shown = capsys.readouterr().err
+    refused = f"armdrive: {path}: line 4, column 26: [E205] the base would turn to 400.0"
+    assert refused in shown
+    assert shown.count(TRACEBACK) == 1
+    assert "KeyError: 'mine'" in shown
+    assert "armdrive itself failed" not in shown
+
+
 def test_what_a_script_leaves_open_is_stopped_and_given_back(homed, write):
     path = write(
         """\
@@ -186,6 +210,35 @@ def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands
     )
     found = rehearse_script(Path(script), (), SeenArm.of(arm), RunPlan(settle=True), AGES)
     assert (found.refusal, found.assumptions) == (None, ())
+
+
+def test_a_second_connection_to_a_rehearsed_arm_is_refused_as_by_the_arm_itself(homed, write):
+    path = write("from armdrive import Arm\nfirst = Arm.connect()\nsecond = Arm.connect()\n")
+    for words in ((), ("--check",)):
+        assert "armdrive: [E408]" in homed("run", path, *words, code=4).err
+
+
+@pytest.mark.parametrize("words", [("--arm", "bench"), ("--put", "A,250,0,30")])
+def test_the_next_connection_of_a_rehearsed_script_begins_where_the_last_one_ended(
+    homed, write, words
+):
+    write_bench()
+    path = write(
+        """\
+        from armdrive import Arm, Pose
+        with Arm.connect() as arm:
+            arm.gripper.open()
+            arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=60, pitch_deg=-90))
+            arm.move_l(Pose.of(x_mm=250, y_mm=0, z_mm=15, pitch_deg=-90))
+        with Arm.connect() as arm:
+            print(arm.pose, "opens", round(arm.gripper.opening_mm))
+            print("width", round(arm.gripper.grasp()))
+        """
+    )
+    checked = homed("run", path, "--check", *words, code=0).out
+    assert "x 250.1, y 0.0, z 15.1 mm" in checked
+    assert "opens 76" in checked
+    assert f"width {30 if '--put' in words else 0}\n" in checked
 
 
 @pytest.mark.parametrize("grasp", ["arm.gripper.grasp()", "arm.run(GraspMove()).width_mm"])

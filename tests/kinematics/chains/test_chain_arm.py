@@ -307,7 +307,7 @@ def test_other_joints_are_refused():
 
 
 def test_a_yaw_that_is_missing_or_cannot_be_taken_is_told():
-    with pytest.raises(KinematicsError, match="give yaw_deg"):
+    with pytest.raises(KinematicsError, match="need a yaw: yaw_deg in Python, --yaw"):
         PUMA.ik(Pose.of(x_mm=500, y_mm=0, z_mm=500, pitch_deg=0))
     for arm in (FIVE, MINI):
         with pytest.raises(KinematicsError, match="cannot take a yaw"):

@@ -97,6 +97,23 @@ def test_a_program_whose_rehearsal_is_refused_does_not_begin(homed, write):
     assert json.loads(checked.err)["message"] == checked.json["refused"]["message"]
 
 
+@pytest.mark.parametrize(
+    ("end", "word"),
+    [("open 40", "open"), ("close", "close"), ("done()\ndefine done\nopen\nend", "open")],
+)
+def test_fingers_that_would_wait_for_no_move_are_refused_before_anything_moves(
+    homed, write, end, word
+):
+    before = homed("status", "--json", code=0).json["pose"]
+    path = write(f"move at(250, 0, 120, -90)\n{end}\n")
+    for words in (("--check",), (), ("--loops", "2")):
+        refused = homed("run", path, *words, code=2).err
+        assert f"`{word}` waits for the next move, and none follows: write `{word}_now`" in refused
+    assert homed("status", "--json", code=0).json["pose"] == before
+    for last in ("ready", 'stop "enough"'):
+        homed("run", write(f"open 40\n{last}\n"), code=0)
+
+
 def test_what_follows_from_an_assumption_is_run_with_yes_alone(homed, write):
     path = write("if not input(2)\n  move at(900, 0, 120, -90)\nend\n")
     assert "line 1: input 2 is off; give the real values" in homed("run", path, code=3).err
