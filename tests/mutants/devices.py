@@ -214,8 +214,8 @@ MUTANTS = (
         name="an Armdroid's numbers are not compared before its letter",
         promise="no byte that goes wrong makes a motion of another size",
         path="armdrive/dialects/armdroid/controller.py",
-        old="            if understood == drive.steps and self._board.has_speed(rpm):",
-        new="            if understood is not None and self._board.has_speed(rpm):",
+        old="            if understood == drive.steps and self.board.rpm == rpm:",
+        new="            if understood is not None and self.board.rpm == rpm:",
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             (
@@ -805,7 +805,7 @@ MUTANTS = (
         name="a late look makes a Robko 01 seem slow",
         promise="a program that is late learns nothing wrong about the arm",
         path="armdrive/dialects/robko01/motion.py",
-        old="        prompt = self._io.now_s <= due_s + PROMPT_S\n",
+        old="        prompt = self.io.now_s <= due_s + PROMPT_S\n",
         new="        prompt = True\n",
         tests=tests_of(
             "tests/armdrive/runtime/test_late_program.py",

@@ -20,9 +20,10 @@ from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.exchange import Script
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.contact import GrblContact
-from armdrive.dialects.grbl.exchange import Answering, GrblExchange, refusal
+from armdrive.dialects.grbl.exchange import GrblExchange, refusal
 from armdrive.dialects.grbl.motion import GrblHoming, GrblMotion
 from armdrive.dialects.grbl.planner import MotionBounds
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, GrblSettings, idle_key
@@ -40,6 +41,7 @@ from armdrive.tasks import (
     ReadPosition,
     ReadProgram,
     ReadSettings,
+    Reply,
     Request,
     RequestRejected,
     SetGripper,
@@ -87,7 +89,7 @@ class GrblController(ScriptRunner[HostEvent]):
 
     # -- what happens -------------------------------------------------------------------------
 
-    def script(self, request: Request) -> Answering:
+    def script(self, request: Request) -> Script[HostEvent, Reply]:
         """Carry out a request, making contact with the board first if necessary."""
         match request:
             case SetOutputs(bits):
@@ -98,7 +100,7 @@ class GrblController(ScriptRunner[HostEvent]):
                 raise Refused(f"`{line}` is not a GRBL setting: write one like `$100=250`")
         return self._carry_out(request)
 
-    def _carry_out(self, request: Request) -> Answering:
+    def _carry_out(self, request: Request) -> Script[HostEvent, Reply]:
         if not self.board.contacted and (problem := (yield from self.contact.make())) is not None:
             return problem
         if isinstance(request, MoveBy):
@@ -128,7 +130,7 @@ class GrblController(ScriptRunner[HostEvent]):
             case ReadProgram() | WriteRow():
                 return RequestRejected("a GRBL board has no program memory", moved=False)
 
-    def _compare(self) -> Answering:
+    def _compare(self) -> Script[HostEvent, Reply]:
         """Read the settings until they are complete, and learn the axes' actual limits."""
         message: HostEvent | None = None
         reported, answer_s = self.board.reported_settings, self.settings.answer_s

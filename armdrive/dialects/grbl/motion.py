@@ -7,17 +7,15 @@ is free. A reported position off the lines that were sent ends the motion.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
 from dataclasses import dataclass
 
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import HELD, BoardState
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import (
     REPORT_TIMEOUT_S,
     RESET_POLL_S,
     Answer,
-    Answering,
     GrblExchange,
     refusal,
 )
@@ -90,7 +88,7 @@ class GrblMotion:
     underruns: int = 0
     """How often the board ran out of lines in the middle of a motion."""
 
-    def drive(self, request: MoveAlong, bounds: MotionBounds) -> Answering:
+    def drive(self, request: MoveAlong, bounds: MotionBounds) -> Script[HostEvent, Reply]:
         """Send segments while there is room, until the motion is complete or something ends it.
 
         The board must be ready for lines, and its position known.
@@ -267,7 +265,7 @@ class GrblMotion:
 
     # -- ending -------------------------------------------------------------------------------
 
-    def _halt(self, trip: LineTrip) -> Answering:
+    def _halt(self, trip: LineTrip) -> Script[HostEvent, Reply]:
         """End a motion after a stop request, or a jog whose key was released."""
         if self.io.stop_asked and self.io.stop_hard:
             kept = yield from self.stops.kill(trip.lines)
@@ -278,7 +276,7 @@ class GrblMotion:
         kept = yield from stop
         return self._silence_of_mute() if self.exchange.mute else Halted(kept)
 
-    def _break_off(self, end: Reply) -> Answering:
+    def _break_off(self, end: Reply) -> Script[HostEvent, Reply]:
         """Stop a motion that has failed, and return the failure."""
         if isinstance(end, Timeout):
             # the board may still receive; a reset could make the arm sag
@@ -305,7 +303,7 @@ class GrblHoming:
     settings: GrblSettings
     letters: str
 
-    def home(self, groups: tuple[tuple[int, ...], ...]) -> Answering:
+    def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[HostEvent, Reply]:
         """Make the board home all motors at once, or one group after the other."""
         yield from self.exchange.look(self.settings.answer_s)
         if self.board.state in HELD:
@@ -334,7 +332,7 @@ class GrblHoming:
             named = list("".join(named))
         return [Home(letters) for letters in named]
 
-    def _answer(self) -> Generator[float, HostEvent | None, Answer | None]:
+    def _answer(self) -> Script[HostEvent, Answer | None]:
         """Wait for the answer to a homing command; return None at a stop or at the timeout."""
         end_s = self.io.now_s + self.settings.homing_s
         while self.io.now_s < end_s and not self.io.stop_asked:
@@ -343,7 +341,7 @@ class GrblHoming:
                 return message
         return None
 
-    def _end(self) -> Generator[float, HostEvent | None, None]:
+    def _end(self) -> Script[HostEvent, None]:
         """Reset a board that is homing, which obeys nothing else.
 
         It sends no report that would show a lost byte, so the reset is sent twice.

@@ -5,12 +5,13 @@ A burst is one `@STEP`. Nothing can end it early, and its answer comes when the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
 from armdrive.dialects import Driver
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.exchange import Script
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.dialects.words import plain
 from armdrive.errors import Refused
@@ -92,7 +93,7 @@ class Dump:
 
     def wait(
         self, began_s: float, now_s: Callable[[], float], last_byte_s: Callable[[], float]
-    ) -> Generator[float, HostEvent | None, None]:
+    ) -> Script[HostEvent, None]:
         """Wait until the rows have ended, or until the first one is overdue."""
         while self._ended is None:
             until_s = began_s + self._first_s
@@ -211,7 +212,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         self._heard_s = 0.0
         self._contacted = not settings.careful_contact
 
-    def script(self, request: Request) -> Generator[float, HostEvent | None, Reply]:
+    def script(self, request: Request) -> Script[HostEvent, Reply]:
         """Send one line and wait for its answer, for as long as its motion may last."""
         if isinstance(request, ClearFault | SwitchOn):  # the next motion switches its motors on
             return Done()
@@ -242,7 +243,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             self._heard_s = now_s
         super().receive(data, now_s)
 
-    def _dump(self) -> Generator[float, HostEvent | None, Reply]:
+    def _dump(self) -> Script[HostEvent, Reply]:
         """Read the program in the arm's memory, waiting until no more rows come."""
         dump = Dump(self._host, self._byte_s, self._settings.answer_margin_s)
         began_s = self._heard_s = self.io.now_s
@@ -254,7 +255,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             return self.io.silence(began_s)
         return reply
 
-    def _make_contact(self) -> Generator[float, HostEvent | None, None]:
+    def _make_contact(self) -> Script[HostEvent, None]:
         """Send the first line, and wait for its answer: a `0`, or nothing at all."""
         self._contacted = True
         self.io.write(FIRST_LINE, "a line that moves no arm")
