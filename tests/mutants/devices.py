@@ -20,8 +20,11 @@ MUTANTS = (
         name="a board's wrong steps a unit go unnoticed",
         promise="settings that differ from the arm file are reported",
         path="armdrive/dialects/grbl/settings.py",
-        old="            if steps is not None and abs(steps - wanted) > SAME:",
-        new="            if False:",
+        old=(
+            "            yield ExpectedSetting("
+            "STEPS_PER_UNIT + axis, steps, what, _is_other, must=True)\n"
+        ),
+        new="",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller_lines.py",
             "test_each_setting_that_differs_is_told_with_the_line_that_mends_it",

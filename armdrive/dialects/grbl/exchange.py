@@ -80,10 +80,6 @@ class GrblExchange:
         through_s = max(self.wire_free_s, self.io.now_s)
         self.wire_free_s = through_s + len(data) * self.byte_s
 
-    def room_for(self, line: Line) -> bool:
-        """Return whether the board's receive buffer has room for a line."""
-        return self.host.room_for(line)
-
     def forget_lines(self) -> None:
         """Stop expecting answers to the lines sent so far."""
         self.host.forget_outstanding()

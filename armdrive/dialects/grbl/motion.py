@@ -153,21 +153,22 @@ class GrblMotion:
     def _may_send(self, trip: LineTrip, line: Line) -> bool:
         if trip.waits_for_ok or trip.lines.ends_by(self.io.now_s + END_MARGIN_S):
             return False
-        return trip.lines.waiting < self.board.blocks and self.exchange.room_for(line)
+        return trip.lines.waiting < self.board.blocks and self.exchange.host.room_for(line)
 
     def _text(self, trip: LineTrip, steps: Motors, ahead: MotorPath) -> str:
         words = self.axes.words(trip.lines.end, trip.lines.end + steps)
         return f"{'$J=G91' if trip.jog else 'G91G1'}{feed(ahead)}{words}"
 
     def _poll(self, trip: LineTrip) -> None:
-        every_s = REPORT_TIMEOUT_S if trip.awaiting else self.settings.poll_s
-        if self.io.now_s >= trip.polled_s + every_s:
+        if self.io.now_s >= self._poll_due_s(trip):
             self.exchange.press(Realtime.STATUS)
             trip.polled_s, trip.awaiting = self.io.now_s, True
 
+    def _poll_due_s(self, trip: LineTrip) -> float:
+        return trip.polled_s + (REPORT_TIMEOUT_S if trip.awaiting else self.settings.poll_s)
+
     def _wake_s(self, trip: LineTrip) -> float:
-        every_s = REPORT_TIMEOUT_S if trip.awaiting else self.settings.poll_s
-        wake_s = min(trip.polled_s + every_s, self.exchange.mute_at_s)
+        wake_s = min(self._poll_due_s(trip), self.exchange.mute_at_s)
         for later_s in (self.exchange.wire_free_s, trip.not_before_s):
             if self.io.now_s < later_s:
                 wake_s = min(wake_s, later_s)
@@ -250,8 +251,8 @@ class GrblMotion:
         lines, now_s = trip.lines, self.io.now_s
         standing, position = self.board.standing, self.board.position
         if lines.unanswered and now_s >= lines.oldest_sent_s + self.settings.answer_s:
-            if standing and position is not None and lines.at_end(position):
-                lines.take_as_answered()  # the line was driven, so only its ok was lost
+            if standing and position is not None and position == lines.end:
+                lines.unanswered = 0  # the line was driven, so only its ok was lost
                 self.exchange.forget_lines()
                 lines.report(position, now_s, idle=True)
             elif standing or not lines.oks:

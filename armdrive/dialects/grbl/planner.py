@@ -417,10 +417,6 @@ class InFlightLines:
         self.unanswered = max(self.unanswered - 1, 0)
         self.oks += 1
 
-    def take_as_answered(self) -> None:
-        """Stop waiting for oks that were lost."""
-        self.unanswered = 0
-
     def rest(self, more: MotorPath | None = None) -> list[MotorPath]:
         """Return the lines left to drive, followed by `more` if given."""
         paths = [line.path for line in self._lines]
@@ -459,10 +455,6 @@ class InFlightLines:
     def expected_s(self) -> float:
         """Return the expected duration of the lines left to drive."""
         return planned_s(self.rest(), self._limits)
-
-    def at_end(self, position: Motors) -> bool:
-        """Return whether a position is the end of the last line."""
-        return position == self.end
 
     def report(
         self, position: Motors, now_s: float, *, idle: bool, planned: int | None = None
