@@ -94,6 +94,8 @@ class ScriptIO(Generic[H]):
         self.overdue = False
         """Whether the message that `wait_for` returned last arrived after its deadline. Then this
         program was suspended, and the measured time says nothing about the device."""
+        self.heard_s = -math.inf
+        """When bytes arrived last."""
         self.listened = ListenedTime()
         self.out = bytearray()
         """Bytes to write when the controller is called next."""
@@ -199,6 +201,8 @@ class ScriptLoop(Generic[H]):
         """Take bytes from the device."""
         self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
+        if data:
+            self.io.heard_s = now_s
         self._codec.receive_data(data)
         while (message := self._codec.next_event()) is not None:
             if self._script is None:

@@ -112,6 +112,10 @@ class SpeedMeter:
         """Return the meter of the part of the table that contains a setting."""
         return self._parts[self._table.part(setting)]
 
+    def longest_s(self, steps: float, setting: int) -> float:
+        """Return how long these steps take if the arm is as slow as it may be."""
+        return steps / self._table.rate_hz(setting) * self.part(setting).doubt
+
 
 MOST_SETTINGS = 10_000
 
