@@ -79,7 +79,7 @@ MUTANTS = (
         ),
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
-            "test_forty_ways_in_degrees_come_back_to_the_same_steps",
+            "test_many_ways_in_degrees_come_back_to_the_same_steps",
         ),
     ),
     Mutant(

@@ -211,7 +211,7 @@ def _line(row: ProgramRow) -> str:
     if is_move(row):
         kind, numbers = "move", (row.number, row.speed, *row.positions)
     number, second, *others = numbers
-    return f"{kind}{number:>5} {second:>5}" + "".join(f"{each:>12}" for each in others)
+    return f"{kind} {number:>4} {second:>5}" + "".join(f"{each:>12}" for each in others)
 
 
 # The meaning of a pendant program's rows on one arm: joint angles, gripper opening and speed.

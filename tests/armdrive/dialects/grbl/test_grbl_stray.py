@@ -62,8 +62,10 @@ def test_on_a_wire_that_is_well_nothing_more_is_said():
     assert spoilers(arm) == 0
 
 
-@pytest.mark.parametrize("noise", [b"7", b">", b"$", b"G", b"X"])
-@pytest.mark.parametrize("gripper", [None, "servo"])
+@pytest.mark.parametrize(
+    ("noise", "gripper"),
+    [(b"7", None), (b">", None), (b"$", None), (b"G", None), (b"X", None), (b"7", "servo")],
+)
 def test_a_line_that_noise_has_spoiled_is_refused_and_the_position_is_still_known(noise, gripper):
     arm = ready(config(gripper=gripper))
     arm.move_j(base_deg=1)  # sets the board's modes

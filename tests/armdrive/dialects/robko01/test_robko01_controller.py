@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from amounts import in_pairs
+from amounts import amount, in_pairs
 from faults import OVER_THE_TABLE, Rule, garbled, late_by, lost, stand_still_s, twice
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -127,8 +127,7 @@ class TestRequests:
         assert script.device.board.drive.counts == (39_999, 0, 0, 0, 0, 0)
         assert not script.device.board.drive.rack.mask(script.now_s)
 
-    @pytest.mark.parametrize("fraction", [1.0, 0.5, 0.3, 0.1])
-    @pytest.mark.parametrize("error", [0.0, 0.2])
+    @pytest.mark.parametrize(("fraction", "error"), [(1.0, 0.2), (0.5, 0.0), (0.3, 0.2)])
     def test_a_motion_is_as_fast_as_was_asked_for(self, fraction, error):
         script = enabled(quirks=RobkoQuirks(slowness=error))
         wanted_hz = script.controller.usable_rate_hz(125.0 * fraction)
@@ -221,9 +220,8 @@ class TestArm:
         assert moved.straying_mm > 0.0
         assert arm.twin.link.count(Op.MOVE_SPEED, Op.MOVE_RELATIVE, Op.CLEAR) == 0
 
-    @pytest.mark.parametrize("after_s", [0.02, 0.31])
+    @pytest.mark.parametrize(("held", "after_s"), [(True, 0.02), (False, 0.31)])
     @pytest.mark.parametrize("error", [0.0, 0.4])
-    @pytest.mark.parametrize("held", [True, False])
     def test_a_stop_that_is_not_heard_ends_it_within_the_time_of_silence(
         self, held, error, after_s
     ):
@@ -250,8 +248,9 @@ class TestArm:
             seen.append(arm.joints.deg["base"])
         assert seen == sorted(set(seen))
 
-    @pytest.mark.parametrize("board", ["avr", "esp32"])
-    @pytest.mark.parametrize("fraction", [0.5, 0.3, 0.1])
+    @pytest.mark.parametrize(
+        ("fraction", "board"), [(0.5, "avr"), (0.3, "esp32"), (0.2, "avr"), (0.5, "esp32")]
+    )
     def test_a_planned_motion_is_no_faster_than_was_asked_for(self, fraction, board):
         device = {"board": board, "acceleration_steps_s2": 700.0}
         config = robko_config(device=device)
@@ -263,7 +262,7 @@ class TestArm:
 
     def test_the_stop_is_confirmed_within_the_announced_time(self):
         arm = ready_robko()
-        for pause_s in (1.0, 1.13, 1.29, 1.41, 1.57):
+        for pause_s in (1.0, 1.13, 1.29):
             arm.move_j(base_deg=arm.joints.deg["base"] + 15, wait=False)
             arm.sleep(pause_s)
             status = arm.status
@@ -343,7 +342,7 @@ class TestDisturbedWire:
         assert arm.twin.world.motors == before
         assert arm.status.state is State.ERROR_STOP
 
-    @settings(max_examples=15)
+    @settings(max_examples=amount(8, 100))
     @given(
         st.lists(
             st.tuples(

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from pendant_programs import PROGRAMS
 
@@ -34,6 +34,7 @@ def row_to(number, joints, opening_mm, speed=240):
     return ProgramRow.move(number, speed, tuple(steps))
 
 
+@example(PendantProgram((ProgramRow.move(10_000, 240, (0,) * 6),)), None)
 @given(PROGRAMS, st.none() | st.tuples(*[st.integers(-32768, 32767)] * 6))
 def test_what_is_written_reads_as_the_same_words(program, origin):
     program = PendantProgram(program.rows, origin)
