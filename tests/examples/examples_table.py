@@ -21,8 +21,8 @@ _ROW = {"repeat 2 as row": "repeat 1 as row"}
 _ONE = {**_ROW, "repeat 2 as column": "repeat 1 as column"}
 _ONLY_TEACHMOVER = dict.fromkeys(set(DIALECTS) - {"teachmover"})
 """Every day, other dialects show the same with `stacking.arm` or `circle.py`."""
-_FASTER = {"SPEED = 0.5": "SPEED = 1.0"}
-_SMALL = {**_FASTER, "RADIUS_MM = 35.0": "RADIUS_MM = 15.0"}
+_SMALL = {"SPEED = 0.5": "SPEED = 1.0", "RADIUS_MM = 35.0": "RADIUS_MM = 15.0"}
+_AND_AWAY = "    arm.move_l(on_circle(180, above_mm=UP_MM))\n    arm.park()\n"
 
 _ROWS = {
     "A": (230.0, -30.0, 0.0),
@@ -53,8 +53,8 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
     Example(
         "circle.py", "with a pen, on paper", Form(35.0), worlds.circle,
         beside_mm=worlds.beside_circle_mm,
-        shorter={"robko01": Form(15.0, _SMALL), "grbl": Form(35.0, _FASTER),
-                 "mks": None, "cia402": Form(15.0, _SMALL)},
+        shorter={"robko01": Form(15.0, _SMALL), "grbl": Form(15.0, _SMALL), "mks": None,
+                 "cia402": Form(15.0, {**_SMALL, _AND_AWAY: ""})},
     ),
     Example(
         "lettering.py", "a word, with a pen", Form("ARM"), worlds.letters,

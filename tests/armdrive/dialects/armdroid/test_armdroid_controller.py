@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from amounts import amount
 from armdroid_bench import CONFIG
 from faults import arm_config, driven, honest
 
@@ -297,12 +298,18 @@ class TestNumbers:
             parse_arm(table, name="bench")
 
 
+BYTES = [*(("host", byte) for byte in (*range(1, 40), 52, 63, 77, 90)),
+         *(("device", byte) for byte in range(1, 60, 4))]  # fmt: skip
+
+
 @pytest.mark.parametrize(
-    ("side", "byte"),
-    [*(("host", byte) for byte in (*range(1, 40), 52, 63, 77, 90)),
-     *(("device", byte) for byte in range(1, 60, 4))],
-)  # fmt: skip
-@pytest.mark.parametrize("fault", ["drop", "corrupt", "duplicate"])
+    ("fault", "side", "byte"),
+    [
+        (fault, *each)
+        for first, fault in enumerate(["drop", "corrupt", "duplicate"])
+        for each in BYTES[first % amount(2, 1) :: amount(2, 1)]
+    ],
+)
 def test_no_byte_that_goes_wrong_makes_a_motion_of_another_size_or_a_deaf_board(fault, side, byte):
     arm = driven(CONFIG)
     start = arm.twin.world.motors

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from amounts import in_pairs
 from faults import Rule, becoming, garbled, instead
 from grbl_arm import Disturbed, config, found, ready
 
@@ -72,8 +73,8 @@ def now(arm):
     return arm.twin.world.motors, arm.twin.world.opening_mm, arm.twin.device.registers
 
 
-@pytest.mark.parametrize("half", [*HALF_LINES, IN_A_COMMENT])
-def test_a_locked_board_stays_locked_and_forgets_a_half_line(half):
+@pytest.mark.parametrize("half", ["", *HALF_LINES, IN_A_COMMENT])
+def test_a_locked_board_stays_locked_until_a_reset_and_forgets_a_half_line(half):
     arm, before = left(config(), ["G1G91X7F600\n", half], homing=True)
     with pytest.raises(DeviceFault, match="reset"):  # the board was locked, and still is
         arm.move_motors(1, 0, 0, 0, 0, 0)
@@ -81,12 +82,6 @@ def test_a_locked_board_stays_locked_and_forgets_a_half_line(half):
     arm.sleep(3.0)
     assert now(arm) == before
     assert before[2][0] == 0
-
-
-def test_a_reset_unlocks_a_board_that_was_locked_before():
-    arm, before = left(config(), [], homing=True)
-    arm.reset()
-    assert now(arm) == before
     assert arm.status.state is State.STANDBY
     arm.move_motors(1, 0, 0, 0, 0, 0)
 
@@ -130,12 +125,9 @@ TOLD = [each for each in GRIPPERS if each[2].startswith(("M3", "M7", "M8"))]
 WITH_COMMENTS = [IN_A_COMMENT, "$J=G91X10F300;a", "M3S700;a", "M8;", "$H;"]
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("half", WITH_COMMENTS)
-@pytest.mark.parametrize(("kind", "device", "opens"), TOLD)
-def test_where_the_gripper_is_told_to_be_off_no_half_line_is_carried_out(
-    kind, device, opens, half, firmware
-):
+@in_pairs("gripper, half, firmware", TOLD, WITH_COMMENTS, FIRMWARES)
+def test_where_the_gripper_is_told_to_be_off_no_half_line_is_carried_out(gripper, half, firmware):
+    kind, device, opens = gripper
     said = [opens + "\n", "M5\nM9\nG1G91X7F600\n", half]
     arm, before = left(config(gripper=kind, device=device), said, firmware=firmware)
     arm.sleep(3.0)

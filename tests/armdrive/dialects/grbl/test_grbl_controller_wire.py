@@ -28,7 +28,7 @@ CHANGES = {
 def survive(arm):
     """Move; a fault must latch and be cleared, and a trusted position must be right."""
     try:
-        arm.move_j(base_deg=12, shoulder_deg=43)
+        arm.move_j(base_deg=8, shoulder_deg=42)
         arm.jog_j(shoulder_deg=2)
         faulty = False
     except DeviceFault:
@@ -41,9 +41,9 @@ def survive(arm):
         arm.reset()
         assert arm.twin.world.motors == before
     arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
-    arm.move_j(base_deg=-5)
+    arm.move_j(base_deg=5)
     assert honest(arm)
-    assert arm.twin.world.joints.deg["base"] == pytest.approx(-5.0, abs=0.1)
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(5.0, abs=0.1)
     return faulty
 
 
