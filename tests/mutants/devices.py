@@ -221,10 +221,8 @@ MUTANTS = (
         new="            if understood is not None and self.board.rpm == rpm:",
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
-            (
-                "TestConversation::test_numbers_that_were_misunderstood_are_take"
-                "n_back_and_said_again"
-            ),
+            "TestConversation::test_a_conversation"
+            "[numbers that were misunderstood are taken back and said again]",
         ),
     ),
     Mutant(
@@ -248,7 +246,7 @@ MUTANTS = (
         ),
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
-            "TestConversation::test_without_the_check_a_motion_is_one_text",
+            "TestConversation::test_a_conversation[without the check a motion is one text]",
         ),
     ),
     Mutant(
