@@ -16,7 +16,7 @@ from armdrive.dialects import Driver
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
-from armdrive.dialects.exchange import Script, ScriptIO
+from armdrive.dialects.exchange import Script, ScriptIO, T
 from armdrive.dialects.words import plain
 from armdrive.errors import Refused
 from armdrive.status import BITS_A_BYTE
@@ -149,15 +149,21 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 drive = DriveAll(_by_channel(self._settings.channels, steps))
                 return self._motion.move(drive, self._rates.rpm(rate_hz), request.released)
             case ReadPosition():
-                return self._position()
+                return self._answered(self._board.look(), self._registers)
+            case SwitchOn() if not self._settings.switches_torque:
+                return _at_once(Done())
             case SwitchOn():
-                return self._torque(on=True) if self._settings.switches_torque else _nothing(Done())
+                return self._answered(self._board.ensure(Torque(on=True)), lambda _: Done())
             case DropCurrent() if self._settings.switches_torque:
-                return self._torque(on=False)
+                return self._answered(self._board.ensure(Torque(on=False)), lambda _: Done())
             case ClearFault():
-                return self._clear_fault()
+                return self._answered(self._board.settle(), lambda _: Done())
+            case ReadSettings() if self._board.firmware:
+                return _at_once(DeviceSettings(firmware=self._board.firmware))
             case ReadSettings():
-                return self._firmware()
+                return self._answered(
+                    self._board.settle(), lambda _: DeviceSettings(firmware=self._board.firmware)
+                )
             case MendSetting():
                 raise Refused("an Armdroid's board has no settings that can be written")
         raise Refused(f"an Armdroid's board knows no {type(request).__name__}")
@@ -207,29 +213,16 @@ class ArmdroidController(ScriptRunner[HostEvent]):
 
     # -- scripts ------------------------------------------------------------------------------
 
-    def _position(self) -> Script[HostEvent, Reply]:
+    def _answered(
+        self, script: Script[HostEvent, T | None], reply: Callable[[T], Reply]
+    ) -> Script[HostEvent, Reply]:
+        """Make a reply of what a script returns; None means that the board does not answer."""
         began_s = self.io.now_s
-        offsets = yield from self._board.look()
-        if offsets is None:
-            return self.io.silence(began_s)
+        found = yield from script
+        return self.io.silence(began_s) if found is None else reply(found)
+
+    def _registers(self, offsets: tuple[int, ...]) -> Registers:
         return Registers(Motors(offsets[channel - 1] for channel in self._settings.channels))
-
-    def _torque(self, *, on: bool) -> Script[HostEvent, Reply]:
-        began_s = self.io.now_s
-        done = yield from self._board.ensure(Torque(on))
-        return self.io.silence(began_s) if done is None else Done()
-
-    def _clear_fault(self) -> Script[HostEvent, Reply]:
-        began_s = self.io.now_s
-        if (yield from self._board.settle()) is None:
-            return self.io.silence(began_s)
-        return Done()
-
-    def _firmware(self) -> Script[HostEvent, Reply]:
-        began_s = self.io.now_s
-        if not self._board.firmware and (yield from self._board.settle()) is None:
-            return self.io.silence(began_s)
-        return DeviceSettings(firmware=self._board.firmware)
 
 
 def _sum(offsets: tuple[int, ...], steps: tuple[int, ...]) -> tuple[int, ...]:
@@ -241,7 +234,7 @@ def _by_channel(channels: tuple[int, ...], steps: Motors) -> tuple[int, ...]:
     return tuple(by_channel[channel] for channel in sorted(by_channel))
 
 
-def _nothing(reply: Reply) -> Script[HostEvent, Reply]:
+def _at_once(reply: Reply) -> Script[HostEvent, Reply]:
     """Answer at once."""
     yield from ()
     return reply

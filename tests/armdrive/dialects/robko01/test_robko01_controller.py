@@ -6,7 +6,7 @@ import math
 
 import pytest
 from amounts import amount, in_pairs
-from faults import OVER_THE_TABLE, Rule, garbled, late_by, lost, stand_still_s, twice
+from faults import Rule, garbled, late_by, lost, stand_still_s, twice
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from robko_bench import FrameLink, of, op_of, ready_robko, robko_config
@@ -425,11 +425,6 @@ class TestWatchdog:
         assert arm.status.trust is Trust.SUSPECT
         assert arm.status.state is State.ERROR_STOP
         assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 0
-
-
-def test_the_fixture_stands_over_the_table():
-    arm = ready_robko()
-    assert arm.joints.deg == pytest.approx(OVER_THE_TABLE.deg, abs=0.2)
 
 
 @pytest.mark.parametrize(

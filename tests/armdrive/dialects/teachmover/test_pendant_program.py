@@ -55,11 +55,6 @@ def test_rows_that_are_there_already_are_not_written_again():
         assert len(link.named(b"@QWRITE")) == 1
 
 
-def test_an_arm_without_a_program_has_none_of_no_rows():
-    with Arm.connect("sim:teachmover") as arm:
-        assert arm.read_pendant_program().rows == ()
-
-
 @pytest.mark.parametrize(
     "dialect", [name for name, row in DIALECTS.items() if name != "teachmover"]
 )
