@@ -35,7 +35,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
     Example(
         "stacking.arm", "four blocks from the squares of a grid, one on the other",
         Form(4), worlds.tower,
-        shorter={"robko01": Form(1, _ONE), "armdroid": Form(2, _ROW), "grbl": Form(1, _ONE),
+        shorter={"robko01": None, "armdroid": Form(2, _ROW), "grbl": Form(1, _ONE),
                  "mks": Form(1, _ONE), "cia402": None},
     ),
     Example(
@@ -53,7 +53,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
     Example(
         "circle.py", "with a pen, on paper", Form(35.0), worlds.circle,
         beside_mm=worlds.beside_circle_mm,
-        shorter={"robko01": Form(15.0, _SMALL), "grbl": Form(15.0, _SMALL), "mks": None,
+        shorter={"robko01": Form(15.0, _SMALL), "grbl": None, "mks": None,
                  "cia402": Form(15.0, {**_SMALL, _AND_AWAY: ""})},
     ),
     Example(

@@ -1,5 +1,6 @@
 """First contact with a GRBL board: the driver learns its axes, and nothing moves."""
 
+import itertools
 from dataclasses import replace
 
 import pytest
@@ -86,8 +87,13 @@ def test_a_locked_board_stays_locked_until_a_reset_and_forgets_a_half_line(half)
     arm.move_motors(1, 0, 0, 0, 0, 0)
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("half", ["", *HALF_LINES, IN_A_COMMENT])
+@pytest.mark.parametrize(
+    ("firmware", "half"),
+    [
+        *(("grbl", half) for half in ["", *HALF_LINES, IN_A_COMMENT]),
+        *itertools.product(FIRMWARES[1:], ["", "G1G91X10F300(a", "$J=G91X10F300"]),
+    ],
+)
 def test_no_half_line_is_carried_out_and_position_current_and_state_are_kept(firmware, half):
     said = ["$X\n", "G1G91X7F600\n", half]
     arm, before = left(config(), said, firmware=firmware, homing=True)

@@ -10,7 +10,7 @@ from armdrive.runtime.backlash import Slack
 from armdrive.status import State, Trust
 from kinematics import Motors
 
-GOAL = {"base_deg": 30.0, "shoulder_deg": 65.0}
+GOAL = {"base_deg": 18.0, "shoulder_deg": 52.0}
 
 
 def pause_and_resume(arm, after_s, disturb):

@@ -311,14 +311,14 @@ class TestDisturbedWire:
     def test_one_disturbed_frame_costs_time_and_nothing_else(self, change, op, side):
         arm = ready_robko()
         getattr(arm.twin.link, side).append(Rule(of(op), change, skip=1))
-        arm.move_j(base_deg=5)
+        arm.move_j(base_deg=3)
         arm.jog_j(shoulder_deg=1)
-        arm.sleep(2.0)
+        arm.sleep(1.5)
         status = arm.status
         assert status.state is State.STANDBY
         assert status.trust is Trust.REFERENCED
         assert arm.twin.world.motors == status.acknowledged
-        assert arm.twin.world.joints.deg["base"] == pytest.approx(5.0, abs=0.1)
+        assert arm.twin.world.joints.deg["base"] == pytest.approx(3.0, abs=0.1)
 
     def test_a_motion_whose_request_was_lost_is_sent_once_more(self):
         arm = ready_robko()
