@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from armdrive.abilities import Abilities, Switching
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
@@ -130,14 +131,15 @@ class ArmdroidMotion:
 class ArmdroidController(ScriptRunner[HostEvent]):
     """One Armdroid, seen from the driver."""
 
-    def __init__(self, abilities: Abilities, settings: ArmdroidSettings, baud: int) -> None:
+    def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
+        settings: ArmdroidSettings = config.device
         if not settings.switches_torque:
             abilities = replace(abilities, current=Switching.NONE)
         abilities = replace(abilities, resets_on_open=settings.boot_s > 0.0)
         host = Host()
         super().__init__(abilities, host)
         self._settings = settings
-        self._byte_s = BITS_A_BYTE / baud
+        self._byte_s = BITS_A_BYTE / config.connection.baud
         self._rates = StepRates(settings.speed_table, settings.speed_doubt)
         self._board = BoardExchange(self.io, host, settings, self._byte_s)
         self._motion = ArmdroidMotion(self.io, self._board, self._rates, settings, self._byte_s)
@@ -240,7 +242,4 @@ def _at_once(reply: Reply) -> Script[HostEvent, Reply]:
     return reply
 
 
-DRIVER = Driver(
-    ArmdroidSettings,
-    lambda abilities, config: ArmdroidController(abilities, config.device, config.connection.baud),
-)
+DRIVER = Driver(ArmdroidSettings, ArmdroidController)

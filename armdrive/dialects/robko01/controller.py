@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from armdrive.abilities import Abilities
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.exchange import Script
@@ -65,10 +66,11 @@ LONGEST_MOVE_BYTES = 32
 class RobkoController(ScriptRunner[HostEvent]):
     """One Robko 01, seen from the driver."""
 
-    def __init__(self, abilities: Abilities, settings: RobkoSettings, baud: int) -> None:
+    def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
+        settings: RobkoSettings = config.device
         host = Host(counts_check=settings.counts_check)
         super().__init__(replace(abilities, resets_on_open=settings.resets_on_open), host)
-        self._byte_s = BITS_A_BYTE / baud
+        self._byte_s = BITS_A_BYTE / config.connection.baud
         self._pacing = Pacing(settings.known)
         self._meter = PaceMeter(settings.speed_doubt, TOLD_BY_S, SLACK_S, SLACK_S)
         self._power = MotorPower(self.io, settings.watchdog_s)
@@ -198,7 +200,4 @@ class RobkoController(ScriptRunner[HostEvent]):
         return reply
 
 
-DRIVER = Driver(
-    RobkoSettings,
-    lambda abilities, config: RobkoController(abilities, config.device, config.connection.baud),
-)
+DRIVER = Driver(RobkoSettings, RobkoController)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.exchange import Script, ScriptIO
@@ -163,11 +164,12 @@ ANSWER_FACTOR = 2.0
 class TeachMoverController(ScriptRunner[HostEvent]):
     """The driver's view of one TeachMover."""
 
-    def __init__(self, abilities: Abilities, settings: TeachMoverSettings, baud: int) -> None:
+    def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
+        settings: TeachMoverSettings = config.device
         self._host = Host()
         super().__init__(abilities, self._host)
         self._settings = settings
-        self._byte_s = BITS_A_BYTE / baud
+        self._byte_s = BITS_A_BYTE / config.connection.baud
         self._table = SpeedTable(settings.speed_table)
         self._meter = SpeedMeter(self._table, settings.speed_doubt)
         self._outputs: int | None = None
@@ -192,7 +194,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             busiest = max(map(abs, command.steps))
             motion_s = busiest / self._table.rate_hz(command.speed)
             longest_s = self._meter.longest_s(busiest, command.speed)
-        answer = LONGEST_REGISTERS if isinstance(command, Read) else len("1\r")
+        answer = LONGEST_REGISTERS if isinstance(command, Read) else ANSWER
         wire_s = (len(data) + answer) * self._byte_s
         until_s = began_s + longest_s * ANSWER_FACTOR + wire_s + self._settings.answer_margin_s
         message = yield from self.io.wait_for(until_s, lambda event: isinstance(event, Completed))
@@ -291,9 +293,4 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         )
 
 
-DRIVER = Driver(
-    TeachMoverSettings,
-    lambda abilities, config: TeachMoverController(
-        abilities, config.device, config.connection.baud
-    ),
-)
+DRIVER = Driver(TeachMoverSettings, TeachMoverController)

@@ -51,7 +51,7 @@ class Talked:
 
     def __init__(self, **settings):
         config = arm_config("armdroid", device=settings)
-        self.controller = ArmdroidController(dialect("armdroid").abilities, config.device, 9600)
+        self.controller = ArmdroidController(dialect("armdroid").abilities, config)
         self.now_s = 0.0
 
     def begin(self, request):

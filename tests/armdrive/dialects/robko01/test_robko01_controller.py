@@ -15,7 +15,6 @@ from armdrive import Jog
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.robko01.controller import RobkoController
 from armdrive.dialects.robko01.exchange import MotorPower
-from armdrive.dialects.robko01.settings import RobkoSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused
 from armdrive.registry import dialect
 from armdrive.sim.device import SimDevice
@@ -48,7 +47,7 @@ class Script:
     def __init__(self, **options):
         self.device = SimDevice(SimRobkoBoard(**options))
         self.link = link_to(self.device)
-        self.controller = RobkoController(dialect("robko01").abilities, RobkoSettings(), 115_200)
+        self.controller = RobkoController(dialect("robko01").abilities, robko_config())
         self.now_s = 0.0
         self.events = []
         self.oddities = []
