@@ -92,8 +92,8 @@ MUTANTS = (
     Mutant(
         name="jogs are sent before the line before is answered",
         promise="no more than one line of a jog is unanswered",
-        path="armdrive/dialects/grbl/planner.py",
-        old="return self.lines.unanswered > 0 and (self.jog or not self.lines.oks)",
+        path="armdrive/dialects/grbl/motion.py",
+        old="return self.lines.unanswered > 0 and (self.request.jog or not self.lines.oks)",
         new="return False",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
@@ -104,7 +104,7 @@ MUTANTS = (
         name="an arm that leaves its path is not noticed",
         promise="an arm that leaves its path is stopped",
         path="armdrive/dialects/grbl/motion.py",
-        old="        return self._end_off_path(trip) if trip.off > 1 else None",
+        old="        return self._end_off_path() if self.off > 1 else None",
         new="        return None",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller_wire.py",

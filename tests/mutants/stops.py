@@ -54,12 +54,12 @@ MUTANTS = (
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/grbl/motion.py",
         old=(
-            "            if self.io.stop_asked or request.released():\n"
-            "                return (yield from self._halt(trip))"
+            "            if self.io.stop_asked or self.request.released():\n"
+            "                return (yield from self._halt())"
         ),
         new=(
-            "            if request.released():\n"
-            "                return (yield from self._halt(trip))"
+            "            if self.request.released():\n"
+            "                return (yield from self._halt())"
         ),
         tests=tests_of(
             "tests/conformance/test_conformance.py",

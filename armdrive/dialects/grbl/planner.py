@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import MappingProxyType
 
 from armdrive.abilities import segment_s
 from armdrive.dialects.controller import StopPart, Stopping
-from armdrive.tasks import MoveBy
 from firmware_protocol.grbl import Variant
 from kinematics.spaces import Motors
 
@@ -495,51 +494,3 @@ class InFlightLines:
             self.start = self._lines.popleft().end
             self._share = 0.0
         self.unanswered = min(self.unanswered, len(self._lines))  # an ok was lost on the wire
-
-
-@dataclass(slots=True)
-class LineTrip:
-    """One motion in progress: the source of its lines, and the state of those sent.
-
-    A motion too slow for the board is `lead_s` ahead of its schedule, and no line is sent before
-    `not_before_s`. `waits` is true during a pause. The motors started to turn at `began_s`.
-    `drawn` is the next segment, not sent yet. `polled_s` is the time of the latest query,
-    `awaiting` is true until its report arrives, and `seen_s` is the time when the latest report was
-    asked for. `changed_s` is the time of the latest progress. `off` counts successive reports off
-    the path. `steps` and `guess_s` are the busiest motor's steps and the duration of the last line.
-    `dry` means that the planner has run empty, and `starved` that this may be an underrun.
-    """
-
-    segments: Iterator[MoveBy]
-    lines: InFlightLines
-    bounds: MotionBounds
-    ahead_s: float
-    jog: bool
-    drawn: MoveBy | None = None
-    exhausted: bool = False
-    not_before_s: float = -math.inf
-    waits: bool = False
-    lead_s: float = 0.0
-    began_s: float = -math.inf
-    polled_s: float = -math.inf
-    awaiting: bool = False
-    seen_s: float = -math.inf
-    changed_s: float = 0.0
-    off: int = 0
-    steps: int = 0
-    dry: bool = False
-    starved: bool = False
-    guess_s: float = 0.0
-
-    @property
-    def finished(self) -> bool:
-        """Whether there is nothing left to send and every line sent is done."""
-        return self.exhausted and self.drawn is None and self.lines.empty
-
-    @property
-    def waits_for_ok(self) -> bool:
-        """Whether to wait for a line's ok before sending the next: in a jog, and after the first.
-
-        A stray character may spoil the first line. Then the board refuses it before anything moves.
-        """
-        return self.lines.unanswered > 0 and (self.jog or not self.lines.oks)
