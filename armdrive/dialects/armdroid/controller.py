@@ -102,7 +102,7 @@ class ArmdroidMotion:
         for _ in range(TRIES):
             data = self.board.begin_drive(drive)
             if self.settings.check_numbers and not self.io.stop_asked:
-                understood = yield from self.board.repeated(data[:-1])
+                understood = yield from self.board.repeated(data[:-1])  # all but the letter
             if self.io.stop_asked or released():
                 self.board.give_up()
                 return Halted()
@@ -206,7 +206,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         slowest_hz = min((part.rate_hz for part in parts), default=0.0)
         motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
         text = 1
-        if not self._settings.check_numbers:
+        if not self._settings.check_numbers:  # the numbers are sent along with the letter
             text = self.abilities.motors * self._rates.number_bytes(burst_s)
         sent_s = self._board.taking_s(text) + LATENCY_S
         stands_s = sent_s + motion_s

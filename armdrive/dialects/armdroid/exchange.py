@@ -145,6 +145,7 @@ class BoardExchange:
         """Send a motion's numbers without its letter; return them as the board repeats them."""
         text = numbers + ReportArguments.letter.encode("ascii")
         self._send(text)
+        # the codec calls it stray, because no command of its own asked for it
         event = yield from self._wait_for(len(text), _is_stray_arguments)
         if not isinstance(event, Stray) or not isinstance(event.answer, ArgumentsReported):
             return None

@@ -153,7 +153,7 @@ class GrblExchange:
         began_s = self.io.now_s
         unanswered = self.board.polls.since_s < began_s
         # the driver asks three times, and together the attempts must not take long
-        share = 4.0 if unanswered else 2.0
+        share = 4.0 if unanswered else 2.0  # a board that is mute already gets less
         if (yield from self.look_position(self.settings.mute_s / share)):
             return self.board.registers()
         if self.board.alarm is not None:

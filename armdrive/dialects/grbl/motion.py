@@ -77,16 +77,7 @@ OVERRIDE_FACTOR = 12.0
 
 @dataclass(slots=True, eq=False)
 class GrblMotion:
-    """Drives one motion, segment by segment.
-
-    A motion too slow for the board is `lead_s` ahead of its schedule, and no line is sent before
-    `not_before_s`. `waits` is true during a pause. The motors started to turn at `began_s`.
-    `drawn` is the next segment, not sent yet. `polled_s` is the time of the latest query,
-    `awaiting` is true until its report arrives, and `seen_s` is the time when the latest report was
-    asked for. `changed_s` is the time of the latest progress. `off` counts successive reports off
-    the path. `steps` and `guess_s` are the busiest motor's steps and the duration of the last line.
-    `dry` means that the planner has run empty, and `starved` that this may be an underrun.
-    """
+    """Drives one motion, segment by segment."""
 
     io: ScriptIO[HostEvent]
     exchange: GrblExchange
@@ -97,21 +88,24 @@ class GrblMotion:
     bounds: MotionBounds
     request: MoveAlong
     lines: InFlightLines
-    drawn: MoveBy | None = None
-    exhausted: bool = False
-    not_before_s: float = -math.inf
-    waits: bool = False
+    # sending
+    drawn: MoveBy | None = None  # the next segment, not sent yet
+    exhausted: bool = False  # there are no more segments
+    waits: bool = False  # during a pause
+    steps: int = 0  # of the last line's busiest motor
+    guess_s: float = 0.0  # the last line's duration, and so probably the next one's
+    began_s: float = -math.inf  # when the motors started to turn
+    # a motion too slow for the board is ahead of its schedule, and sends nothing until later
     lead_s: float = 0.0
-    began_s: float = -math.inf
-    polled_s: float = -math.inf
-    awaiting: bool = False
-    seen_s: float = -math.inf
-    changed_s: float = 0.0
-    off: int = 0
-    steps: int = 0
-    dry: bool = False
-    starved: bool = False
-    guess_s: float = 0.0
+    not_before_s: float = -math.inf
+    # reports
+    polled_s: float = -math.inf  # the latest query
+    awaiting: bool = False  # until its report arrives
+    seen_s: float = -math.inf  # when the latest report was asked for
+    changed_s: float = 0.0  # the latest progress
+    off: int = 0  # successive reports off the path
+    dry: bool = False  # the planner has run empty
+    starved: bool = False  # it has, and this is an underrun if another segment is drawn
 
     def drive(self) -> Script[HostEvent, Reply]:
         """Send segments while there is room, until the motion is complete or something ends it.
@@ -142,11 +136,8 @@ class GrblMotion:
         """Send the next line if wire, receive buffer and the time ahead allow it."""
         if self.io.now_s < max(self.exchange.wire_free_s, self.not_before_s) or self.off:
             return
-        if self.drawn is None and not self.exhausted and self._has_room():
-            self.drawn = next(self.request.segments, None)
-            self.exhausted = self.drawn is None
-            self.board.underruns += self.starved and not self.exhausted
-            self.starved = False
+        if self.drawn is None and not self.exhausted:
+            self._draw()
         if self.drawn is None:
             return
         lasts_s = self.drawn.duration_s
@@ -168,9 +159,14 @@ class GrblMotion:
         if self.lead_s >= MAX_LEAD_S:
             self.not_before_s, self.lead_s = self.lines.ends_s + self.lead_s, 0.0
 
-    def _has_room(self) -> bool:
-        """Return whether another segment like the last would fit; only then is it drawn."""
-        return not self._waits_for_ok and self.lines.has_room(self.guess_s, self.request.ahead_s)
+    def _draw(self) -> None:
+        """Draw the next segment if one like the last would fit: at a pause, the rest is undrawn."""
+        if self._waits_for_ok or not self.lines.has_room(self.guess_s, self.request.ahead_s):
+            return
+        self.drawn = next(self.request.segments, None)
+        self.exhausted = self.drawn is None
+        self.board.underruns += self.starved and not self.exhausted
+        self.starved = False
 
     @property
     def _waits_for_ok(self) -> bool:

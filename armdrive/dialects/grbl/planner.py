@@ -83,6 +83,7 @@ def line_path(steps: Motors, duration_s: float, limits: Limits) -> MotorPath:
 def corner_speed(one: MotorPath, other: MotorPath, limits: Limits) -> float:
     """Return the highest speed in the corner between two lines."""
     fastest = min(one.speed, other.speed)
+    # of the angle between the lines as sides of the corner, as the firmware computes it
     cosine = -sum(a * b for a, b in zip(one.unit, other.unit, strict=True))
     if cosine > 1.0 - COSINE_TOLERANCE:
         return 0.0
@@ -98,10 +99,12 @@ def corner_speed(one: MotorPath, other: MotorPath, limits: Limits) -> float:
 def planned_s(paths: Sequence[MotorPath], limits: Limits) -> float:
     """Return how long consecutive lines take from rest to rest."""
     speeds = [0.0, *(corner_speed(a, b, limits) for a, b in pairwise(paths)), 0.0]
+    # backwards: a line is entered no faster than it can brake for its end
     for index in range(len(paths) - 1, -1, -1):
         room = 2.0 * paths[index].acceleration * paths[index].length
         speeds[index] = min(speeds[index], math.sqrt(speeds[index + 1] ** 2 + room))
     total_s = 0.0
+    # forwards: a line is left no faster than it can accelerate to
     for index, one in enumerate(paths):
         room = 2.0 * one.acceleration * one.length
         speeds[index + 1] = min(speeds[index + 1], math.sqrt(speeds[index] ** 2 + room))
@@ -112,6 +115,7 @@ def planned_s(paths: Sequence[MotorPath], limits: Limits) -> float:
 def trapezoid_s(one: MotorPath, enter: float, leave: float) -> float:
     """Return how long a line takes if it is entered and left at these speeds."""
     slope = one.acceleration
+    # where both ramps would meet, if the line were not limited in speed
     peak = min(one.speed, math.sqrt(slope * one.length + (enter**2 + leave**2) / 2.0))
     peak = max(peak, enter, leave)
     ramps = (2.0 * peak**2 - enter**2 - leave**2) / (2.0 * slope)
@@ -467,6 +471,7 @@ class InFlightLines:
             self._drop(len(self._lines) - self.unanswered)
         if not self._lines:
             return (position - self.start).largest <= self._tolerance
+        # the earliest line that explains the position is the one under way; all before it are done
         for index, line in enumerate(self._lines):
             share = line.share_at(position, self._tolerance)
             if share is not None:
@@ -481,6 +486,7 @@ class InFlightLines:
         self, position: Motors, index: int, share: float, planned: int | None
     ) -> bool:
         """Return whether a position is farther behind the planner than its segments explain."""
+        # these lines have left the planner, so their segments have been computed
         computed = 0 if planned is None else len(self._lines) - self.unanswered - planned
         lines = list(self._lines)[index : max(computed, 0)]
         if not lines or (lines[-1].end - position).largest <= self._tolerance:

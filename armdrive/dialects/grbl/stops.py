@@ -227,6 +227,7 @@ class GrblStops:
         holds no motion.
         """
         end_s = self.io.now_s + self.settings.answer_s
+        # a cancel ends only what the planner holds: the last line must have got there
         while lines.unanswered and self.io.now_s < end_s and not self.io.stop_hard:
             message = yield from self.exchange.listen(min(end_s, self.io.now_s + OK_TIMEOUT_S))
             if isinstance(message, Acknowledged):
@@ -242,7 +243,7 @@ class GrblStops:
                 continue
             if self.board.state is State.JOG and self.io.now_s >= hold_s:
                 self.exchange.press(Realtime.FEED_HOLD)
-                hold_s = math.inf
+                hold_s = math.inf  # once: if it is lost too, `hold` below repeats it
             elif self.board.standing:
                 if (yield from self.exchange.spoil()) and (yield from self._still_idle()):
                     return True

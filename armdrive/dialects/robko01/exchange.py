@@ -121,7 +121,7 @@ class RobkoExchange:
 
         With `may_break`, a stop requested during the wait ends it at once.
         """
-        asked = self.io.stop_asked
+        asked = self.io.stop_asked  # a message sent while stopping is not broken off
         for _ in range(tries):
             if self._out_of_step and not (yield from self._get_into_step()):
                 return None
@@ -141,6 +141,7 @@ class RobkoExchange:
         self.io.write(data, text)
         event = yield from self.io.wait_for(
             self.io.now_s + self._patience_s(len(data)),
+            # this very request: an equal one may have been sent before, and answered late
             lambda event: isinstance(event, Answered) and event.request is message,
             until_stop=break_at_stop,
         )

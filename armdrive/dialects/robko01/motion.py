@@ -134,10 +134,11 @@ class RobkoMotion:
             if self.io.stop_asked or released():
                 return Halted()
             way.began_s = self.io.now_s
+            # one try: whether it may be repeated depends on whether the motors have moved
             answer = yield from self.exchange.ask(message, tries=1, text=text, may_break=True)
             if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
                 return self._disabled()
-            if self.io.stop_asked:
+            if self.io.stop_asked:  # whether it was heard or not, the motors may be moving
                 return (yield from self._halt(way))
             if answer is not None:
                 return (yield from self._paced(way, rate_hz))
