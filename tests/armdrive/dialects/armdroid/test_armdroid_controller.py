@@ -9,11 +9,10 @@ from amounts import amount
 from armdroid_bench import CONFIG
 from faults import arm_config, driven, honest
 
-from armdrive import Arm, ArmFileError, DeviceFault, NoAnswer, Refused
+from armdrive import Arm, DeviceFault, NoAnswer, Refused
 from armdrive.connect.parts import connect_simulated
 from armdrive.dialects.armdroid.controller import ArmdroidController
 from armdrive.registry import dialect, simulate
-from armdrive.registry.arm_files import parse_arm
 from armdrive.status import State, Trust
 from armdrive.storage.record import FileRecorder
 from armdrive.tasks import (
@@ -268,22 +267,6 @@ class TestNumbers:
     def test_a_single_step_of_the_slowest_speed_counts_as_a_burst(self):
         slow = Talked(speed_table=((2, 1.6), (250, 200.0))).controller
         assert slow.stopping(0.15).asked_motion_s == pytest.approx(1.5 / 1.6)
-
-    @pytest.mark.parametrize(
-        ("text", "words"),
-        [
-            ({"channels": [6, 5, 4, 3, 2, 2]}, "armdroid.channels"),
-            ({"speed_table": [[0, 20.0], [250, 200.0]]}, "armdroid.speed_table"),
-            ({"character_s": 1.0}, "armdroid.character_s"),
-            ({"boot_s": -1.0}, "armdroid.boot_s"),
-            ({"speed_doubt": 0.5}, "armdroid.speed_doubt"),
-            ({"answer_margin_s": 0.0}, "armdroid.answer_margin_s"),
-        ],
-    )
-    def test_an_arm_files_section_is_checked(self, text, words):
-        table = {"model": "armdroid1", "connection": {"dialect": "armdroid"}, "armdroid": text}
-        with pytest.raises(ArmFileError, match=words):
-            parse_arm(table, name="bench")
 
 
 BYTES = [*(("host", byte) for byte in (*range(1, 40), 52, 63, 77, 90)),

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from amounts import in_pairs
 from faults import Rule, becoming, garbled, instead
-from grbl_arm import Disturbed, config, found, ready
+from grbl_arm import FIRMWARES, Disturbed, config, found, ready
 
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble, connect_simulated
@@ -14,9 +14,6 @@ from armdrive.errors import DeviceFault
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
-
-FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
-
 
 # The axes of the board.
 

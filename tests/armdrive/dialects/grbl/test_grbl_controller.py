@@ -5,10 +5,9 @@ import math
 import pytest
 from faults import OVER_THE_TABLE
 from grbl_arm import (
-    begin_jog,
+    BEGINNINGS,
     begin_line,
     begin_planned,
-    begin_tip_jog,
     config,
     killed,
     ready,
@@ -21,9 +20,6 @@ from armdrive import Jog
 from armdrive.dialects.grbl.settings import BoardAxes
 from armdrive.errors import Stopped
 from armdrive.status import State
-
-FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
-BEGINNINGS = [begin_planned, begin_line, begin_jog, begin_tip_jog]
 
 
 def test_many_ways_in_degrees_come_back_to_the_same_steps():

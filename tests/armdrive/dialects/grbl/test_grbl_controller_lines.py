@@ -16,8 +16,6 @@ from armdrive.dialects.grbl.planner import (
     planned_s,
 )
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, feed
-from armdrive.errors import ArmFileError
-from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from firmware_protocol.grbl import GRBL, MEGA_5X, Block, GcodeError, Modal, parse_line
 from kinematics import Motors
@@ -175,26 +173,6 @@ def test_axes_are_found_in_the_boards_own_order():
     axes = BoardAxes.of(replace(config(), device=device))
     assert axes.motors((1.0, 2.0, 3.0, 4.0, 5.0, 6.0), "XYZABC") == Motors((6, 5, 4, 3, 2, 1))
     assert axes.words(ZERO, Motors((7, 0, 0, 0, 0, -8))) == "C+7X-8"
-
-
-@pytest.mark.parametrize(
-    ("section", "words"),
-    [
-        ({"axes": "XYZ"}, "6 motors"),
-        ({"axes": "XYZABX"}, "its own letter"),
-        ({"unit": "inches"}, "steps, degrees"),
-        ({"rates": [1.0, 2.0]}, "6 entries"),
-        ({"rates": [0.0] * 6}, "grbl.rates"),
-        ({"outputs": ["laser"]}, "flood, mist"),
-        ({"servo": "M5"}, "grbl.servo"),
-        ({"poll_s": 0.0}, "grbl.poll_s"),
-        ({"ramp": 1.0}, "ramp_s"),
-    ],
-)
-def test_an_arm_file_is_refused_by_the_name_of_its_key(section, words):
-    table = {"model": "minimover5", "connection": {"dialect": "grbl"}, "grbl": section}
-    with pytest.raises(ArmFileError, match=words):
-        BoardAxes.of(parse_arm(table, name="bench"))
 
 
 def test_a_line_fits_the_shortest_board():

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 from faults import Rule, lost
 from grbl_arm import (
-    begin_jog,
+    BEGINNINGS,
+    FIRMWARES,
     begin_line,
     begin_planned,
-    begin_tip_jog,
     config,
     found,
     ready,
@@ -23,9 +23,6 @@ from armdrive.config.sections import HomingSettings
 from armdrive.motion.reference import home_device
 from armdrive.status import State, Trust
 from kinematics import Joints
-
-BEGINNINGS = [begin_planned, begin_line, begin_jog, begin_tip_jog]
-FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
 
 
 def begin_held_jog(arm):
