@@ -855,7 +855,6 @@ MUTANTS = (
         tests=tests_of(
             "tests/armdrive/runtime/test_late_program.py",
             "test_every_motion_ends_as_it_was_asked_to[robko01-0]",
-            "test_every_motion_ends_as_it_was_asked_to[robko01-2]",
         ),
     ),
 )
