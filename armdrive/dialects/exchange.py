@@ -51,6 +51,7 @@ class ListenedTime:
 
     def pass_to(self, now_s: float) -> None:
         """Record that the program is called at a time."""
+        # time after the due call was spent elsewhere, and does not count
         self.s += max(min(now_s, self._due_s) - self._now_s, 0.0)
         self._now_s = now_s
 
@@ -94,6 +95,8 @@ class ScriptIO(Generic[H]):
         self.overdue = False
         """Whether the message that `wait_for` returned last arrived after its deadline. Then this
         program was suspended, and the measured time says nothing about the device."""
+        self.heard_s = -math.inf
+        """When bytes arrived last."""
         self.listened = ListenedTime()
         self.out = bytearray()
         """Bytes to write when the controller is called next."""
@@ -149,7 +152,7 @@ class ScriptIO(Generic[H]):
 
     def pause(self, until_s: float) -> Script[H, None]:
         """Wait until a moment, or until a stop is requested."""
-        asked = self.stop_asked
+        asked = self.stop_asked  # a script that is already stopping may pause as well
         while self.now_s < until_s and self.stop_asked == asked:
             message = yield until_s
             if message is not None:
@@ -190,7 +193,7 @@ class ScriptLoop(Generic[H]):
         self._script = script()
         try:
             self._run(None)
-        except (ValueError, ArmError):
+        except (ValueError, ArmError):  # refused: the caller hears it, the device nothing
             self._script = None
             self.io.out.clear()
             raise
@@ -199,6 +202,8 @@ class ScriptLoop(Generic[H]):
         """Take bytes from the device."""
         self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
+        if data:
+            self.io.heard_s = now_s
         self._codec.receive_data(data)
         while (message := self._codec.next_event()) is not None:
             if self._script is None:
@@ -241,7 +246,7 @@ class ScriptLoop(Generic[H]):
         if self._script is None or (self.io.stop_asked and self.io.stop_hard >= hard):
             return
         self.io.stop_asked, self.io.stop_hard = True, hard
-        self._until_s = -math.inf
+        self._until_s = -math.inf  # whatever it waits for, it is due now
 
     def forget(self) -> None:
         """Abandon the script and its unsent bytes; bytes that it sends while it closes remain."""

@@ -10,8 +10,13 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from typing import TypeVar
 
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.lines import LineSplitter
+
+M = TypeVar("M")
+"""The messages of a dialect."""
 
 MOST_BYTES = 16384
 """Only this many of the last bytes are examined."""
@@ -222,12 +227,13 @@ def comes_back(sent: Sequence[bytes], received: bytes) -> bool:
     return True
 
 
-def lines_of(received: bytes, ends: bytes) -> Iterator[bytes]:
-    """Return the lines in some bytes, including an unfinished last one."""
+def decoded(received: bytes, ends: bytes, decode: Callable[[bytes], M]) -> Iterator[M | None]:
+    """Decode every line in some bytes, also an unfinished last one; yield None if that fails."""
     lines = LineSplitter(ends, max_lines=4096)
     lines.feed(received)
-    while (line := lines.next_line()) is not None:
-        if isinstance(line, bytes):
-            yield line
-    if lines.partial:
-        yield lines.partial
+    found = [line for line in iter(lines.next_line, None) if isinstance(line, bytes)]
+    for line in (*found, lines.partial) if lines.partial else found:
+        try:
+            yield decode(line)
+        except RemoteProtocolError:
+            yield None

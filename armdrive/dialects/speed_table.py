@@ -86,10 +86,11 @@ class PaceMeter:
         believable = self.believable(expected_s, measured_s)
         if expected_s <= 0.0:
             return believable
-        factor = max(measured_s / expected_s, 1.0)
+        factor = max(measured_s / expected_s, 1.0)  # an early answer proves no faster motor
         known = factor if self._known is None else self._known
         # short motions may clear a suspicion, but never raise one
         if expected_s >= self.shortest_s or (self._known is not None and factor < known):
+            # slower counts in full; faster by a quarter, because one short time may be chance
             self._known = max(factor, known + (factor - known) / 4.0)
         return believable
 
@@ -111,6 +112,10 @@ class SpeedMeter:
     def part(self, setting: int) -> PaceMeter:
         """Return the meter of the part of the table that contains a setting."""
         return self._parts[self._table.part(setting)]
+
+    def longest_s(self, steps: float, setting: int) -> float:
+        """Return how long these steps take if the arm is as slow as it may be."""
+        return steps / self._table.rate_hz(setting) * self.part(setting).doubt
 
 
 MOST_SETTINGS = 10_000

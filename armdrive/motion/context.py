@@ -33,6 +33,7 @@ from armdrive.tasks import (
     Done,
     Exchange,
     Halted,
+    HomeDevice,
     Interrupted,
     MoveAlong,
     MoveBy,
@@ -75,12 +76,17 @@ class MotionContext:
         """Return the error for a motion that a stop has ended, with the reason if it is known."""
         return Stopped(words + self.engine.stop_why)
 
-    def request(self, request: Request, silence: Evidence = Evidence.SILENT) -> TaskBody[Reply]:
-        """Send a request and return the reply. A timeout faults the arm with `silence`."""
+    def request(self, request: Request) -> TaskBody[Reply]:
+        """Send a request and return the reply. A timeout faults the arm."""
+        sent_s = self.now_s
         try:
             reply: Reply = yield Exchange(request)
         except NoAnswer as error:
-            self.core.learn(silence, self.now_s)
+            # a controller that reports its motion and was heard since has obeyed, then fell silent
+            reports = self.core.controller.abilities.reports_while_moving
+            heard = reports and self.engine.received_s > sent_s
+            unanswered = isinstance(request, MoveBy | MoveAlong | HomeDevice) and not heard
+            self.core.learn(Evidence.ANSWER_LOST if unanswered else Evidence.SILENT, self.now_s)
             self.core.fault(error)
             raise
         return reply
@@ -272,7 +278,7 @@ class MotionContext:
     def _driven(self, request: MoveBy | MoveAlong) -> TaskBody[Reply]:
         """Send a motion and return the reply; the loss of the link counts as lost in motion."""
         try:
-            return (yield from self.request(request, Evidence.ANSWER_LOST))
+            return (yield from self.request(request))
         except LinkLost:
             self.core.lost_in_motion(self.now_s)
             raise

@@ -84,7 +84,7 @@ def _settled(wire: MotionContext) -> TaskBody[None]:
 def _home_group(wire: MotionContext, request: HomeDevice) -> TaskBody[None]:
     """Home some of the motors; if homing ends early, nothing is referenced."""
     core, began_s = wire.core, wire.now_s
-    reply = yield from wire.request(request, Evidence.ANSWER_LOST)
+    reply = yield from wire.request(request)
     if isinstance(reply, Done) and not wire.stopping:
         _require_no_fault(wire)
         return

@@ -84,5 +84,9 @@ def begin_tip_jog(arm: Arm) -> None:
     arm.hold(Jog.cartesian(y=1.0, z=0.3), speed=1.0, for_s=1.0)
 
 
+BEGINNINGS = [begin_planned, begin_line, begin_jog, begin_tip_jog]
+FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
+
+
 def tip_mm(arm: Arm, tip) -> float:
     return math.dist(tip, arm.twin.world.tip)

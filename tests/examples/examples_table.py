@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from armdrive.abilities import Abilities
+from armdrive.registry import DIALECTS
 
 from . import worlds
 from .on_arms import Example, Form
@@ -16,13 +17,12 @@ def no_grip_switch(abilities: Abilities) -> str:
     return "" if abilities.grip_switch else "needs a grip switch"
 
 
-_SIDE = {"COLUMNS = ROWS = 2": "COLUMNS = ROWS = 1"}
 _ROW = {"repeat 2 as row": "repeat 1 as row"}
 _ONE = {**_ROW, "repeat 2 as column": "repeat 1 as column"}
-_TWO_DISCS = {"discs = 3": "discs = 2", "--put disc3,250,90,56,20 ": ""}
-_ONE_DISC = {"discs = 3": "discs = 1", "--put disc3,250,90,56,20 --put disc2,250,90,44,20 ": ""}
-_FASTER = {"SPEED = 0.5": "SPEED = 1.0"}
-_SMALL = {**_FASTER, "RADIUS_MM = 35.0": "RADIUS_MM = 15.0"}
+_ONLY_TEACHMOVER = dict.fromkeys(set(DIALECTS) - {"teachmover"})
+"""Every day, other dialects show the same with `stacking.arm` or `circle.py`."""
+_SMALL = {"SPEED = 0.5": "SPEED = 1.0", "RADIUS_MM = 35.0": "RADIUS_MM = 15.0"}
+_AND_AWAY = "    arm.move_l(on_circle(180, above_mm=UP_MM))\n    arm.park()\n"
 
 _ROWS = {
     "A": (230.0, -30.0, 0.0),
@@ -35,18 +35,16 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
     Example(
         "stacking.arm", "four blocks from the squares of a grid, one on the other",
         Form(4), worlds.tower,
-        shorter={"robko01": Form(1, _ONE), "armdroid": Form(2, _ROW), "grbl": Form(2, _ROW),
+        shorter={"robko01": None, "armdroid": Form(2, _ROW), "grbl": Form(1, _ONE),
                  "mks": Form(1, _ONE), "cia402": None},
     ),
     Example(
         "stacking.py", "the same in Python", Form(4), worlds.tower,
-        shorter={"robko01": None, "armdroid": Form(1, _SIDE), "grbl": Form(1, _SIDE), "mks": None,
-                 "cia402": None},
+        shorter=_ONLY_TEACHMOVER,
     ),
     Example(
         "hanoi.arm", "three discs, and never one on a smaller one", Form(3), worlds.hanoi,
-        shorter={"robko01": None, "armdroid": Form(2, _TWO_DISCS), "grbl": Form(1, _ONE_DISC),
-                 "mks": None, "cia402": None},
+        shorter=_ONLY_TEACHMOVER,
     ),
     Example(
         "sorting.arm", "blocks by their width, which the fingers measure", Form(_ROWS),
@@ -55,14 +53,13 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
     Example(
         "circle.py", "with a pen, on paper", Form(35.0), worlds.circle,
         beside_mm=worlds.beside_circle_mm,
-        shorter={"robko01": Form(15.0, _SMALL), "grbl": Form(35.0, _FASTER),
-                 "mks": None, "cia402": Form(15.0, _SMALL)},
+        shorter={"robko01": Form(15.0, _SMALL), "grbl": None, "mks": None,
+                 "cia402": Form(15.0, {**_SMALL, _AND_AWAY: ""})},
     ),
     Example(
         "lettering.py", "a word, with a pen", Form("ARM"), worlds.letters,
         beside_mm=worlds.beside_letters_mm,
-        shorter={"robko01": None, "grbl": Form("AL", {'WORD = "ARM"': 'WORD = "AL"'}), "mks": None,
-                 "cia402": None},
+        shorter=_ONLY_TEACHMOVER,
     ),
 )})  # fmt: skip
 """Every example that carries or draws something, by its file."""

@@ -6,10 +6,11 @@ import contextlib
 import io
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from armdrive import Arm
 from armdrive.abilities import Abilities
@@ -118,16 +119,7 @@ def _run_program(text: str, file: str, arm: Arm) -> tuple[str, Mapping[str, Any]
 def _run_script(text: str, file: str, arm: Arm) -> tuple[str, Mapping[str, Any]]:
     names: dict[str, Any] = {"__name__": "__main__"}
     said = io.StringIO()
-    with _alone(file), override_connections(lambda *_: arm), contextlib.redirect_stdout(said):
+    alone = mock.patch.object(sys, "argv", [file])
+    with alone, override_connections(lambda *_: arm), contextlib.redirect_stdout(said):
         exec(compile(text, file, "exec"), names)
     return said.getvalue(), names
-
-
-@contextlib.contextmanager
-def _alone(file: str) -> Iterator[None]:
-    """Give a script no arguments."""
-    before, sys.argv = sys.argv, [file]
-    try:
-        yield
-    finally:
-        sys.argv = before

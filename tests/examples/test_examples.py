@@ -98,15 +98,11 @@ def test_the_first_command_of_a_program_rehearses_it_with_its_blocks(file, capsy
     monkeypatch.chdir(FOLDER)
     words = command_of(file)
     assert words[:2] == ["run", file]
-    assert main([*words, "--check"]) == 0, capsys.readouterr().err
+    built = file == "stacking.arm"  # this one is run as well, the others only rehearsed
+    assert main(words if built else [*words, "--check"]) == 0, capsys.readouterr().err
     assert set(blocks()) == {words.split(",")[0] for words in PUT.findall(" ".join(words))}
-
-
-def test_the_first_command_of_the_tower_builds_it(capsys, monkeypatch):
-    monkeypatch.chdir(FOLDER)
-    words = command_of("stacking.arm")
-    assert main(words) == 0, capsys.readouterr().err
-    assert sorted(block.z_mm for block in blocks().values()) == [0.0, 25.0, 50.0, 75.0]
+    if built:
+        assert sorted(block.z_mm for block in blocks().values()) == [0.0, 25.0, 50.0, 75.0]
 
 
 @pytest.mark.parametrize("file", ["circle.py", "lettering.py"])

@@ -79,7 +79,7 @@ MUTANTS = (
         ),
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
-            "test_forty_ways_in_degrees_come_back_to_the_same_steps",
+            "test_many_ways_in_degrees_come_back_to_the_same_steps",
         ),
     ),
     Mutant(
@@ -261,7 +261,7 @@ MUTANTS = (
         ),
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller_lines.py",
-            "test_a_thousand_like_ways_in_degrees_do_not_drift",
+            "test_relative_ways_in_degrees_add_up_to_the_last_decimal",
         ),
     ),
     Mutant(

@@ -24,11 +24,25 @@ MUTANTS = (
         name="trust is kept after a motion without an answer",
         promise="a position is not trusted after evidence against it",
         path="armdrive/motion/context.py",
-        old="            self.core.learn(silence, self.now_s)\n",
+        old=(
+            "            self.core.learn("
+            "Evidence.ANSWER_LOST if unanswered else Evidence.SILENT, self.now_s)\n"
+        ),
         new="",
         tests=tests_of(
             "tests/armdrive/runtime/test_trust.py",
             "test_a_power_cut_in_mid_motion_is_an_error_stop_with_a_suspect_position",
+        ),
+    ),
+    Mutant(
+        name="a controller that fell silent in mid-motion is said never to have answered",
+        promise="the status says why a position is doubted",
+        path="armdrive/motion/context.py",
+        old=" and self.engine.received_s > sent_s\n",
+        new=" and self.engine.received_s < sent_s\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/test_silence.py",
+            "test_only_a_motion_that_was_never_answered_is_said_to_be[grbl]",
         ),
     ),
     Mutant(

@@ -65,12 +65,12 @@ MUTANTS = (
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/grbl/motion.py",
         old=(
-            "            if self.io.stop_asked or request.released():\n"
-            "                return (yield from self._halt(trip))"
+            "            if self.io.stop_asked or self.request.released():\n"
+            "                return (yield from self._halt())"
         ),
         new=(
-            "            if request.released():\n"
-            "                return (yield from self._halt(trip))"
+            "            if self.request.released():\n"
+            "                return (yield from self._halt())"
         ),
         tests=tests_of(
             "tests/conformance/test_conformance.py",
@@ -103,8 +103,8 @@ MUTANTS = (
         name="a Robko is not sent its stop",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/robko01/motion.py",
-        old='if (yield from self._exchange.ask(Stop(), text="STOP")) is None:',
-        new="if (yield from self._exchange.mask()) is None:",
+        old='if (yield from self.exchange.ask(Stop(), text="STOP")) is None:',
+        new="if (yield from self.exchange.mask()) is None:",
         tests=tests_of(
             "tests/armdrive/dialects/robko01/test_robko01_stop.py",
             "test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered",
@@ -148,10 +148,9 @@ MUTANTS = (
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/armdroid/controller.py",
         old=(
-            "            if self._io.stop_asked or released():\n"
-            "                self._board.give_up()"
+            "            if self.io.stop_asked or released():\n                self.board.give_up()"
         ),
-        new=("            if released():\n                self._board.give_up()"),
+        new=("            if released():\n                self.board.give_up()"),
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             "TestConversation::test_a_stop_before_the_letter_lets_nothing_begin",

@@ -8,16 +8,16 @@ driver never sends `h`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
-from dataclasses import replace
-from typing import TypeAlias
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from armdrive.abilities import Abilities, Switching
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.exchange import Script, ScriptIO, T
 from armdrive.dialects.words import plain
 from armdrive.errors import Refused
 from armdrive.status import BITS_A_BYTE
@@ -54,8 +54,6 @@ from firmware_protocol.armdroid.endpoints import wrapped
 from firmware_protocol.armdroid.messages import encode_command
 from kinematics.spaces import Motors
 
-Script: TypeAlias = Generator[float, HostEvent | None, Reply]
-
 ANSWER_TIMEOUT_FACTOR = 2.0  # timeout of a motion: this multiple of the slowest arm's time
 LATENCY_S = 0.03  # delay that this computer and an adapter may add to the transmission time
 NEW_SESSION = (
@@ -64,62 +62,57 @@ NEW_SESSION = (
 LET_GO = "the Armdroid's board reported its motors off, although no command had switched them off"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class ArmdroidMotion:
     """Loads each motion's numbers into the board, starts it, and waits for its end."""
 
-    def __init__(
-        self,
-        io: ScriptIO[HostEvent],
-        board: BoardExchange,
-        rates: StepRates,
-        settings: ArmdroidSettings,
-        byte_s: float,
-    ) -> None:
-        self._io = io
-        self._board = board
-        self._rates = rates
-        self._settings = settings
-        self._byte_s = byte_s
+    io: ScriptIO[HostEvent]
+    board: BoardExchange
+    rates: StepRates
+    settings: ArmdroidSettings
+    byte_s: float
 
-    def move(self, drive: DriveAll, rpm: int, released: Callable[[], bool]) -> Script:
+    def move(
+        self, drive: DriveAll, rpm: int, released: Callable[[], bool]
+    ) -> Script[HostEvent, Reply]:
         """Make a motion; if a stop is requested before its letter is sent, nothing moves."""
-        start = self._board.offsets if self._board.clean else (yield from self._board.look())
-        if start is None or not (yield from self._board.set_speed(rpm)):
+        start = self.board.offsets if self.board.clean else (yield from self.board.look())
+        if start is None or not (yield from self.board.set_speed(rpm)):
             return RequestRejected("it does not answer as it should", moved=False)
         rest = yield from self._load(drive, rpm, released)
         if not isinstance(rest, bytes):
             return rest
-        sent_s, expected = self._io.now_s, _sum(start, drive.steps)
-        self._board.let_loose(rest, encode_command(drive).decode("ascii"))
-        longest_s = self._rates.longest_s(Motors(drive.steps).largest, rpm) * ANSWER_TIMEOUT_FACTOR
-        came = yield from self._board.offsets_after(expected, len(rest), longest_s)
+        sent_s, expected = self.io.now_s, _sum(start, drive.steps)
+        self.board.let_loose(rest, encode_command(drive).decode("ascii"))
+        longest_s = self.rates.longest_s(Motors(drive.steps).largest, rpm) * ANSWER_TIMEOUT_FACTOR
+        came = yield from self.board.offsets_after(expected, len(rest), longest_s)
         if came is None:
-            return self._io.silence(sent_s)
+            return self.io.silence(sent_s)
         if came != expected:
             return RequestRejected(
                 f"its offsets went from {start} to {came}, and {expected} was asked"
             )
-        return Done(self._measure(drive, rpm, self._io.now_s - sent_s, len(rest)))
+        return Done(self._measure(drive, rpm, self.io.now_s - sent_s, len(rest)))
 
     def _load(
         self, drive: DriveAll, rpm: int, released: Callable[[], bool]
-    ) -> Generator[float, HostEvent | None, bytes | RequestRejected | Halted]:
+    ) -> Script[HostEvent, bytes | RequestRejected | Halted]:
         """Load a motion's numbers into the board; return the characters that start it."""
         understood = None
         for _ in range(TRIES):
-            data = self._board.begin_drive(drive)
-            if self._settings.check_numbers and not self._io.stop_asked:
-                understood = yield from self._board.repeated(data[:-1])
-            if self._io.stop_asked or released():
-                self._board.give_up()
+            data = self.board.begin_drive(drive)
+            if self.settings.check_numbers and not self.io.stop_asked:
+                understood = yield from self.board.repeated(data[:-1])  # all but the letter
+            if self.io.stop_asked or released():
+                self.board.give_up()
                 return Halted()
-            if not self._settings.check_numbers:
+            if not self.settings.check_numbers:
                 return data
-            if understood == drive.steps and self._board.has_speed(rpm):
+            if understood == drive.steps and self.board.rpm == rpm:
                 return data[-1:]
-            self._board.give_up()
-            settled = (yield from self._board.settle()) is not None
-            if not settled or not (yield from self._board.set_speed(rpm)):
+            self.board.give_up()
+            settled = (yield from self.board.settle()) is not None
+            if not settled or not (yield from self.board.set_speed(rpm)):
                 break
         return RequestRejected(
             f"it repeats {drive.steps} as {understood or 'nothing'}", moved=False
@@ -127,45 +120,52 @@ class ArmdroidMotion:
 
     def _measure(self, drive: DriveAll, rpm: int, took_s: float, sent: int) -> bool:
         """Learn the arm's speed; return False if the duration is not plausible."""
-        if self._io.overdue:
+        if self.io.overdue:
             return False
-        moved_s = took_s - (sent + self._board.answer_bytes) * self._byte_s
-        slow_s = sent * self._settings.character_s  # an upper bound; a fast board needs less
+        moved_s = took_s - (sent + self.board.answer_bytes) * self.byte_s
+        slow_s = sent * self.settings.character_s  # an upper bound; a fast board needs less
         steps = Motors(drive.steps).largest
-        return self._rates.measured(steps, rpm, least_s=moved_s - slow_s, most_s=moved_s)
+        return self.rates.measured(steps, rpm, least_s=moved_s - slow_s, most_s=moved_s)
 
 
 class ArmdroidController(ScriptRunner[HostEvent]):
     """One Armdroid, seen from the driver."""
 
-    def __init__(self, abilities: Abilities, settings: ArmdroidSettings, baud: int) -> None:
+    def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
+        settings: ArmdroidSettings = config.device
         if not settings.switches_torque:
             abilities = replace(abilities, current=Switching.NONE)
         abilities = replace(abilities, resets_on_open=settings.boot_s > 0.0)
         host = Host()
         super().__init__(abilities, host)
         self._settings = settings
-        self._byte_s = BITS_A_BYTE / baud
+        self._byte_s = BITS_A_BYTE / config.connection.baud
         self._rates = StepRates(settings.speed_table, settings.speed_doubt)
         self._board = BoardExchange(self.io, host, settings, self._byte_s)
         self._motion = ArmdroidMotion(self.io, self._board, self._rates, settings, self._byte_s)
 
-    def script(self, request: Request) -> Script:
+    def script(self, request: Request) -> Script[HostEvent, Reply]:
         """Return the script for a request; commands that are safe to repeat are retried."""
         match request:
             case MoveBy(steps, rate_hz):
                 drive = DriveAll(_by_channel(self._settings.channels, steps))
                 return self._motion.move(drive, self._rates.rpm(rate_hz), request.released)
             case ReadPosition():
-                return self._position()
+                return self._answered(self._board.look(), self._registers)
+            case SwitchOn() if not self._settings.switches_torque:
+                return _at_once(Done())
             case SwitchOn():
-                return self._torque(on=True) if self._settings.switches_torque else _nothing(Done())
+                return self._answered(self._board.ensure(Torque(on=True)), lambda _: Done())
             case DropCurrent() if self._settings.switches_torque:
-                return self._torque(on=False)
+                return self._answered(self._board.ensure(Torque(on=False)), lambda _: Done())
             case ClearFault():
-                return self._clear_fault()
+                return self._answered(self._board.settle(), lambda _: Done())
+            case ReadSettings() if self._board.firmware:
+                return _at_once(DeviceSettings(firmware=self._board.firmware))
             case ReadSettings():
-                return self._firmware()
+                return self._answered(
+                    self._board.settle(), lambda _: DeviceSettings(firmware=self._board.firmware)
+                )
             case MendSetting():
                 raise Refused("an Armdroid's board has no settings that can be written")
         raise Refused(f"an Armdroid's board knows no {type(request).__name__}")
@@ -177,7 +177,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
             self.io.notify(Alert(AlertKind.RESTARTED, NEW_SESSION))
         else:
             if isinstance(event, Stray) and isinstance(event.answer, SpeedReported):
-                self._board.heard_speed(event.answer.rpm)
+                self._board.rpm = event.answer.rpm
             if isinstance(event, Stray) and event.answer == TorqueReported(on=False):
                 self.io.notify(Alert(AlertKind.SWITCHED_OFF, LET_GO))
             self.io.notify(ProtocolWarning(plain(event)))
@@ -206,7 +206,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         slowest_hz = min((part.rate_hz for part in parts), default=0.0)
         motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
         text = 1
-        if not self._settings.check_numbers:
+        if not self._settings.check_numbers:  # the numbers are sent along with the letter
             text = self.abilities.motors * self._rates.number_bytes(burst_s)
         sent_s = self._board.taking_s(text) + LATENCY_S
         stands_s = sent_s + motion_s
@@ -215,29 +215,16 @@ class ArmdroidController(ScriptRunner[HostEvent]):
 
     # -- scripts ------------------------------------------------------------------------------
 
-    def _position(self) -> Script:
+    def _answered(
+        self, script: Script[HostEvent, T | None], reply: Callable[[T], Reply]
+    ) -> Script[HostEvent, Reply]:
+        """Make a reply of what a script returns; None means that the board does not answer."""
         began_s = self.io.now_s
-        offsets = yield from self._board.look()
-        if offsets is None:
-            return self.io.silence(began_s)
+        found = yield from script
+        return self.io.silence(began_s) if found is None else reply(found)
+
+    def _registers(self, offsets: tuple[int, ...]) -> Registers:
         return Registers(Motors(offsets[channel - 1] for channel in self._settings.channels))
-
-    def _torque(self, *, on: bool) -> Script:
-        began_s = self.io.now_s
-        done = yield from self._board.ensure(Torque(on))
-        return self.io.silence(began_s) if done is None else Done()
-
-    def _clear_fault(self) -> Script:
-        began_s = self.io.now_s
-        if (yield from self._board.settle()) is None:
-            return self.io.silence(began_s)
-        return Done()
-
-    def _firmware(self) -> Script:
-        began_s = self.io.now_s
-        if not self._board.firmware and (yield from self._board.settle()) is None:
-            return self.io.silence(began_s)
-        return DeviceSettings(firmware=self._board.firmware)
 
 
 def _sum(offsets: tuple[int, ...], steps: tuple[int, ...]) -> tuple[int, ...]:
@@ -249,13 +236,10 @@ def _by_channel(channels: tuple[int, ...], steps: Motors) -> tuple[int, ...]:
     return tuple(by_channel[channel] for channel in sorted(by_channel))
 
 
-def _nothing(reply: Reply) -> Script:
+def _at_once(reply: Reply) -> Script[HostEvent, Reply]:
     """Answer at once."""
     yield from ()
     return reply
 
 
-DRIVER = Driver(
-    ArmdroidSettings,
-    lambda abilities, config: ArmdroidController(abilities, config.device, config.connection.baud),
-)
+DRIVER = Driver(ArmdroidSettings, ArmdroidController)

@@ -7,11 +7,12 @@ was left; `d` alone, now without steps, resets the index of the arguments.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from armdrive.dialects.armdroid.settings import ArmdroidSettings
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.exchange import Script, ScriptIO
 from firmware_protocol.armdroid import (
     LINE_BYTES,
     ArgumentsReported,
@@ -42,48 +43,48 @@ LONGEST_OFFSETS = len("offsets = " + ",".join(["-32768"] * 6) + "\r\n")
 EMPTYING_RPM = 25
 
 
+@dataclass(slots=True, eq=False)
 class BoardExchange:
     """The known state of a board, and the exchanges that read or set it."""
 
-    def __init__(
-        self, io: ScriptIO[HostEvent], host: Host, settings: ArmdroidSettings, byte_s: float
-    ) -> None:
-        self._io = io
-        self._host = host
-        self._settings = settings
-        self._byte_s = byte_s
-        self._boot_s = settings.boot_s
-        self._rpm: int | None = None
-        self._kept = True
-        self.met = False
-        self.firmware = ""
-        self.offsets: Offsets | None = None
-        self.answer_bytes = 0
+    io: ScriptIO[HostEvent]
+    host: Host
+    settings: ArmdroidSettings
+    byte_s: float
+    rpm: int | None = None
+    """The board's speed as it last reported it, asked or not: an `s` that the line doubled sets 0.
+
+    At speed 0 the next motion would never end, and the board would not react until a reset.
+    """
+    met: bool = False
+    firmware: str = ""
+    offsets: Offsets | None = None
+    answer_bytes: int = 0
+    _kept: bool = True
+    _started: bool = False
 
     @property
     def clean(self) -> bool:
         """Whether the board holds no half-received command and its offsets are known."""
-        return self._host.clean and self.offsets is not None
+        return self.host.clean and self.offsets is not None
 
     def give_up(self) -> None:
         """Stop waiting for the answer; the board may hold half of the command."""
-        self._host.give_up()
-        self._host.discard()
+        self.host.give_up()
+        self.host.discard()
 
     def forget_session(self) -> None:
         """Discard everything known about the board."""
-        self._rpm = self.offsets = None
+        self.rpm = self.offsets = None
         self._kept = True
 
     def taking_s(self, count: int) -> float:
         """Return how long `count` characters take to be sent and read by the board."""
-        return count * (self._byte_s + self._settings.character_s)
+        return count * (self.byte_s + self.settings.character_s)
 
-    def exchange(
-        self, command: Command, text: bytes = b""
-    ) -> Generator[float, HostEvent | None, Completed | None]:
+    def exchange(self, command: Command, text: bytes = b"") -> Script[HostEvent, Completed | None]:
         """Send a command, as `text` if given; return its answer, or None after a timeout."""
-        whole = self._host.send(command)
+        whole = self.host.send(command)
         sent = text or whole
         self._send(sent)
         event = yield from self._wait_for(len(sent), lambda event: isinstance(event, Completed))
@@ -93,47 +94,36 @@ class BoardExchange:
         self.met = True
         return event
 
-    def settle(self) -> Generator[float, HostEvent | None, Offsets | None]:
+    def settle(self) -> Script[HostEvent, Offsets | None]:
         """Clear all left-over input from the board; return its offsets."""
         if not (yield from self._greet()):
             return None
         emptied = yield from self.exchange(SetSpeed(EMPTYING_RPM))
         if emptied is None or not isinstance(emptied.answer, SpeedReported):
             return None
-        self._rpm = emptied.answer.rpm
+        self.rpm = emptied.answer.rpm
         letter = Clear.letter.encode("ascii")  # no comma: after five others it would do harm
         return self._take((yield from self.exchange(Clear(), letter)))
 
-    def look(self) -> Generator[float, HostEvent | None, Offsets | None]:
+    def look(self) -> Script[HostEvent, Offsets | None]:
         """Return the offsets, and clear the numbers that a stray `D` could repeat."""
-        if not self._host.clean:
+        if not self.host.clean:
             return (yield from self.settle())
         command = DropArguments() if self._kept else ReportOffsets()
         offsets = self._take((yield from self.exchange(command)))
         self._kept = self._kept and offsets is None
         return offsets
 
-    def set_speed(self, rpm: int) -> Generator[float, HostEvent | None, bool]:
+    def set_speed(self, rpm: int) -> Script[HostEvent, bool]:
         """Set the speed if it differs; return False if the board does not accept it."""
-        if self._rpm == rpm:
+        if self.rpm == rpm:
             return True
         if (yield from self.ensure(SetSpeed(rpm))) is None:
             return False
-        self._rpm = rpm
+        self.rpm = rpm
         return True
 
-    def has_speed(self, rpm: int) -> bool:
-        """Return whether the board's last reported speed is this one."""
-        return self._rpm == rpm
-
-    def heard_speed(self, rpm: int) -> None:
-        """Record a speed reported without a request: an `s` that the line doubled sets 0.
-
-        At speed 0 the next motion would never end, and the board would not react until a reset.
-        """
-        self._rpm = rpm
-
-    def ensure(self, command: Command) -> Generator[float, HostEvent | None, Completed | None]:
+    def ensure(self, command: Command) -> Script[HostEvent, Completed | None]:
         """Send a repeatable command until the board confirms it; return None if it never does."""
         for _ in range(TRIES):
             if not self.clean and (yield from self.settle()) is None:
@@ -142,19 +132,20 @@ class BoardExchange:
             if done is not None and done.as_asked:
                 return done
             if done is not None:  # the board did something else
-                self._io.on_unsolicited(Stray(done.answer))
+                self.io.on_unsolicited(Stray(done.answer))
             self.give_up()  # an old number preceded the command, or its number or answer was lost
         return None
 
     def begin_drive(self, drive: DriveAll) -> bytes:
         """Return the characters of a motion without sending them."""
         self._kept = True
-        return self._host.send(drive)
+        return self.host.send(drive)
 
-    def repeated(self, numbers: bytes) -> Generator[float, HostEvent | None, Offsets | None]:
+    def repeated(self, numbers: bytes) -> Script[HostEvent, Offsets | None]:
         """Send a motion's numbers without its letter; return them as the board repeats them."""
         text = numbers + ReportArguments.letter.encode("ascii")
         self._send(text)
+        # the codec calls it stray, because no command of its own asked for it
         event = yield from self._wait_for(len(text), _is_stray_arguments)
         if not isinstance(event, Stray) or not isinstance(event.answer, ArgumentsReported):
             return None
@@ -162,12 +153,12 @@ class BoardExchange:
 
     def let_loose(self, rest: bytes, whole: str) -> None:
         """Send the rest of a motion's `whole` text, which starts it."""
-        self._io.write(rest, whole)
+        self.io.write(rest, whole)
         self.offsets = None
 
     def offsets_after(
         self, expected: Offsets, sent: int, longest_s: float
-    ) -> Generator[float, HostEvent | None, Offsets | None]:
+    ) -> Script[HostEvent, Offsets | None]:
         """Wait for the end of a motion; return the latest offsets, as expected or not.
 
         Unexpected offsets may be an earlier answer that the line doubled, so they are returned
@@ -176,27 +167,27 @@ class BoardExchange:
         came: Offsets | None = None
         until_s = self._deadline_s(sent, longest_s)
         while came != expected:
-            event = yield from self._io.wait_for(until_s, _is_offsets)
+            event = yield from self.io.wait_for(until_s, _is_offsets)
             if event is None:
                 self.give_up()
                 return came
             came = _offsets(event)
         self.offsets = expected
         self.answer_bytes = len(encode_answer(OffsetsReported(expected)))
-        if self._host.outstanding is not None:
+        if self.host.outstanding is not None:
             self.give_up()
         return came
 
-    def _greet(self) -> Generator[float, HostEvent | None, bool]:
+    def _greet(self) -> Script[HostEvent, bool]:
         """Ask for the version until the board answers, which takes a while after opening."""
-        until_s = self._io.now_s + self._boot_s
-        self._boot_s = 0.0
+        until_s = self.io.now_s + (0.0 if self._started else self.settings.boot_s)
+        self._started = True
         while True:
             done = yield from self.exchange(Version())
             if done is not None and isinstance(done.answer, VersionReported):
                 self.firmware = done.answer.firmware
                 return True
-            if self._io.now_s >= until_s:
+            if self.io.now_s >= until_s:
                 return False
 
     def _take(self, done: Completed | None) -> Offsets | None:
@@ -204,16 +195,16 @@ class BoardExchange:
         return self.offsets
 
     def _send(self, data: bytes) -> None:
-        self._io.write(data, data.decode("ascii"))
+        self.io.write(data, data.decode("ascii"))
 
     def _deadline_s(self, sent: int, longest_s: float = 0.0) -> float:
-        wire_s = self.taking_s(sent) + LINE_BYTES * self._byte_s
-        return self._io.now_s + wire_s + longest_s + self._settings.answer_margin_s
+        wire_s = self.taking_s(sent) + LINE_BYTES * self.byte_s
+        return self.io.now_s + wire_s + longest_s + self.settings.answer_margin_s
 
     def _wait_for(
         self, sent: int, wanted: Callable[[HostEvent], bool]
-    ) -> Generator[float, HostEvent | None, HostEvent | None]:
-        return (yield from self._io.wait_for(self._deadline_s(sent), wanted))
+    ) -> Script[HostEvent, HostEvent | None]:
+        return (yield from self.io.wait_for(self._deadline_s(sent), wanted))
 
 
 def _is_stray_arguments(event: HostEvent) -> bool:

@@ -16,7 +16,7 @@ from armdrive.dialects.recognition import (
     Probe,
     Recognition,
     Risk,
-    lines_of,
+    decoded,
 )
 from armdrive.dialects.words import (
     AnswerLines,
@@ -38,7 +38,6 @@ from firmware_protocol.armdroid.messages import (
     decode_answer,
     encode_command,
 )
-from firmware_protocol.errors import RemoteProtocolError
 
 MOTORS = ("gripper", "left wrist", "right wrist", "elbow", "shoulder", "base")
 """In the sketch's order."""
@@ -137,12 +136,8 @@ _VERSION = encode_command(Version())
 
 def _sign(received: bytes) -> Identity | None:
     firmware, restarted, seen = "", False, False
-    for line in lines_of(received, b"\r\n"):
-        try:
-            answer = decode_answer(line)
-        except RemoteProtocolError:
-            continue
-        seen = True
+    for answer in decoded(received, b"\r\n", decode_answer):
+        seen |= answer is not None
         if isinstance(answer, VersionReported):
             spoken = f", protocol {answer.protocol}" if answer.protocol else ""
             firmware = f"Armdroid serial driver {answer.firmware}{spoken}"

@@ -142,6 +142,8 @@ class BoardState:
         self.blocks = settings.max_segments
         self.lacking = ""
         self.garbled = 0
+        self.underruns = 0
+        """How often the board ran out of lines in the middle of a motion."""
         self.polls = Polls()
         self.greeting = Greeting()
         self._host = host

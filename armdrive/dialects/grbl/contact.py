@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import dataclass
 
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import LINES_IGNORED, MOVING, BoardState
 from armdrive.dialects.grbl.exchange import (
     REPORTS_TO_OFFSET,
-    Answering,
-    Asking,
     GrblExchange,
     refusal,
 )
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
-from armdrive.tasks import Done, RequestRejected, Timeout
+from armdrive.tasks import Done, Reply, RequestRejected, Timeout
 from firmware_protocol.grbl import (
     Acknowledged,
     Modes,
@@ -55,7 +52,7 @@ class GrblContact:
     outputs: GrblOutputs
     settings: GrblSettings
 
-    def make(self) -> Generator[float, HostEvent | None, Timeout | RequestRejected | None]:
+    def make(self) -> Script[HostEvent, Timeout | RequestRejected | None]:
         """Make contact, whether or not opening the port has reset the board. Moves nothing.
 
         Return the reason for a failure, or None.
@@ -81,7 +78,7 @@ class GrblContact:
         self.board.contacted = True
         return None
 
-    def _recognise(self) -> Generator[float, HostEvent | None, None]:
+    def _recognise(self) -> Script[HostEvent, None]:
         """Ask for the build information until it arrives undamaged."""
         for _ in range(TRIES):
             board, garbled = self.board, self.board.garbled
@@ -100,7 +97,7 @@ class GrblContact:
             "(grbl-Mega-5X, grblHAL, FluidNC), or correct the letters in grbl.axes"
         )
 
-    def _end_leftover_motion(self) -> Asking:
+    def _end_leftover_motion(self) -> Script[HostEvent, bool]:
         """End what an earlier program left running; return False if the board does not answer.
 
         A reset discards a half-received line. In Idle it keeps position and state, whatever $22 is
@@ -119,7 +116,7 @@ class GrblContact:
             return (yield from self.exchange.soft_reset())
         return True
 
-    def _reset_may_open_gripper(self) -> Asking:
+    def _reset_may_open_gripper(self) -> Script[HostEvent, bool]:
         """Return whether a reset may open the gripper.
 
         It cannot if two reports show that everything a reset switches off is off already. Only
@@ -140,7 +137,7 @@ class GrblContact:
                 return False
         return True
 
-    def clear(self) -> Answering:
+    def clear(self) -> Script[HostEvent, Reply]:
         """Leave an alarm, a hold, sleep or a mute state; the position is as valid as before."""
         began_s = self.io.now_s
         message = yield from self.exchange.look(self.settings.answer_s)
@@ -163,7 +160,7 @@ class GrblContact:
             return RequestRejected(f"the board's state is {state}", moved=False)
         return Done()
 
-    def prepare(self) -> Generator[float, HostEvent | None, RequestRejected | None]:
+    def prepare(self) -> Script[HostEvent, RequestRejected | None]:
         """Make the board ready for a motion; return the reason if that fails, or None.
 
         A report has no checksum, so a surprising one counts only when it is repeated.
@@ -192,7 +189,7 @@ class GrblContact:
                 break
         return RequestRejected(READS_NO_LINES, moved=False)
 
-    def _set_modes(self) -> Generator[float, HostEvent | None, RequestRejected | None]:
+    def _set_modes(self) -> Script[HostEvent, RequestRejected | None]:
         """Set the parser modes that our lines need; repeating this is harmless."""
         message: HostEvent | None = None
         for _ in range(0 if self.board.modes_set else TRIES):

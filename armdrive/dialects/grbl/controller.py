@@ -20,11 +20,12 @@ from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.exchange import Script
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.contact import GrblContact
-from armdrive.dialects.grbl.exchange import Answering, GrblExchange, refusal
+from armdrive.dialects.grbl.exchange import GrblExchange, refusal
 from armdrive.dialects.grbl.motion import GrblHoming, GrblMotion
-from armdrive.dialects.grbl.planner import MotionBounds
+from armdrive.dialects.grbl.planner import InFlightLines, MotionBounds
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, GrblSettings, idle_key
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.errors import Refused
@@ -40,6 +41,7 @@ from armdrive.tasks import (
     ReadPosition,
     ReadProgram,
     ReadSettings,
+    Reply,
     Request,
     RequestRejected,
     SetGripper,
@@ -80,14 +82,13 @@ class GrblController(ScriptRunner[HostEvent]):
         self.board = board = BoardState(host, settings, axes)
         self.exchange = exchange = GrblExchange(self.io, host, board, settings, self.byte_s)
         self.outputs = GrblOutputs(exchange, settings, config.gripper.kind)
-        stops = GrblStops(self.io, exchange, board, self.outputs, settings)
+        self.stops = stops = GrblStops(self.io, exchange, board, self.outputs, settings)
         self.contact = GrblContact(self.io, exchange, board, stops, self.outputs, settings)
-        self.motion = GrblMotion(self.io, exchange, board, stops, settings, axes)
         self.homing = GrblHoming(self.io, exchange, board, self.contact, settings, axes.letters)
 
     # -- what happens -------------------------------------------------------------------------
 
-    def script(self, request: Request) -> Answering:
+    def script(self, request: Request) -> Script[HostEvent, Reply]:
         """Carry out a request, making contact with the board first if necessary."""
         match request:
             case SetOutputs(bits):
@@ -98,7 +99,7 @@ class GrblController(ScriptRunner[HostEvent]):
                 raise Refused(f"`{line}` is not a GRBL setting: write one like `$100=250`")
         return self._carry_out(request)
 
-    def _carry_out(self, request: Request) -> Answering:
+    def _carry_out(self, request: Request) -> Script[HostEvent, Reply]:
         if not self.board.contacted and (problem := (yield from self.contact.make())) is not None:
             return problem
         if isinstance(request, MoveBy):
@@ -107,7 +108,7 @@ class GrblController(ScriptRunner[HostEvent]):
             case MoveAlong():
                 if (problem := (yield from self.contact.prepare())) is not None:
                     return problem
-                return (yield from self.motion.drive(request, self.bounds))
+                return (yield from self._motion(request).drive())
             case ReadPosition():
                 return (yield from self.exchange.read_position())
             case ReadSettings():
@@ -128,7 +129,16 @@ class GrblController(ScriptRunner[HostEvent]):
             case ReadProgram() | WriteRow():
                 return RequestRejected("a GRBL board has no program memory", moved=False)
 
-    def _compare(self) -> Answering:
+    def _motion(self, request: MoveAlong) -> GrblMotion:
+        """Return a motion from where the board stands."""
+        bounds, settings, board = self.bounds, self.settings, self.board
+        start = board.registers().positions
+        lines = InFlightLines(start, bounds.limits, settings.corridor_steps, bounds.segments)
+        return GrblMotion(
+            self.io, self.exchange, board, self.stops, settings, self.axes, bounds, request, lines
+        )
+
+    def _compare(self) -> Script[HostEvent, Reply]:
         """Read the settings until they are complete, and learn the axes' actual limits."""
         message: HostEvent | None = None
         reported, answer_s = self.board.reported_settings, self.settings.answer_s
@@ -160,7 +170,7 @@ class GrblController(ScriptRunner[HostEvent]):
     @property
     def underruns(self) -> int:
         """How often the board ran out of lines in the middle of a motion."""
-        return self.motion.underruns
+        return self.board.underruns
 
     @property
     def bounds(self) -> MotionBounds:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
 from dataclasses import dataclass
 from types import UnionType
 from typing import TypeAlias
 
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.tasks import Done, Reply, RequestRejected
@@ -26,8 +25,6 @@ from firmware_protocol.grbl import (
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 
-Asking: TypeAlias = Generator[float, HostEvent | None, bool]
-Answering: TypeAlias = Generator[float, HostEvent | None, Reply]
 Answer: TypeAlias = Acknowledged | Refused | Restarted | AlarmRaised
 
 REPORT_TIMEOUT_S = 0.25
@@ -83,10 +80,6 @@ class GrblExchange:
         through_s = max(self.wire_free_s, self.io.now_s)
         self.wire_free_s = through_s + len(data) * self.byte_s
 
-    def room_for(self, line: Line) -> bool:
-        """Return whether the board's receive buffer has room for a line."""
-        return self.host.room_for(line)
-
     def forget_lines(self) -> None:
         """Stop expecting answers to the lines sent so far."""
         self.host.forget_outstanding()
@@ -105,7 +98,7 @@ class GrblExchange:
         if event is not None:
             self.io.notify(event)
 
-    def listen(self, until_s: float) -> Generator[float, HostEvent | None, HostEvent | None]:
+    def listen(self, until_s: float) -> Script[HostEvent, HostEvent | None]:
         """Wait for the next message; return None at the deadline or when a stop is requested."""
         message = yield until_s
         if message is not None:
@@ -128,13 +121,13 @@ class GrblExchange:
 
     # -- asking -------------------------------------------------------------------------------
 
-    def look(self, patience_s: float) -> Asking:
+    def look(self, patience_s: float) -> Script[HostEvent, bool]:
         """Query until a report arrives; return False at the timeout. Moves nothing."""
         return self.sign_of_life(patience_s, REPORT_TIMEOUT_S, StatusReported)
 
     def sign_of_life(
         self, patience_s: float, every_s: float, wanted: type[HostEvent] | UnionType
-    ) -> Asking:
+    ) -> Script[HostEvent, bool]:
         """Query every `every_s` until a wanted message arrives; return False at the timeout."""
         end_s = self.io.now_s + patience_s
         while self.io.now_s < end_s:
@@ -146,7 +139,7 @@ class GrblExchange:
                     return True
         return False
 
-    def look_position(self, patience_s: float) -> Asking:
+    def look_position(self, patience_s: float) -> Script[HostEvent, bool]:
         """Query until the machine position is known, which may need a report with the offset."""
         for _ in range(REPORTS_TO_OFFSET):
             if not (yield from self.look(patience_s)):
@@ -155,28 +148,26 @@ class GrblExchange:
                 return True
         return False
 
-    def read_position(self) -> Answering:
+    def read_position(self) -> Script[HostEvent, Reply]:
         """Read the motor positions. Moves nothing."""
         began_s = self.io.now_s
         unanswered = self.board.polls.since_s < began_s
         # the driver asks three times, and together the attempts must not take long
-        share = 4.0 if unanswered else 2.0
+        share = 4.0 if unanswered else 2.0  # a board that is mute already gets less
         if (yield from self.look_position(self.settings.mute_s / share)):
             return self.board.registers()
         if self.board.alarm is not None:
             return RequestRejected(self.board.alarm_words(), moved=False)
         return self.io.silence(began_s)
 
-    def carry_out(self, command: Command, patience_s: float) -> Answering:
+    def carry_out(self, command: Command, patience_s: float) -> Script[HostEvent, Reply]:
         """Send one line; return `Done`, or the reason why the board did not carry it out."""
         message = yield from self.ask(command, patience_s)
         if isinstance(message, Acknowledged):
             return Done()
         return refusal(message, f"`{command.text}` was not carried out")
 
-    def ask(
-        self, command: Command, patience_s: float
-    ) -> Generator[float, HostEvent | None, Answer | None]:
+    def ask(self, command: Command, patience_s: float) -> Script[HostEvent, Answer | None]:
         """Send one line and return its answer, an alarm or a restart; None at the timeout."""
         if not (yield from self.clean_line()):
             return None  # the board answers no line at all
@@ -184,14 +175,14 @@ class GrblExchange:
         self.board.polls.stray |= answer is None  # part of the line may have arrived
         return answer
 
-    def clean_line(self) -> Generator[float, HostEvent | None, bool]:
+    def clean_line(self) -> Script[HostEvent, bool]:
         """Clear the board's input line of what a damaged `?` or a half line may have left there.
 
         Return False if the board answers no line at all.
         """
         return not self.board.polls.stray or (yield from self.spoil())
 
-    def spoil(self) -> Generator[float, HostEvent | None, bool]:
+    def spoil(self) -> Script[HostEvent, bool]:
         """Send `SPOILER` until the board refuses a line; return False if nothing was answered.
 
         An ok means that the line ended in a comment, or belongs to an earlier line and is late. No
@@ -208,9 +199,7 @@ class GrblExchange:
                 return True
         return answered
 
-    def _ask(
-        self, command: Command, patience_s: float
-    ) -> Generator[float, HostEvent | None, Answer | None]:
+    def _ask(self, command: Command, patience_s: float) -> Script[HostEvent, Answer | None]:
         self.forget_lines()
         self.speak(command)
         end_s = self.wire_free_s + patience_s
@@ -223,7 +212,7 @@ class GrblExchange:
         self.forget_lines()
         return None
 
-    def soft_reset(self, *, patient: bool = True, moving: bool = False) -> Asking:
+    def soft_reset(self, *, patient: bool = True, moving: bool = False) -> Script[HostEvent, bool]:
         """Reset the board and wait for its banner; `aborted` records whether that ended a motion.
 
         If the board does not answer at all, only a `patient` caller tries again. `moving` means
@@ -246,7 +235,7 @@ class GrblExchange:
                 break
         return False
 
-    def _reset(self, moving: bool) -> Asking:
+    def _reset(self, moving: bool) -> Script[HostEvent, bool]:
         """Send the reset and wait for the banner; return False if none arrives.
 
         A restarting board answers no query. So a report proves that the reset was lost, unless the

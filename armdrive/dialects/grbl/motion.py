@@ -7,24 +7,21 @@ is free. A reported position off the lines that were sent ends the motion.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
 from dataclasses import dataclass
 
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import HELD, BoardState
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import (
     REPORT_TIMEOUT_S,
     RESET_POLL_S,
     Answer,
-    Answering,
     GrblExchange,
     refusal,
 )
 from armdrive.dialects.grbl.planner import (
     SLOWEST_HZ,
     InFlightLines,
-    LineTrip,
     MotionBounds,
     MotorPath,
     line_path,
@@ -38,6 +35,7 @@ from armdrive.tasks import (
     Halted,
     Interrupted,
     MoveAlong,
+    MoveBy,
     Progress,
     Reply,
     RequestRejected,
@@ -79,7 +77,7 @@ OVERRIDE_FACTOR = 12.0
 
 @dataclass(slots=True, eq=False)
 class GrblMotion:
-    """Drives motions, one after the other, segment by segment."""
+    """Drives one motion, segment by segment."""
 
     io: ScriptIO[HostEvent]
     exchange: GrblExchange
@@ -87,117 +85,144 @@ class GrblMotion:
     stops: GrblStops
     settings: GrblSettings
     axes: BoardAxes
-    underruns: int = 0
-    """How often the board ran out of lines in the middle of a motion."""
+    bounds: MotionBounds
+    request: MoveAlong
+    lines: InFlightLines
+    # sending
+    drawn: MoveBy | None = None  # the next segment, not sent yet
+    exhausted: bool = False  # there are no more segments
+    waits: bool = False  # during a pause
+    steps: int = 0  # of the last line's busiest motor
+    guess_s: float = 0.0  # the last line's duration, and so probably the next one's
+    began_s: float = -math.inf  # when the motors started to turn
+    # a motion too slow for the board is ahead of its schedule, and sends nothing until later
+    lead_s: float = 0.0
+    not_before_s: float = -math.inf
+    # reports
+    polled_s: float = -math.inf  # the latest query
+    awaiting: bool = False  # until its report arrives
+    seen_s: float = -math.inf  # when the latest report was asked for
+    changed_s: float = 0.0  # the latest progress
+    off: int = 0  # successive reports off the path
+    dry: bool = False  # the planner has run empty
+    starved: bool = False  # it has, and this is an underrun if another segment is drawn
 
-    def drive(self, request: MoveAlong, bounds: MotionBounds) -> Answering:
+    def drive(self) -> Script[HostEvent, Reply]:
         """Send segments while there is room, until the motion is complete or something ends it.
 
         The board must be ready for lines, and its position known.
         """
-        start = self.board.position or self.board.registers().positions
-        lines = InFlightLines(start, bounds.limits, self.settings.corridor_steps, bounds.segments)
-        trip = LineTrip(request.segments, lines, bounds, request.ahead_s, request.jog)
-        trip.changed_s = self.io.now_s
-        self.stops.brake_s = bounds.slowest_stop_s + bounds.ramp_s()
+        self.changed_s = self.io.now_s
+        self.stops.brake_s = self.bounds.slowest_stop_s + self.bounds.ramp_s()
         while True:
-            if self.io.stop_asked or request.released():
-                return (yield from self._halt(trip))
-            if request.held_back():
-                trip.waits = True
-                if trip.lines.empty:
-                    return Done(unsent=int(trip.drawn is not None))
+            if self.io.stop_asked or self.request.released():
+                return (yield from self._halt())
+            if self.request.held_back():
+                self.waits = True
+                if self.lines.empty:
+                    return Done(unsent=int(self.drawn is not None))
             else:
-                self._send(trip)
-            if trip.finished:
+                self._send()
+            if self.exhausted and self.drawn is None and self.lines.empty:
                 return Done()
-            self._poll(trip)
-            message = yield from self.exchange.listen(self._wake_s(trip))
-            if (end := self._outcome(trip, message)) is not None:
+            self._poll()
+            message = yield from self.exchange.listen(self._wake_s())
+            if (end := self._outcome(message)) is not None:
                 return (yield from self._break_off(end))
 
     # -- sending ------------------------------------------------------------------------------
 
-    def _send(self, trip: LineTrip) -> None:
+    def _send(self) -> None:
         """Send the next line if wire, receive buffer and the time ahead allow it."""
-        if self.io.now_s < max(self.exchange.wire_free_s, trip.not_before_s) or trip.off:
+        if self.io.now_s < max(self.exchange.wire_free_s, self.not_before_s) or self.off:
             return
-        if trip.drawn is None and not trip.exhausted and self._has_room(trip):
-            trip.drawn = next(trip.segments, None)
-            trip.exhausted = trip.drawn is None
-            self.underruns += trip.starved and not trip.exhausted
-            trip.starved = False
-        if trip.drawn is None:
+        if self.drawn is None and not self.exhausted:
+            self._draw()
+        if self.drawn is None:
             return
-        lasts_s = trip.drawn.duration_s
+        lasts_s = self.drawn.duration_s
         # the board cannot turn more slowly than this; a slower line finishes ahead of schedule
-        driven_s = min(lasts_s, trip.drawn.steps.largest / SLOWEST_HZ)
-        ahead = line_path(trip.drawn.steps, driven_s, trip.bounds.limits)
-        if not trip.lines.fits(ahead, trip.ahead_s, trip.bounds.ramp_s()):
+        driven_s = min(lasts_s, self.drawn.steps.largest / SLOWEST_HZ)
+        ahead = line_path(self.drawn.steps, driven_s, self.bounds.limits)
+        if not self.lines.fits(ahead, self.request.ahead_s, self.bounds.ramp_s()):
             return
-        line = Line(self._text(trip, trip.drawn.steps, ahead))
-        if not self._may_send(trip, line):
+        line = Line(self._text(self.drawn.steps, ahead))
+        if not self._may_send(line):
             return
         self.exchange.speak(line)
-        trip.began_s = self.io.now_s if trip.lines.empty else trip.began_s
-        trip.lines.send(trip.drawn.steps, ahead, self.io.now_s)
-        trip.guess_s, trip.steps, trip.drawn = driven_s, trip.drawn.steps.largest, None
-        trip.changed_s = self.io.now_s
-        trip.lead_s += lasts_s - driven_s
-        trip.waits = False
-        if trip.lead_s >= MAX_LEAD_S:
-            trip.not_before_s, trip.lead_s = trip.lines.ends_s + trip.lead_s, 0.0
+        self.began_s = self.io.now_s if self.lines.empty else self.began_s
+        self.lines.send(self.drawn.steps, ahead, self.io.now_s)
+        self.guess_s, self.steps, self.drawn = driven_s, self.drawn.steps.largest, None
+        self.changed_s = self.io.now_s
+        self.lead_s += lasts_s - driven_s
+        self.waits = False
+        if self.lead_s >= MAX_LEAD_S:
+            self.not_before_s, self.lead_s = self.lines.ends_s + self.lead_s, 0.0
 
-    def _has_room(self, trip: LineTrip) -> bool:
-        """Return whether another segment like the last would fit; only then is it drawn."""
-        return not trip.waits_for_ok and trip.lines.has_room(trip.guess_s, trip.ahead_s)
+    def _draw(self) -> None:
+        """Draw the next segment if one like the last would fit: at a pause, the rest is undrawn."""
+        if self._waits_for_ok or not self.lines.has_room(self.guess_s, self.request.ahead_s):
+            return
+        self.drawn = next(self.request.segments, None)
+        self.exhausted = self.drawn is None
+        self.board.underruns += self.starved and not self.exhausted
+        self.starved = False
 
-    def _may_send(self, trip: LineTrip, line: Line) -> bool:
-        if trip.waits_for_ok or trip.lines.ends_by(self.io.now_s + END_MARGIN_S):
+    @property
+    def _waits_for_ok(self) -> bool:
+        """Whether to wait for a line's ok before sending the next: in a jog, and after the first.
+
+        A stray character may spoil the first line. Then the board refuses it before anything moves.
+        """
+        return self.lines.unanswered > 0 and (self.request.jog or not self.lines.oks)
+
+    def _may_send(self, line: Line) -> bool:
+        if self._waits_for_ok or self.lines.ends_by(self.io.now_s + END_MARGIN_S):
             return False
-        return trip.lines.waiting < self.board.blocks and self.exchange.room_for(line)
+        return self.lines.waiting < self.board.blocks and self.exchange.host.room_for(line)
 
-    def _text(self, trip: LineTrip, steps: Motors, ahead: MotorPath) -> str:
-        words = self.axes.words(trip.lines.end, trip.lines.end + steps)
-        return f"{'$J=G91' if trip.jog else 'G91G1'}{feed(ahead)}{words}"
+    def _text(self, steps: Motors, ahead: MotorPath) -> str:
+        words = self.axes.words(self.lines.end, self.lines.end + steps)
+        return f"{'$J=G91' if self.request.jog else 'G91G1'}{feed(ahead)}{words}"
 
-    def _poll(self, trip: LineTrip) -> None:
-        every_s = REPORT_TIMEOUT_S if trip.awaiting else self.settings.poll_s
-        if self.io.now_s >= trip.polled_s + every_s:
+    def _poll(self) -> None:
+        if self.io.now_s >= self._poll_due_s():
             self.exchange.press(Realtime.STATUS)
-            trip.polled_s, trip.awaiting = self.io.now_s, True
+            self.polled_s, self.awaiting = self.io.now_s, True
 
-    def _wake_s(self, trip: LineTrip) -> float:
-        every_s = REPORT_TIMEOUT_S if trip.awaiting else self.settings.poll_s
-        wake_s = min(trip.polled_s + every_s, self.exchange.mute_at_s)
-        for later_s in (self.exchange.wire_free_s, trip.not_before_s):
+    def _poll_due_s(self) -> float:
+        return self.polled_s + (REPORT_TIMEOUT_S if self.awaiting else self.settings.poll_s)
+
+    def _wake_s(self) -> float:
+        wake_s = min(self._poll_due_s(), self.exchange.mute_at_s)
+        for later_s in (self.exchange.wire_free_s, self.not_before_s):
             if self.io.now_s < later_s:
                 wake_s = min(wake_s, later_s)
         return wake_s
 
     # -- evaluating ---------------------------------------------------------------------------
 
-    def _outcome(self, trip: LineTrip, message: HostEvent | None) -> Reply | None:
+    def _outcome(self, message: HostEvent | None) -> Reply | None:
         """Evaluate a message, or its absence; return the reply if the motion has ended."""
         match message:
             case Acknowledged():
-                trip.lines.answered(self.io.now_s)
-                trip.changed_s = self.io.now_s
+                self.lines.answered(self.io.now_s)
+                self.changed_s = self.io.now_s
             case Refused():
-                moved = trip.lines.oks > 0 or trip.lines.unanswered > 1
+                moved = self.lines.oks > 0 or self.lines.unanswered > 1
                 return refusal(message, f"`{message.command.text}` was refused", moved=moved)
             case AlarmRaised():
                 return RequestRejected(self.board.alarm_words())
             case Restarted():
                 return RequestRejected("the board was reset, or lost its power, while it moved")
             case StatusReported():
-                return self._reported(trip)
+                return self._reported()
         if message is not None:  # the missing message may be next, still unread
             return None
-        return self._silence_of_mute() if self.exchange.mute else self._overdue(trip)
+        return self._silence_of_mute() if self.exchange.mute else self._overdue()
 
-    def _reported(self, trip: LineTrip) -> Reply | None:
-        trip.awaiting, trip.seen_s = False, trip.polled_s
+    def _reported(self) -> Reply | None:
+        self.awaiting, self.seen_s = False, self.polled_s
         board, state = self.board, self.board.state
         if state is State.ALARM:
             return RequestRejected(board.alarm_words())
@@ -210,36 +235,36 @@ class GrblMotion:
         if not board.located or board.position is None:
             return None
         self.io.notify(Progress(board.registers()))
-        left = trip.lines.waiting, trip.lines.start
+        left = self.lines.waiting, self.lines.start
         idle, planned = board.standing, board.planner_holds()
-        on_it = trip.lines.report(board.position, self.io.now_s, idle=idle, planned=planned)
-        self._count_underrun(trip, idle)
-        if left != (trip.lines.waiting, trip.lines.start):
-            trip.changed_s = self.io.now_s
-        trip.off = 0 if on_it else trip.off + 1
-        if trip.off == 1:
-            trip.polled_s = -math.inf  # the report may be damaged (no checksum): query again
-        return self._end_off_path(trip) if trip.off > 1 else None
+        on_it = self.lines.report(board.position, self.io.now_s, idle=idle, planned=planned)
+        self._count_underrun(idle)
+        if left != (self.lines.waiting, self.lines.start):
+            self.changed_s = self.io.now_s
+        self.off = 0 if on_it else self.off + 1
+        if self.off == 1:
+            self.polled_s = -math.inf  # the report may be damaged (no checksum): query again
+        return self._end_off_path() if self.off > 1 else None
 
-    def _count_underrun(self, trip: LineTrip, idle: bool) -> None:
+    def _count_underrun(self, idle: bool) -> None:
         """Count an underrun: the planner runs empty in mid-motion, and the motors brake to a stop.
 
         Between single steps, and while the driver waits between lines, they stand anyway.
         """
         now_s = self.io.now_s
-        filled = now_s >= trip.began_s + FILL_S
+        filled = now_s >= self.began_s + FILL_S
         empty = idle or (filled and self.board.planner_holds() == 0)
-        intended = trip.waits or now_s < trip.not_before_s + FILL_S
-        dry = empty and trip.lines.oks > 1 and trip.steps > SINGLE_STEPS and not intended
-        if dry and not trip.dry:
-            if trip.lines.unanswered:
-                self.underruns += 1  # the next line is still on the wire
+        intended = self.waits or now_s < self.not_before_s + FILL_S
+        dry = empty and self.lines.oks > 1 and self.steps > SINGLE_STEPS and not intended
+        if dry and not self.dry:
+            if self.lines.unanswered:
+                self.board.underruns += 1  # the next line is still on the wire
             else:
-                trip.starved = True  # an underrun only if another segment is drawn
-        trip.dry = dry
+                self.starved = True  # an underrun only if another segment is drawn
+        self.dry = dry
 
-    def _end_off_path(self, trip: LineTrip) -> Reply:
-        here, goal = tuple(self.board.registers().positions), tuple(trip.lines.end)
+    def _end_off_path(self) -> Reply:
+        here, goal = tuple(self.board.registers().positions), tuple(self.lines.end)
         text = (
             f"the arm is off the path that was sent, at {here} steps on the way to {goal}: a byte "
             "was lost, or the board's steps per unit are wrong"
@@ -247,38 +272,38 @@ class GrblMotion:
         self.io.notify(Alert(AlertKind.OFF_PATH, text))
         return RequestRejected(text)
 
-    def _overdue(self, trip: LineTrip) -> Reply | None:
+    def _overdue(self) -> Reply | None:
         """Check for a missing ok or a motion without progress; return the reply if it has ended."""
-        lines, now_s = trip.lines, self.io.now_s
+        lines, now_s = self.lines, self.io.now_s
         standing, position = self.board.standing, self.board.position
         if lines.unanswered and now_s >= lines.oldest_sent_s + self.settings.answer_s:
-            if standing and position is not None and lines.at_end(position):
-                lines.take_as_answered()  # the line was driven, so only its ok was lost
+            if standing and position is not None and position == lines.end:
+                lines.unanswered = 0  # the line was driven, so only its ok was lost
                 self.exchange.forget_lines()
                 lines.report(position, now_s, idle=True)
             elif standing or not lines.oks:
                 return RequestRejected("the board did not answer a line: it was lost on the wire")
         patience_s = STALLED_S + OVERRIDE_FACTOR * lines.expected_s()
         # measured up to the latest query: a suspended program has not queried the board meanwhile
-        waited_s = trip.seen_s - max(trip.changed_s, trip.not_before_s)
-        if (not lines.empty or trip.drawn is not None) and waited_s >= patience_s:
+        waited_s = self.seen_s - max(self.changed_s, self.not_before_s)
+        if (not lines.empty or self.drawn is not None) and waited_s >= patience_s:
             return RequestRejected("the motion makes no progress: check the arm and the board")
         return None
 
     # -- ending -------------------------------------------------------------------------------
 
-    def _halt(self, trip: LineTrip) -> Answering:
+    def _halt(self) -> Script[HostEvent, Reply]:
         """End a motion after a stop request, or a jog whose key was released."""
         if self.io.stop_asked and self.io.stop_hard:
-            kept = yield from self.stops.kill(trip.lines)
+            kept = yield from self.stops.kill(self.lines)
             return self._silence_of_mute() if self.exchange.mute else Halted(kept)
-        if not self.io.stop_asked and trip.lines.empty and trip.drawn is None:
+        if not self.io.stop_asked and self.lines.empty and self.drawn is None:
             return Done()
-        stop = self.stops.cancel_jog(trip.lines) if trip.jog else self.stops.hold()
+        stop = self.stops.cancel_jog(self.lines) if self.request.jog else self.stops.hold()
         kept = yield from stop
         return self._silence_of_mute() if self.exchange.mute else Halted(kept)
 
-    def _break_off(self, end: Reply) -> Answering:
+    def _break_off(self, end: Reply) -> Script[HostEvent, Reply]:
         """Stop a motion that has failed, and return the failure."""
         if isinstance(end, Timeout):
             # the board may still receive; a reset could make the arm sag
@@ -305,7 +330,7 @@ class GrblHoming:
     settings: GrblSettings
     letters: str
 
-    def home(self, groups: tuple[tuple[int, ...], ...]) -> Answering:
+    def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[HostEvent, Reply]:
         """Make the board home all motors at once, or one group after the other."""
         yield from self.exchange.look(self.settings.answer_s)
         if self.board.state in HELD:
@@ -334,7 +359,7 @@ class GrblHoming:
             named = list("".join(named))
         return [Home(letters) for letters in named]
 
-    def _answer(self) -> Generator[float, HostEvent | None, Answer | None]:
+    def _answer(self) -> Script[HostEvent, Answer | None]:
         """Wait for the answer to a homing command; return None at a stop or at the timeout."""
         end_s = self.io.now_s + self.settings.homing_s
         while self.io.now_s < end_s and not self.io.stop_asked:
@@ -343,7 +368,7 @@ class GrblHoming:
                 return message
         return None
 
-    def _end(self) -> Generator[float, HostEvent | None, None]:
+    def _end(self) -> Script[HostEvent, None]:
         """Reset a board that is homing, which obeys nothing else.
 
         It sends no report that would show a lost byte, so the reset is sent twice.

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import MappingProxyType
 
 from armdrive.abilities import segment_s
 from armdrive.dialects.controller import StopPart, Stopping
-from armdrive.tasks import MoveBy
 from firmware_protocol.grbl import Variant
 from kinematics.spaces import Motors
 
@@ -84,6 +83,7 @@ def line_path(steps: Motors, duration_s: float, limits: Limits) -> MotorPath:
 def corner_speed(one: MotorPath, other: MotorPath, limits: Limits) -> float:
     """Return the highest speed in the corner between two lines."""
     fastest = min(one.speed, other.speed)
+    # of the angle between the lines as sides of the corner, as the firmware computes it
     cosine = -sum(a * b for a, b in zip(one.unit, other.unit, strict=True))
     if cosine > 1.0 - COSINE_TOLERANCE:
         return 0.0
@@ -99,10 +99,12 @@ def corner_speed(one: MotorPath, other: MotorPath, limits: Limits) -> float:
 def planned_s(paths: Sequence[MotorPath], limits: Limits) -> float:
     """Return how long consecutive lines take from rest to rest."""
     speeds = [0.0, *(corner_speed(a, b, limits) for a, b in pairwise(paths)), 0.0]
+    # backwards: a line is entered no faster than it can brake for its end
     for index in range(len(paths) - 1, -1, -1):
         room = 2.0 * paths[index].acceleration * paths[index].length
         speeds[index] = min(speeds[index], math.sqrt(speeds[index + 1] ** 2 + room))
     total_s = 0.0
+    # forwards: a line is left no faster than it can accelerate to
     for index, one in enumerate(paths):
         room = 2.0 * one.acceleration * one.length
         speeds[index + 1] = min(speeds[index + 1], math.sqrt(speeds[index] ** 2 + room))
@@ -113,6 +115,7 @@ def planned_s(paths: Sequence[MotorPath], limits: Limits) -> float:
 def trapezoid_s(one: MotorPath, enter: float, leave: float) -> float:
     """Return how long a line takes if it is entered and left at these speeds."""
     slope = one.acceleration
+    # where both ramps would meet, if the line were not limited in speed
     peak = min(one.speed, math.sqrt(slope * one.length + (enter**2 + leave**2) / 2.0))
     peak = max(peak, enter, leave)
     ramps = (2.0 * peak**2 - enter**2 - leave**2) / (2.0 * slope)
@@ -417,10 +420,6 @@ class InFlightLines:
         self.unanswered = max(self.unanswered - 1, 0)
         self.oks += 1
 
-    def take_as_answered(self) -> None:
-        """Stop waiting for oks that were lost."""
-        self.unanswered = 0
-
     def rest(self, more: MotorPath | None = None) -> list[MotorPath]:
         """Return the lines left to drive, followed by `more` if given."""
         paths = [line.path for line in self._lines]
@@ -460,10 +459,6 @@ class InFlightLines:
         """Return the expected duration of the lines left to drive."""
         return planned_s(self.rest(), self._limits)
 
-    def at_end(self, position: Motors) -> bool:
-        """Return whether a position is the end of the last line."""
-        return position == self.end
-
     def report(
         self, position: Motors, now_s: float, *, idle: bool, planned: int | None = None
     ) -> bool:
@@ -476,6 +471,7 @@ class InFlightLines:
             self._drop(len(self._lines) - self.unanswered)
         if not self._lines:
             return (position - self.start).largest <= self._tolerance
+        # the earliest line that explains the position is the one under way; all before it are done
         for index, line in enumerate(self._lines):
             share = line.share_at(position, self._tolerance)
             if share is not None:
@@ -490,6 +486,7 @@ class InFlightLines:
         self, position: Motors, index: int, share: float, planned: int | None
     ) -> bool:
         """Return whether a position is farther behind the planner than its segments explain."""
+        # these lines have left the planner, so their segments have been computed
         computed = 0 if planned is None else len(self._lines) - self.unanswered - planned
         lines = list(self._lines)[index : max(computed, 0)]
         if not lines or (lines[-1].end - position).largest <= self._tolerance:
@@ -503,51 +500,3 @@ class InFlightLines:
             self.start = self._lines.popleft().end
             self._share = 0.0
         self.unanswered = min(self.unanswered, len(self._lines))  # an ok was lost on the wire
-
-
-@dataclass(slots=True)
-class LineTrip:
-    """One motion in progress: the source of its lines, and the state of those sent.
-
-    A motion too slow for the board is `lead_s` ahead of its schedule, and no line is sent before
-    `not_before_s`. `waits` is true during a pause. The motors started to turn at `began_s`.
-    `drawn` is the next segment, not sent yet. `polled_s` is the time of the latest query,
-    `awaiting` is true until its report arrives, and `seen_s` is the time when the latest report was
-    asked for. `changed_s` is the time of the latest progress. `off` counts successive reports off
-    the path. `steps` and `guess_s` are the busiest motor's steps and the duration of the last line.
-    `dry` means that the planner has run empty, and `starved` that this may be an underrun.
-    """
-
-    segments: Iterator[MoveBy]
-    lines: InFlightLines
-    bounds: MotionBounds
-    ahead_s: float
-    jog: bool
-    drawn: MoveBy | None = None
-    exhausted: bool = False
-    not_before_s: float = -math.inf
-    waits: bool = False
-    lead_s: float = 0.0
-    began_s: float = -math.inf
-    polled_s: float = -math.inf
-    awaiting: bool = False
-    seen_s: float = -math.inf
-    changed_s: float = 0.0
-    off: int = 0
-    steps: int = 0
-    dry: bool = False
-    starved: bool = False
-    guess_s: float = 0.0
-
-    @property
-    def finished(self) -> bool:
-        """Whether there is nothing left to send and every line sent is done."""
-        return self.exhausted and self.drawn is None and self.lines.empty
-
-    @property
-    def waits_for_ok(self) -> bool:
-        """Whether to wait for a line's ok before sending the next: in a jog, and after the first.
-
-        A stray character may spoil the first line. Then the board refuses it before anything moves.
-        """
-        return self.lines.unanswered > 0 and (self.jog or not self.lines.oks)

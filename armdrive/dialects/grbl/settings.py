@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import date
 
@@ -295,6 +295,40 @@ def idle_key(settings: GrblSettings, variant: Variant, reported: ReportedSetting
     return int(word) if word.isdigit() else word
 
 
+def _is_other(found: float, wanted: float) -> bool:
+    return abs(found - wanted) > SAME
+
+
+def _is_far(found: float, wanted: float) -> bool:
+    return abs(found - wanted) > wanted * SAME + SAME
+
+
+def _is_lower(found: float, wanted: float) -> bool:
+    return found < wanted * (1.0 - RATE_TOLERANCE)
+
+
+def _is_switched(found: float, wanted: float) -> bool:
+    return bool(found) != bool(wanted)
+
+
+@dataclass(frozen=True, slots=True)
+class ExpectedSetting:
+    """A setting as the arm file expects it; `must` means that nothing moves until it is right."""
+
+    key: int
+    wanted: float
+    what: str
+    differs: Callable[[float, float], bool]
+    must: bool = False
+
+    def difference(self, found: float) -> Difference:
+        """Return the difference of a reported value, and the line that corrects it."""
+        # rounded up, because three decimals must not make a limit lower than expected
+        expected = write_number(math.ceil(self.wanted * 1000.0 - 1e-6) / 1000.0)
+        name, line = f"${self.key} ({self.what})", f"${self.key}={expected}"
+        return Difference(name, write_number(found), expected, line, self.must)
+
+
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """Compares the settings that a board reports with those that the arm file expects.
@@ -335,15 +369,13 @@ class Comparison:
     def differences(self) -> Iterator[Difference]:
         """Yield each difference from the arm file, with the line that corrects it."""
         yield from self._idle()
-        yield from self._reports()
-        yield from self._axes()
-        junction = self.axes.expected(self.settings).junction
-        found = self.number(JUNCTION)
-        if found is not None and abs(found - junction) > junction * SAME + SAME:
-            yield _difference(JUNCTION, found, junction, "the corner rounding", must=False)
-        yield from self._switches()
+        for each in self._expected():
+            found = self.number(each.key)
+            if found is not None and each.differs(found, each.wanted):
+                yield each.difference(found)
 
     def _idle(self) -> Iterator[Difference]:
+        """Yield the difference of the only setting that may be missing, or no number."""
         found = self.reported.get(self.idle)
         try:
             on = found is not None and float(found) == ALWAYS_ON
@@ -357,58 +389,27 @@ class Comparison:
                 f"${self.idle}={ALWAYS_ON}",
             )
 
-    def _reports(self) -> Iterator[Difference]:
-        mask = self.number(REPORT)
-        if mask is not None and int(mask) & MPOS_AND_BUFFER != MPOS_AND_BUFFER:
-            wanted = int(mask) | MPOS_AND_BUFFER
-            yield _difference(REPORT, mask, wanted, "what reports contain")
-        inches = self.number(INCHES)
-        if inches:
-            yield _difference(INCHES, inches, 0, "reports in inches")
-
-    def _axes(self) -> Iterator[Difference]:
-        expected = self.axes.expected(self.settings)
+    def _expected(self) -> Iterator[ExpectedSetting]:
+        expected, settings = self.axes.expected(self.settings), self.settings
+        mask = int(self.number(REPORT) or 0) | MPOS_AND_BUFFER  # the other parts may stay
+        yield ExpectedSetting(REPORT, mask, "what reports contain", _is_other, must=True)
+        yield ExpectedSetting(INCHES, 0, "reports in inches", _is_switched, must=True)
         for index, letter in enumerate(self.axes.letters):
-            steps, wanted = self._of_axis(STEPS_PER_UNIT, index), expected.steps_per_unit[index]
-            if steps is not None and abs(steps - wanted) > SAME:
-                yield self._of(STEPS_PER_UNIT, index, steps, wanted, f"steps per unit of {letter}")
-            rate, wanted = self._of_axis(RATES, index), expected.rates[index] * 60.0
-            if rate is not None and rate < wanted * (1.0 - RATE_TOLERANCE):
-                what = f"the highest rate of {letter}: motion is slower than requested"
-                yield self._of(RATES, index, rate, wanted, what, must=False)
-            slope, wanted = self._of_axis(ACCELERATIONS, index), expected.accelerations[index]
-            if slope is not None and slope < wanted * (1.0 - RATE_TOLERANCE):
-                what = f"the acceleration of {letter}: motion starts and stops more slowly"
-                yield self._of(ACCELERATIONS, index, slope, wanted, what, must=False)
-            if self.settings.travel and self.settings.soft_limits:
-                travel, wanted = self._of_axis(TRAVEL, index), self.settings.travel[index]
-                if travel is not None and abs(travel - wanted) > SAME:
-                    what = f"the travel of {letter}"
-                    yield self._of(TRAVEL, index, travel, wanted, what, must=False)
-
-    def _switches(self) -> Iterator[Difference]:
-        for key, wanted, what in (
-            (SOFT_LIMITS, self.settings.soft_limits, "soft limits"),
-            (HARD_LIMITS, self.settings.hard_limits, "hard limits"),
-            (HOMING, self.settings.homing, "homing"),
-        ):
-            found = self.number(key)
-            if found is not None and bool(found) != wanted:
-                yield _difference(key, found, int(wanted), what, must=False)
+            axis = self.board.index(letter)
+            steps, what = expected.steps_per_unit[index], f"steps per unit of {letter}"
+            yield ExpectedSetting(STEPS_PER_UNIT + axis, steps, what, _is_other, must=True)
+            what = f"the highest rate of {letter}: motion is slower than requested"
+            yield ExpectedSetting(RATES + axis, expected.rates[index] * 60.0, what, _is_lower)
+            slope = expected.accelerations[index]
+            what = f"the acceleration of {letter}: motion starts and stops more slowly"
+            yield ExpectedSetting(ACCELERATIONS + axis, slope, what, _is_lower)
+            if settings.travel and settings.soft_limits:
+                travel, what = settings.travel[index], f"the travel of {letter}"
+                yield ExpectedSetting(TRAVEL + axis, travel, what, _is_other)
+        yield ExpectedSetting(JUNCTION, expected.junction, "the corner rounding", _is_far)
+        yield ExpectedSetting(SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched)
+        yield ExpectedSetting(HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched)
+        yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
 
     def _of_axis(self, group: int, index: int) -> float | None:
         return self.number(group + self.board.index(self.axes.letters[index]))
-
-    def _of(
-        self, group: int, index: int, found: float, wanted: float, what: str, *, must: bool = True
-    ) -> Difference:
-        key = group + self.board.index(self.axes.letters[index])
-        return _difference(key, found, wanted, what, must=must)
-
-
-def _difference(
-    key: int, found: float, wanted: float, what: str, *, must: bool = True
-) -> Difference:
-    rounded = math.ceil(wanted * 1000.0 - 1e-6) / 1000.0
-    expected = write_number(rounded)
-    return Difference(f"${key} ({what})", write_number(found), expected, f"${key}={expected}", must)

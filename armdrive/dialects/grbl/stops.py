@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
 from dataclasses import dataclass
 
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import HELD, LINES_IGNORED, MOVING, BoardState
 from armdrive.dialects.grbl.exchange import (
     REPORT_TIMEOUT_S,
-    Answering,
-    Asking,
     GrblExchange,
     refusal,
 )
 from armdrive.dialects.grbl.planner import RESEND_S, InFlightLines
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import Refused
-from armdrive.tasks import Done, RequestRejected
+from armdrive.tasks import Done, Reply, RequestRejected
 from firmware_protocol.grbl import (
     Acknowledged,
     Coolant,
@@ -33,8 +30,6 @@ from kinematics.text import counted
 
 REPORTED_OUTPUTS = {"M3", "flood", "mist"}
 """The outputs whose state a status report shows (gnea/grbl grbl/report.c)."""
-
-Switching = Generator[float, HostEvent | None, RequestRejected | None]
 
 
 class GrblOutputs:
@@ -68,14 +63,14 @@ class GrblOutputs:
         if not self.reset_lets_go:
             raise Refused("this arm's gripper is driven by a motor, not by a servo or output")
 
-    def set(self, bits: int) -> Answering:
+    def set(self, bits: int) -> Script[HostEvent, Reply]:
         """Switch the outputs."""
         refused = yield from self._switch(bits)
         if refused is None:
             self._bits = bits
         return refused or Done()
 
-    def set_gripper(self, share: float) -> Answering:
+    def set_gripper(self, share: float) -> Script[HostEvent, Reply]:
         """Open the gripper to a share from 0, closed, to 1, open."""
         if self._gripper == "output":
             bit = 1 << self._settings.gripper_output
@@ -88,21 +83,21 @@ class GrblOutputs:
             self._share = share
         return refused or Done()
 
-    def restore(self) -> Generator[float, HostEvent | None, None]:
+    def restore(self) -> Script[HostEvent, None]:
         """Restore what a reset switched off, so that a valve or a servo does not drop its load."""
         if self._share is not None:
             yield from self._turn_servo(self._share)
         if self._bits:
             yield from self._switch(self._bits)
 
-    def _turn_servo(self, share: float) -> Switching:
+    def _turn_servo(self, share: float) -> Script[HostEvent, RequestRejected | None]:
         span = self._settings.servo_open - self._settings.servo_closed
         value = self._settings.servo_closed + span * share
         word = "S" if self._settings.servo == "M3" else "Q"
         line = Line(f"{self._settings.servo}{word}{value:.3f}".rstrip("0").rstrip("."))
         return (yield from self._carry_out((line,), "the gripper's servo"))
 
-    def _switch(self, bits: int) -> Switching:
+    def _switch(self, bits: int) -> Script[HostEvent, RequestRejected | None]:
         """Switch the outputs. A single command switches both flood and mist off."""
         words = self._settings.outputs
         on = {word for bit, word in enumerate(words) if bits >> bit & 1}
@@ -120,7 +115,7 @@ class GrblOutputs:
 
     def _carry_out(
         self, commands: tuple[Line | Coolant | DigitalOutput, ...], what: str
-    ) -> Switching:
+    ) -> Script[HostEvent, RequestRejected | None]:
         """Send lines one at a time; return the reason if one was refused, or None."""
         for command in commands:
             message = yield from self._exchange.ask(command, self._settings.answer_s)
@@ -158,7 +153,7 @@ class GrblStops:
     settings: GrblSettings
     brake_s: float = 1.0
 
-    def _watch(self, step_s: float) -> Generator[float, HostEvent | None, StatusReported | None]:
+    def _watch(self, step_s: float) -> Script[HostEvent, StatusReported | None]:
         """Query once and return the latest report received within `step_s`."""
         self.exchange.press(Realtime.STATUS)
         end_s = self.io.now_s + step_s
@@ -169,7 +164,7 @@ class GrblStops:
                 found = message
         return found
 
-    def hold(self) -> Asking:
+    def hold(self) -> Script[HostEvent, bool]:
         """Brake, wait until the board stands, and reset it; return False if steps may be lost.
 
         The reset empties receive buffer and planner; after a hold alone, the motion would continue
@@ -204,7 +199,7 @@ class GrblStops:
         in_time = self.io.now_s < end_s
         return in_time and not self.io.stop_hard and not self.exchange.mute
 
-    def kill(self, lines: InFlightLines) -> Asking:
+    def kill(self, lines: InFlightLines) -> Script[HostEvent, bool]:
         """Stop at once; return False if that interrupted a motion.
 
         The board says so, but its message may be lost, or be due to a reset that was not ours. So
@@ -213,7 +208,7 @@ class GrblStops:
         moving = self.board.state in MOVING or not lines.empty
         return (yield from self.reset_and_restore(moving=moving)) and not moving
 
-    def reset_and_restore(self, *, moving: bool) -> Asking:
+    def reset_and_restore(self, *, moving: bool) -> Script[HostEvent, bool]:
         """Reset the board and restore its outputs; return whether it kept its position."""
         alarmed = self.board.alarm is not None and not self.board.alarm.position_kept
         answered = yield from self.exchange.soft_reset(patient=False, moving=moving)
@@ -222,7 +217,7 @@ class GrblStops:
             yield from self.outputs.restore()
         return kept
 
-    def cancel_jog(self, lines: InFlightLines) -> Asking:
+    def cancel_jog(self, lines: InFlightLines) -> Script[HostEvent, bool]:
         """End a jog and keep the position; return False if steps may be lost.
 
         First wait for the answer to the last line, because a cancel does not affect lines still in
@@ -232,6 +227,7 @@ class GrblStops:
         holds no motion.
         """
         end_s = self.io.now_s + self.settings.answer_s
+        # a cancel ends only what the planner holds: the last line must have got there
         while lines.unanswered and self.io.now_s < end_s and not self.io.stop_hard:
             message = yield from self.exchange.listen(min(end_s, self.io.now_s + OK_TIMEOUT_S))
             if isinstance(message, Acknowledged):
@@ -247,7 +243,7 @@ class GrblStops:
                 continue
             if self.board.state is State.JOG and self.io.now_s >= hold_s:
                 self.exchange.press(Realtime.FEED_HOLD)
-                hold_s = math.inf
+                hold_s = math.inf  # once: if it is lost too, `hold` below repeats it
             elif self.board.standing:
                 if (yield from self.exchange.spoil()) and (yield from self._still_idle()):
                     return True
@@ -258,13 +254,13 @@ class GrblStops:
             return (yield from self.kill(lines))
         return (yield from self.hold())
 
-    def _still_idle(self) -> Asking:
+    def _still_idle(self) -> Script[HostEvent, bool]:
         """Query whether the board stands, after all lines that were sent."""
         self.exchange.forget_lines()
         seen = yield from self.exchange.look(REPORT_TIMEOUT_S)
         return seen and self.board.standing
 
-    def free(self) -> Asking:
+    def free(self) -> Script[HostEvent, bool]:
         """Reset an Idle board that reads no lines; return whether it reads them now.
 
         A resume would also make it read lines, but it would execute those waiting in its receive

@@ -7,9 +7,8 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
 from armdrive.dialects import DeviceTools
-from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, lines_of
+from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, decoded
 from armdrive.dialects.words import AnswerLines, Describer, Message, Sentences, Weight, plain
-from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.grbl.answers import (
     Alarm,
     Banner,
@@ -147,11 +146,7 @@ _REFUSAL = re.compile(rb"(?:^|[\r\n])error:[0-9]{1,3}\r?\n")
 
 def _sign(received: bytes) -> Identity | None:
     firmware, restarted, seen = "", False, _REFUSAL.search(received) is not None
-    for line in lines_of(received, b"\r\n"):
-        try:
-            answer = decode_answer(line)
-        except RemoteProtocolError:
-            continue
+    for answer in decoded(received, b"\r\n", decode_answer):
         seen |= isinstance(answer, StatusReport | Alarm)
         if isinstance(answer, Banner):
             firmware = f"{answer.variant} {answer.version}"

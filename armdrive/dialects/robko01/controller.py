@@ -8,15 +8,16 @@ resynchronizes, reads the positions, and resends the motion only if the motors h
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeAlias
 
 from armdrive.abilities import Abilities
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.exchange import Script
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
-from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion, RobkoStart, RobkoWatch
+from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion
 from armdrive.dialects.robko01.settings import SLACK_S, TOLD_BY_S, Pacing, RobkoSettings
 from armdrive.dialects.speed_table import PaceMeter
 from armdrive.dialects.words import plain
@@ -57,8 +58,6 @@ from firmware_protocol.robko01 import Event as HostEvent
 from firmware_protocol.robko01 import Request as Message
 from kinematics.spaces import Motors
 
-Script: TypeAlias = Generator[float, HostEvent | None, Reply]
-
 HOST_S = 0.03  # delay that the operating system, an adapter or a network may add to a message
 STANDSTILL_SEEN_S = 0.12  # longest time from the motors' standstill until the driver detects it
 LONGEST_MOVE_BYTES = 32
@@ -67,23 +66,18 @@ LONGEST_MOVE_BYTES = 32
 class RobkoController(ScriptRunner[HostEvent]):
     """One Robko 01, seen from the driver."""
 
-    def __init__(self, abilities: Abilities, settings: RobkoSettings, baud: int) -> None:
+    def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
+        settings: RobkoSettings = config.device
         host = Host(counts_check=settings.counts_check)
         super().__init__(replace(abilities, resets_on_open=settings.resets_on_open), host)
-        self._byte_s = BITS_A_BYTE / baud
+        self._byte_s = BITS_A_BYTE / config.connection.baud
         self._pacing = Pacing(settings.known)
         self._meter = PaceMeter(settings.speed_doubt, TOLD_BY_S, SLACK_S, SLACK_S)
         self._power = MotorPower(self.io, settings.watchdog_s)
         self._exchange = RobkoExchange(self.io, host, self._power, settings, self._byte_s)
-        self._motion = RobkoMotion(
-            self.io,
-            self._exchange,
-            self._pacing,
-            RobkoStart(self.io, self._exchange, self._power),
-            RobkoWatch(self.io, self._exchange, self._power, self._meter),
-        )
+        self._motion = RobkoMotion(self.io, self._exchange, self._power, self._pacing, self._meter)
 
-    def script(self, request: Request) -> Script:
+    def script(self, request: Request) -> Script[HostEvent, Reply]:
         """Carry out a request, unless the firmware's watchdog has expired."""
         if self._power.starved and not isinstance(request, SwitchOn):
             silent_s = self.io.now_s - self._power.fed_s
@@ -93,7 +87,7 @@ class RobkoController(ScriptRunner[HostEvent]):
                 return RequestRejected("its watchdog has switched the motors off", moved=False)
         return (yield from self._carry_out(request))
 
-    def _carry_out(self, request: Request) -> Script:
+    def _carry_out(self, request: Request) -> Script[HostEvent, Reply]:
         match request:
             case MoveBy(steps, rate_hz, released):
                 return (yield from self._motion.move(steps, rate_hz, released))
@@ -173,7 +167,7 @@ class RobkoController(ScriptRunner[HostEvent]):
 
     # -- small requests -----------------------------------------------------------------------
 
-    def _registers(self) -> Script:
+    def _registers(self) -> Script[HostEvent, Reply]:
         """Read the inputs, then the positions, so that the positions are as fresh as possible."""
         began_s, before = self.io.now_s, self._exchange.seen
         inputs = yield from self._exchange.ask(Inputs())
@@ -187,7 +181,7 @@ class RobkoController(ScriptRunner[HostEvent]):
             self._power.lost(AlertKind.RESTARTED, words)
         return Registers(positions, inputs.value)
 
-    def _simple(self, message: Message) -> Script:
+    def _simple(self, message: Message) -> Script[HostEvent, Reply]:
         """Send a message that is safe to repeat."""
         began_s = self.io.now_s
         answer = yield from self._exchange.ask(message, text=str(message))
@@ -197,7 +191,7 @@ class RobkoController(ScriptRunner[HostEvent]):
             return RequestRejected(f"it answered {answer.status.name}", moved=False)
         return Done()
 
-    def _switch(self, message: Enable | Disable, *, on: bool) -> Script:
+    def _switch(self, message: Enable | Disable, *, on: bool) -> Script[HostEvent, Reply]:
         self._power.on = False
         reply = yield from self._simple(message)
         if isinstance(reply, Done):
@@ -206,7 +200,4 @@ class RobkoController(ScriptRunner[HostEvent]):
         return reply
 
 
-DRIVER = Driver(
-    RobkoSettings,
-    lambda abilities, config: RobkoController(abilities, config.device, config.connection.baud),
-)
+DRIVER = Driver(RobkoSettings, RobkoController)

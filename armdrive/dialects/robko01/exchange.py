@@ -8,9 +8,9 @@ board is reading, and then a ping with unique bytes: its answer cannot be a late
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from dataclasses import dataclass
 
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.robko01.settings import RobkoSettings
 from armdrive.tasks import Alert, AlertKind
 from firmware_protocol.robko01 import (
@@ -79,75 +79,69 @@ class MotorPower:
         self._io.notify(Alert(kind, words))
 
 
+@dataclass(slots=True, eq=False)
 class RobkoExchange:
     """Sends messages, awaits answers, and keeps the latest positions of the motors."""
 
-    def __init__(
-        self,
-        io: ScriptIO[HostEvent],
-        host: Host,
-        power: MotorPower,
-        settings: RobkoSettings,
-        byte_s: float,
-    ) -> None:
-        self._io = io
-        self._host = host
-        self._power = power
-        self._settings = settings
-        self._byte_s = byte_s
-        self._number = 0
-        self._met = False
-        self._out_of_step = True
-        self.seen: Motors | None = None
-        self.seen_s = -math.inf
-        self.turning = False
-        """Whether any axis had a speed in the latest report."""
-        self.stood: Motors | None = None
-        """The motors' positions at their latest standstill."""
+    io: ScriptIO[HostEvent]
+    host: Host
+    power: MotorPower
+    settings: RobkoSettings
+    byte_s: float
+    seen: Motors | None = None
+    seen_s: float = -math.inf
+    turning: bool = False
+    """Whether any axis had a speed in the latest report."""
+    stood: Motors | None = None
+    """The motors' positions at their latest standstill."""
+    _number: int = 0
+    _met: bool = False
+    _out_of_step: bool = True
 
     def give_up(self) -> None:
         """Stop waiting for the answer; the next message resynchronizes first."""
-        self._host.forget()
-        self._host.discard()
+        self.host.forget()
+        self.host.discard()
         self._out_of_step = True
 
     def forget(self) -> None:
         """Stop waiting for the answer to a ping that feeds the watchdog."""
-        self._host.forget()
+        self.host.forget()
 
     def feed(self) -> bytes:
         """Return the bytes of a ping that feeds the watchdog between two requests."""
-        self._host.forget()
-        self._power.feeding(self._io.now_s)
-        return self._host.send(self._token())
+        self.host.forget()
+        self.power.feeding(self.io.now_s)
+        return self.host.send(self._token())
 
     def ask(
         self, message: Message, *, tries: int = TRIES, text: str = "", may_break: bool = False
-    ) -> Generator[float, HostEvent | None, Answer | None]:
+    ) -> Script[HostEvent, Answer | None]:
         """Send a message; return its answer, or None after a timeout.
 
         With `may_break`, a stop requested during the wait ends it at once.
         """
-        asked = self._io.stop_asked
+        asked = self.io.stop_asked  # a message sent while stopping is not broken off
         for _ in range(tries):
             if self._out_of_step and not (yield from self._get_into_step()):
                 return None
             answer = yield from self._once(message, text, break_at_stop=may_break and not asked)
             if answer is not None:
                 return answer
-            if may_break and self._io.stop_asked and not asked:
+            if may_break and self.io.stop_asked and not asked:
                 return None
             self.give_up()
         return None
 
     def _once(
         self, message: Message, text: str, *, break_at_stop: bool = False
-    ) -> Generator[float, HostEvent | None, Answer | None]:
-        self._host.forget()
-        data = self._host.send(message)
-        self._io.write(data, text)
-        event = yield from self._io.wait_for(
-            self._io.now_s + self._patience_s(len(data)),
+    ) -> Script[HostEvent, Answer | None]:
+        self.host.forget()
+        data = self.host.send(message)
+        self.io.write(data, text)
+        event = yield from self.io.wait_for(
+            self.io.now_s + self._patience_s(len(data)),
+            # this very request: an equal one may have been sent before, and answered late
             lambda event: isinstance(event, Answered) and event.request is message,
             until_stop=break_at_stop,
         )
@@ -156,13 +150,13 @@ class RobkoExchange:
         self.heed(event)
         return event.answer
 
-    def _get_into_step(self) -> Generator[float, HostEvent | None, bool]:
+    def _get_into_step(self) -> Script[HostEvent, bool]:
         """Ping until the board answers; the first time, allow for the board's start-up."""
-        until_s = self._io.now_s + (0.0 if self._met else self._settings.boot_s)
+        until_s = self.io.now_s + (0.0 if self._met else self.settings.boot_s)
         tries = 0
-        while tries < TRIES or self._io.now_s < until_s:
+        while tries < TRIES or self.io.now_s < until_s:
             tries += 1
-            self._io.write(FLUSH)
+            self.io.write(FLUSH)
             if (yield from self._once(self._token(), "PING")) is not None:
                 self._met, self._out_of_step = True, False
                 return True
@@ -171,18 +165,18 @@ class RobkoExchange:
     def heed(self, event: Answered) -> None:
         """Update the watchdog and the positions from any answer."""
         if isinstance(event.request, Ping | Inputs | Position):
-            self._power.fed()
+            self.power.fed()
         if isinstance(event.answer, Positions):
             self.seen = Motors(event.answer.axes.positions_steps)
-            self.seen_s = self._io.now_s
+            self.seen_s = self.io.now_s
             self.turning = any(event.answer.axes.speeds_steps_s)
 
-    def look(self, text: str = "") -> Generator[float, HostEvent | None, Motors | None]:
+    def look(self, text: str = "") -> Script[HostEvent, Motors | None]:
         """Return the motors' positions as reported, wrapped to 16 bits."""
         answer = yield from self.ask(Position(), text=text)
         return self.seen if isinstance(answer, Positions) else None
 
-    def mask(self) -> Generator[float, HostEvent | None, int | None]:
+    def mask(self) -> Script[HostEvent, int | None]:
         """Return the axes that the board reports as moving, one bit each."""
         answer = yield from self.ask(IsMoving())
         return answer.value if isinstance(answer, Moving) else None
@@ -199,5 +193,5 @@ class RobkoExchange:
         return Ping(self._number.to_bytes(2, "big"))
 
     def _patience_s(self, length: int) -> float:
-        wire_s = (len(FLUSH) + length + FRAME_MAX) * self._byte_s
-        return wire_s + BOARD_S + self._settings.answer_margin_s
+        wire_s = (len(FLUSH) + length + FRAME_MAX) * self.byte_s
+        return wire_s + BOARD_S + self.settings.answer_margin_s

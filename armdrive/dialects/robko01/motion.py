@@ -21,11 +21,10 @@ motion. A motion has ended when the positions equal its target.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.settings import Pacing
 from armdrive.dialects.speed_table import PaceMeter
@@ -79,8 +78,6 @@ class RobkoPath:
         return all(min(0, b) <= m <= max(0, b) for m, b in zip(made, self.steps, strict=True))
 
 
-Script: TypeAlias = Generator[float, HostEvent | None, Reply]
-
 FRESH_S = 0.3  # a position no older than this serves as the start of a motion
 POLL_S, SLOW_POLL_S = 0.01, 0.1  # polling intervals close to the expected arrival, and before it
 MAY_ARRIVE = 0.7  # fraction of the expected duration after which the motors may have arrived
@@ -102,85 +99,138 @@ OVERSHOOT_STEPS = 3
 PATIENCE, PATIENCE_S = 4.0, 2.0  # a motion's timeout: a multiple of the expected time, plus 2 s
 
 
-class RobkoStart:
-    """Checks whether a motion may begin, and finds the position where it starts."""
+@dataclass(slots=True, eq=False)
+class RobkoMotion:
+    """Prepares each motion, sends it, and watches it until it ends."""
 
-    def __init__(self, io: ScriptIO[HostEvent], exchange: RobkoExchange, power: MotorPower) -> None:
-        self._io = io
-        self._exchange = exchange
-        self._power = power
-        self._counts_checked = False
+    io: ScriptIO[HostEvent]
+    exchange: RobkoExchange
+    power: MotorPower
+    pacing: Pacing
+    meter: PaceMeter
+    _counts_checked: bool = False
 
-    def prepare(
-        self, released: Callable[[], bool]
-    ) -> Generator[float, HostEvent | None, Motors | Reply]:
+    def move(
+        self, steps: Motors, rate_hz: float, released: Callable[[], bool]
+    ) -> Script[HostEvent, Reply]:
+        """Send a motion and wait for its end; send it again if the motors have not moved.
+
+        A jog whose key is released before the motion is sent does not move.
+        """
+        began_s = self.io.now_s
+        start = yield from self._prepare(released)
+        if not isinstance(start, Motors):
+            return start
+        target = start + steps
+        if not all(WORD_MIN <= each <= WORD_MAX for each in target):
+            return _out_of_range(target)
+        speeds = self.pacing.speeds(tuple(steps), rate_hz)
+        text = f"MOVE {' '.join(map(str, steps))} at {max(speeds)}"
+        message = MoveAbsolute(
+            Axes(tuple(target), tuple(speed or RESTING_STEPS_S for speed in speeds))
+        )
+        way = RobkoPath(start, steps, self.pacing.lasts_s(steps.largest, rate_hz), self.io.now_s)
+        for _ in range(SENDS):
+            if self.io.stop_asked or released():
+                return Halted()
+            way.began_s = self.io.now_s
+            # one try: whether it may be repeated depends on whether the motors have moved
+            answer = yield from self.exchange.ask(message, tries=1, text=text, may_break=True)
+            if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
+                return self._disabled()
+            if self.io.stop_asked:  # whether it was heard or not, the motors may be moving
+                return (yield from self._halt(way))
+            if answer is not None:
+                return (yield from self._paced(way, rate_hz))
+            seen, moving = (yield from self.exchange.look()), (yield from self.exchange.mask())
+            if seen is None or moving is None:
+                return self.io.silence(began_s)
+            if moving or seen != start:
+                return (yield from self._paced(way, rate_hz))
+        return self.io.silence(began_s)
+
+    def _paced(self, way: RobkoPath, rate_hz: float) -> Script[HostEvent, Reply]:
+        """Watch a motion, and wait until the time that its rate implies has passed.
+
+        The motors make their first step at once, so without the wait a slow burst would follow its
+        predecessor one step interval too soon.
+        """
+        reply = yield from self._until_ended(way)
+        if isinstance(reply, Done):
+            lasts_s = way.steps.largest / self.pacing.usable_hz(rate_hz)
+            yield from self.io.pause(way.began_s + lasts_s)
+        return reply
+
+    # -- before a motion ----------------------------------------------------------------------
+
+    def _prepare(self, released: Callable[[], bool]) -> Script[HostEvent, Motors | Reply]:
         """Set every top speed to 0 at the present position; return it, or the reason to refuse.
 
         The driver waits for a busy board, and frees a hanging axis once.
         """
-        began_s = self._io.now_s
+        began_s = self.io.now_s
         until_s, first, freed = began_s + BUSY_S, None, False
-        while not self._io.stop_asked and not released():
+        while not self.io.stop_asked and not released():
             start = yield from self._standing()
             if start is None:
-                return self._io.silence(began_s)
-            answer = yield from self._exchange.ask(MoveAbsolute(Axes(tuple(start))), may_break=True)
+                return self.io.silence(began_s)
+            answer = yield from self.exchange.ask(MoveAbsolute(Axes(tuple(start))), may_break=True)
             if isinstance(answer, Busy):
                 first = start if first is None else first
-                if self._io.now_s >= until_s and (freed or start != first):
+                if self.io.now_s >= until_s and (freed or start != first):
                     return RequestRejected("it is still moving", moved=False)
-                if self._io.now_s >= until_s:
+                if self.io.now_s >= until_s:
                     freed = yield from self._free(answer.moving)
-                yield from self._io.pause(self._io.now_s + POLL_S)
+                yield from self.io.pause(self.io.now_s + POLL_S)
             elif isinstance(answer, Acknowledged):
                 refused = answer.status is not Status.OK
-                return self.disabled() if refused else (yield from self._check_counts(start))
-            elif not self._io.stop_asked:
-                return self._io.silence(began_s)
+                return self._disabled() if refused else (yield from self._check_counts(start))
+            elif not self.io.stop_asked:
+                return self.io.silence(began_s)
         return Halted()
 
-    def _standing(self) -> Generator[float, HostEvent | None, Motors | None]:
+    def _standing(self) -> Script[HostEvent, Motors | None]:
         """Return the position at rest; a wrong one would lead to a wrong target.
 
         A reading may be a late answer, so it must agree with a second reading or with the end of
         the previous motion.
         """
-        last = self._exchange.stood
-        seen = self._exchange.seen
-        if seen is None or self._io.now_s > self._exchange.seen_s + FRESH_S:
-            seen = yield from self._exchange.look()
+        last = self.exchange.stood
+        seen = self.exchange.seen
+        if seen is None or self.io.now_s > self.exchange.seen_s + FRESH_S:
+            seen = yield from self.exchange.look()
         for _ in range(SAME_LOOKS):
             if seen is None or seen == last:
                 break
-            last, seen = seen, (yield from self._exchange.look())
-        self._exchange.stood = seen
+            last, seen = seen, (yield from self.exchange.look())
+        self.exchange.stood = seen
         return seen
 
-    def _free(self, moving: int) -> Generator[float, HostEvent | None, bool]:
+    def _free(self, moving: int) -> Script[HostEvent, bool]:
         """Free axes that hang as "moving" by setting all speeds to 0, which moves nothing."""
-        yield from self._exchange.ask(MoveSpeed(STANDSTILL))
+        yield from self.exchange.ask(MoveSpeed(STANDSTILL))
         names = ", ".join(name for axis, name in enumerate(AXIS_NAMES) if moving >> axis & 1)
-        self._io.notify(
+        self.io.notify(
             ProtocolWarning(
                 f"freed axes that another program's speed of 0 had left hanging: {names}"
             )
         )
         return True
 
-    def _check_counts(self, start: Motors) -> Generator[float, HostEvent | None, Motors | Reply]:
+    def _check_counts(self, start: Motors) -> Script[HostEvent, Motors | Reply]:
         """Return the start after checking that the board's counters are within 16 bits.
 
         With a top speed of 0, an axis whose counter is beyond 16 bits makes one step and no more.
         """
         if self._counts_checked:
             return start
-        began_s = self._io.now_s
-        yield from self._io.pause(began_s + CHECK_S)
-        seen, moving = (yield from self._exchange.look()), (yield from self._exchange.mask())
+        began_s = self.io.now_s
+        yield from self.io.pause(began_s + CHECK_S)
+        seen, moving = (yield from self.exchange.look()), (yield from self.exchange.mask())
         if seen is None or moving is None:
-            return self._io.silence(began_s)
+            return self.io.silence(began_s)
         if moving or seen != start:
-            yield from self._exchange.ask(MoveSpeed(STANDSTILL))
+            yield from self.exchange.ask(MoveSpeed(STANDSTILL))
             return RequestRejected(
                 "an axis has counted past 32767 steps, from where the board cannot move it by "
                 "position: reset the board, then home the arm"
@@ -188,43 +238,29 @@ class RobkoStart:
         self._counts_checked = True
         return start
 
-    def disabled(self) -> Reply:
+    def _disabled(self) -> Reply:
         """Refuse a motion while the motors are disabled; alert if the driver had enabled them."""
         words = "its motors are disabled: call `enable()`"
-        if self._power.on:
+        if self.power.on:
             told = "the controller has switched its motors off: it was reset, or its watchdog did"
-            self._power.lost(AlertKind.SWITCHED_OFF, told)
+            self.power.lost(AlertKind.SWITCHED_OFF, told)
         return RequestRejected(words, moved=False)
 
+    # -- watching a motion ---------------------------------------------------------------------
 
-class RobkoWatch:
-    """Watches a motion until it has ended, and ends it when a stop is requested."""
-
-    def __init__(
-        self,
-        io: ScriptIO[HostEvent],
-        exchange: RobkoExchange,
-        power: MotorPower,
-        meter: PaceMeter,
-    ) -> None:
-        self._io = io
-        self._exchange = exchange
-        self._power = power
-        self._meter = meter
-
-    def until_ended(self, way: RobkoPath) -> Script:
+    def _until_ended(self, way: RobkoPath) -> Script[HostEvent, Reply]:
         """Poll the positions until the motors have arrived."""
         still = off_path = 0
         last: Motors | None = None
         going_s = due_s = way.began_s
-        given_up_s = way.began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
+        given_up_s = way.began_s + PATIENCE * self.meter.doubt * way.expected_s + PATIENCE_S
         while True:
-            asked_s = self._io.now_s
-            seen = yield from self._exchange.look()
+            asked_s = self.io.now_s
+            seen = yield from self.exchange.look()
             if seen is None:
-                return self._io.silence(way.began_s)
+                return self.io.silence(way.began_s)
             if not way.left(seen).largest:
-                self._exchange.stood = seen
+                self.exchange.stood = seen
                 return Done(self._measure(way, going_s, due_s))
             if asked_s >= given_up_s:  # needs a reading requested after the timeout
                 break
@@ -232,25 +268,25 @@ class RobkoWatch:
                 off_path += 1
                 if off_path > 1:
                     return (yield from self._end_off_path(way, seen))
-                due_s = self._io.now_s + POLL_S
-                yield from self._io.pause(due_s)
+                due_s = self.io.now_s + POLL_S
+                yield from self.io.pause(due_s)
                 continue
             off_path, going_s = 0, asked_s
-            self._io.notify(Progress(Registers(seen)))
-            if self._io.now_s > way.began_s + way.expected_s and seen == last:
-                still = still + 1 if (yield from self._exchange.mask()) == 0 else 0
+            self.io.notify(Progress(Registers(seen)))
+            if self.io.now_s > way.began_s + way.expected_s and seen == last:
+                still = still + 1 if (yield from self.exchange.mask()) == 0 else 0
             if still >= STILL_LOOKS:
                 left = tuple(way.left(seen))
                 return RequestRejected(f"the motion has ended {left} steps short of its target")
             last = seen
             due_s = self._next_look_s(way, asked_s)
-            if not self._io.stop_asked:  # a stop requested before this pause would not end it
-                yield from self._io.pause(due_s)
-            if self._io.stop_asked:
-                return (yield from self.halt(way))
-        yield from self.halt(way)
+            if not self.io.stop_asked:  # a stop requested before this pause would not end it
+                yield from self.io.pause(due_s)
+            if self.io.stop_asked:
+                return (yield from self._halt(way))
+        yield from self._halt(way)
         return RequestRejected(
-            f"the motion had not ended after {self._io.now_s - way.began_s:.1f} s"
+            f"the motion had not ended after {self.io.now_s - way.began_s:.1f} s"
         )
 
     def _measure(self, way: RobkoPath, going_s: float, due_s: float) -> bool:
@@ -260,117 +296,51 @@ class RobkoWatch:
         repeated or this program was late, its time is not the time of arrival; the motors are then
         only known to have been moving at the previous reading.
         """
-        prompt = self._io.now_s <= due_s + PROMPT_S
-        until_s = self._io.now_s if prompt else going_s
-        return self._meter.learn(way.expected_s, until_s - way.began_s) and prompt
+        prompt = self.io.now_s <= due_s + PROMPT_S
+        until_s = self.io.now_s if prompt else going_s
+        return self.meter.learn(way.expected_s, until_s - way.began_s) and prompt
 
     def _next_look_s(self, way: RobkoPath, asked_s: float) -> float:
         may_arrive_s = way.began_s + MAY_ARRIVE * way.expected_s
         return max(asked_s + POLL_S, min(asked_s + SLOW_POLL_S, may_arrive_s))
 
-    def halt(self, way: RobkoPath) -> Script:
+    def _halt(self, way: RobkoPath) -> Script[HostEvent, Reply]:
         """Ramp the motors down and wait for standstill."""
-        began_s = self._io.now_s
-        if (yield from self._exchange.ask(Stop(), text="STOP")) is None:
-            return self._io.silence(began_s)
-        looks, since_s, overdue = 0, self._io.now_s, 0
+        began_s = self.io.now_s
+        if (yield from self.exchange.ask(Stop(), text="STOP")) is None:
+            return self.io.silence(began_s)
+        looks, since_s, overdue = 0, self.io.now_s, 0
         last: Motors | None = None
-        given_up_s = began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
-        while looks < STILL_LOOKS or self._io.now_s < since_s + STILL_S:
-            asked_s = self._io.now_s
-            seen, mask = (yield from self._exchange.look()), (yield from self._exchange.mask())
+        given_up_s = began_s + PATIENCE * self.meter.doubt * way.expected_s + PATIENCE_S
+        while looks < STILL_LOOKS or self.io.now_s < since_s + STILL_S:
+            asked_s = self.io.now_s
+            seen, mask = (yield from self.exchange.look()), (yield from self.exchange.mask())
             if seen is None or mask is None:
-                return self._io.silence(began_s)
-            self._io.notify(Progress(Registers(seen)))
+                return self.io.silence(began_s)
+            self.io.notify(Progress(Registers(seen)))
             if (
-                mask or self._exchange.turning or seen != last
+                mask or self.exchange.turning or seen != last
             ):  # the mask has gaps when an axis runs by speed
-                looks, since_s, last = 0, self._io.now_s, seen
+                looks, since_s, last = 0, self.io.now_s, seen
                 overdue += asked_s > given_up_s  # a single late reading may be this program's fault
                 if overdue > 1:
                     return RequestRejected("the motors were told to stop, and do not come to rest")
             looks += 1
-            yield from self._io.pause(asked_s + POLL_S)
-        self._exchange.stood = last
+            yield from self.io.pause(asked_s + POLL_S)
+        self.exchange.stood = last
         arrived = last is not None and not way.left(last).largest
         return Done() if arrived else Halted(beyond=OVERSHOOT_STEPS)
 
-    def _end_off_path(self, way: RobkoPath, seen: Motors) -> Script:
+    def _end_off_path(self, way: RobkoPath, seen: Motors) -> Script[HostEvent, Reply]:
         """End a motion that has left its path, and report the likely cause."""
         if not seen.largest:
             words = "the controller was reset or lost its power in mid-motion"
-            self._power.lost(AlertKind.RESTARTED, words)
+            self.power.lost(AlertKind.RESTARTED, words)
             return RequestRejected(words)
-        yield from self.halt(way)
+        yield from self._halt(way)
         words = f"the controller reports {tuple(seen)}, which is not on the way that was sent"
-        self._io.notify(Alert(AlertKind.OFF_PATH, words))
+        self.io.notify(Alert(AlertKind.OFF_PATH, words))
         return RequestRejected(words)
-
-
-class RobkoMotion:
-    """Prepares each motion, sends it, and watches it until it ends."""
-
-    def __init__(
-        self,
-        io: ScriptIO[HostEvent],
-        exchange: RobkoExchange,
-        pacing: Pacing,
-        start: RobkoStart,
-        watch: RobkoWatch,
-    ) -> None:
-        self._io = io
-        self._exchange = exchange
-        self._pacing = pacing
-        self._start = start
-        self._watch = watch
-
-    def move(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script:
-        """Send a motion and wait for its end; send it again if the motors have not moved.
-
-        A jog whose key is released before the motion is sent does not move.
-        """
-        began_s = self._io.now_s
-        start = yield from self._start.prepare(released)
-        if not isinstance(start, Motors):
-            return start
-        target = start + steps
-        if not all(WORD_MIN <= each <= WORD_MAX for each in target):
-            return _out_of_range(target)
-        speeds = self._pacing.speeds(tuple(steps), rate_hz)
-        text = f"MOVE {' '.join(map(str, steps))} at {max(speeds)}"
-        message = MoveAbsolute(
-            Axes(tuple(target), tuple(speed or RESTING_STEPS_S for speed in speeds))
-        )
-        way = RobkoPath(start, steps, self._pacing.lasts_s(steps.largest, rate_hz), self._io.now_s)
-        for _ in range(SENDS):
-            if self._io.stop_asked or released():
-                return Halted()
-            way.began_s = self._io.now_s
-            answer = yield from self._exchange.ask(message, tries=1, text=text, may_break=True)
-            if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
-                return self._start.disabled()
-            if self._io.stop_asked:
-                return (yield from self._watch.halt(way))
-            if answer is not None:
-                return (yield from self._paced(way, rate_hz))
-            seen, moving = (yield from self._exchange.look()), (yield from self._exchange.mask())
-            if seen is None or moving is None:
-                return self._io.silence(began_s)
-            if moving or seen != start:
-                return (yield from self._paced(way, rate_hz))
-        return self._io.silence(began_s)
-
-    def _paced(self, way: RobkoPath, rate_hz: float) -> Script:
-        """Watch a motion, and wait until the time that its rate implies has passed.
-
-        The motors make their first step at once, so without the wait a slow burst would follow its
-        predecessor one step interval too soon.
-        """
-        reply = yield from self._watch.until_ended(way)
-        if isinstance(reply, Done):
-            lasts_s = way.steps.largest / self._pacing.usable_hz(rate_hz)
-            yield from self._io.pause(way.began_s + lasts_s)
-        return reply
 
 
 def _out_of_range(target: Motors) -> RequestRejected:

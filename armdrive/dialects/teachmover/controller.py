@@ -5,12 +5,14 @@ A burst is one `@STEP`. Nothing can end it early, and its answer comes when the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.dialects.words import plain
 from armdrive.errors import Refused
@@ -68,53 +70,39 @@ OVERLONG_FACTOR = 2.0
 """A dump that takes this many times as long as the longest possible one is no dump."""
 
 
-class Dump:
-    """Receives one dump, and decides how long to wait for it.
+def read_dump(
+    io: ScriptIO[HostEvent], host: Host, byte_s: float, margin_s: float
+) -> Script[HostEvent, Reply | None]:
+    """Read the program; return it, or a rejection with the reason, or None if nothing answered.
 
-    `byte_s` is a character's time on the wire, and `margin_s` the delay that a row may have.
+    A character takes `byte_s` on the wire, and a row may be late by `margin_s`. One unreadable row
+    makes the whole dump invalid.
     """
-
-    def __init__(self, host: Host, byte_s: float, margin_s: float) -> None:
-        self._host = host
-        self.data = host.send(QDump())
-        self._first_s = (len(self.data) + len("1\r")) * byte_s + margin_s
-        self._pause_s = LONGEST_ROW * byte_s + margin_s
-        self._longest_s = self._first_s + MAX_ROWS * LONGEST_ROW * byte_s * OVERLONG_FACTOR
-        self._bad = ""
-        self._ended: Completed | None = None
-
-    def take(self, event: HostEvent | None) -> None:
-        """Take a message from the codec; one unreadable row makes the whole dump invalid."""
-        if isinstance(event, Completed):
-            self._ended = event
-        elif isinstance(event, Unreadable):
-            self._bad = self._bad or event.reason
-
-    def wait(
-        self, began_s: float, now_s: Callable[[], float], last_byte_s: Callable[[], float]
-    ) -> Generator[float, HostEvent | None, None]:
-        """Wait until the rows have ended, or until the first one is overdue."""
-        while self._ended is None:
-            until_s = began_s + self._first_s
-            if self._host.dumping:
-                until_s = min(last_byte_s() + self._pause_s, began_s + self._longest_s)
-            if now_s() >= until_s:
-                return
-            self.take((yield until_s))
-
-    def reply(self) -> Reply | None:
-        """Return the program, or a rejection with the reason; None if nothing answered."""
-        if self._host.dumping:
-            self._host.end_dump()
-            while self._ended is None:  # an unfinished row comes first, as a garbled one
-                self.take(self._host.next_event())
-        if self._ended is None:
-            return None
-        if self._bad:
-            return RequestRejected(f"the arm's program cannot be read: {self._bad}", moved=False)
-        if self._ended.status is not Status.DONE:
-            return RequestRejected("the arm does not send its program", moved=False)
-        return DeviceProgram(tuple(row.words for row in self._ended.rows))
+    data = host.send(QDump())
+    io.write(data, data.decode("ascii").strip())
+    first_s = io.now_s + (len(data) + len("1\r")) * byte_s + margin_s
+    last_s = first_s + MAX_ROWS * LONGEST_ROW * byte_s * OVERLONG_FACTOR
+    pause_s = LONGEST_ROW * byte_s + margin_s
+    events: list[HostEvent] = []
+    while not any(isinstance(each, Completed) for each in events):
+        until_s = min(io.heard_s + pause_s, last_s) if host.dumping else first_s
+        if io.now_s >= until_s:
+            break
+        event = yield until_s
+        if event is not None:
+            events.append(event)
+    if host.dumping:
+        host.end_dump()
+        events += iter(host.next_event, None)  # an unfinished row comes first, as a garbled one
+    bad = [each.reason for each in events if isinstance(each, Unreadable)]
+    ended = next((each for each in events if isinstance(each, Completed)), None)
+    if ended is None:
+        return None
+    if bad:
+        return RequestRejected(f"the arm's program cannot be read: {bad[0]}", moved=False)
+    if ended.status is not Status.DONE:
+        return RequestRejected("the arm does not send its program", moved=False)
+    return DeviceProgram(tuple(row.words for row in ended.rows))
 
 
 LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r")
@@ -173,45 +161,21 @@ ANSWER_FACTOR = 2.0
 """The timeout of an answer, as a multiple of the slowest arm's motion time."""
 
 
-class StepTimes:
-    """The duration of a `@STEP`, from the arm file's table and from measured motions."""
-
-    def __init__(self, table: SpeedTable, speed_doubt: float) -> None:
-        self._table = table
-        self._meter = SpeedMeter(table, speed_doubt)
-
-    def longest_s(self, steps: float, setting: int) -> float:
-        """Return how long these steps take if the arm is as slow as it may be."""
-        return steps / self._table.rate_hz(setting) * self._meter.part(setting).doubt
-
-    def motion_s(self, command: Command) -> tuple[float, float]:
-        """Return the expected and the longest possible duration of a command's motion."""
-        if not isinstance(command, Step):
-            return 0.0, 0.0
-        busiest = max(abs(steps) for steps in command.steps)
-        motion_s = busiest / self._table.rate_hz(command.speed)
-        return motion_s, motion_s * max(self._meter.part(command.speed).doubt, 1.0) * ANSWER_FACTOR
-
-    def measured(self, setting: int, motion_s: float, moved_s: float) -> bool:
-        """Learn the arm's speed from a motion; return False if its duration is impossible."""
-        return self._meter.part(setting).learn(motion_s, moved_s)
-
-
 class TeachMoverController(ScriptRunner[HostEvent]):
     """The driver's view of one TeachMover."""
 
-    def __init__(self, abilities: Abilities, settings: TeachMoverSettings, baud: int) -> None:
+    def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
+        settings: TeachMoverSettings = config.device
         self._host = Host()
         super().__init__(abilities, self._host)
         self._settings = settings
-        self._byte_s = BITS_A_BYTE / baud
+        self._byte_s = BITS_A_BYTE / config.connection.baud
         self._table = SpeedTable(settings.speed_table)
-        self._times = StepTimes(self._table, settings.speed_doubt)
+        self._meter = SpeedMeter(self._table, settings.speed_doubt)
         self._outputs: int | None = None
-        self._heard_s = 0.0
         self._contacted = not settings.careful_contact
 
-    def script(self, request: Request) -> Generator[float, HostEvent | None, Reply]:
+    def script(self, request: Request) -> Script[HostEvent, Reply]:
         """Send one line and wait for its answer, for as long as its motion may last."""
         if isinstance(request, ClearFault | SwitchOn):  # the next motion switches its motors on
             return Done()
@@ -225,10 +189,14 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         data = self._host.send(command)
         began_s = self.io.now_s
         self.io.write(data, data.decode("ascii").strip())
-        motion_s, timeout_s = self._times.motion_s(command)
-        answer = LONGEST_REGISTERS if isinstance(command, Read) else len("1\r")
+        motion_s = longest_s = 0.0
+        if isinstance(command, Step):
+            busiest = max(map(abs, command.steps))
+            motion_s = busiest / self._table.rate_hz(command.speed)
+            longest_s = self._meter.longest_s(busiest, command.speed)
+        answer = LONGEST_REGISTERS if isinstance(command, Read) else ANSWER
         wire_s = (len(data) + answer) * self._byte_s
-        until_s = began_s + timeout_s + wire_s + self._settings.answer_margin_s
+        until_s = began_s + longest_s * ANSWER_FACTOR + wire_s + self._settings.answer_margin_s
         message = yield from self.io.wait_for(until_s, lambda event: isinstance(event, Completed))
         if not isinstance(message, Completed):
             self.give_up()
@@ -236,25 +204,17 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         moved_s = self.io.now_s - began_s - wire_s
         return self._reply(message, self._plausible(command, motion_s, moved_s))
 
-    def receive(self, data: bytes, now_s: float) -> None:
-        """Take bytes from the arm, and note the time: a pause ends a dump."""
-        if data:
-            self._heard_s = now_s
-        super().receive(data, now_s)
-
-    def _dump(self) -> Generator[float, HostEvent | None, Reply]:
+    def _dump(self) -> Script[HostEvent, Reply]:
         """Read the program in the arm's memory, waiting until no more rows come."""
-        dump = Dump(self._host, self._byte_s, self._settings.answer_margin_s)
-        began_s = self._heard_s = self.io.now_s
-        self.io.write(dump.data, dump.data.decode("ascii").strip())
-        yield from dump.wait(began_s, lambda: self.io.now_s, lambda: self._heard_s)
-        reply = dump.reply()
+        began_s = self.io.now_s
+        margin_s = self._settings.answer_margin_s
+        reply = yield from read_dump(self.io, self._host, self._byte_s, margin_s)
         if reply is None:
             self.give_up()
             return self.io.silence(began_s)
         return reply
 
-    def _make_contact(self) -> Generator[float, HostEvent | None, None]:
+    def _make_contact(self) -> Script[HostEvent, None]:
         """Send the first line, and wait for its answer: a `0`, or nothing at all."""
         self._contacted = True
         self.io.write(FIRST_LINE, "a line that moves no arm")
@@ -279,7 +239,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
         """Return how long these steps take if the arm is as slow as it may be."""
-        return self._times.longest_s(steps, self._table.setting(rate_hz))
+        return self._meter.longest_s(steps, self._table.setting(rate_hz))
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Bound the motion after a stop: a line on the wire and its burst, which nothing ends.
@@ -296,7 +256,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         """Learn the arm's speed from a command; return False if its duration is impossible."""
         if not isinstance(command, Step):
             return True
-        return not self.io.overdue and self._times.measured(command.speed, motion_s, moved_s)
+        return not self.io.overdue and self._meter.part(command.speed).learn(motion_s, moved_s)
 
     def _command(self, request: Request) -> Command:
         match request:
@@ -333,9 +293,4 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         )
 
 
-DRIVER = Driver(
-    TeachMoverSettings,
-    lambda abilities, config: TeachMoverController(
-        abilities, config.device, config.connection.baud
-    ),
-)
+DRIVER = Driver(TeachMoverSettings, TeachMoverController)

@@ -160,24 +160,6 @@ _ROW_NUMBERS = 8
 _MOTORS = 6
 
 
-def pendant_text(
-    program: PendantProgram,
-    arm: str,
-    when: str,
-    motors: Sequence[str],
-    meanings: Sequence[str],
-) -> str:
-    """Return a program as text; `meanings` are the comments after the rows, '' for none."""
-    head = ("#     row speed", *motors)
-    lines = [_columns(head)]
-    for row, meaning in zip(program.rows, meanings, strict=True):
-        line = _columns(_fields(row))
-        lines.append(f"{line}   # {meaning}" if meaning else line)
-    origin = [] if program.origin is None else [f"origin {' '.join(map(str, program.origin))}"]
-    heading = HEADING.format(arm=arm, when=when).rstrip("\n")
-    return "\n".join([FIRST_LINE, heading, *origin, "", *lines, ""])
-
-
 def parse_pendant(text: str) -> PendantProgram:
     """Parse a program. Raises `PendantFileError`, which names the line."""
     lines = [
@@ -223,19 +205,13 @@ def _numbers(words: list[str], wanted: int, line: int) -> tuple[int, ...]:
     return tuple(int(word) for word in given)
 
 
-def _fields(row: ProgramRow) -> tuple[str, ...]:
+def _line(row: ProgramRow) -> str:
+    """Return a row's words in columns that line up from row to row."""
+    kind, numbers = "raw ", row.words
     if is_move(row):
-        return ("move", *map(str, (row.number, row.speed, *row.positions)))
-    return ("raw ", *map(str, row.words))
-
-
-def _columns(fields: Sequence[str]) -> str:
-    """Format fields in columns that line up from row to row."""
-    first, *rest = fields
-    if first.startswith("#"):
-        return first + "".join(f"{name:>12.11}" for name in rest)
-    number, second, *positions = rest
-    return f"{first}{number:>5} {second:>5}" + "".join(f"{each:>12}" for each in positions)
+        kind, numbers = "move", (row.number, row.speed, *row.positions)
+    number, second, *others = numbers
+    return f"{kind} {number:>4} {second:>5}" + "".join(f"{each:>12}" for each in others)
 
 
 # The meaning of a pendant program's rows on one arm: joint angles, gripper opening and speed.
@@ -289,8 +265,11 @@ def text_of(config: ArmConfig, program: PendantProgram, when: str) -> str:
     """Return a program as the text of a file, with the meaning of each row on this arm."""
     transmission = config.model.transmission
     names = [motor.name for motor in transmission.motors] if transmission else []
-    meanings = [meaning(config, program, row) for row in program.rows]
-    return pendant_text(program, config.name, when, names, meanings)
+    origin = [] if program.origin is None else [f"origin {' '.join(map(str, program.origin))}"]
+    heading = HEADING.format(arm=config.name, when=when).rstrip("\n")
+    columns = "#     row speed" + "".join(f"{name:>12.11}" for name in names)
+    rows = [f"{_line(row)}   # {meaning(config, program, row)}" for row in program.rows]
+    return "\n".join([FIRST_LINE, heading, *origin, "", columns, *rows, ""])
 
 
 def view(config: ArmConfig, program: PendantProgram) -> dict[str, Any]:

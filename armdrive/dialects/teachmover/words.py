@@ -12,7 +12,7 @@ from armdrive.dialects.recognition import (
     Probe,
     Recognition,
     Risk,
-    lines_of,
+    decoded,
 )
 from armdrive.dialects.teachmover.controller import FIRST_LINE
 from armdrive.dialects.teachmover.pendant import PENDANT
@@ -25,7 +25,6 @@ from armdrive.dialects.words import (
     plain,
     standing,
 )
-from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.teachmover.messages import (
     ATTENTION,
     MOVE_KIND,
@@ -114,12 +113,7 @@ _HARMLESS = "a line that moves no arm"
 def _sign(received: bytes) -> Identity | None:
     """Recognise seven numbers as a TeachMover's registers only after a status line."""
     before: object = None
-    for line in lines_of(received, b"\r"):
-        try:
-            reply = decode_reply(line)
-        except RemoteProtocolError:
-            before = None
-            continue
+    for reply in decoded(received, b"\r", decode_reply):
         if isinstance(reply, Registers):
             if before is Status.DONE:
                 return Identity("teachmover", "TeachMover")

@@ -84,15 +84,6 @@ def test_in_no_other_order_either_while_the_line_that_moves_nothing_is_before_re
             check_unmoved(port, dialect, state)
 
 
-@pytest.mark.skipif("armdroid" not in SPOKEN, reason="needs the simulated Armdroid")
-def test_read_alone_would_move_an_armdroid():
-    port = prepared("armdroid", "with numbers to repeat")
-    before = port.device.world.motors
-    say(port, PROBES[-1])
-    port.pass_time(AFTER_S)
-    assert port.device.world.motors != before
-
-
 def test_every_order_that_the_declared_risks_forbid_is_refused_and_would_move_an_armdroid():
     """And every order that they allow leaves it where it stands, its last motion unrepeated."""
     forbidden = 0

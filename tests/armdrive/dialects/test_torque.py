@@ -64,23 +64,25 @@ def test_an_arm_that_cannot_be_parked_stays_as_it_is(call):
     assert call("disable", "--no-park", "--json", code=0).json["current"] == "off"
 
 
-def test_a_person_is_asked_to_park_first(call, answers):
-    given, asked = answers
+PARK, SUPPORT = "Park the arm first? Type yes: ", "support the arm"
+
+
+@pytest.mark.parametrize(
+    ("given", "code", "parked"),
+    [([True], 0, True), ([False, True], 0, False), ([False, False], 3, False)],
+)
+def test_a_person_is_asked_to_park_first_and_then_whether_the_arm_is_supported(
+    call, answers, given, code, parked
+):
+    answers[0][:] = given
     call("home", code=0)
-    given[:] = [True]
-    assert "parked: " in call("disable", code=0).out
-    assert asked == ["Park the arm first? Type yes: "]
-
-
-def test_who_does_not_want_to_park_is_asked_once_more(call, answers):
-    given, asked = answers
-    given[:] = [False, False]
-    assert "[E204]" in call.refused("disable", code=3)
-    given[:] = [False, True]
-    out = call("disable", code=0).out
-    assert "parked" not in out
-    assert "the motors are off" in out
-    assert "support the arm" in asked[-1]
+    done = call("disable", code=code)
+    assert ("parked: " in done.out) == parked
+    assert ("the motors are off" in done.out) == (code == 0)
+    assert ("[E204]" in done.err) == (code == 3)
+    first, *others = answers[1]
+    assert first == PARK
+    assert [SUPPORT in each for each in others] == [True] * (len(given) - 1)
 
 
 @pytest.mark.parametrize("name", DIALECTS)

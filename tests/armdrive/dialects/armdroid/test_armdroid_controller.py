@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 import pytest
+from amounts import amount
 from armdroid_bench import CONFIG
 from faults import arm_config, driven, honest
 
-from armdrive import Arm, ArmFileError, DeviceFault, NoAnswer, Refused
+from armdrive import Arm, DeviceFault, NoAnswer, Refused
 from armdrive.connect.parts import connect_simulated
 from armdrive.dialects.armdroid.controller import ArmdroidController
 from armdrive.registry import dialect, simulate
-from armdrive.registry.arm_files import parse_arm
 from armdrive.status import State, Trust
 from armdrive.storage.record import FileRecorder
 from armdrive.tasks import (
@@ -50,7 +50,7 @@ class Talked:
 
     def __init__(self, **settings):
         config = arm_config("armdroid", device=settings)
-        self.controller = ArmdroidController(dialect("armdroid").abilities, config.device, 9600)
+        self.controller = ArmdroidController(dialect("armdroid").abilities, config)
         self.now_s = 0.0
 
     def begin(self, request):
@@ -93,38 +93,61 @@ class Talked:
         return self
 
 
+MOVE = MoveBy(STEPS, 100.0)
+SETTLED = [(VERSION, "25s"), ("speed = 25", "d")]
+LOADED = [("speed = 125", NUMBERS + "g"), (ECHO, "D")]
+CONVERSATIONS = {
+    "numbers are repeated before the letter, and the speed is set only once": (
+        {}, [(MOVE, "125s"), *LOADED, (DRIVEN, "", 0.2), Done(), (MOVE, NUMBERS + "g")]
+    ),
+    "without the check a motion is one text": (
+        {"check_numbers": False}, [(MOVE, "125s"), ("speed = 125", NUMBERS + "D")]
+    ),
+    "numbers that were misunderstood are taken back and said again": (
+        {}, [(MOVE, "125s"), ("speed = 125", NUMBERS + "g"), ("debug = 7 0 0 0 -312 0", "v"),
+             *SETTLED, (ZERO, "125s"), *LOADED]
+    ),
+    "other offsets than asked are no end of a motion": (
+        {}, [(MOVE, "125s"), *LOADED, (ZERO, ""), None, (DRIVEN, ""), Done()]
+    ),
+    "a speed that was misunderstood is set again": (
+        {}, [(MOVE, "125s"), ("speed = 7125", "v")]
+    ),
+    "an answer far too early is not timely": (
+        {}, [(MoveBy(Motors((200, 0, 0, 0, 0, 0)), 100.0), "125s"),
+             ("speed = 125", "0,0,0,0,0,200g"), ("debug = 0 0 0 0 0 200", "D"),
+             ("offsets = 0,0,0,0,0,200", ""), Done(timely=False)]
+    ),
+    "the second look leaves nothing to repeat, and the third only asks": (
+        {}, [(ReadPosition(), ",,,,,d"), ("offsets = 1,2,3,4,5,6", ""),
+             Registers(Motors((6, 5, 4, 3, 2, 1))), (ReadPosition(), "o")]
+    ),
+    "the current is switched both ways and sure of it": (
+        {}, [(SwitchOn(), "1t"), ("torque = enabled", ""), Done(),
+             (DropCurrent(), "0t"), ("torque = enabled", "v")]
+    ),
+    "older firmware switches no current": (
+        {"switches_torque": False}, [(SwitchOn(), ""), Done()]
+    ),
+    "it tells its version as its settings": (
+        {}, [(ReadSettings(), ""), DeviceSettings(firmware="2.0")]
+    ),
+}  # fmt: skip
+"""What is asked of the controller or said by the board, and what is sent then; and the events."""
+
+
 class TestConversation:
-    def test_first_contact_clears_the_board_and_moves_nothing(self):
-        Talked().met()
-
-    def test_the_second_look_leaves_nothing_to_repeat_and_the_third_only_asks(self):
-        talked = Talked().met()
-        assert talked.begin(ReadPosition()) == ",,,,,d"
-        talked.answer("offsets = 1,2,3,4,5,6")
-        assert talked.event == Registers(Motors((6, 5, 4, 3, 2, 1)))
-        assert talked.begin(ReadPosition()) == "o"
-
-    def test_numbers_are_repeated_before_the_letter_is_sent(self):
-        talked = Talked().met().loaded()
-        talked.answer(DRIVEN, 0.2)
-        assert talked.event == Done()
-        assert talked.begin(MoveBy(STEPS, 100.0)) == NUMBERS + "g"
-
-    def test_without_the_check_a_motion_is_one_text(self):
-        talked = Talked(check_numbers=False).met()
-        assert talked.begin(MoveBy(STEPS, 100.0)) == "125s"
-        assert talked.answer("speed = 125") == NUMBERS + "D"
-
-    def test_numbers_that_were_misunderstood_are_taken_back_and_said_again(self):
-        talked = Talked().met()
-        talked.begin(MoveBy(STEPS, 100.0))
-        assert talked.answer("speed = 125") == NUMBERS + "g"
-        assert talked.answer("debug = 7 0 0 0 -312 0") == "v"
-        assert talked.answer(VERSION) == "25s"
-        assert talked.answer("speed = 25") == "d"
-        assert talked.answer(ZERO) == "125s"
-        assert talked.answer("speed = 125") == NUMBERS + "g"
-        assert talked.answer(ECHO) == "D"
+    @pytest.mark.parametrize(("settings", "told"), CONVERSATIONS.values(), ids=CONVERSATIONS)
+    def test_a_conversation(self, settings, told):
+        talked = Talked(**settings).met()
+        for each in told:
+            match each:
+                case (str() as line, sent, *after_s):
+                    assert talked.answer(line, *after_s) == sent
+                case (request, sent):
+                    assert talked.begin(request) == sent
+                case event:
+                    assert talked.event == event
 
     def test_a_board_that_never_understands_is_refused_and_has_moved_nothing(self):
         talked = Talked().met()
@@ -159,13 +182,6 @@ class TestConversation:
         assert talked.answer(ECHO) == ""
         assert talked.event == Halted()
 
-    def test_other_offsets_than_asked_are_no_end_of_a_motion(self):
-        talked = Talked().met().loaded()
-        talked.answer(ZERO)
-        assert talked.event is None
-        talked.answer(DRIVEN)
-        assert talked.event == Done()
-
     def test_offsets_that_stay_wrong_are_told(self):
         talked = Talked().met().loaded()
         talked.answer("offsets = 7,0,0,0,-3,112", 0.2)
@@ -176,14 +192,6 @@ class TestConversation:
         assert "112" in reply.reason
         assert talked.begin(ClearFault()) == "v"
 
-    def test_an_answer_far_too_early_is_not_timely(self):
-        talked = Talked().met()
-        talked.begin(MoveBy(Motors((200, 0, 0, 0, 0, 0)), 100.0))
-        talked.answer("speed = 125")
-        talked.answer("debug = 0 0 0 0 0 200")
-        talked.answer("offsets = 0,0,0,0,0,200", 0.3)
-        assert talked.event == Done(timely=False)
-
     def test_a_lost_end_is_a_silence_and_the_motion_is_never_sent_again(self):
         talked = Talked().met().loaded()
         assert talked.silence() == ""
@@ -191,19 +199,6 @@ class TestConversation:
         assert isinstance(reply, Timeout)
         assert reply.to == NUMBERS + "D"
         assert talked.begin(ClearFault()) == "v"
-
-    def test_a_speed_that_was_misunderstood_is_set_again(self):
-        talked = Talked().met()
-        assert talked.begin(MoveBy(STEPS, 100.0)) == "125s"
-        assert talked.answer("speed = 7125") == "v"
-
-    def test_the_current_is_switched_both_ways_and_sure_of_it(self):
-        talked = Talked().met()
-        assert talked.begin(SwitchOn()) == "1t"
-        talked.answer("torque = enabled")
-        assert talked.event == Done()
-        assert talked.begin(DropCurrent()) == "0t"
-        assert talked.answer("torque = enabled") == "v"
 
     def test_a_board_that_took_the_word_on_for_off_has_let_the_arm_sag(self):
         talked = Talked().met()
@@ -213,10 +208,8 @@ class TestConversation:
         assert isinstance(alert, Alert)
         assert alert.kind is AlertKind.SWITCHED_OFF
 
-    def test_older_firmware_switches_no_current_and_says_so(self):
+    def test_older_firmware_says_that_it_switches_no_current(self):
         talked = Talked(switches_torque=False).met()
-        assert talked.begin(SwitchOn()) == ""
-        assert talked.event == Done()
         with pytest.raises(Refused, match="DropCurrent"):
             talked.begin(DropCurrent())
 
@@ -252,11 +245,6 @@ class TestConversation:
         assert "v" in talked.silence(2.0)
         assert talked.answer(VERSION) == "25s"
 
-    def test_it_tells_its_version_as_its_settings(self):
-        talked = Talked().met()
-        talked.begin(ReadSettings())
-        assert talked.event == DeviceSettings(firmware="2.0")
-
 
 class TestNumbers:
     def test_speeds_are_those_of_whole_milliseconds(self):
@@ -280,29 +268,19 @@ class TestNumbers:
         slow = Talked(speed_table=((2, 1.6), (250, 200.0))).controller
         assert slow.stopping(0.15).asked_motion_s == pytest.approx(1.5 / 1.6)
 
-    @pytest.mark.parametrize(
-        ("text", "words"),
-        [
-            ({"channels": [6, 5, 4, 3, 2, 2]}, "armdroid.channels"),
-            ({"speed_table": [[0, 20.0], [250, 200.0]]}, "armdroid.speed_table"),
-            ({"character_s": 1.0}, "armdroid.character_s"),
-            ({"boot_s": -1.0}, "armdroid.boot_s"),
-            ({"speed_doubt": 0.5}, "armdroid.speed_doubt"),
-            ({"answer_margin_s": 0.0}, "armdroid.answer_margin_s"),
-        ],
-    )
-    def test_an_arm_files_section_is_checked(self, text, words):
-        table = {"model": "armdroid1", "connection": {"dialect": "armdroid"}, "armdroid": text}
-        with pytest.raises(ArmFileError, match=words):
-            parse_arm(table, name="bench")
+
+BYTES = [*(("host", byte) for byte in (*range(1, 40), 52, 63, 77, 90)),
+         *(("device", byte) for byte in range(1, 60, 4))]  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("side", "byte"),
-    [*(("host", byte) for byte in (*range(1, 40), 52, 63, 77, 90)),
-     *(("device", byte) for byte in range(1, 60, 4))],
-)  # fmt: skip
-@pytest.mark.parametrize("fault", ["drop", "corrupt", "duplicate"])
+    ("fault", "side", "byte"),
+    [
+        (fault, *each)
+        for first, fault in enumerate(["drop", "corrupt", "duplicate"])
+        for each in BYTES[first % amount(2, 1) :: amount(2, 1)]
+    ],
+)
 def test_no_byte_that_goes_wrong_makes_a_motion_of_another_size_or_a_deaf_board(fault, side, byte):
     arm = driven(CONFIG)
     start = arm.twin.world.motors

@@ -81,14 +81,6 @@ def test_a_line_that_writes_no_setting_is_not_sent(line):
     assert arm.twin.world.motors == motors
 
 
-def test_a_homing_board_boots_locked_and_reset_unlocks_it():
-    arm = found(config(device={"homing": True}), homing=True)
-    with pytest.raises(DeviceFault, match="reset"):
-        arm.move_motors(5, 0, 0, 0, 0, 0)
-    arm.reset()
-    arm.move_motors(5, 0, 0, 0, 0, 0)
-
-
 HOMED = Joints.of(60.0, 20.0, -90.0, -20.0, 0.0)
 ONE_BY_ONE = ((2,), (1,), (4, 5))
 

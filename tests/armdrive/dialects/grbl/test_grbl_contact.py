@@ -1,10 +1,12 @@
 """First contact with a GRBL board: the driver learns its axes, and nothing moves."""
 
+import itertools
 from dataclasses import replace
 
 import pytest
+from amounts import in_pairs
 from faults import Rule, becoming, garbled, instead
-from grbl_arm import Disturbed, config, found, ready
+from grbl_arm import FIRMWARES, Disturbed, config, found, ready
 
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble, connect_simulated
@@ -12,9 +14,6 @@ from armdrive.errors import DeviceFault
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
-
-FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
-
 
 # The axes of the board.
 
@@ -72,8 +71,8 @@ def now(arm):
     return arm.twin.world.motors, arm.twin.world.opening_mm, arm.twin.device.registers
 
 
-@pytest.mark.parametrize("half", [*HALF_LINES, IN_A_COMMENT])
-def test_a_locked_board_stays_locked_and_forgets_a_half_line(half):
+@pytest.mark.parametrize("half", ["", *HALF_LINES, IN_A_COMMENT])
+def test_a_locked_board_stays_locked_until_a_reset_and_forgets_a_half_line(half):
     arm, before = left(config(), ["G1G91X7F600\n", half], homing=True)
     with pytest.raises(DeviceFault, match="reset"):  # the board was locked, and still is
         arm.move_motors(1, 0, 0, 0, 0, 0)
@@ -81,18 +80,17 @@ def test_a_locked_board_stays_locked_and_forgets_a_half_line(half):
     arm.sleep(3.0)
     assert now(arm) == before
     assert before[2][0] == 0
-
-
-def test_a_reset_unlocks_a_board_that_was_locked_before():
-    arm, before = left(config(), [], homing=True)
-    arm.reset()
-    assert now(arm) == before
     assert arm.status.state is State.STANDBY
     arm.move_motors(1, 0, 0, 0, 0, 0)
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("half", ["", *HALF_LINES, IN_A_COMMENT])
+@pytest.mark.parametrize(
+    ("firmware", "half"),
+    [
+        *(("grbl", half) for half in ["", *HALF_LINES, IN_A_COMMENT]),
+        *itertools.product(FIRMWARES[1:], ["", "G1G91X10F300(a", "$J=G91X10F300"]),
+    ],
+)
 def test_no_half_line_is_carried_out_and_position_current_and_state_are_kept(firmware, half):
     said = ["$X\n", "G1G91X7F600\n", half]
     arm, before = left(config(), said, firmware=firmware, homing=True)
@@ -130,12 +128,9 @@ TOLD = [each for each in GRIPPERS if each[2].startswith(("M3", "M7", "M8"))]
 WITH_COMMENTS = [IN_A_COMMENT, "$J=G91X10F300;a", "M3S700;a", "M8;", "$H;"]
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("half", WITH_COMMENTS)
-@pytest.mark.parametrize(("kind", "device", "opens"), TOLD)
-def test_where_the_gripper_is_told_to_be_off_no_half_line_is_carried_out(
-    kind, device, opens, half, firmware
-):
+@in_pairs("gripper, half, firmware", TOLD, WITH_COMMENTS, FIRMWARES)
+def test_where_the_gripper_is_told_to_be_off_no_half_line_is_carried_out(gripper, half, firmware):
+    kind, device, opens = gripper
     said = [opens + "\n", "M5\nM9\nG1G91X7F600\n", half]
     arm, before = left(config(gripper=kind, device=device), said, firmware=firmware)
     arm.sleep(3.0)

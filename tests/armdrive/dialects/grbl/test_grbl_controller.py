@@ -5,10 +5,9 @@ import math
 import pytest
 from faults import OVER_THE_TABLE
 from grbl_arm import (
-    begin_jog,
+    BEGINNINGS,
     begin_line,
     begin_planned,
-    begin_tip_jog,
     config,
     killed,
     ready,
@@ -22,14 +21,11 @@ from armdrive.dialects.grbl.settings import BoardAxes
 from armdrive.errors import Stopped
 from armdrive.status import State
 
-FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
-BEGINNINGS = [begin_planned, begin_line, begin_jog, begin_tip_jog]
 
-
-def test_forty_ways_in_degrees_come_back_to_the_same_steps():
+def test_many_ways_in_degrees_come_back_to_the_same_steps():
     arm = ready(config(device={"unit": "degrees"}, idle_poll_s=0.0))
     began = arm.twin.world.motors
-    for _ in range(20):
+    for _ in range(8):
         arm.move_j(base_deg=7.77, wrist_roll_deg=3.3)
         arm.move_j(base_deg=0.0, wrist_roll_deg=0.0)
     assert arm.twin.world.motors == began
@@ -87,8 +83,9 @@ def test_a_stop_brakes_and_does_not_only_send_no_more(begin):
     assert 0.0 < stopped_mm < 0.6 * sent_ahead_mm
 
 
-@pytest.mark.parametrize("ramp_s", [0.1, 0.4])
-@pytest.mark.parametrize("begin", BEGINNINGS)
+@pytest.mark.parametrize(
+    ("begin", "ramp_s"), [*((begin, 0.1) for begin in BEGINNINGS), (begin_line, 0.4)]
+)
 def test_a_board_whose_driver_dies_stops_in_the_announced_time_and_way(begin, ramp_s):
     for after_s in (0.04, 0.11, 0.83):
         arm = ready(config(device={"ramp_s": ramp_s}))
@@ -110,7 +107,7 @@ def test_a_stop_of_an_arm_that_stands_sends_nothing():
 
 
 def test_a_stop_just_as_the_motion_ends_leaves_no_hold_behind():
-    for early_s in (0.0, 0.02, 0.05, 0.08, 0.12):
+    for early_s in (0.0, 0.02, 0.08):
         arm = ready()
         handle = arm.move_j(base_deg=2, wait=False)
         began_s = arm.status.time_s

@@ -26,7 +26,7 @@ STEPS = {**MACHINE, **{100 + axis: 1.0 for axis in range(6)}, 110: 60_000.0, 120
 
 
 @pytest.mark.parametrize("firmware", BOARDS)
-@pytest.mark.parametrize("rate_hz", [5, 10, 20, 30])
+@pytest.mark.parametrize("rate_hz", [5, 30])
 def test_no_motor_turns_slower_than_thirty_steps_a_second(firmware, rate_hz):
     bench = Bench(STEPS, firmware=firmware)
     bench.put(f"G1X40F{rate_hz * 60}\n")
@@ -101,7 +101,7 @@ def test_a_cancel_as_the_jog_ends_leaves_a_board_idle_that_reads_no_line(firmwar
 
 # -- the driver -------------------------------------------------------------------------------
 
-SPEEDS = (1.0, 0.5, 0.3, 0.1, 0.05, 0.02)
+SPEEDS = (1.0, 0.1, 0.02)
 
 
 def joint(arm, speed):
@@ -150,7 +150,7 @@ def jogged(arm, speed, for_s):
         arm.sleep(0.1)
 
 
-@in_pairs("firmware, speed, jogging", BOARDS, [0.05, 0.08, 0.13, 0.25, 1.0], [False, True])
+@in_pairs("firmware, speed, jogging", BOARDS, [0.05, 0.13, 1.0], [False, True])
 def test_a_stop_is_no_later_than_announced_at_any_speed(firmware, speed, jogging):
     arm = ready(firmware=firmware)
     if jogging:
@@ -180,16 +180,15 @@ def test_the_slowest_board_at_its_slowest_rate_takes_more_than_half_of_the_annou
     assert status.stop_time_s / 2 <= arm.status.time_s - status.time_s <= status.stop_time_s
 
 
-@pytest.mark.parametrize("firmware", BOARDS)
-@pytest.mark.parametrize("speed", [0.05, 0.08, 0.3, 1.0])
+@pytest.mark.parametrize(("firmware", "speed"), [("mega5x", 0.05), ("grbl", 0.3), ("mega5x", 1.0)])
 def test_a_held_jog_is_smooth_and_cancelled_once(firmware, speed):
     arm = ready(firmware=firmware)
-    for _ in range(3):
+    for _ in range(2):
         jogged(arm, speed, 0.9)
         arm.release()
         arm.sleep(1.5)
     assert arm.status.underruns == 0
-    assert arm.twin.link.pressed(CANCEL) <= 3
+    assert arm.twin.link.pressed(CANCEL) <= 2
     assert standing_as_said(arm)
     assert arm.status.trust is Trust.REFERENCED
 

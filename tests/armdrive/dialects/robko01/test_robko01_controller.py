@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
-from amounts import in_pairs
-from faults import OVER_THE_TABLE, Rule, garbled, late_by, lost, stand_still_s, twice
+from amounts import amount, in_pairs
+from faults import Rule, garbled, late_by, lost, stand_still_s, twice
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from robko_bench import FrameLink, of, op_of, ready_robko, robko_config
@@ -15,7 +15,6 @@ from armdrive import Jog
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.robko01.controller import RobkoController
 from armdrive.dialects.robko01.exchange import MotorPower
-from armdrive.dialects.robko01.settings import RobkoSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused
 from armdrive.registry import dialect
 from armdrive.sim.device import SimDevice
@@ -48,7 +47,7 @@ class Script:
     def __init__(self, **options):
         self.device = SimDevice(SimRobkoBoard(**options))
         self.link = link_to(self.device)
-        self.controller = RobkoController(dialect("robko01").abilities, RobkoSettings(), 115_200)
+        self.controller = RobkoController(dialect("robko01").abilities, robko_config())
         self.now_s = 0.0
         self.events = []
         self.oddities = []
@@ -127,8 +126,7 @@ class TestRequests:
         assert script.device.board.drive.counts == (39_999, 0, 0, 0, 0, 0)
         assert not script.device.board.drive.rack.mask(script.now_s)
 
-    @pytest.mark.parametrize("fraction", [1.0, 0.5, 0.3, 0.1])
-    @pytest.mark.parametrize("error", [0.0, 0.2])
+    @pytest.mark.parametrize(("fraction", "error"), [(1.0, 0.2), (0.5, 0.0), (0.3, 0.2)])
     def test_a_motion_is_as_fast_as_was_asked_for(self, fraction, error):
         script = enabled(quirks=RobkoQuirks(slowness=error))
         wanted_hz = script.controller.usable_rate_hz(125.0 * fraction)
@@ -221,9 +219,8 @@ class TestArm:
         assert moved.straying_mm > 0.0
         assert arm.twin.link.count(Op.MOVE_SPEED, Op.MOVE_RELATIVE, Op.CLEAR) == 0
 
-    @pytest.mark.parametrize("after_s", [0.02, 0.31])
+    @pytest.mark.parametrize(("held", "after_s"), [(True, 0.02), (False, 0.31)])
     @pytest.mark.parametrize("error", [0.0, 0.4])
-    @pytest.mark.parametrize("held", [True, False])
     def test_a_stop_that_is_not_heard_ends_it_within_the_time_of_silence(
         self, held, error, after_s
     ):
@@ -250,8 +247,9 @@ class TestArm:
             seen.append(arm.joints.deg["base"])
         assert seen == sorted(set(seen))
 
-    @pytest.mark.parametrize("board", ["avr", "esp32"])
-    @pytest.mark.parametrize("fraction", [0.5, 0.3, 0.1])
+    @pytest.mark.parametrize(
+        ("fraction", "board"), [(0.5, "avr"), (0.3, "esp32"), (0.2, "avr"), (0.5, "esp32")]
+    )
     def test_a_planned_motion_is_no_faster_than_was_asked_for(self, fraction, board):
         device = {"board": board, "acceleration_steps_s2": 700.0}
         config = robko_config(device=device)
@@ -263,7 +261,7 @@ class TestArm:
 
     def test_the_stop_is_confirmed_within_the_announced_time(self):
         arm = ready_robko()
-        for pause_s in (1.0, 1.13, 1.29, 1.41, 1.57):
+        for pause_s in (1.0, 1.13, 1.29):
             arm.move_j(base_deg=arm.joints.deg["base"] + 15, wait=False)
             arm.sleep(pause_s)
             status = arm.status
@@ -312,14 +310,14 @@ class TestDisturbedWire:
     def test_one_disturbed_frame_costs_time_and_nothing_else(self, change, op, side):
         arm = ready_robko()
         getattr(arm.twin.link, side).append(Rule(of(op), change, skip=1))
-        arm.move_j(base_deg=5)
+        arm.move_j(base_deg=3)
         arm.jog_j(shoulder_deg=1)
-        arm.sleep(2.0)
+        arm.sleep(1.5)
         status = arm.status
         assert status.state is State.STANDBY
         assert status.trust is Trust.REFERENCED
         assert arm.twin.world.motors == status.acknowledged
-        assert arm.twin.world.joints.deg["base"] == pytest.approx(5.0, abs=0.1)
+        assert arm.twin.world.joints.deg["base"] == pytest.approx(3.0, abs=0.1)
 
     def test_a_motion_whose_request_was_lost_is_sent_once_more(self):
         arm = ready_robko()
@@ -343,7 +341,7 @@ class TestDisturbedWire:
         assert arm.twin.world.motors == before
         assert arm.status.state is State.ERROR_STOP
 
-    @settings(max_examples=15)
+    @settings(max_examples=amount(8, 100))
     @given(
         st.lists(
             st.tuples(
@@ -426,11 +424,6 @@ class TestWatchdog:
         assert arm.status.trust is Trust.SUSPECT
         assert arm.status.state is State.ERROR_STOP
         assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 0
-
-
-def test_the_fixture_stands_over_the_table():
-    arm = ready_robko()
-    assert arm.joints.deg == pytest.approx(OVER_THE_TABLE.deg, abs=0.2)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ from armdrive.dialects.robko01.settings import (
     RobkoSettings,
 )
 from armdrive.dialects.speed_table import PaceMeter
-from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 
@@ -111,25 +110,6 @@ def test_short_motions_end_a_suspicion_but_raise_none():
     for _ in range(20):
         meter.learn(0.04, 0.05)
     assert meter.doubt < 1.4
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("board", "uno"),
-        ("acceleration_steps_s2", 1.0),
-        ("max_rate_hz", 0.5),
-        ("step_chance_s", -0.1),
-        ("speed_doubt", 0.5),
-        ("watchdog_s", -1.0),
-        ("boot_s", 100.0),
-        ("answer_margin_s", 0.0),
-    ],
-)
-def test_a_setting_out_of_bounds_is_refused_by_name(key, value):
-    table = {"model": "robko01", "connection": {"dialect": "robko01"}, "robko01": {key: value}}
-    with pytest.raises(ArmFileError, match=rf"robko01\.{key}"):
-        parse_arm(table, name="bench")
 
 
 def test_an_arm_file_corrects_what_is_known_of_a_board():

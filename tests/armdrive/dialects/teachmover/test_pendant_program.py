@@ -1,9 +1,10 @@
 """Reading and writing the program in a TeachMover's own memory, also with errors."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
-from faults import FaultyLink, Rule, garbled, instead, lost, ready_arm
+from faults import Rule, garbled, instead, lost, ready_arm
 from hypothesis import given
 from pendant_programs import PROGRAMS, program
 
@@ -26,9 +27,10 @@ from armdrive.status import State, Trust
 from firmware_protocol.teachmover import ProgramRow
 
 
-def spied() -> tuple[Arm, FaultyLink]:
-    arm = ready_arm()
-    return arm, arm.twin.link
+@pytest.fixture
+def arm() -> Iterator[Arm]:
+    with ready_arm() as arm:
+        yield arm
 
 
 def memory(arm: Arm) -> dict[int, ProgramRow]:
@@ -45,19 +47,12 @@ def test_what_is_written_is_read_back_word_for_word_and_nothing_moves(rows):
         assert arm.status.state is State.STANDBY
 
 
-def test_rows_that_are_there_already_are_not_written_again():
-    arm, link = spied()
-    with arm:
-        arm.write_pendant_program(program(1, 2, 3))
-        changed = PendantProgram((*program(1, 2).rows, ProgramRow.move(3, 90, (0,) * 6)))
-        link.sent.clear()
-        assert arm.write_pendant_program(changed) == 1
-        assert len(link.named(b"@QWRITE")) == 1
-
-
-def test_an_arm_without_a_program_has_none_of_no_rows():
-    with Arm.connect("sim:teachmover") as arm:
-        assert arm.read_pendant_program().rows == ()
+def test_rows_that_are_there_already_are_not_written_again(arm):
+    arm.write_pendant_program(program(1, 2, 3))
+    changed = PendantProgram((*program(1, 2).rows, ProgramRow.move(3, 90, (0,) * 6)))
+    arm.twin.link.sent.clear()
+    assert arm.write_pendant_program(changed) == 1
+    assert len(arm.twin.link.named(b"@QWRITE")) == 1
 
 
 @pytest.mark.parametrize(
@@ -107,47 +102,40 @@ def test_rows_of_other_numbers_are_not_left_to_run_with_the_new_ones_unless_said
         assert list(memory(arm)) == [1, 2, 3, 4]
 
 
-def test_a_digit_that_was_turned_in_a_dump_is_noticed():
-    arm, link = spied()
-    with arm:
-        rows = program(1, 2, 3)
-        arm.write_pendant_program(rows)
-        link.back.append(Rule(b"2,", garbled(-3, ord("7")), times=1))
-        assert arm.read_pendant_program().words == rows.words
-        assert not link.back[0].applies(b"2,")  # the damage has been done, once
+def test_a_digit_that_was_turned_in_a_dump_is_noticed(arm):
+    rows = program(1, 2, 3)
+    arm.write_pendant_program(rows)
+    arm.twin.link.back.append(Rule(b"2,", garbled(-3, ord("7")), times=1))
+    assert arm.read_pendant_program().words == rows.words
+    assert not arm.twin.link.back[0].applies(b"2,")  # the damage has been done, once
 
 
-def test_a_row_that_is_always_disturbed_makes_no_program():
-    arm, link = spied()
-    with arm:
+def test_a_row_that_is_always_disturbed_makes_no_program(arm):
+    arm.write_pendant_program(program(1, 2, 3))
+    arm.twin.link.back.append(Rule(b"2,", garbled(3), times=99))
+    with pytest.raises(DeviceFault, match="cannot be read"):
+        arm.read_pendant_program()
+    assert (arm.status.state, arm.status.trust) == (State.STANDBY, Trust.REFERENCED)
+
+
+def test_a_row_that_was_lost_on_the_wire_is_written_again(arm):
+    arm.twin.link.to.append(Rule(b"@QWRITE 2,", lost, times=1))
+    arm.write_pendant_program(program(1, 2, 3))
+    assert list(memory(arm)) == [1, 2, 3]
+
+
+def test_a_row_that_came_otherwise_into_the_arm_is_named(arm):
+    other = ProgramRow.move(2, 10, (0,) * 6)
+    line = b"@QWRITE " + b",".join(b"%d" % word for word in other.words) + b"\r"
+    arm.twin.link.to.append(Rule(b"@QWRITE 2,", instead(line), times=1))
+    with pytest.raises(ProgramHalfWritten, match="differs from what was written") as caught:
         arm.write_pendant_program(program(1, 2, 3))
-        link.back.append(Rule(b"2,", garbled(3), times=99))
-        with pytest.raises(DeviceFault, match="cannot be read"):
-            arm.read_pendant_program()
-        assert (arm.status.state, arm.status.trust) == (State.STANDBY, Trust.REFERENCED)
-
-
-def test_a_row_that_was_lost_on_the_wire_is_written_again():
-    arm, link = spied()
-    with arm:
-        link.to.append(Rule(b"@QWRITE 2,", lost, times=1))
-        arm.write_pendant_program(program(1, 2, 3))
-        assert list(memory(arm)) == [1, 2, 3]
-
-
-def test_a_row_that_came_otherwise_into_the_arm_is_named():
-    arm, link = spied()
-    with arm:
-        other = ProgramRow.move(2, 10, (0,) * 6)
-        line = b"@QWRITE " + b",".join(b"%d" % word for word in other.words) + b"\r"
-        link.to.append(Rule(b"@QWRITE 2,", instead(line), times=1))
-        with pytest.raises(ProgramHalfWritten, match="differs from what was written") as caught:
-            arm.write_pendant_program(program(1, 2, 3))
-        assert (caught.value.written, caught.value.doubtful) == ((1, 3), (2,))
+    assert (caught.value.written, caught.value.doubtful) == ((1, 3), (2,))
 
 
 def test_a_cable_pulled_in_the_middle_of_writing_names_the_rows():
-    arm, link = spied()
+    arm = ready_arm()
+    link = arm.twin.link
     link.on_write = lambda data: link.cut() if data.startswith(b"@QWRITE 3,") else None
     with pytest.raises(ProgramHalfWritten) as caught, arm:
         arm.write_pendant_program(program(1, 2, 3, 4, 5))
@@ -157,35 +145,31 @@ def test_a_cable_pulled_in_the_middle_of_writing_names_the_rows():
     assert "plug in" in str(caught.value)
 
 
-def test_an_arm_that_falls_silent_in_the_middle_is_given_up_and_the_rows_named():
-    arm, link = spied()
-    with arm:
-        link.to += [Rule(b"@QWRITE 2,", lost, times=99), Rule(b"@READ", lost, times=99)]
-        with pytest.raises(ProgramHalfWritten) as caught:
-            arm.write_pendant_program(program(1, 2, 3))
-        assert caught.value.written == (1,)
-        assert isinstance(caught.value.__cause__, NoAnswer)
-        assert arm.status.state is State.ERROR_STOP
+def test_an_arm_that_falls_silent_in_the_middle_is_given_up_and_the_rows_named(arm):
+    arm.twin.link.to += [Rule(b"@QWRITE 2,", lost, times=99), Rule(b"@READ", lost, times=99)]
+    with pytest.raises(ProgramHalfWritten) as caught:
+        arm.write_pendant_program(program(1, 2, 3))
+    assert caught.value.written == (1,)
+    assert isinstance(caught.value.__cause__, NoAnswer)
+    assert arm.status.state is State.ERROR_STOP
 
 
-def test_a_stop_ends_writing_between_two_rows():
-    arm, link = spied()
-    with arm:
-        link.on_write = lambda data: arm.request_stop() if data.startswith(b"@QWRITE 2,") else None
-        with pytest.raises(Stopped, match="rows 1 to 2 in the arm"):
-            arm.write_pendant_program(program(1, 2, 3, 4))
-        assert list(memory(arm)) == [1, 2]
+def test_a_stop_ends_writing_between_two_rows(arm):
+    arm.twin.link.on_write = lambda data: (
+        arm.request_stop() if data.startswith(b"@QWRITE 2,") else None
+    )
+    with pytest.raises(Stopped, match="rows 1 to 2 in the arm"):
+        arm.write_pendant_program(program(1, 2, 3, 4))
+    assert list(memory(arm)) == [1, 2]
 
 
-def test_chatter_without_an_end_is_no_program():
-    arm, link = spied()
-    with arm:
-        row = b"1,2,3,4,5,6,7,8\r"
-        link.back.append(Rule(b"1\r", instead(b"1\r", *[row] * 200), times=99))
-        with pytest.raises(DeviceFault, match="more than 64 rows"):
-            arm.read_pendant_program()
-        link.back.clear()
-        assert arm.read_pendant_program().rows == ()
+def test_chatter_without_an_end_is_no_program(arm):
+    row = b"1,2,3,4,5,6,7,8\r"
+    arm.twin.link.back.append(Rule(b"1\r", instead(b"1\r", *[row] * 200), times=99))
+    with pytest.raises(DeviceFault, match="more than 64 rows"):
+        arm.read_pendant_program()
+    arm.twin.link.back.clear()
+    assert arm.read_pendant_program().rows == ()
 
 
 def test_nothing_is_asked_of_an_arm_in_error_stop():

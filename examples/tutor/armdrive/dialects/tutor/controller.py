@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -11,6 +11,7 @@ from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.exchange import Script
 from armdrive.errors import Refused
 from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
@@ -68,7 +69,7 @@ class TutorController(ScriptRunner[DeviceEvent]):
         self._settings: TutorSettings = config.device
         self._byte_s = BITS_A_BYTE / config.connection.baud
 
-    def script(self, request: Request) -> Generator[float, DeviceEvent | None, Reply]:
+    def script(self, request: Request) -> Script[DeviceEvent, Reply]:
         """Send one line and wait for its answer."""
         if isinstance(request, ClearFault | SwitchOn):  # the motors always have current
             return Done()

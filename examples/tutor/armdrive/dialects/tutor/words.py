@@ -5,9 +5,8 @@ from __future__ import annotations
 from types import MappingProxyType
 
 from armdrive.dialects import DeviceTools
-from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, Risk, lines_of
+from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, Risk, decoded
 from armdrive.dialects.words import AnswerLines, Describer, Sentences, answer, moved, standing
-from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.tutor import (
     Failed,
     Move,
@@ -37,14 +36,9 @@ TALK = Describer(
 
 
 def _sign(heard: bytes) -> Identity | None:
-    for line in lines_of(heard, b"\r\n"):
-        try:
-            message = decode_answer(line)
-        except RemoteProtocolError:
-            continue
-        if isinstance(message, Positions):
-            return Identity("tutor", "Tutor board")
-    return None
+    messages = decoded(heard, b"\r\n", decode_answer)
+    found = any(isinstance(message, Positions) for message in messages)
+    return Identity("tutor", "Tutor board") if found else None
 
 
 RECOGNITION = Recognition(
