@@ -40,7 +40,6 @@ from kinematics import Motors
 from tests.conformance.motions import begin_sweep
 from tests.conformance.overrun import ENDINGS
 from tests.conformance.overrun import measure as overruns
-from tests.conformance.rows_stopping import wait_until_moving
 
 TIMES, QUICK_TIMES = 1000, 5
 STANDING_TIMES, QUICK_STANDING = 60, 1
@@ -207,7 +206,7 @@ def to_the_wire(dialect: str, times: int) -> Iterator[Figures]:
                 make_ready(bench, arm)
                 watched.begin()
                 motion = kind(arm, direction)
-                wait_until_moving(bench)
+                bench.wait_until_moving()
                 began_s = time.perf_counter()
                 time.sleep(luck.uniform(*MOMENTS_S))
                 driven = (time.perf_counter() - began_s) / SEGMENT_S

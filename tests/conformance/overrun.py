@@ -145,8 +145,7 @@ def measure_once(
     start = bench.look()
     host.ask("reference", list(start.motors))
     host.ask(ending.begin, direction)
-    for _ in bench.watch(lambda: bench.look().motors != start.motors, 10.0):
-        pass
+    bench.wait_until_moving()
     bench.sleep(after_s)
     bounds = host.ask("bounds")
     seen: Observation = bench.look()
