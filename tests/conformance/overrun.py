@@ -38,11 +38,6 @@ class StopMeasurement:
     time_s: float
     way_mm: float
 
-    @property
-    def kept(self) -> bool:
-        """Whether the arm stayed within the bounds."""
-        return self.time_s <= self.announced_s and self.way_mm <= self.announced_mm
-
 
 class DriverProcess:
     """The program that drives the arm (`driver_program`), in a process of its own."""
