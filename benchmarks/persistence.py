@@ -122,7 +122,7 @@ class FirstByte:
         link = arm.engine.link
         write = link.write
 
-        def timing(data: bytes, now_s: float) -> None:
+        def timed(data: bytes, now_s: float) -> None:
             if data.startswith(b"@STEP") and not self._at_s:
                 self._at_s = time.perf_counter()
             write(data, now_s)
