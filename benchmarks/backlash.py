@@ -23,6 +23,7 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate
 from armdrive.status import State
+from tests.conformance.observation import Point, place
 
 PLAY_STEPS = 12
 LOOK_S = 0.005
@@ -32,8 +33,6 @@ START, WAY_MM = (300.0, -70.0, 120.0), 140.0
 ARMS = {"no play": (0, 0), "play": (PLAY_STEPS, 0), "play, compensated": (PLAY_STEPS, PLAY_STEPS)}
 """By name: the play of the physical arm, and the backlash that the driver takes up."""
 DIALECTS = ("teachmover", "robko01", "armdroid", "grbl")
-
-Point = tuple[float, float, float]
 
 
 def ready(dialect: str, play: int, backlash: int) -> Arm:
@@ -60,7 +59,7 @@ def after_moves_mm(arm: Arm) -> float:
     for _ in range(MOVES):
         goal = {f"{name}_deg": deg + luck.uniform(-5.0, 5.0) for name, deg in POSTURE.items()}
         arm.move_j(speed=1.0, **goal)
-        worst_mm = max(worst_mm, math.dist(arm.twin.world.tip, point(arm.pose)))
+        worst_mm = max(worst_mm, math.dist(arm.twin.world.tip, place(arm.pose)))
     return worst_mm
 
 
@@ -75,20 +74,15 @@ def beside_lines(arm: Arm) -> tuple[float, float]:
         handle = arm.move_l(start if number % 2 else end, speed=0.5, wait=False)
         while not handle.done:
             arm.sleep(LOOK_S)
-            way_mm = max(way_mm, beside_mm(arm.twin.world.tip, point(start)))
+            way_mm = max(way_mm, beside_mm(arm.twin.world.tip, place(start)))
         handle.wait()
-        ends_mm = max(ends_mm, math.dist(arm.twin.world.tip, point(arm.pose)))
+        ends_mm = max(ends_mm, math.dist(arm.twin.world.tip, place(arm.pose)))
     return way_mm, ends_mm
 
 
 def beside_mm(tip: Point, start: Point) -> float:
     """Return the distance from a line along y."""
     return math.hypot(tip[0] - start[0], tip[2] - start[2])
-
-
-def point(pose: Pose) -> Point:
-    """Return where a pose has the tip."""
-    return pose.x_mm, pose.y_mm, pose.z_mm
 
 
 def measured(dialect: str) -> Iterator[Row]:

@@ -20,11 +20,9 @@ from desk_child import SHOWN
 from desk_ends import KEYS, held
 from desk_terminal import CHILD, LinedTerminal, Terminal, desk_of, instructed
 from measuring import Row, Section, interleaved, own_home, timing
+from reporting import report
 from sim_process import SimProcess
 from starting import command
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from reporting import report
 
 from tui.desk import POLL_S
 

@@ -13,7 +13,6 @@ import importlib
 import math
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -21,7 +20,6 @@ import numpy as np
 from measuring import Section, interleaved, timing
 from reporting import report
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
 from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -12,6 +13,9 @@ from pathlib import Path
 from statistics import median
 from types import MappingProxyType
 from typing import Any
+
+# benchmarks are run as scripts, and share the benches of the tests
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from armdrive.registry import dialect
 from armdrive.status import Current, State, Trust
 from kinematics import Joints, Motors, Transmission
 
-from .observation import ON_THE_STEP, Observation, Point, Standstill, check
+from .observation import ON_THE_STEP, Observation, Point, Standstill, check, place
 
 QUIET_S = 0.6
 """An arm stands if it has not moved for this long."""
@@ -191,8 +191,7 @@ class Bench(abc.ABC):
 
     def tip(self, motors: Motors) -> Point:
         """Return the place of the tip at some motor steps."""
-        pose = self.config.model.arm.fk(self.posture(motors)[0])
-        return pose.x_mm, pose.y_mm, pose.z_mm
+        return place(self.config.model.arm.fk(self.posture(motors)[0]))
 
     def step_mm(self, motors: Motors) -> float:
         """Return how far the tip is off at most if every motor is one step off."""

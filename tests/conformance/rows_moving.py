@@ -12,7 +12,7 @@ from armdrive.status import State, Trust
 from .behaviour import Behaviour, cartesian, finger_motor, grip_switch
 from .bench import Bench
 from .motions import begin_joints, check_refused, joints_from, shifted
-from .observation import ON_THE_STEP, Point, check, rests_within
+from .observation import ON_THE_STEP, Point, check, place, rests_within
 
 PATIENCE_S = 60.0
 FINGERS_MM = 1.0
@@ -110,7 +110,7 @@ def a_pose_is_reached(bench: Bench) -> None:
     moved = arm.move_to(goal)
     check_arrived(bench, arm)
     seen = bench.look()
-    off = math.dist(seen.tip, (goal.x_mm, goal.y_mm, goal.z_mm))
+    off = math.dist(seen.tip, place(goal))
     allowed = moved.rounding_mm + bench.step_mm(seen.motors)
     check(off <= allowed, f"the tip is {off:.2f} mm from the goal, {allowed:.2f} mm announced")
 
@@ -125,7 +125,7 @@ def a_line_is_straight(bench: Bench) -> None:
     moved = handle.wait()
     check_arrived(bench, arm)
     allowed = line_allowance_mm(bench.config, bench.step_mm(start.motors), moved.straying_mm)
-    worst = max(off_line_mm(bench.tip(each), start.tip, _place(goal)) for each in seen)
+    worst = max(off_line_mm(bench.tip(each), start.tip, place(goal)) for each in seen)
     check(worst <= allowed, f"the tip left the line by {worst:.2f} mm, {allowed:.2f} announced")
     check(len(set(seen)) > 4, "the arm was never seen on its way")
 
@@ -136,17 +136,13 @@ def line_allowance_mm(config: ArmConfig, step_mm: float, straying_mm: float) -> 
 
 
 def off_line_mm(point: Point, start: Point, end: Point) -> float:
-    """Return the distance of a point from a line segment."""
+    """Return the distance of a point from a line segment, which may have no length."""
     way = [b - a for a, b in zip(start, end, strict=True)]
     at = [b - a for a, b in zip(start, point, strict=True)]
     length = math.fsum(each * each for each in way)
-    share = math.fsum(a * b for a, b in zip(at, way, strict=True)) / length
+    share = math.fsum(a * b for a, b in zip(at, way, strict=True)) / length if length else 0.0
     nearest = [a + min(max(share, 0.0), 1.0) * each for a, each in zip(start, way, strict=True)]
     return math.dist(point, nearest)
-
-
-def _place(goal) -> Point:
-    return goal.x_mm, goal.y_mm, goal.z_mm
 
 
 def motors_move_by_raw_steps(bench: Bench) -> None:

@@ -21,7 +21,7 @@ from .motions import (
     sweep_plan,
     sweeping_jog,
 )
-from .observation import ON_THE_STEP, Observation, check
+from .observation import ON_THE_STEP, Observation, check, place
 from .rows_faults import check_between
 from .rows_jogging import hold_until_under_way
 from .rows_moving import PATIENCE_S, check_arrived, line_allowance_mm, off_line_mm
@@ -85,8 +85,7 @@ def a_paused_line_stays_a_line(bench: Bench) -> None:
     moved = handle.wait()
     check_arrived(bench, arm)
     allowed = line_allowance_mm(bench.config, bench.step_mm(start.motors), moved.straying_mm)
-    end = goal.x_mm, goal.y_mm, goal.z_mm
-    worst = max(off_line_mm(each, start.tip, end) for each in seen)
+    worst = max(off_line_mm(each, start.tip, place(goal)) for each in seen)
     check(worst <= allowed, f"resumed, it left its line by {worst:.2f} mm, {allowed:.2f} announced")
 
 

@@ -172,9 +172,7 @@ def run_smoke_rows(dialect: str) -> list[str]:
 def attempt(dialect: str, rows: list[Behaviour]) -> tuple[list[str], list[Behaviour]]:
     """Run rows on one bench; return a sentence for each that failed, and these rows."""
     words, broken = [], []
-    with UnhurriedPtyBench(dialect) as bench:
-        if dialect in UNHURRIED:
-            bench.use_arm_file(UNHURRIED[dialect])
+    with UnhurriedPtyBench(dialect, UNHURRIED.get(dialect, "")) as bench:
         state_file(bench.config.name).unlink(missing_ok=True)  # an earlier attempt's
         for behaviour in (row for row in rows if not row.why_not_applicable(bench)):
             try:
