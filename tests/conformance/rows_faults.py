@@ -32,7 +32,8 @@ from .rows_stopping import a_joint_motion_stops_within_its_bound
 ENDS_S = 15.0
 """A disturbed motion of about a second has ended within this time, with or without success."""
 IDLE_S = 3.0
-"""The driver polls a standing arm more than once within this time."""
+"""The driver polls a standing arm more than once within this time, and the latest message of all
+faults (2.5 s) has arrived: whatever it makes the arm do has begun."""
 LOOK_S = 0.1
 STATUSES = 4
 """How many looks at the start of a motion read its announced bound."""

@@ -21,6 +21,8 @@ from .observation import ON_THE_STEP, Observation, check
 from .rows_moving import check_moves
 
 TRAVEL, SEARCH_S, TURN = 400, 2.0, 16384
+"""Drives reach their switches in one second. The search for a switch that never closes is longer,
+so that it is seen to end by its limit."""
 
 
 @dataclass(frozen=True, slots=True)
