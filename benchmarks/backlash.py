@@ -14,44 +14,23 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 from measuring import Row, Section
 from reporting import report
 
-from armdrive import Arm, Pose
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
-from armdrive.registry import simulate
-from armdrive.status import State
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive"))
+from backlash_bench import DIALECTS, PLAY, arm_with_play
 
-PLAY_STEPS = 12
+from armdrive import Arm, Pose
+from tests.conformance.observation import Point, place
+
 LOOK_S = 0.005
 MOVES, LINES = 20, 3
 POSTURE = {"base": 0.0, "shoulder": 42.0, "elbow": -75.0, "wrist_pitch": -30.0}
 START, WAY_MM = (300.0, -70.0, 120.0), 140.0
-ARMS = {"no play": (0, 0), "play": (PLAY_STEPS, 0), "play, compensated": (PLAY_STEPS, PLAY_STEPS)}
+ARMS = {"no play": (0, 0), "play": (PLAY, 0), "play, compensated": (PLAY, PLAY)}
 """By name: the play of the physical arm, and the backlash that the driver takes up."""
-DIALECTS = ("teachmover", "robko01", "armdroid", "grbl")
-
-Point = tuple[float, float, float]
-
-
-def ready(dialect: str, play: int, backlash: int) -> Arm:
-    """Return an arm that was brought to a known posture from one side."""
-    config = simulated_config(dialect)
-    count = len(config.model.transmission.motors)
-    config = replace(
-        config,
-        model=replace(config.model, verified=True),
-        backlash_steps=(backlash,) * count if backlash else (),
-    )
-    arm = Arm(connect_simulated(config, twin=simulate(config, play=play)))
-    if arm.status.state is State.DISABLED:
-        arm.enable()
-    arm.move_motors(*[-3 * PLAY_STEPS] * count, speed=1.0)
-    arm.move_motors(*[3 * PLAY_STEPS] * count, speed=1.0)
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
-    return arm
 
 
 def after_moves_mm(arm: Arm) -> float:
@@ -60,7 +39,7 @@ def after_moves_mm(arm: Arm) -> float:
     for _ in range(MOVES):
         goal = {f"{name}_deg": deg + luck.uniform(-5.0, 5.0) for name, deg in POSTURE.items()}
         arm.move_j(speed=1.0, **goal)
-        worst_mm = max(worst_mm, math.dist(arm.twin.world.tip, point(arm.pose)))
+        worst_mm = max(worst_mm, math.dist(arm.twin.world.tip, place(arm.pose)))
     return worst_mm
 
 
@@ -75,9 +54,9 @@ def beside_lines(arm: Arm) -> tuple[float, float]:
         handle = arm.move_l(start if number % 2 else end, speed=0.5, wait=False)
         while not handle.done:
             arm.sleep(LOOK_S)
-            way_mm = max(way_mm, beside_mm(arm.twin.world.tip, point(start)))
+            way_mm = max(way_mm, beside_mm(arm.twin.world.tip, place(start)))
         handle.wait()
-        ends_mm = max(ends_mm, math.dist(arm.twin.world.tip, point(arm.pose)))
+        ends_mm = max(ends_mm, math.dist(arm.twin.world.tip, place(arm.pose)))
     return way_mm, ends_mm
 
 
@@ -86,23 +65,22 @@ def beside_mm(tip: Point, start: Point) -> float:
     return math.hypot(tip[0] - start[0], tip[2] - start[2])
 
 
-def point(pose: Pose) -> Point:
-    """Return where a pose has the tip."""
-    return pose.x_mm, pose.y_mm, pose.z_mm
-
-
 def measured(dialect: str) -> Iterator[Row]:
     """Give the figures of one dialect's arm."""
     for name, (play, backlash) in ARMS.items():
-        yield Row(f"{name}: after moves", after_moves_mm(ready(dialect, play, backlash)), "mm")
-        way_mm, ends_mm = beside_lines(ready(dialect, play, backlash))
+        yield Row(
+            f"{name}: after moves",
+            after_moves_mm(arm_with_play(dialect, play=play, backlash=backlash)),
+            "mm",
+        )
+        way_mm, ends_mm = beside_lines(arm_with_play(dialect, play=play, backlash=backlash))
         yield Row(f"{name}: at the ends of lines", ends_mm, "mm")
         yield Row(f"{name}: beside lines, anywhere", way_mm, "mm")
 
 
 def section(dialect: str) -> Section:
     """Measure one dialect."""
-    title = f"{dialect}, {PLAY_STEPS} steps of play in every motor's train"
+    title = f"{dialect}, {PLAY} steps of play in every motor's train"
     return Section(title, tuple(measured(dialect)), "the worst")
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from statistics import median
 
-from measuring import Row, Section, interleaved, p99, ratio
+from measuring import Row, Section, interleaved, timing
 
 from firmware_protocol.canopen import (
     POSITION,
@@ -40,8 +39,8 @@ class Exchange:
 
 def row(what: str, taken: list[float], **floors: list[float]) -> Row:
     """Return a row in microseconds, with its ratios to floors."""
-    times = {name.replace("_", " "): ratio(taken, floor) for name, floor in floors.items()}
-    return Row(what, median(taken) * 1e6, "us", p99(taken) * 1e6, times)
+    beside = {name.replace("_", " "): floor for name, floor in floors.items()}
+    return timing(what, taken, "us", beside=beside)
 
 
 # -- MKS ------------------------------------------------------------------------------------------

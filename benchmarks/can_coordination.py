@@ -28,7 +28,8 @@ from straightness import drawn
 from armdrive.arm import Arm
 from armdrive.errors import OutOfBounds
 from kinematics import Joints, Motors
-from tests.conformance.rows_moving import line_allowance_mm
+from tests.conformance.observation import Point, place
+from tests.conformance.rows_moving import line_allowance_mm, off_line_mm
 
 TIMES, QUICK_TIMES = 40, 1
 PATIENCE_S = 60.0
@@ -68,28 +69,19 @@ class StraightWay:
         tip = self._bench.tip(motors)
         return Beside(self._off_mm(tip, min(max(share, 0.0), 1.0)), math.degrees(off))
 
-    def _off_mm(self, tip: tuple[float, ...], share: float) -> float:
+    def _off_mm(self, tip: Point, share: float) -> float:
         """Return the distance from the nearest piece of the tip's way near a share."""
         middle = min(max(round(share * LOOKS), 1), LOOKS - 1)
         near = range(max(middle - LOOKS // 10, 0), min(middle + LOOKS // 10, LOOKS))
-        return min(_off_piece(tip, self._tips[i], self._tips[i + 1]) for i in near)
+        return min(off_line_mm(tip, self._tips[i], self._tips[i + 1]) for i in near)
 
     def _at(self, share: float) -> Joints:
         ends = zip(self._start, self._end, strict=True)
         named = zip(self._start.names, (a + share * (b - a) for a, b in ends), strict=True)
         return self._start.replace(**dict(named))
 
-    def _tip(self, joints: Joints) -> tuple[float, float, float]:
-        pose = self._bench.config.model.arm.fk(joints)
-        return pose.x_mm, pose.y_mm, pose.z_mm
-
-
-def _off_piece(point: tuple[float, ...], a: tuple[float, ...], b: tuple[float, ...]) -> float:
-    way = [q - p for p, q in zip(a, b, strict=True)]
-    at = [q - p for p, q in zip(a, point, strict=True)]
-    square = math.fsum(each * each for each in way)
-    share = math.fsum(p * q for p, q in zip(at, way, strict=True)) / square if square else 0.0
-    return math.dist(at, [min(max(share, 0.0), 1.0) * each for each in way])
+    def _tip(self, joints: Joints) -> Point:
+        return place(self._bench.config.model.arm.fk(joints))
 
 
 def posture(arm: Arm, luck: Random) -> Joints:

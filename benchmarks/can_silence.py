@@ -185,8 +185,7 @@ class Ground:
         silence.begin(host)
         if silence.asleep_s:
             end_s = bench.look().time_s + silence.asleep_s
-            for _ in bench.watch(lambda: bench.look().time_s > end_s, PATIENCE_S):
-                pass
+            bench.wait_until(lambda: bench.look().time_s > end_s, PATIENCE_S)
             self._wake(host)
 
     def _wake(self, host: DriverProcess) -> None:
@@ -197,8 +196,7 @@ class Ground:
         """Watch what an arm does whose program has woken, until that knows it too."""
         bench, stood = self._bench, self._stood
         end_s = stood.time_s + WOKEN_S
-        for _ in bench.watch(lambda: bench.look().time_s > end_s, WOKEN_S * 10.0):
-            pass
+        bench.wait_until(lambda: bench.look().time_s > end_s, WOKEN_S * 10.0)
         self.after_waking.append(Measured(bench.after_mm(stood), bench.step_mm(stood.motors)))
         end_s = time.monotonic() + PATIENCE_S
         while (state := host.ask("state")) not in ("standby", "error-stop"):

@@ -15,17 +15,14 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from statistics import median
 
 from desk_child import SHOWN
 from desk_ends import KEYS, held
 from desk_terminal import CHILD, LinedTerminal, Terminal, desk_of, instructed
-from measuring import Row, Section, interleaved, own_home, p99, ratio
+from measuring import Row, Section, interleaved, own_home, timing
+from reporting import report
 from sim_process import SimProcess
 from starting import command
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from reporting import report
 
 from tui.desk import POLL_S
 
@@ -60,17 +57,10 @@ def starting(rounds: int = 10) -> Section:
             },
             rounds,
         )
-    rows = tuple(
-        Row(
-            name,
-            median(seconds) * 1e3,
-            "ms",
-            p99(seconds) * 1e3,
-            {other: ratio(seconds, taken[other]) for other in (bare, floor) if other != name}
-            if name != bare
-            else {},
-        )
-        for name, seconds in taken.items()
+    rows = (
+        timing(bare, taken[bare]),
+        timing(floor, taken[floor], beside={bare: taken[bare]}),
+        timing(ours, taken[ours], beside={bare: taken[bare], floor: taken[floor]}),
     )
     return Section("From the command to the first picture", rows, f"{rounds} starts each, in turn")
 
@@ -145,21 +135,13 @@ def _floor(count: int) -> Iterator[float]:
 def keys(count: int = 60) -> Section:
     """Press keys; how long until the bytes that they cause have left."""
     floor = list(_floor(count))
-    taken = {FLOOR.what: floor}
+    rows = [timing(FLOOR.what, floor)]
     with own_home() as folder:
-        taken |= {write.what: list(_answered(write, folder, count)) for write in WRITES}
-    rows = tuple(
-        Row(
-            what,
-            median(seconds) * 1e3,
-            "ms",
-            p99(seconds) * 1e3,
-            {} if seconds is floor else {"the floor": ratio(seconds, floor)},
-        )
-        for what, seconds in taken.items()
-    )
+        for write in WRITES:
+            taken = list(_answered(write, folder, count))
+            rows.append(timing(write.what, taken, beside={"the floor": floor}))
     note = f"{count} times each; from the key at the terminal to the return of our write"
-    return Section("From a key to the wire", rows, note)
+    return Section("From a key to the wire", tuple(rows), note)
 
 
 # -- at rest and in motion ------------------------------------------------------------------------

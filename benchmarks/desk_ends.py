@@ -113,10 +113,8 @@ def end_once(bench: DensePtyBench, end: End, key: bytes, moved_s: float) -> Ende
     """Jog from a new desk, end it, and watch."""
     with desk_of(bench.port, bench.row.name, bench.look().motors) as desk:
         desk.arm_keys()
-        start = bench.look()
         with held(desk, key) as finger:
-            for _ in bench.watch(lambda: bench.look().motors != start.motors, PATIENCE_S):
-                pass
+            bench.wait_until_moving()
             bench.sleep(moved_s)
             said = desk.ask("look")
             *_, seen = bench.watch(lambda: bench.turning, PATIENCE_S)

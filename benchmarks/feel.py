@@ -9,17 +9,14 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from statistics import median
 from types import MappingProxyType
 
 from measuring import own_home, p99
 from reporting import machine
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
 from armdrive.registry import DIALECTS
 
 SEED = 1982

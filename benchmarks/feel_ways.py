@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from random import Random
 
+import numpy as np
+
 from armdrive.arm import Arm
 from armdrive.arm.connected import Handle
 from armdrive.errors import ArmError
@@ -19,7 +21,7 @@ from armdrive.motion.plan import plan_line, plan_route
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, KinematicsError, Pose
 from kinematics.paths.routes import ArcPart
-from tests.conformance.observation import Point
+from tests.conformance.observation import Point, place
 from tests.conformance.rows_moving import off_line_mm
 
 TRIES = 2_000
@@ -67,47 +69,16 @@ class Way:
         return True
 
 
-def place(pose: Pose) -> Point:
-    """Return where a pose is."""
-    return pose.x_mm, pose.y_mm, pose.z_mm
-
-
 def off_circle_mm(point: Point, a: Point, b: Point, c: Point) -> float:
     """Return the distance of a point from the circle through three others."""
-    ab, ac = _minus(b, a), _minus(c, a)
-    normal = _cross(ab, ac)
-    square = _dot(normal, normal)
-    towards = _plus(
-        _times(_cross(normal, ab), _dot(ac, ac)), _times(_cross(ac, normal), _dot(ab, ab))
-    )
-    centre = _plus(a, _times(towards, 0.5 / square))
-    away = _minus(point, centre)
-    height = _dot(away, normal) / math.sqrt(square)
-    return math.hypot(math.sqrt(_dot(away, away) - height**2) - math.dist(centre, a), height)
-
-
-def _minus(a: Point, b: Point) -> Point:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _plus(a: Point, b: Point) -> Point:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-def _times(a: Point, share: float) -> Point:
-    return a[0] * share, a[1] * share, a[2] * share
-
-
-def _dot(a: Point, b: Point) -> float:
-    return math.fsum(x * y for x, y in zip(a, b, strict=True))
-
-
-def _cross(a: Point, b: Point) -> Point:
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
+    ab, ac, away = (np.subtract(each, a) for each in (b, c, point))
+    normal = np.cross(ab, ac)
+    towards = np.cross(normal, ab) * (ac @ ac) + np.cross(ac, normal) * (ab @ ab)
+    centre = 0.5 * towards / (normal @ normal)  # seen from a, as all of these
+    away = away - centre
+    height = away @ normal / np.linalg.norm(normal)
+    beside = math.sqrt(max(away @ away - height**2, 0.0)) - np.linalg.norm(centre)
+    return math.hypot(beside, height)
 
 
 # -- the kinds ----------------------------------------------------------------------------------

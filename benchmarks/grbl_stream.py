@@ -9,7 +9,6 @@ wire is used less in check mode than it should be.
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import os
 import select
@@ -22,7 +21,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from measuring import Row, Section
-from reporting import machine, show
+from reporting import JSON, asked, machine, show
 from sim_process import SimProcess
 
 from armdrive import Arm
@@ -258,18 +257,12 @@ SECTIONS: dict[str, Callable[[int], Section]] = {
 
 
 def main(argv: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("sections", nargs="*", metavar="SECTION", help=", ".join(SECTIONS))
-    parser.add_argument("--lines", type=int, default=10_000, help="how many lines (10000)")
-    parser.add_argument("--json", action="store_true", help="print JSON lines")
-    options = parser.parse_args(argv)
-    unknown = set(options.sections) - set(SECTIONS)
-    if unknown:
-        parser.error(f"no section is called {min(unknown)}; there are {', '.join(SECTIONS)}")
+    lines = {"type": int, "default": 10_000, "help": "how many lines (10000)"}
+    options = asked(argv, __doc__, SECTIONS, lines=lines, json=JSON)
     if not options.json:
         print(machine())
     code = 0
-    for name in options.sections or SECTIONS:
+    for name in options.names:
         count = options.lines // 10 if name == "driver" else options.lines
         try:
             show(name, SECTIONS[name](count), as_json=options.json)

@@ -17,14 +17,13 @@ that end early.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
 from measuring import own_home, p99
-from reporting import machine
+from reporting import asked, machine
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive" / "motion" / "jog"))
 from jog_trials import Ground, Outcome, trials
@@ -111,19 +110,19 @@ def measure(dialect: str, count: int, seed: int) -> bool:
 
 def main(argv: list[str] | None = None) -> int:
     """Jog the arms that are asked for, or all of them."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("dialects", nargs="*", metavar="DIALECT", help=", ".join(DIALECTS))
-    parser.add_argument("--quick", action="store_true", help=f"{QUICK} jogs of each, not {EACH}")
-    parser.add_argument("--count", type=int, help="how many jogs of each")
-    parser.add_argument("--seed", type=int, default=SEED)
-    options = parser.parse_args(argv)
-    unknown = set(options.dialects) - set(DIALECTS)
-    if unknown:
-        parser.error(f"no dialect is called {min(unknown)}; there are {', '.join(DIALECTS)}")
+    options = asked(
+        argv,
+        __doc__,
+        DIALECTS,
+        "dialect",
+        quick={"action": "store_true", "help": f"{QUICK} jogs of each, not {EACH}"},
+        count={"type": int, "help": "how many jogs of each"},
+        seed={"type": int, "default": SEED},
+    )
     count = options.count or (QUICK if options.quick else EACH)
     print(machine(), padded(HEAD), sep="\n")
     with own_home():
-        kept = [measure(each, count, options.seed) for each in options.dialects or DIALECTS]
+        kept = [measure(each, count, options.seed) for each in options.names]
     return 0 if all(kept) else 1
 
 

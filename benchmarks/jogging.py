@@ -13,15 +13,13 @@ import importlib
 import math
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from measuring import Row, Section, interleaved, p99, ratio
+from measuring import Section, interleaved, timing
 from reporting import report
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
 from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish
@@ -150,9 +148,8 @@ def cycle() -> Section:
     taken = interleaved(cases, ROUNDS)
     rows = []
     for name, values in taken.items():
-        each = sorted(1e6 * value / CYCLES for value in values)
-        times = {} if name == "own" else {"own": ratio(values, taken["own"])}
-        rows.append(Row(f"{name}: a jog cycle", each[len(each) // 2], "us", p99(each), times))
+        beside = {} if name == "own" else {"own": taken["own"]}
+        rows.append(timing(f"{name}: a jog cycle", values, "us", per=CYCLES, beside=beside))
     return Section("the arithmetic of a jog cycle", tuple(rows), note)
 
 
@@ -198,11 +195,11 @@ def course() -> Section:
         "along the tool": legs(Jog.cartesian(frame="tool", z=1.0)),
     }
     taken = interleaved(cases, ROUNDS // 4)
-    rows = []
-    for name, values in taken.items():
-        each = sorted(1e6 * value / CYCLES for value in values)
-        rows.append(Row(f"{name}: a leg of the course", each[len(each) // 2], "us", p99(each)))
-    return Section("a leg of the driver's course", tuple(rows), "of 50 ms each on a GRBL board")
+    rows = tuple(
+        timing(f"{name}: a leg of the course", seconds, "us", per=CYCLES)
+        for name, seconds in taken.items()
+    )
+    return Section("a leg of the driver's course", rows, "of 50 ms each on a GRBL board")
 
 
 SECTIONS: dict[str, Callable[[], Section]] = {"cycle": cycle, "course": course}

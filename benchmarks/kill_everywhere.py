@@ -8,7 +8,6 @@ physically stand. Exit code 1 where anything was believed that is not so.
 
 from __future__ import annotations
 
-import argparse
 import random
 import sys
 import tempfile
@@ -17,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from measuring import own_home
-from reporting import machine
+from reporting import asked, machine
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive"))
@@ -66,19 +65,14 @@ def line(dialect: str, kind: str, found: list[Found]) -> str:
 
 def main(argv: list[str] | None = None) -> int:
     """Kill on every dialect that is asked for."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("dialects", nargs="*", metavar="DIALECT", help=", ".join(DIALECTS))
-    parser.add_argument("--times", type=int, default=100, help="how many kills of each dialect")
-    options = parser.parse_args(argv)
-    unknown = set(options.dialects) - set(DIALECTS)
-    if unknown:
-        parser.error(f"no dialect is called {min(unknown)}; there are {', '.join(DIALECTS)}")
+    times = {"type": int, "default": 100, "help": "how many kills of each dialect"}
+    options = asked(argv, __doc__, DIALECTS, "dialect", ["teachmover"], times=times)
     heads = ("killed", *(trust.value for trust in Trust), "WRONG")
     print(
         machine(), f"{'':<46}{heads[0]:>8}" + "".join(f"{head:>12}" for head in heads[1:]), sep="\n"
     )
     wrong: list[Found] = []
-    for dialect in options.dialects or ["teachmover"]:
+    for dialect in options.names:
         wrong += killed_everywhere(dialect, options.times)
     for each in wrong:
         print(f"WRONG: {each}")

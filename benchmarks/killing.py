@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from statistics import median
 
 from measuring import Row, Section, p99
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.conformance.overrun import ENDINGS, LOOK_S, measure
 
 DIALECT = "teachmover"

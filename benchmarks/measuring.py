@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
+from types import MappingProxyType
 from typing import Any
+
+# benchmarks are run as scripts, and share the benches of the tests
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +85,23 @@ def p99(values: list[float]) -> float:
 def ratio(values: list[float], others: list[float]) -> float:
     """Return how many times larger the one median is than the other."""
     return median(values) / median(others)
+
+
+SCALES = {"ms": 1e3, "us": 1e6}
+
+
+def timing(
+    what: str,
+    seconds: list[float],
+    unit: str = "ms",
+    *,
+    per: int = 1,
+    beside: Mapping[str, list[float]] = MappingProxyType({}),
+) -> Row:
+    """Return a row of times, each of so many calls, with its ratios to what was timed beside it."""
+    scale = SCALES[unit.split()[0]] / per
+    times = {name: ratio(seconds, others) for name, others in beside.items()}
+    return Row(what, median(seconds) * scale, unit, p99(seconds) * scale, times)
 
 
 @contextlib.contextmanager

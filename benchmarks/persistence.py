@@ -15,9 +15,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from statistics import median
 
-from measuring import Row, Section, p99, ratio
+from measuring import Row, Section, timing
 from reporting import report
 
 from armdrive import Arm
@@ -101,13 +100,11 @@ def processor(rounds: int = 15, times: int = 20) -> Section:
                 },
                 rounds,
             )
-        for name, label in (("without", "no record"), ("with", "a record")):
-            each_ms = [taken_s / times * 1e3 for taken_s in taken[name]]
-            times_without = {"without": ratio(taken["with"], taken["without"])}
-            rows.append(
-                Row(f"{what}, {label}", median(each_ms), "ms", p99(each_ms),
-                    times_without if name == "with" else {})
-            )  # fmt: skip
+        bare = taken["without"]
+        rows += [
+            timing(f"{what}, no record", bare, per=times),
+            timing(f"{what}, a record", taken["with"], per=times, beside={"without": bare}),
+        ]
     return Section(
         "Processor time of a move",
         tuple(rows),
@@ -157,14 +154,14 @@ def latency(rounds: int = 30) -> Section:
                 for name, clock in clocks.items():
                     arms[name].sleep(rest_s)
                     _pretend_looked(arms[name], looked=looked)
-                    taken[name].append(clock.after_s(MOVE_DEG * (index % 2 + 1)) * 1e3)
-            ratios = {"without": ratio(taken["with"], taken["without"])}
+                    taken[name].append(clock.after_s(MOVE_DEG * (index % 2 + 1)))
+            bare = taken["without"]
             rows += [
-                Row(f"{what}, no record", median(taken["without"]), "ms", p99(taken["without"])),
-                Row(f"{what}, a record", median(taken["with"]), "ms", p99(taken["with"]), ratios),
+                timing(f"{what}, no record", bare),
+                timing(f"{what}, a record", taken["with"], beside={"without": bare}),
             ]
-        saves_ms = [_save_s(file) * 1e3 for _ in range(rounds)]
-    rows.append(Row("this disk: one record, durably", median(saves_ms), "ms", p99(saves_ms)))
+        saves_s = [_save_s(file) for _ in range(rounds)]
+    rows.append(timing("this disk: one record, durably", saves_s))
     return Section(
         "From the call to the first byte of a motion that leaves stand-still",
         tuple(rows),
@@ -206,8 +203,7 @@ def slow_disk(rounds: int = 5) -> Section:
         "A slow disk",
         (
             Row("the disk takes", SLOW_S * 1e3, "ms"),
-            Row("a stop meanwhile", median(stops) * 1e3, "ms", p99(stops) * 1e3,
-                {"the disk": median(stops) / SLOW_S}),
+            timing("a stop meanwhile", stops, beside={"the disk": [SLOW_S]}),
         ),
         f"{rounds} stops of motions that wait for their mark",
     )  # fmt: skip

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
 
-from measuring import Row, Section, interleaved, own_home, p99, ratio
+from measuring import Row, Section, interleaved, own_home, ratio, timing
 from reporting import report
 from starting import command
 
@@ -134,12 +134,12 @@ def ways(rounds: int = 15, times: int = 20) -> Section:
     return Section(
         "The same straight lines, written in three ways",
         tuple(
-            Row(
+            timing(
                 name,
-                median(seconds) / times * 1e3,
+                seconds,
                 "ms a line",
-                p99(seconds) / times * 1e3,
-                {} if seconds is floor else {"Python calls": ratio(seconds, floor)},
+                per=times,
+                beside={} if seconds is floor else {"Python calls": floor},
             )
             for name, seconds in taken.items()
         ),
@@ -169,13 +169,7 @@ def starting(rounds: int = 20) -> Section:
     return Section(
         "From the command to the end of an empty program",
         tuple(
-            Row(
-                name,
-                median(seconds) * 1e3,
-                "ms",
-                p99(seconds) * 1e3,
-                {} if name == bare else {bare: ratio(seconds, taken[bare])},
-            )
+            timing(name, seconds, beside={} if name == bare else {bare: taken[bare]})
             for name, seconds in taken.items()
         ),
         f"{rounds} runs each, in turn; as {' '.join([Path(command()[0]).name, *command()[1:]])}",

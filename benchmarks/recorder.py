@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from statistics import median
 
-from measuring import Row, Section, interleaved, own_home, p99, ratio
+from measuring import Row, Section, interleaved, own_home, ratio, timing
 from reporting import report
 from sim_process import SimProcess
 
@@ -105,14 +105,8 @@ def latency(rounds: int = 150) -> Section:
         swapped = Swapped(arm)
         taken = interleaved(swapped.cases(arm.read_inputs), rounds)
     rows = (
-        Row("READ without the recorder", median(taken[BARE]) * 1e3, "ms", p99(taken[BARE]) * 1e3),
-        Row(
-            "READ with it",
-            median(taken["with"]) * 1e3,
-            "ms",
-            p99(taken["with"]) * 1e3,
-            {"without it": ratio(taken["with"], taken[BARE])},
-        ),
+        timing("READ without the recorder", taken[BARE]),
+        timing("READ with it", taken["with"], beside={"without it": taken[BARE]}),
         Row("added", (median(taken["with"]) - median(taken[BARE])) * 1e3, "ms"),
     )
     return Section("Latency of an exchange", rows, f"a pty, {rounds} exchanges each")

@@ -5,9 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
-from statistics import median
 
-from measuring import Row, Section, interleaved, p99, ratio
+from measuring import Section, interleaved, timing
 
 
 def command() -> list[str]:
@@ -27,14 +26,8 @@ def starting(rounds: int = 40) -> Section:
     taken = interleaved(
         {bare: lambda: _run([sys.executable, "-c", "pass"]), ours: lambda: _run(words)}, rounds
     )
-    rows = tuple(
-        Row(
-            name,
-            median(seconds) * 1e3,
-            "ms",
-            p99(seconds) * 1e3,
-            {"a bare interpreter": ratio(seconds, taken[bare])} if name == ours else {},
-        )
-        for name, seconds in taken.items()
+    rows = (
+        timing(bare, taken[bare]),
+        timing(ours, taken[ours], beside={"a bare interpreter": taken[bare]}),
     )
     return Section("Starting", rows, f"{rounds} runs each, in turn; as {' '.join(words)}")

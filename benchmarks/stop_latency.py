@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterator
 
 from feel import Figures, Measured, Options, report
 from feel_benches import DensePtyBench, chance
+from stopping import figures
 from tapping import tap
 
 from armdrive.abilities import Abort
@@ -40,7 +41,6 @@ from kinematics import Motors
 from tests.conformance.motions import begin_sweep
 from tests.conformance.overrun import ENDINGS
 from tests.conformance.overrun import measure as overruns
-from tests.conformance.rows_stopping import wait_until_moving
 
 TIMES, QUICK_TIMES = 1000, 5
 STANDING_TIMES, QUICK_STANDING = 60, 1
@@ -207,7 +207,7 @@ def to_the_wire(dialect: str, times: int) -> Iterator[Figures]:
                 make_ready(bench, arm)
                 watched.begin()
                 motion = kind(arm, direction)
-                wait_until_moving(bench)
+                bench.wait_until_moving()
                 began_s = time.perf_counter()
                 time.sleep(luck.uniform(*MOMENTS_S))
                 driven = (time.perf_counter() - began_s) / SEGMENT_S
@@ -234,10 +234,7 @@ def to_stand_still(dialect: str, times: int) -> Iterator[Figures]:
     ending = next(each for each in ENDINGS if each.what == "a motion is stopped")
     portions = [min(PORTION, times - done) for done in range(0, times, PORTION)]
     found = [each for portion in portions for each in overruns(dialect, ending, portion)]
-    what = "from a stop to stand-still"
-    seconds = [Measured(each.time_s * 1e3, each.announced_s * 1e3) for each in found]
-    yield Figures(dialect, what, "ms", seconds)
-    yield Figures(dialect, what, "mm", [Measured(each.way_mm, each.announced_mm) for each in found])
+    yield from figures(dialect, "from a stop to stand-still", found)
 
 
 def measure(options: Options, dialect: str) -> Iterator[Figures]:

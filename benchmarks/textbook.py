@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Mapping
 
 from measuring import Section
-from reporting import asked, machine, show
+from reporting import JSON, asked, machine, show
 from textbook_arms import closed_forms, general_arms
 from textbook_many import many
 from textbook_one import forward, minimover_inverse, puma_inverse
@@ -33,7 +33,7 @@ SECTIONS: Mapping[str, Callable[[Peers], Section]] = {
 
 def main(argv: list[str] | None = None) -> int:
     """Run the sections that are asked for, or all of them."""
-    options = asked(argv, __doc__, SECTIONS)
+    options = asked(argv, __doc__, SECTIONS, json=JSON)
     peers = Peers()
     if options.json:
         print(json.dumps({"machine": machine(), "missing": peers.missing}))
@@ -41,7 +41,7 @@ def main(argv: list[str] | None = None) -> int:
         print(machine())
         if peers.missing:
             print(f"not installed, and left out: {', '.join(peers.missing)}")
-    for name in options.sections:
+    for name in options.names:
         show(name, SECTIONS[name](peers), as_json=options.json)
     return 0
 

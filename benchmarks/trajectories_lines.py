@@ -7,7 +7,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from measuring import Row, Section, interleaved, p99
+from measuring import Row, Section, interleaved, timing
 from textbook_peers import Peers, toolbox_robot
 from trajectories_peers import joint_limits, missing, model, peer
 
@@ -67,7 +67,7 @@ def cornered(start: Joints) -> Row:
     limits = joint_limits(jerk_s=0.1)
     taken = interleaved({"timed": lambda: timed(corners, limits)}, ROUNDS)["timed"]
     name = f"timed(), a line of {len(corners)} corners, with build-up"
-    return Row(name, median(taken) * 1e3, "ms", p99(taken) * 1e3)
+    return timing(name, taken)
 
 
 def peer_cases(joints: Any) -> dict[str, Callable[[], object]]:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 
-from measuring import Row, Section, interleaved, p99, ratio
+from measuring import Row, Section, interleaved, p99, timing
 from sim_process import SimProcess
 
 from armdrive import Arm
@@ -92,15 +92,11 @@ def wire(rounds: int = 200) -> Section:
     floor_s = exchanged * BITS_A_BYTE / baud
     reads, echoes = taken["read"], taken["echo"]
     floor = Row(f"floor: {exchanged} bytes at {baud} baud", floor_s * 1e3, "ms")
-    bare = Row(
-        f"a bare echo of {len(QUESTION)} bytes", median(echoes) * 1e3, "ms", p99(echoes) * 1e3
-    )
-    read = Row(
+    bare = timing(f"a bare echo of {len(QUESTION)} bytes", echoes)
+    read = timing(
         "READ through the driver",
-        median(reads) * 1e3,
-        "ms",
-        p99(reads) * 1e3,
-        {"the floor": median(reads) / floor_s, "the bare echo": ratio(reads, echoes)},
+        reads,
+        beside={"the floor": [floor_s], "the bare echo": echoes},
     )
     above = Row(
         "above the floor",

@@ -5,12 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from pathlib import Path
 
-import pytest
-from amounts import THOROUGH
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import can_codecs
 import can_coordination
 import can_overhead
@@ -18,7 +13,9 @@ import can_rounds
 import can_silence
 import can_strategies
 import can_streaming
+import pytest
 import stop_latency
+from amounts import THOROUGH
 from feel_benches import DenseMemoryBench
 
 from firmware_protocol.canopen import Command, Controlword, OperationMode

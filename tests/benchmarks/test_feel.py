@@ -9,22 +9,18 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import sys
-from pathlib import Path
 from random import Random
 
-import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import feel
 import feel_keys
 import feel_ways
+import pytest
 import releasing
 import stop_latency
 import straightness
 import wire_use
+from hypothesis import given
+from hypothesis import strategies as st
 
 from firmware_protocol.robko01 import Host, Ping, Stop
 

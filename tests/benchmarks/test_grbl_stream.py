@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import grbl_stream
+import pytest
 
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminal that a test could open"

@@ -1,13 +1,9 @@
 """Each part of the benchmark of programs runs, with counts too small to measure anything."""
 
 import math
-import sys
-from pathlib import Path
 
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import programs
+import pytest
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,10 @@ import json
 import math
 import sys
 from collections import Counter
-from pathlib import Path
 
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import killing
 import measuring
+import pytest
 import simulated_time
 import solving
 import starting

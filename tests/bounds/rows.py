@@ -92,16 +92,16 @@ def begin(stand: Stand, how: Begin, for_s: float, speed: float) -> None:
         }
         arm.move_j(wait=False, **goal)
         return
-    limits = arm.config.model.joint_speeds_rad_s
-    axes = {
-        name: speed / limit
-        for name, speed, limit in zip(arm.joints.names, speeds, limits, strict=True)
-        if speed
-    }
     if how is Begin.SLOW_JOG:
-        arm.hold(Jog.joint(base=1.0), speed=speed, for_s=for_s)
+        axes = {"base": 1.0}
     else:
-        arm.hold(Jog.joint(**axes), speed=speed, for_s=for_s)
+        limits = arm.config.model.joint_speeds_rad_s
+        axes = {
+            name: speed / limit
+            for name, speed, limit in zip(arm.joints.names, speeds, limits, strict=True)
+            if speed
+        }
+    arm.hold(Jog.joint(**axes), speed=speed, for_s=for_s)
 
 
 # -- what ends them -----------------------------------------------------------------------------
@@ -182,15 +182,8 @@ def first(*marks: bytes) -> Callable[[], Loses]:
     return make
 
 
-def first_message() -> Loses:
-    """Lose the first message, whatever it is; after the cause of a stop that is the stop."""
-    lost: list[bytes] = []
-
-    def loses(data: bytes) -> bool:
-        lost.append(data)
-        return len(lost) == 1
-
-    return loses
+first_message = first(b"")
+"""Loses the first message, whatever it is; after the cause of a stop that is the stop."""
 
 
 @dataclass(frozen=True, slots=True)

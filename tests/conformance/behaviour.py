@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 
 from armdrive.abilities import Switching
 from armdrive.sim.device import HasSwitches, Resettable
@@ -15,6 +16,16 @@ from armdrive.sim.device import HasSwitches, Resettable
 from .bench import Bench
 
 Rule = Callable[[Bench], str]
+
+
+class Moment(Enum):
+    """What the arm does when a fault strikes."""
+
+    MOVING = "moving"
+    STANDING = "standing"
+
+
+MOVING, STANDING = Moment.MOVING, Moment.STANDING
 
 EVERYWHERE = ("memory", "pty", "tcp", "port")
 """The transports of a row that names none."""
@@ -27,7 +38,8 @@ class Behaviour:
     """One behaviour of an arm, as a function that raises `Broken` if the arm behaves otherwise.
 
     `watched` rows are safe on a real arm if a person stands next to it with a hand on its power
-    switch. The everyday tests run `smoke` rows over a pty as well.
+    switch. The everyday tests run `smoke` rows over a pty as well. `strikes` has the name of the
+    fault that a row injects by the law of faults, and when.
     """
 
     name: str
@@ -37,6 +49,7 @@ class Behaviour:
     watched: bool = False
     smoke: bool = False
     transports: tuple[str, ...] = EVERYWHERE
+    strikes: tuple[str, Moment] | None = None
 
     def runs_over(self, transport: str) -> bool:
         """Return whether this row runs over a transport."""
@@ -59,9 +72,7 @@ def cartesian(bench: Bench) -> str:
 
 def finger_motor(bench: Bench) -> str:
     """Require fingers with a stepped motor."""
-    transmission = bench.config.model.transmission
-    able = transmission is not None and transmission.has_gripper
-    return "" if able else "no motor for the fingers"
+    return "" if bench.transmission.has_gripper else "no motor for the fingers"
 
 
 def grip_switch(bench: Bench) -> str:

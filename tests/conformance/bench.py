@@ -14,12 +14,14 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import Operator
 from armdrive.registry import dialect
 from armdrive.status import Current, State, Trust
-from kinematics import Joints, Motors
+from kinematics import Joints, Motors, Transmission
 
-from .observation import ON_THE_STEP, Observation, Point, Standstill, check
+from .observation import ON_THE_STEP, Observation, Point, Standstill, check, place
 
 QUIET_S = 0.6
 """An arm stands if it has not moved for this long."""
+BEGINS_S = 10.0
+"""Every motion is under way within this time, also on a slow wire."""
 
 
 class Bench(abc.ABC):
@@ -176,16 +178,20 @@ class Bench(abc.ABC):
         with contextlib.suppress(Exception) if error[0] else contextlib.nullcontext():
             self.close()
 
-    def posture(self, motors: Motors) -> tuple[Joints, float]:
-        """Return the joint angles and the opening of the fingers at some motor steps."""
+    @property
+    def transmission(self) -> Transmission:
+        """How the motors of the arm on the bench turn its joints."""
         transmission = self.config.model.transmission
         assert transmission is not None
-        return transmission.to_joints(motors)
+        return transmission
+
+    def posture(self, motors: Motors) -> tuple[Joints, float]:
+        """Return the joint angles and the opening of the fingers at some motor steps."""
+        return self.transmission.to_joints(motors)
 
     def tip(self, motors: Motors) -> Point:
         """Return the place of the tip at some motor steps."""
-        pose = self.config.model.arm.fk(self.posture(motors)[0])
-        return pose.x_mm, pose.y_mm, pose.z_mm
+        return place(self.config.model.arm.fk(self.posture(motors)[0]))
 
     def step_mm(self, motors: Motors) -> float:
         """Return how far the tip is off at most if every motor is one step off."""
@@ -207,6 +213,17 @@ class Bench(abc.ABC):
             check(seen.time_s < end_s, f"it had not ended after {longest_s:g} s")
             self.sleep(self.look_s)
             seen = self.look()
+
+    def wait_until(self, done: Callable[[], bool], longest_s: float) -> None:
+        """Let time pass until `done()`. Raises `Broken` after `longest_s`."""
+        for _ in self.watch(done, longest_s):
+            pass
+
+    def wait_until_moving(self, keep: Callable[[], object] = lambda: None) -> None:
+        """Wait until the physical arm moves; call `keep` at each look, to renew a held jog."""
+        start = self.look().motors
+        for _ in self.watch(lambda: self.look().motors != start, BEGINS_S):
+            keep()
 
     def rest(self, start: Observation | None = None, longest_s: float = 30.0) -> Standstill:
         """Watch until the arm stands; return when it stopped, and how far the tip went.

@@ -44,9 +44,7 @@ class CommandDriver:
             self._arm.reset()
         if self._arm.status.state is State.DISABLED:
             self._arm.enable()
-        transmission = self._arm.model.transmission
-        assert transmission is not None
-        joints, opening_mm = transmission.to_joints(Motors(motors))
+        joints, opening_mm = self._arm.core.transmission.to_joints(Motors(motors))
         self._arm.declare_posture(joints, opening_mm=opening_mm)
 
     def middle(self) -> None:

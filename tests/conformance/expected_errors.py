@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum
 from types import MappingProxyType
 
 from armdrive.status import Trust
+
+from .behaviour import MOVING, STANDING, Moment
 
 STRIKES_S = 0.3
 """How long after the request of a motion a fault strikes an arm that is well under way."""
@@ -26,13 +27,6 @@ ABORTED = "aborted: it does not answer as it should"
 RESET = "reset,? or lost its power"
 
 
-class Moment(Enum):
-    """What the arm does when a fault strikes."""
-
-    MOVING = "moving"
-    STANDING = "standing"
-
-
 @dataclass(frozen=True, slots=True)
 class ExpectedError:
     """The code of an error, a pattern for its words, and the trust in the position."""
@@ -42,7 +36,6 @@ class ExpectedError:
     trust: Trust = Trust.SUSPECT
 
 
-MOVING, STANDING = Moment.MOVING, Moment.STANDING
 MUTE, PULLED, STALLED = ("the device goes mute",), ("the cable is pulled",), ("a motor stalls",)
 POWER, BOARD = ("the power fails and comes back",), ("the board resets",)
 RESTARTS = (*POWER, *BOARD)

@@ -51,11 +51,8 @@ def motors_at_end(arm: Arm) -> Motors:
     turned = {
         name.removesuffix("_deg"): math.radians(angle) for name, angle in joints_from(arm).items()
     }
-    transmission = arm.model.transmission
-    assert transmission is not None
-    return transmission.to_motors(
-        arm.joints.replace(**turned), arm.core.position.coordinates.opening_mm
-    )
+    here = arm.core.position.coordinates
+    return arm.core.transmission.to_motors(here.joints.replace(**turned), here.opening_mm)
 
 
 def begin_sweep(arm: Arm, turn_deg: float = 60.0, speed: float = 1.0) -> Handle[Moved]:
@@ -71,9 +68,7 @@ def sweep_plan(arm: Arm, turn_deg: float = 60.0) -> tuple[Motors, Motors, float]
     start = arm.core.position.coordinates
     angle_rad = math.radians(arm.joints.deg[first] + turn_deg)
     end = ArmCoordinates(start.joints.replace(**{first: angle_rad}), start.opening_mm)
-    transmission = arm.model.transmission
-    assert transmission is not None
-    ends = (transmission.to_motors(each.joints, each.opening_mm) for each in (start, end))
+    ends = (arm.core.transmission.to_motors(each.joints, each.opening_mm) for each in (start, end))
     return *ends, arm.speeds.duration_s(start, end, 1.0)
 
 

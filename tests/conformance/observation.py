@@ -9,12 +9,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kinematics import Motors
+from kinematics import Motors, Pose
 
 ON_THE_STEP = 1
 """How many steps two counts of the same place may differ by, because both are rounded."""
 
 Point = tuple[float, float, float]
+
+
+def place(pose: Pose) -> Point:
+    """Return where a pose has the tip."""
+    return pose.x_mm, pose.y_mm, pose.z_mm
 
 
 def rests_within(settings: object) -> int:

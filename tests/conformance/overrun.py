@@ -38,11 +38,6 @@ class StopMeasurement:
     time_s: float
     way_mm: float
 
-    @property
-    def kept(self) -> bool:
-        """Whether the arm stayed within the bounds."""
-        return self.time_s <= self.announced_s and self.way_mm <= self.announced_mm
-
 
 class DriverProcess:
     """The program that drives the arm (`driver_program`), in a process of its own."""
@@ -145,8 +140,7 @@ def measure_once(
     start = bench.look()
     host.ask("reference", list(start.motors))
     host.ask(ending.begin, direction)
-    for _ in bench.watch(lambda: bench.look().motors != start.motors, 10.0):
-        pass
+    bench.wait_until_moving()
     bench.sleep(after_s)
     bounds = host.ask("bounds")
     seen: Observation = bench.look()

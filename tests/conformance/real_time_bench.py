@@ -150,12 +150,18 @@ class DeviceProcess(SimProcess):
 
 
 class ProcessBench(RealTimeBench):
-    """`armdrive sim` in a process of its own, controlled and observed through its console."""
+    """`armdrive sim` in a process of its own, controlled and observed through its console.
 
-    def __init__(self, dialect_name: str) -> None:
+    With `lines` the arm has a file with these lines more, as by `use_arm_file`.
+    """
+
+    def __init__(self, dialect_name: str, lines: str = "") -> None:
         super().__init__(dialect_name)
-        self._sim = self._start("armdrive", "sim", dialect_name)
-        self.set_port(self._sim.port)
+        if lines:
+            self._serve_arm_file(lines)
+        else:
+            self._sim = self._start("armdrive", "sim", dialect_name)
+            self.set_port(self._sim.port)
 
     def _door(self) -> tuple[str, str]:
         """Return the option of `armdrive sim` that serves the device, and its address."""
@@ -171,6 +177,9 @@ class ProcessBench(RealTimeBench):
         """
         self.disconnect()
         self._sim.__exit__()
+        self._serve_arm_file(lines, *settings)
+
+    def _serve_arm_file(self, lines: str, *settings: str) -> None:
         path = self._home / "device.toml"
         path.write_text(arm_file(self.row, lines, "/dev/null"), encoding="utf-8")
         self._sim = self._start("tests.conformance.custom_arm", str(path), *settings)

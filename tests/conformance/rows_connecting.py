@@ -10,8 +10,9 @@ from armdrive.status import State, Trust
 
 from .behaviour import Behaviour, starts_disabled
 from .bench import Bench
-from .motions import check_refused, jog_first_joint, joints_from, planned_motions
+from .motions import check_refused, jog_first_joint, planned_motions
 from .observation import ON_THE_STEP, check
+from .rows_moving import check_moves
 
 
 def connect_moves_nothing(bench: Bench) -> None:
@@ -66,7 +67,7 @@ def home_by_operator(bench: Bench) -> None:
     check(arm.status.trust is Trust.REFERENCED, f"homed, but {arm.status.trust}")
     check(arm.status.state is State.STANDBY, f"homed, but in {arm.status.state}")
     request = arm.reference_request()
-    wanted = bench.config.model.transmission.to_motors(request.joints, request.opening_mm)
+    wanted = bench.transmission.to_motors(request.joints, request.opening_mm)
     off = bench.look().off_steps(wanted)
     check(off <= ON_THE_STEP, f"referenced {off} steps from where the arm stands")
     bench.check_trust(arm)
@@ -85,7 +86,7 @@ def an_unconfirmed_home_references_nothing(bench: Bench) -> None:
 
 def a_record_is_restored_but_not_trusted(bench: Bench) -> None:
     arm = bench.ready()
-    arm.move_j(**joints_from(arm))
+    check_moves(bench, arm)
     left_at = arm.status.acknowledged
     bench.disconnect()
     bench.sleep(0.5)
@@ -102,7 +103,7 @@ def a_record_is_restored_but_not_trusted(bench: Bench) -> None:
     if restored is Trust.RESTORED:
         arm.confirm_restored()
         check(arm.status.trust is Trust.REFERENCED, "a confirmed position is not referenced")
-        arm.move_j(**joints_from(arm, -10.0, 5.0))
+        check_moves(bench, arm)
     bench.check_trust(arm)
 
 

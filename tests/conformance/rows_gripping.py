@@ -8,10 +8,10 @@ from armdrive.status import State
 
 from .behaviour import IN_SIMULATION, Behaviour, no_servo, servo, valve
 from .bench import Bench
-from .motions import begin_sweep, check_refused, joints_from
+from .motions import begin_sweep, check_refused
 from .observation import check
-from .rows_moving import FINGERS_MM, check_arrived
-from .rows_stopping import check_settled, wait_until_moving
+from .rows_moving import FINGERS_MM, check_moves
+from .rows_stopping import check_settled
 
 WIDTH_MM = 24.0
 FURTHER_MM = 8.0
@@ -39,11 +39,10 @@ def _check_fingers(bench: Bench, arm: Arm, wanted_mm: float) -> None:
 
 def _check_fingers_stay(bench: Bench, arm: Arm, wanted_mm: float) -> None:
     """Check that after a motion and a stop the fingers are where they were."""
-    arm.move_j(**joints_from(arm, 4.0, -2.0))
-    check_arrived(bench, arm)
+    check_moves(bench, arm)
     _check_fingers(bench, arm, wanted_mm)
     begin_sweep(arm)
-    wait_until_moving(bench)
+    bench.wait_until_moving()
     arm.stop()
     check_settled(bench, arm)
     _wait_whole_stroke(bench, arm)

@@ -13,7 +13,7 @@ from .bench import Bench
 from .motions import jog_first_joint, sweeping_jog
 from .observation import check
 from .rows_moving import check_arrived
-from .rows_stopping import MOVES_S, check_settled, check_within_bound
+from .rows_stopping import check_settled, check_within_bound
 
 HOLD_S = 0.4
 
@@ -25,9 +25,7 @@ def hold_until_under_way(
 
     The expiry counts from the call; on a slow wire most of it may pass before the first burst.
     """
-    start = bench.look().motors
-    for _ in bench.watch(lambda: bench.look().motors != start, MOVES_S):
-        arm.hold(jog, speed=speed, for_s=for_s)
+    bench.wait_until_moving(lambda: arm.hold(jog, speed=speed, for_s=for_s))
 
 
 def increments_add_up(bench: Bench) -> None:

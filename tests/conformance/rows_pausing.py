@@ -21,11 +21,11 @@ from .motions import (
     sweep_plan,
     sweeping_jog,
 )
-from .observation import ON_THE_STEP, Observation, check
+from .observation import ON_THE_STEP, Observation, check, place
 from .rows_faults import check_between
 from .rows_jogging import hold_until_under_way
 from .rows_moving import PATIENCE_S, check_arrived, line_allowance_mm, off_line_mm
-from .rows_stopping import check_settled, wait_until_moving
+from .rows_stopping import check_settled, check_within_bound
 
 STANDS_S = 1.0
 SLOW, TOLERANCE = 0.2, 1.1
@@ -40,10 +40,7 @@ def pause_within_bound(bench: Bench, arm: Arm) -> Observation:
     status, seen = arm.status, bench.look()
     arm.pause()
     rest = bench.rest(seen)
-    time_s = status.silent_time_s + bench.noise_s
-    check(rest.after_s <= time_s, f"paused, it went on for {rest.after_s:.3f} s, not {time_s:.3f}")
-    most_mm = status.silent_distance_mm + bench.step_mm(rest.end.motors)
-    check(rest.way_mm <= most_mm, f"paused, it went on for {rest.way_mm:.1f} mm, not {most_mm:.1f}")
+    check_within_bound(bench, status, rest, "paused", silent=True)
     stood = bench.check_stands(STANDS_S, "paused")
     check(arm.status.paused, "the status does not say that it is paused")
     return stood
@@ -54,7 +51,7 @@ def pause_on_the_way(bench: Bench) -> tuple[Arm, Handle[Moved], Observation, Mot
     arm = bench.ready()
     start, goal = bench.look(), motors_at_end(arm)
     handle = begin_joints(arm)
-    wait_until_moving(bench)
+    bench.wait_until_moving()
     stood = pause_within_bound(bench, arm)
     check(not handle.done, "a paused motion has ended")
     check(stood.motors not in (start.motors, goal), "it was not paused on its way")
@@ -80,7 +77,7 @@ def a_paused_line_stays_a_line(bench: Bench) -> None:
     start = bench.look()
     goal = shifted(arm.pose, y_mm=40.0, z_mm=-20.0)
     handle = arm.move_l(goal, wait=False)
-    wait_until_moving(bench)
+    bench.wait_until_moving()
     pause_within_bound(bench, arm)
     check(not handle.done, "a paused line has ended")
     arm.resume()
@@ -88,8 +85,7 @@ def a_paused_line_stays_a_line(bench: Bench) -> None:
     moved = handle.wait()
     check_arrived(bench, arm)
     allowed = line_allowance_mm(bench.config, bench.step_mm(start.motors), moved.straying_mm)
-    end = goal.x_mm, goal.y_mm, goal.z_mm
-    worst = max(off_line_mm(each, start.tip, end) for each in seen)
+    worst = max(off_line_mm(each, start.tip, place(goal)) for each in seen)
     check(worst <= allowed, f"resumed, it left its line by {worst:.2f} mm, {allowed:.2f} announced")
 
 
@@ -154,7 +150,7 @@ def an_override_slows_a_motion_under_way(bench: Bench) -> None:
     arm = bench.ready()
     plan = sweep_plan(arm)
     begin_sweep(arm)
-    wait_until_moving(bench)
+    bench.wait_until_moving()
     full = step_rate_hz(bench, RATE_S)
     arm.speed_override = SLOW
     bench.sleep(arm.status.silent_time_s + bench.noise_s)

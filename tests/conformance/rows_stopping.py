@@ -6,62 +6,68 @@ from collections.abc import Callable
 
 from armdrive.abilities import HELD
 from armdrive.arm import Arm
+from armdrive.arm.connected import Handle
 from armdrive.errors import ArmError, NotReferenced, Stopped, WrongState
+from armdrive.motion.execute import Moved
 from armdrive.status import Current, State, Status, Trust
 
 from .behaviour import Behaviour, cartesian, switches_current
 from .bench import Bench
-from .motions import (
-    begin_sweep,
-    check_refused,
-    jog_first_joint,
-    joints_from,
-    planned_motions,
-    shifted,
-)
-from .observation import ON_THE_STEP, Standstill, check
-from .rows_moving import check_arrived
+from .motions import begin_sweep, check_refused, jog_first_joint, planned_motions, shifted
+from .observation import Standstill, check
+from .rows_moving import check_arrived, check_moves
 
-PATIENCE_S = 60.0
-MOVES_S = 10.0
+SETTLES_S = 10.0
 
 
-def wait_until_moving(bench: Bench) -> None:
-    """Wait until the physical arm moves."""
-    start = bench.look().motors
-    for _ in bench.watch(lambda: bench.look().motors != start, MOVES_S):
-        pass
+def sweeping(bench: Bench, speed: float = 1.0, **options: object) -> tuple[Arm, Handle[Moved]]:
+    """Return an arm on the bench in the middle of a motion, and the handle of that motion."""
+    arm = bench.ready(**options)
+    handle = begin_sweep(arm, speed=speed)
+    bench.wait_until_moving()
+    return arm, handle
 
 
-def check_within_bound(bench: Bench, status: Status, rest: Standstill, what: str) -> None:
-    """Check how the arm came to rest against the bounds that the status had announced."""
+def check_within_bound(
+    bench: Bench, status: Status, rest: Standstill, what: str, *, silent: bool = False
+) -> None:
+    """Check how the arm came to rest against the bounds that the status had announced.
+
+    `silent`: the bounds of a silent program hold, else those of a stop.
+    """
     if not bench.punctual:
         return
-    time_s = status.stop_time_s + bench.noise_s
+    bound_s, bound_mm = (
+        (status.silent_time_s, status.silent_distance_mm)
+        if silent
+        else (status.stop_time_s, status.stop_distance_mm)
+    )
+    time_s = bound_s + bench.noise_s
     check(rest.after_s <= time_s, f"{what}: it went on for {rest.after_s:.3f} s, not {time_s:.3f}")
-    most_mm = status.stop_distance_mm + bench.step_mm(rest.end.motors)
+    most_mm = bound_mm + bench.step_mm(rest.end.motors)
     check(rest.way_mm <= most_mm, f"{what}: it went on for {rest.way_mm:.1f} mm, not {most_mm:.1f}")
 
 
 def check_settled(bench: Bench, arm: Arm) -> None:
     """Check that a stopped arm knows where it is."""
-    for _ in bench.watch(lambda: arm.status.state is State.STANDBY, MOVES_S):
-        pass
+    bench.wait_until(lambda: arm.status.state is State.STANDBY, SETTLES_S)
     check_arrived(bench, arm)
 
 
 def _stopped(bench: Bench, begin: Callable[[Arm], object]) -> None:
     arm = bench.ready()
-    for after_s in bench.stops_after_s:
+    base = arm.model.arm.joint_names[0]
+    for count, after_s in enumerate(bench.stops_after_s):
+        if count:  # back to where there is room for another motion
+            arm.move_j(**{f"{base}_deg": 0.0})
         begin(arm)
-        wait_until_moving(bench)
+        bench.wait_until_moving()
         bench.sleep(after_s)
         status, seen = arm.status, bench.look()
         check(status.state is State.MOVING, f"in {status.state} in mid-motion")
         arm.request_stop()
         check_within_bound(bench, status, bench.rest(seen), f"stopped after {after_s} s")
         check_settled(bench, arm)
-        arm.move_j(**{f"{name}_deg": 0.0 for name in arm.model.arm.joint_names[:1]})
 
 
 def a_joint_motion_stops_within_its_bound(bench: Bench) -> None:
@@ -73,22 +79,17 @@ def a_line_stops_within_its_bound(bench: Bench) -> None:
 
 
 def a_stop_ends_the_waiting_call(bench: Bench) -> None:
-    arm = bench.ready()
-    handle = begin_sweep(arm)
-    wait_until_moving(bench)
+    arm, handle = sweeping(bench)
     arm.stop()
     check(handle.done, "stop() returned, and the motion went on")
     check_refused(handle.wait, Stopped, "waiting for a stopped motion")
     bench.check_stands(0.5, "after stop()")
     arm.stop()
-    arm.move_j(**joints_from(arm, -10.0, 5.0))
-    check_arrived(bench, arm)
+    check_moves(bench, arm)
 
 
 def an_emergency_stop_latches(bench: Bench) -> None:
-    arm = bench.ready()
-    begin_sweep(arm)
-    wait_until_moving(bench)
+    arm, _ = sweeping(bench)
     status, seen = arm.status, bench.look()
     arm.estop()
     check_within_bound(bench, status, bench.rest(seen), "emergency stop")
@@ -106,9 +107,7 @@ def an_emergency_stop_latches(bench: Bench) -> None:
 
 
 def leaving_an_emergency_stop_moves_nothing(bench: Bench) -> None:
-    arm = bench.ready()
-    begin_sweep(arm)
-    wait_until_moving(bench)
+    arm, _ = sweeping(bench)
     arm.estop()
     bench.rest()
     before = bench.look()
@@ -124,8 +123,7 @@ def leaving_an_emergency_stop_moves_nothing(bench: Bench) -> None:
         kept = arm.status.trust is Trust.REFERENCED
         check(kept is held, f"{arm.status.trust}, although the arm {bench.row.torque.estop}")
     bench.reference(arm)
-    arm.move_j(**joints_from(arm, -10.0, 5.0))
-    check_arrived(bench, arm)
+    check_moves(bench, arm)
 
 
 def disabling_releases_the_motors(bench: Bench) -> None:
@@ -146,9 +144,7 @@ def disabling_releases_the_motors(bench: Bench) -> None:
     )
     check(bench.look().motors == seen.motors, "enabling moved the arm")
     bench.reference(arm)
-    arm.move_j(**joints_from(arm, 10.0, 5.0))
-    off = bench.look().off_steps(arm.status.acknowledged)
-    check(off <= ON_THE_STEP, f"enabled and referenced, and {off} steps off")
+    check_moves(bench, arm)
     check(bench.look().energised, "moved, and the motors are not held")
 
 

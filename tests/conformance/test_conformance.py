@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import pytest
 from amounts import THOROUGH
@@ -15,14 +14,13 @@ from armdrive.connect.target import state_file
 from armdrive.errors import DeviceFault
 from armdrive.registry import DIALECTS
 
-from .behaviour import Behaviour
+from .behaviour import STANDING, Behaviour
 from .bench import Bench
-from .expected_errors import EXPECTED_ERRORS, MOVING, STANDING
+from .expected_errors import EXPECTED_ERRORS
 from .faults import FAULTS
 from .memory_bench import VARIANTS, MemoryBench, ThoroughMemoryBench, Variant
 from .observation import Broken
 from .real_time_bench import PortBench, PtyBench
-from .rows_faults import survives_in_motion, survives_while_idle
 from .running import BEHAVIOURS
 
 SIMULATED = list(DIALECTS)
@@ -30,26 +28,25 @@ needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no p
 of_all = pytest.mark.parametrize("behaviour", BEHAVIOURS, ids=lambda row: row.name)
 
 
-def expects_error(behaviour: Behaviour, dialect: str) -> bool:
+FAULT_NAMES = [fault.name for fault in FAULTS]
+MOVING_ONLY = {fault.name for fault in FAULTS if not fault.idle}
+
+
+def expects_error(row: Behaviour, dialect: str) -> bool:
     """Return whether a row of a fault has an expected error."""
-    if not isinstance(behaviour.run, partial):
-        return False
-    moment = STANDING if behaviour.run.func is survives_while_idle else MOVING
-    return (dialect, behaviour.run.keywords["fault"].name, moment) in EXPECTED_ERRORS
+    return row.strikes is not None and (dialect, *row.strikes) in EXPECTED_ERRORS
 
 
-def runs_today(behaviour: Behaviour, dialect: str) -> bool:
+def runs_today(row: Behaviour, dialect: str) -> bool:
     """Return whether the everyday tests run a row on a dialect.
 
     They run all rows that expect an error. Of the two rows of any other fault they run one.
     """
-    if THOROUGH or not isinstance(behaviour.run, partial):
+    if THOROUGH or row.strikes is None or expects_error(row, dialect):
         return True
-    fault, standing = behaviour.run.keywords["fault"], behaviour.run.func is survives_while_idle
-    if expects_error(behaviour, dialect):
-        return True
-    turn = FAULTS.index(fault) + SIMULATED.index(dialect)
-    return not fault.idle or turn % 2 == standing
+    fault, moment = row.strikes
+    turn = FAULT_NAMES.index(fault) + SIMULATED.index(dialect)
+    return fault in MOVING_ONLY or turn % 2 == (moment is STANDING)
 
 
 in_process = pytest.mark.parametrize(
@@ -92,15 +89,17 @@ def test_on_simulated_time(behaviour, dialect):
 def runs_on_variant(row: Behaviour, variant: Variant) -> bool:
     """Return whether the everyday tests run a row on a variant: where it differs from the dialect.
 
-    Of the faults with an expected error, every second one strikes the variants of drives.
+    Of the faults with an expected error, every second one strikes the moving variants of drives.
     """
     if not row.runs_over("memory") or not runs_today(row, variant.dialect):
         return False
-    if THOROUGH or not variant.differs:
+    if THOROUGH:
         return True
-    if row.family == "fault" and isinstance(row.run, partial):
-        moving = row.run.func is survives_in_motion and expects_error(row, variant.dialect)
-        if not moving or FAULTS.index(row.run.keywords["fault"]) % 2:
+    if row.family == "fault":
+        if row.strikes is None or not expects_error(row, variant.dialect):
+            return False
+        fault, moment = row.strikes
+        if moment is STANDING or FAULT_NAMES.index(fault) % 2:
             return False
     return row.family in variant.differs
 
@@ -173,9 +172,7 @@ def run_smoke_rows(dialect: str) -> list[str]:
 def attempt(dialect: str, rows: list[Behaviour]) -> tuple[list[str], list[Behaviour]]:
     """Run rows on one bench; return a sentence for each that failed, and these rows."""
     words, broken = [], []
-    with UnhurriedPtyBench(dialect) as bench:
-        if dialect in UNHURRIED:
-            bench.use_arm_file(UNHURRIED[dialect])
+    with UnhurriedPtyBench(dialect, UNHURRIED.get(dialect, "")) as bench:
         state_file(bench.config.name).unlink(missing_ok=True)  # an earlier attempt's
         for behaviour in (row for row in rows if not row.why_not_applicable(bench)):
             try:

@@ -86,9 +86,7 @@ class ControlledBench(RealTimeBench):
 
     def _motors(self, state: PhysicalState) -> Motors:
         # a board may have fewer axes than the arm has motors, or one for fingers on a servo
-        transmission = self.config.model.transmission
-        assert transmission is not None
-        count = len(transmission.motors)
+        count = len(self.transmission.motors)
         turned = [state.positions[letter] for letter in self.letters[:count]]
         return Motors([*turned, *[0] * (count - len(turned))])
 
@@ -191,10 +189,8 @@ class AvrBench(ControlledBench):
         values = settings_for(self.config, self.letters)
         set_up(self.device_port, values)
         if self.config.homing is not None:
-            transmission = self.config.model.transmission
-            assert transmission is not None
             homing = self.config.homing
-            ends = transmission.to_motors(homing.joints, homing.opening_mm)
+            ends = self.transmission.to_motors(homing.joints, homing.opening_mm)
             for axis, (letter, end) in enumerate(zip(self.letters, ends, strict=True)):
                 self.control.switch_at(letter, end + pull_off_steps(values, axis))
 

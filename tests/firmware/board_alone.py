@@ -13,7 +13,7 @@ from tests.conformance.real_time_bench import RealTimeBench
 
 from .grbl_setup import SOFT_RESET, Conversation
 from .measuring import RATES_HZ, SPEEDS, STEADY_S, full_rate_hz
-from .steps import Motion, Watcher
+from .steps import Watcher
 
 LENGTHS = (60, 600)
 FAR = 5000
@@ -58,11 +58,11 @@ def board_stops(
         for what, line, end in (("!", "G91G1", FEED_HOLD), ("0x85", "$J=G91", JOG_CANCEL)):
             for number, rate_hz in enumerate(rates_hz):
                 board.ask(f"{line}F{rate_hz * 60.0:.1f}X{FAR if number % 2 else -FAR}")
-                _began(bench)
+                bench.wait_until_moving()
                 bench.sleep(STEADY_S)
                 watcher = Watcher(bench)
                 board.say(end)
-                motion: Motion = watcher.until(lambda: True, LONGEST_S)
+                motion = watcher.until(lambda: True, LONGEST_S)
                 yield BoardMotion(what, rate_hz, motion.last_s, motion.pulses)
                 unlock(board)
 
@@ -77,8 +77,3 @@ def unlock(board: Conversation) -> None:
 def _moved(bench: RealTimeBench) -> Callable[[], bool]:
     start = bench.look().motors
     return lambda: bench.look().motors != start
-
-
-def _began(bench: RealTimeBench) -> None:
-    for _ in bench.watch(_moved(bench), LONGEST_S):
-        pass

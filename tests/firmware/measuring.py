@@ -171,9 +171,7 @@ def stops(bench: Bench, rates_hz: tuple[float, ...] = RATES_HZ) -> Iterator[Stop
 
 def full_rate_hz(bench: Bench) -> float:
     """Return the step rate of the first joint's motor at full speed."""
-    model = bench.config.model
-    assert model.transmission is not None
-    return abs(model.transmission.matrix[0][0]) * model.joint_speeds_rad_s[0]
+    return abs(bench.transmission.matrix[0][0]) * bench.config.model.joint_speeds_rad_s[0]
 
 
 def _stopped(bench: Bench, arm: Arm, how: str, rate_hz: float, after_s: float) -> Stopped:
@@ -185,12 +183,10 @@ def _stopped(bench: Bench, arm: Arm, how: str, rate_hz: float, after_s: float) -
         if how == "release":
             arm.hold(jog, speed=speed, for_s=HOLD_S)
 
-    start = bench.look()
     if how == "stop":
         joint_move(2.0 * LONG_DEG)(arm, speed)
     keep_moving()
-    for _ in bench.watch(lambda: bench.look().motors != start.motors, STANDS_S):
-        pass
+    bench.wait_until_moving()
     before = bench.look()
     for _ in range(RENEWALS):
         keep_moving()
@@ -222,8 +218,7 @@ def _stopped(bench: Bench, arm: Arm, how: str, rate_hz: float, after_s: float) -
 def _settled(bench: Bench, arm: Arm) -> str:
     """Return what is wrong with a stopped arm; empty if it knows where it stands."""
     try:
-        for _ in bench.watch(lambda: arm.status.state is State.STANDBY, STANDS_S):
-            pass
+        bench.wait_until(lambda: arm.status.state is State.STANDBY, STANDS_S)
         check_arrived(bench, arm)
     except Broken as error:
         return f"{error} ({arm.status.error})" if arm.status.error else str(error)

@@ -156,12 +156,12 @@ class FirmwareMission:
             inject(bench, fault, after_s)
             self._faults.append(fault.name)
             self._slipped = self._slipped or not fault.evident
-            self._note(f"after {after_s:.2f} s: {fault.name}")
+            self._log.append(f"after {after_s:.2f} s: {fault.name}")
         try:
             ACTIONS[name][0](arm, self._draw)
-            self._note(f"{name}: well; {bench.look().motors}")
+            self._log.append(f"{name}: well; {bench.look().motors}")
         except (ArmError, KinematicsError) as error:
-            self._note(f"{name}: {type(error).__name__}: {error}")
+            self._log.append(f"{name}: {type(error).__name__}: {error}")
         bench.rest()
         if fault is not None:
             bench.sleep(NOTICED_S)
@@ -202,13 +202,5 @@ class FirmwareMission:
         if state is not State.STANDBY or trust is not Trust.REFERENCED or self._slipped:
             bench.reference(arm)
             self._slipped = False
-            self._note("brought back and referenced")
+            self._log.append("brought back and referenced")
         return arm
-
-    def _note(self, words: str) -> None:
-        self._log.append(words)
-
-
-def run_mission(bench: Bench, seed: int) -> MissionResult:
-    """Run one mission."""
-    return FirmwareMission(bench, seed).run()

@@ -32,7 +32,7 @@ from .board_alone import board_motions, board_stops
 from .boards import BOARDS
 from .grbl_setup import SetUpFailed
 from .measuring import durations, stops
-from .missions import run_mission
+from .missions import FirmwareMission
 from .rigs import Rig, of_image, of_port, own_home, simulated
 
 MISSIONS = 10
@@ -159,7 +159,7 @@ class Run:
         results = []
         for seed in range(self._chosen.seed, self._chosen.seed + self._chosen.missions):
             with self._rig.home(), self._rig.make() as bench:
-                results.append(run_mission(bench, seed))
+                results.append(FirmwareMission(bench, seed).run())
             say(report.mission_line(results[-1]))
             self._pace(quiet=True)
         say(report.mission_summary(results))

@@ -22,7 +22,7 @@ from . import avrdev, report
 from .boards import BOARDS, GRBL_328P, MEGA_5X
 from .control import commands_of
 from .measuring import MOTIONS, Stopped, durations, stops
-from .missions import FirmwareMission, run_mission
+from .missions import FirmwareMission
 from .rigs import simulated
 from .run import main
 from .steps import Step, StepLog
@@ -155,7 +155,7 @@ def test_a_position_that_is_trusted_and_wrong_is_found(monkeypatch):
         bench.ready()
         monkeypatch.setattr(bench, "ready", lambda: bench.arm)
         bench.twin.world.drive_to([0] * len(AXES))
-        assert "but the motors stand at" in run_mission(bench, 0).broken
+        assert "but the motors stand at" in FirmwareMission(bench, 0).run().broken
 
 
 @pytest.mark.parametrize(

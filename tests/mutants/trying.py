@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import shutil
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from queue import SimpleQueue
 
 from .copies import FAILED, PASSED, Copy, Run, copy_project
 from .mutant import Mutant, applied
@@ -63,7 +63,7 @@ class Copies:
         copy_project(root, first)
         self.untouched = Copy(first, packages)  # never has a mutant
         self._made = [self.untouched]
-        self._free: SimpleQueue[Copy] = SimpleQueue()
+        self._free: list[Copy] = []
         self._lock = threading.Lock()
 
     def close(self) -> None:
@@ -71,19 +71,21 @@ class Copies:
         for copy in self._made:
             copy.close()
 
-    def take(self) -> Copy:
-        """Return a free copy, to be returned by `back`."""
+    @contextmanager
+    def borrowed(self) -> Iterator[Copy]:
+        """Lend a free copy, or make another one."""
         with self._lock:
-            if not self._free.empty():
-                return self._free.get()
-            folder = self._folder / str(len(self._made))
-            shutil.copytree(self.untouched.folder, folder, symlinks=True)
-            self._made.append(Copy(folder, self._packages))
-            return self._made[-1]
+            copy = self._free.pop() if self._free else self._new()
+        try:
+            yield copy
+        finally:
+            self._free.append(copy)
 
-    def back(self, copy: Copy) -> None:
-        """Return a copy that is free again."""
-        self._free.put(copy)
+    def _new(self) -> Copy:
+        folder = self._folder / str(len(self._made))
+        shutil.copytree(self.untouched.folder, folder, symlinks=True)
+        self._made.append(Copy(folder, self._packages))
+        return self._made[-1]
 
 
 def try_all(
@@ -101,33 +103,25 @@ def try_all(
 
 def try_one(copies: Copies, mutant: Mutant, stamp: int, *, everything: bool = False) -> Trial:
     """Try one mutant. With `everything`, run the whole suite if its own tests all pass."""
-    copy = copies.take()
     package = mutant.path.partition("/")[0]
     try:
-        with applied(mutant, copy.folder, stamp):
+        with copies.borrowed() as copy, applied(mutant, copy.folder, stamp):
             run = copy.run_tests(mutant.tests, changed=package)
             if run.code == PASSED and everything:
                 run = copy.run_tests((ALL_OTHERS,), changed=package)
     except ValueError as error:
         return Trial(mutant, Verdict.BROKEN, str(error), 0.0)
-    finally:
-        copies.back(copy)
-    return _judged(mutant, run)
+    return Trial(mutant, *_verdict(mutant, run), run.took_s)
 
 
-def _judged(mutant: Mutant, run: Run) -> Trial:
-    """Return the verdict of a run; only a test that ran and failed kills a mutant."""
-    trial = _trial_of(mutant, run.took_s)
+def _verdict(mutant: Mutant, run: Run) -> tuple[Verdict, str]:
+    """Return the verdict of a run, and why; only a test that ran and failed kills a mutant."""
     if run.code == FAILED and run.failed:
         if mutant.survives:
-            return trial(Verdict.BROKEN, f"{run.failed[0]} kills it: it survives no longer")
-        return trial(Verdict.KILLED, run.failed[0])
+            return Verdict.BROKEN, f"{run.failed[0]} kills it: it survives no longer"
+        return Verdict.KILLED, run.failed[0]
     if run.code == PASSED:
         if mutant.survives:
-            return trial(Verdict.EXPLAINED, mutant.survives)
-        return trial(Verdict.SURVIVED, mutant.promise)
-    return trial(Verdict.BROKEN, f"pytest ended with {run.code}: {run.words[-600:].strip()}")
-
-
-def _trial_of(mutant: Mutant, took_s: float) -> Callable[[Verdict, str], Trial]:
-    return lambda verdict, words: Trial(mutant, verdict, words, took_s)
+            return Verdict.EXPLAINED, mutant.survives
+        return Verdict.SURVIVED, mutant.promise
+    return Verdict.BROKEN, f"pytest ended with {run.code}: {run.words[-600:].strip()}"

@@ -1,0 +1,8 @@
+"""The tests of benchmarks import them as they import each other: by their names alone."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
