@@ -112,11 +112,15 @@ class TerminalOperator:
         return True
 
     def __call__(self, request: PostureRequest) -> bool:
-        """Let the person jog the arm to the posture until they say that it is there."""
+        """Let the person jog the arm to the posture until they say that it is there.
+
+        A stop from elsewhere, an error or a lost link ends the request, and with it the jogging.
+        """
         say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
         say_lines(HELP)
-        while (line := typed("> ")) is not None:
+        began = request.arm.status.state
+        while (line := typed("> ")) is not None and request.arm.status.state is began:
             words = line.lower().split()
             if words == ["done"]:
                 return True
@@ -196,7 +200,9 @@ def parse_jogs(words: list[str], axes: tuple[str, ...]) -> list[tuple[str, float
 def _axis(word: str, axes: tuple[str, ...]) -> str:
     plain = word.replace("-", "_")
     found = [axis for axis in axes if axis == plain] or [a for a in axes if a.startswith(plain)]
-    if len(found) != 1:
+    if len(found) > 1:
+        raise BadRequest(f"{word!r} may be {' or '.join(found)}: write more of the name")
+    if not found:
         raise BadRequest(f"{word!r} is none of {', '.join(axes)}")
     return found[0]
 

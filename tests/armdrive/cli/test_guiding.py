@@ -15,7 +15,7 @@ from armdrive.cli.terminal_operator import (
     posture_pictures,
 )
 from armdrive.connect.target import simulated_config
-from armdrive.errors import BadRequest
+from armdrive.errors import BadRequest, Stopped
 from armdrive.status import State, Trust
 from armdrive.storage.record import logbook_file
 from kinematics import preset
@@ -132,6 +132,11 @@ def test_lines_are_read_as_they_are_meant(line, jogs):
     assert parse_jogs(line.split(), AXES) == jogs
 
 
+def test_a_name_cut_too_short_is_answered_with_what_it_may_be():
+    with pytest.raises(BadRequest, match="'wrist' may be wrist_pitch or wrist_roll"):
+        parse_jogs(["wrist", "2"], AXES)
+
+
 @pytest.mark.parametrize("line", ["wrist 2", "shoulder", "2 shoulder", "shoulder inf", "base 21"])
 def test_lines_that_might_mean_anything_are_refused(line):
     with pytest.raises(BadRequest):
@@ -156,6 +161,21 @@ def test_the_desk_may_be_opened_in_between(call, typing, monkeypatch):
     typing("ok", "desk", "base -1", "done")
     assert "referenced: tip" in call("home", "--guide", code=0).out
     assert opened == [State.STANDBY]
+
+
+def test_a_stop_from_elsewhere_ends_the_guiding_before_the_next_line_moves_anything(monkeypatch):
+    arm = Arm.connect(ARM)
+    before = arm.twin.world.motors
+    lines = iter(("shoulder 2", "done"))
+
+    def line_after_a_stop(prompt: str) -> str | None:
+        arm.request_stop()
+        return next(lines, None)
+
+    monkeypatch.setattr(terminal_operator, "typed", line_after_a_stop)
+    with arm, pytest.raises(Stopped, match="homing was stopped"):
+        arm.home(operator=TerminalOperator(terminal=False))
+    assert arm.twin.world.motors == before
 
 
 # -- declaring ------------------------------------------------------------------------------------
