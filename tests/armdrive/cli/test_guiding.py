@@ -169,7 +169,7 @@ def test_a_stop_from_elsewhere_ends_the_guiding_before_the_next_line_moves_anyth
     lines = iter(("shoulder 2", "done"))
 
     def line_after_a_stop(prompt: str) -> str | None:
-        arm.request_stop()
+        arm.stop()
         return next(lines, None)
 
     monkeypatch.setattr(terminal_operator, "typed", line_after_a_stop)
