@@ -92,6 +92,18 @@ def test_a_command_that_needs_the_folder_fails_with_one_sentence(call, unwritabl
     assert "no arm can be locked" in said or words in WRITING or "--fresh" in words
 
 
+@pytest.mark.parametrize("words", [("home",), ("points", "save", "pick")], ids=" ".join)
+def test_a_command_on_a_full_disk_names_the_file_that_has_no_room(call, monkeypatch, words):
+    def no_room(*_) -> int:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(StateFiles, "write", no_room)
+    said = call.refused(*words, code=1)
+    assert "Errno" not in said
+    assert f"{os.environ['ARMDRIVE_HOME']}{os.sep}" in said
+    assert "(No space left on device): free some space" in said
+
+
 @pytest.mark.parametrize("words", HOLDING_NOTHING, ids=" ".join)
 def test_a_command_that_holds_no_arm_does_what_it_can(call, unwritable, words):
     called = call(*words)
