@@ -170,7 +170,8 @@ def replace_durably(
     """
     files.make_folder(path.parent)
     temporary = path.with_name(f"{path.name}.{os.urandom(_RANDOM_BYTES).hex()}{UNFINISHED}")
-    handle = files.create(temporary)  # if this fails, a file of that name is not ours to remove
+    with _naming(path):  # if this fails, a file of that name is not ours to remove
+        handle = files.create(temporary)
     try:
         with _naming(path):
             _write_whole(files, handle, (data,) if isinstance(data, bytes) else data)
@@ -314,7 +315,7 @@ def _require(wanted: Callable[[], bool], path: Path) -> None:
 
 @contextlib.contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Name the file in the errors of operations on its handle, such as those of a full disk."""
+    """Name a file in the errors of what is done to write it, such as those of a full disk."""
     try:
         yield
     except OSError as error:
