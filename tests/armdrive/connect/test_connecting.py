@@ -10,6 +10,7 @@ from armdrive.arm import State
 from armdrive.connect.parts import connect_real
 from armdrive.connect.target import find, simulated_config, state_file
 from armdrive.dialects.teachmover.controller import FIRST_LINE
+from armdrive.errors.printable import quoted
 from armdrive.runtime.clock import RealPace, SimulatedPace
 from firmware_protocol import armdroid
 from firmware_protocol.armdroid import Device as ArmdroidDevice
@@ -37,6 +38,8 @@ def test_an_arm_file_is_found_by_name_and_by_path(tmp_path):
 def test_a_port_needs_a_dialect_and_gets_its_baud_rate():
     with pytest.raises(BadRequest, match=r"teachmover.*armdrive doctor /dev/ttyNOWHERE"):
         find("/dev/ttyNOWHERE")
+    with pytest.raises(BadRequest, match=f"armdrive doctor {quoted('/dev/my arm')}"):
+        find("/dev/my arm")
     found = find("/dev/ttyNOWHERE", dialect_name="teachmover")
     assert found.config.connection.baud == 9600
     assert find("COM3", dialect_name="teachmover", baud=1200).config.connection.baud == 1200
