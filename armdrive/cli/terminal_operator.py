@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 
 from armdrive.arm import Arm
@@ -21,12 +22,16 @@ PICTURE_WIDTH, PICTURE_HEIGHT = 39, 14  # two of them fit on a line of 80 column
 
 
 def posture_pictures(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[str]:
-    """Draw a posture from the side and, to the right of that, from above."""
+    """Draw a posture from the side and, to the right of that or else below it, from above."""
+    columns = shutil.get_terminal_size().columns
+    width = min(PICTURE_WIDTH, columns)
     moment = Moment(joints, opening_mm)
     drawing = PostureDrawing(arm.model, braille=can_braille(sys.stdout.encoding, os.environ))
-    side = drawing.side(moment, PICTURE_WIDTH, PICTURE_HEIGHT)
-    top = drawing.top(moment, PICTURE_WIDTH, PICTURE_HEIGHT)
-    return [f"{a:<{PICTURE_WIDTH}} {b}".rstrip() for a, b in zip(side, top, strict=True)]
+    side = drawing.side(moment, width, PICTURE_HEIGHT)
+    top = drawing.top(moment, width, PICTURE_HEIGHT)
+    if columns < 2 * PICTURE_WIDTH + 1:
+        return [line.rstrip() for line in (*side, *top)]
+    return [f"{a:<{width}} {b}".rstrip() for a, b in zip(side, top, strict=True)]
 
 
 def show_posture(request: PostureRequest) -> None:

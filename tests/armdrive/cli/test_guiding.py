@@ -111,6 +111,17 @@ def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
     assert "base -5." in difference(request)
 
 
+@pytest.mark.parametrize("columns", [10, 30, 78, 79, 200])
+def test_the_pictures_fit_on_a_narrow_terminal_one_below_the_other(monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    arm = Arm.connect(ARM)
+    request = arm.reference_request()
+    lines = posture_pictures(arm, request.joints, request.opening_mm)
+    assert max(map(len, lines)) <= columns
+    views = 1 if columns >= 79 else 2
+    assert len(lines) == views * terminal_operator.PICTURE_HEIGHT
+
+
 def test_the_arm_stays_where_it_was_when_the_guide_only_looked(typing):
     arm = Arm.connect(ARM)
     before = arm.twin.world.motors
