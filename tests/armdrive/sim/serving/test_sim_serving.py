@@ -112,7 +112,7 @@ class TestTcp:
 
     def test_unplugged_and_plugged_in_again(self, serve):
         running = serve(TcpServer())
-        address = f"127.0.0.1:{running.server.port}"
+        address = f"socket://127.0.0.1:{running.server.port}"
         with dial(running.server) as client:
             assert said(client, NOTHING) == b"1\r"
             assert running.tell("unplug") == "unplugged"
@@ -135,7 +135,7 @@ class TestTcp:
 
     def test_it_listens_on_this_computer_alone_unless_told_otherwise(self):
         with contextlib.closing(make_server(tcp="0")) as server:
-            assert server.address.startswith("127.0.0.1:")
+            assert server.address.startswith("socket://127.0.0.1:")
 
 
 class TestUdp:
