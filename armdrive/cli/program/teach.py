@@ -158,7 +158,8 @@ def reverse(options: argparse.Namespace) -> Result:
 
 def here(options: argparse.Namespace) -> Result:
     """Name the place where the arm stands, as the next step."""
-    with opened_arm(options, allow_restored=True, enabled=True) as arm:
+    with opened_arm(options, allow_restored=options.allow_restored) as arm:
+        settle_trust(arm)
         taught = arm.points.read()
         point = options.point or _free_name(options.name, taught.points)
         arm.points.teach(point)
