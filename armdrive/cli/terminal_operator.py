@@ -83,11 +83,12 @@ MOST_DEG = MOST_MM = 20.0
 SPEED = 0.25
 TIP_AXES = ("x", "y", "z")
 
-HELP = """\
+DESK = "  desk                    open the desk, to use keys"
+HELP = f"""\
   shoulder -2 gripper 3   turn a joint by degrees, open the fingers by mm
   z -5                    move the tip by mm, once the position is known (x, y, z)
   show                    draw the posture again
-  desk                    open the desk, to use keys
+{DESK}
   done                    confirm: the arm stands in the posture
   quit                    leave without confirming"""
 CLEAR, MOTORS_ON = "ok", "on"
@@ -100,6 +101,7 @@ class TerminalOperator:
     def __init__(self, *, terminal: bool) -> None:
         self.wants_desk = False
         self._terminal = terminal
+        self._help = HELP if terminal else HELP.replace(f"{DESK}\n", "")
 
     def prepare(self, arm: Arm, *, off: bool) -> bool:
         """Go through what comes before the first jog; False where the person wants no more."""
@@ -123,7 +125,7 @@ class TerminalOperator:
         """
         say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
-        say_lines(HELP)
+        say_lines(self._help)
         began = request.arm.status.state
         while (line := typed("> ")) is not None and request.arm.status.state is began:
             words = line.lower().split()
@@ -150,7 +152,7 @@ class TerminalOperator:
             say(str(error))
             if isinstance(error, BadRequest):
                 say("Type one of these lines:")
-                say_lines(HELP)
+                say_lines(self._help)
         self._say_rest(request)
 
     def _show(self, request: PostureRequest) -> None:

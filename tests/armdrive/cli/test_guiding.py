@@ -111,6 +111,16 @@ def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
     assert "base -5." in difference(request)
 
 
+@pytest.mark.parametrize("terminal", [True, False])
+def test_the_desk_is_offered_only_where_it_can_be_opened(typing, capsys, terminal):
+    arm = Arm.connect(ARM)
+    guide = TerminalOperator(terminal=terminal)
+    typing("desk", "quit")
+    guide(arm.reference_request())
+    assert guide.wants_desk is terminal
+    assert ("open the desk" in capsys.readouterr().out) is terminal
+
+
 @pytest.mark.parametrize("columns", [10, 30, 78, 79, 200])
 def test_the_pictures_fit_on_a_narrow_terminal_one_below_the_other(monkeypatch, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
