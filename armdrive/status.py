@@ -14,7 +14,7 @@ from armdrive.abilities import Torque
 from armdrive.errors.table import code_of_name
 from kinematics.limits import LimitViolation
 from kinematics.spaces import Joints, Motors, Pose
-from kinematics.text import counted
+from kinematics.text import counted, rounded
 
 # Bounds: they are rounded up, because less was not promised.
 
@@ -511,13 +511,13 @@ def _joint_rows(joints: Mapping[str, float]) -> Iterator[StatusRow]:
     names = [key.removesuffix("_deg").replace("_", " ") for key in joints]
     width = max(map(len, names), default=0)
     for at, (name, angle) in enumerate(zip(names, joints.values(), strict=True)):
-        yield StatusRow("" if at else "joints", f"{name:<{width}}{angle + 0.0:>8.1f}°")
+        yield StatusRow("" if at else "joints", f"{name:<{width}}{rounded(angle, 1):>8}°")
 
 
 def _coordinates(pose: Mapping[str, float]) -> Iterator[str]:
     for key, value in pose.items():
         name, unit = key.rsplit("_", 1)
-        yield f"{name} {round(value, 1) + 0.0:.1f}{' mm' if unit == 'mm' else '°'}"
+        yield f"{name} {rounded(value, 1)}{' mm' if unit == 'mm' else '°'}"
 
 
 def _inputs(bits: int) -> str:

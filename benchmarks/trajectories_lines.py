@@ -12,6 +12,7 @@ from textbook_peers import Peers, toolbox_robot
 from trajectories_peers import joint_limits, missing, model, peer
 
 from kinematics import Joints, Pose, line_path, timed
+from kinematics.paths.curves import straight_line
 
 START = Pose.of(x_mm=150.0, y_mm=-100.0, z_mm=150.0, pitch_deg=-60.0)
 GOAL = Pose.of(x_mm=250.0, y_mm=100.0, z_mm=60.0, pitch_deg=-80.0, roll_deg=20.0)
@@ -53,7 +54,7 @@ def lines() -> Section:
 
 def followed(start: Joints, goal: Pose, points: int) -> list[tuple[float, ...]]:
     """Return the joint angles at evenly spaced points of a line."""
-    line, before, found = model().arm.line(start, goal), start, []
+    line, before, found = straight_line(model().arm, start, goal), start, []
     for index in range(points):
         before = line.solve(index / (points - 1), before)
         found.append(before.angles_rad)

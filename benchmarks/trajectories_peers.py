@@ -9,6 +9,7 @@ from random import Random
 from types import ModuleType
 
 from kinematics import ArmPreset, Joints, KinematicsError, MotionLimits, Pose, preset
+from kinematics.paths.curves import straight_line
 
 ARM = "minimover5"
 HARD_RAD_S2 = 2.0
@@ -63,7 +64,7 @@ def ways(random: Random) -> Iterator[tuple[Joints, Pose]]:
             pose.roll_rad,
         )
         try:
-            arm.line(start, goal).solve(1.0, start)
+            straight_line(arm, start, goal).solve(1.0, start)
         except KinematicsError:
             continue
         yield start, goal

@@ -1,4 +1,4 @@
-"""Rules for message fields, declared once per field with `@checks(speed=...)`.
+"""Messages whose fields are checked when they are built, with a rule for each: `@message(x=RULE)`.
 
 A rule takes a field's name and value, and returns the value to store or raises `BadField`.
 """
@@ -6,8 +6,9 @@ A rule takes a field's name and value, and returns the value to store or raises 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, dataclass_transform
 
 from firmware_protocol.errors import BadField, whole
 
@@ -15,30 +16,31 @@ M = TypeVar("M")
 Rule: TypeAlias = Callable[[str, Any], Any]
 
 
-def checks(**rules: Rule) -> Callable[[type[M]], type[M]]:
-    """Check the fields of a frozen message when it is built, in the given order.
+@dataclass_transform(frozen_default=True)
+def message(**rules: Rule) -> Callable[[type[M]], type[M]]:
+    """Make a class a frozen, slotted dataclass that checks its fields, in the given order.
 
-    Write this decorator below `@dataclass`. If the class has a `__post_init__`, it runs after the
+    Fields without a rule are not checked. If the class has a `__post_init__`, it runs after the
     rules and can check fields against each other.
     """
 
-    def add(kind: type[M]) -> type[M]:
+    def make(kind: type[M]) -> type[M]:
         together: Callable[[M], None] | None = getattr(kind, "__post_init__", None)
 
-        def check(message: M) -> None:
+        def check(self: M) -> None:
             for name, rule in rules.items():
-                given = getattr(message, name)
+                given = getattr(self, name)
                 kept = rule(name, given)
                 if kept is not given:
-                    object.__setattr__(message, name, kept)
+                    object.__setattr__(self, name, kept)
             if together is not None:
-                together(message)
+                together(self)
 
         made: Any = kind
         made.__post_init__ = check
-        return kind
+        return dataclass(frozen=True, slots=True)(kind)
 
-    return add
+    return make
 
 
 def whole_from(low: int, high: int) -> Rule:
@@ -103,6 +105,9 @@ def row_of(rule: Rule, count: int | range, allowed: str) -> Rule:
     def check(field: str, values: object) -> tuple[Any, ...]:
         if not isinstance(values, tuple | list) or len(values) not in counts:
             raise BadField(field, values, allowed)
-        return tuple(rule(f"{field}[{index}]", value) for index, value in enumerate(values))
+        try:
+            return tuple([rule(field, value) for value in values])
+        except BadField:  # once more, to name the invalid one: names take longer than the rule
+            return tuple(rule(f"{field}[{index}]", value) for index, value in enumerate(values))
 
     return check

@@ -119,7 +119,7 @@ class Unpacker:
             if size is None or at + size > len(self._pending):
                 break
             frame = _whole(bytes(self._pending[at : at + size])) if size else None
-            if frame is None:
+            if frame is None:  # not a record, or a damaged one, which may hide the start of another
                 following = self._pending.find(_SYNC, at + 1)
                 at = following if following > 0 else len(self._pending)
                 continue
@@ -192,7 +192,7 @@ class SlcanLines:
     def feed(self, data: bytes) -> list[bytes]:
         """Return the completed lines, without CR but with the bell."""
         *whole, rest = (self._rest + data.replace(BELL, BELL + CR)).split(CR)
-        self._rest = rest[: LONGEST + 1]
+        self._rest = rest[: LONGEST + 1]  # one byte more, so that a cut line still is too long
         return [line for line in whole if len(line) <= LONGEST]
 
 

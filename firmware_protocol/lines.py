@@ -147,6 +147,7 @@ class LineHost(ABC, Generic[E]):
 
     def _keep_early(self) -> None:
         """Interpret all complete lines now, so that none can answer the next command."""
+        # Their events are queued, because the caller of `send` did not ask for them.
         while (event := self._next()) is not None:
             self._early.append(event)
 

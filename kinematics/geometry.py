@@ -84,14 +84,6 @@ class Curve(Protocol):
         """Return why one joint motion may not lead from one posture to the next, or None."""
 
 
-class StraightLine(Curve, Protocol):
-    """A straight line of the tip; its follower keeps the same posture along other curves."""
-
-    @property
-    def follower(self) -> Follower:
-        """Return what keeps the posture in which the line begins."""
-
-
 class ArmGeometry(Protocol):
     """An arm: joints with ranges, forward and inverse kinematics, and its points in space.
 
@@ -150,8 +142,8 @@ class ArmGeometry(Protocol):
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
 
-    def line(self, start: Joints, goal: Pose) -> StraightLine:
-        """Return the straight line from a posture to a pose."""
+    def follower(self, start: Joints) -> Follower:
+        """Return what keeps a posture along curves of the tip that begin in it."""
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a bound on the travel of any point while the joints turn by this together."""

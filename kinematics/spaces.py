@@ -20,7 +20,7 @@ from kinematics.errors import (
     hand_angle,
     suggestion,
 )
-from kinematics.text import counted
+from kinematics.text import counted, rounded
 
 _UNITS = MappingProxyType({"deg": math.degrees(1.0), "rad": 1.0})
 """What an angle in rad is multiplied by."""
@@ -113,10 +113,10 @@ class Pose:
 
     def __str__(self) -> str:
         yaw_deg = self.yaw_deg
-        yaw = "" if yaw_deg is None else f", yaw {_plain(yaw_deg, 1)}°"
+        yaw = "" if yaw_deg is None else f", yaw {rounded(yaw_deg, 1)}°"
         return (
-            f"x {_plain(self.x_mm, 1)}, y {_plain(self.y_mm, 1)}, z {_plain(self.z_mm, 1)} mm, "
-            f"pitch {_plain(self.pitch_deg, 1)}°, roll {_plain(self.roll_deg, 1)}°{yaw}"
+            f"x {rounded(self.x_mm, 1)}, y {rounded(self.y_mm, 1)}, z {rounded(self.z_mm, 1)} mm, "
+            f"pitch {rounded(self.pitch_deg, 1)}°, roll {rounded(self.roll_deg, 1)}°{yaw}"
         )
 
 
@@ -243,7 +243,7 @@ class Joints:
         )
 
     def __str__(self) -> str:
-        return ", ".join(f"{name} {_plain(angle, 1)}°" for name, angle in self.deg.items())
+        return ", ".join(f"{name} {rounded(angle, 1)}°" for name, angle in self.deg.items())
 
 
 class Motors(tuple[int, ...]):
@@ -281,8 +281,3 @@ class Motors(tuple[int, ...]):
     def largest(self) -> int:
         """The largest count of any motor, without its sign; 0 where nothing moves."""
         return max((abs(count) for count in self), default=0)
-
-
-def _plain(value: float, digits: int) -> str:
-    """Format without the minus sign of a rounded zero."""
-    return f"{round(value, digits) + 0.0:.{digits}f}"

@@ -15,6 +15,17 @@ def counted(count: int, one: str, several: str = "") -> str:
     return f"{count} {one if count == 1 else several or f'{one}s'}"
 
 
+def rounded(value: float, digits: int) -> str:
+    """Format with this many decimals, without the minus sign of a rounded zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+def plain(value: float, digits: int) -> str:
+    """Format with at most this many decimals, without trailing zeros or a minus before zero."""
+    text = rounded(value, digits)
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
 def aligned(cells: Sequence[Sequence[str]], *, left: int = 0, gap: str = "  ") -> list[str]:
     """Return rows of cells as lines of aligned columns, the first `left` of them flush left."""
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]

@@ -268,7 +268,7 @@ class AsyncArm(AsyncConnection):
     def stops(self) -> int:
         """The number of stops requested so far; see `start`."""
     async def sleep(self, time_s: float) -> None:
-        """Wait on the arm's own clock."""
+        """Wait on the arm's own clock, for at most 1,000,000 s."""
     def pause(self) -> None:
         """Pause the arm after its current burst or segment, until `resume` or a stop."""
     def resume(self) -> None:

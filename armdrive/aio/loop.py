@@ -161,6 +161,7 @@ class ClockDriver:
 
     def admit(self, call: SimulatedCall[Any]) -> None:
         """Add a call to the end of the waiting list."""
+        # at the end, so that calls take turns in the same order in every run
         self._waiting = [*(each for each in self._waiting if each is not call), call]
         self._progress = ClockProgress(self._clock)
         self._go_on()

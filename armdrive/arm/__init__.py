@@ -604,7 +604,7 @@ class Arm:
 
     @blocking
     async def sleep(self, time_s: float) -> None:
-        """Wait on the arm's own clock.
+        """Wait on the arm's own clock, for at most 1,000,000 s.
 
         Raises `Stopped` if the program or its computer was suspended during the wait: an arm that
         moved on after such a gap would surprise the people around it.

@@ -155,7 +155,7 @@ class Jogging:
         with self._parts.pace.lock:
             nudge = IncrementalJog(move.jog, move.speed)
             if self._core.nudges:
-                self._require(nudge)
+                self._require(nudge)  # what is wrong with the jog itself matters more
                 raise WrongState("another increment is already waiting: wait for its end")
             task = self._begin(nudge)
         return Handle(self._parts.runner, task, PATIENCE_S * 10)
@@ -274,6 +274,7 @@ class Moving:
         asked = runner.stops if stops is None else stops
         with self._parts.pace.lock:
             self._require(move)
+            # planning may take a second, and a stop waits for no lock
             made = prepare(move, self.ground())
             if runner.stops != asked:
                 raise Stopped("a stop was requested before the motion started")
@@ -343,7 +344,6 @@ class Moving:
             self._parts.speeds,
             core.position.coordinates if here is None else here,
             lambda name: self.points[name].joints,
-            core.transmission.has_gripper,
         )
 
     def _require(self, move: Move) -> None:

@@ -63,10 +63,6 @@ class Referencing:
         self._core = parts.core
         self._config = parts.config
 
-    def require(self) -> None:
-        """Raise `NotReferenced`, which explains how to get a reference, unless the arm may move."""
-        self._core.require_reference()
-
     @property
     def unconfirmed(self) -> bool:
         """Whether planned motion has to wait until an operator confirms the restored position."""

@@ -12,13 +12,12 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Protocol, TypeGuard
 
-from armdrive.errors import ArmError, StateFileError
+from armdrive.errors import ArmError, BadRequest, StateFileError
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
@@ -64,7 +63,8 @@ class ControlledArm(Protocol):
         """Stop, and close the port."""
 
 
-Stream = Callable[[ControlledArm, float], Iterator[Json]]
+Answers = Callable[[ControlledArm, Json], Iterator[Json]]
+"""Carries out a request; yields one answer, or a stream of them until either side ends."""
 
 WATCH_RANGE_S = (0.02, 3600.0)
 PASSING = ("trust_for_s", "percent", "left_s")
@@ -112,24 +112,79 @@ def _interrupt_main_thread() -> None:
         _thread.interrupt_main()
 
 
-def _watched(
-    arm: ControlledArm, every_s: float, seen: Callable[[Json], Json] | None = None
-) -> Iterator[Json]:
-    """Give the status whenever it has changed, and once more when the arm is closed.
+def _status(arm: ControlledArm, _: Json) -> Iterator[Json]:
+    yield _view(arm)
+
+
+def _stop(arm: ControlledArm, _: Json) -> Iterator[Json]:
+    arm.request_stop()
+    yield {"done": "stop"}
+
+
+def _pause(arm: ControlledArm, _: Json) -> Iterator[Json]:
+    arm.pause()
+    yield {"done": "pause"}
+
+
+def _resume(arm: ControlledArm, _: Json) -> Iterator[Json]:
+    arm.resume()
+    yield {"done": "resume"}
+
+
+def _slow(arm: ControlledArm, words: Json) -> Iterator[Json]:
+    percent, (low, high) = words.get("percent"), PERCENT_RANGE
+    if not _is_number(percent) or not low <= percent <= high:
+        raise BadRequest(f"percent is a number from {low} to {high}, not {percent!r:.40}")
+    arm.speed_override = percent / 100.0
+    yield {"done": "slow", "percent": percent}
+
+
+def _record(arm: ControlledArm, _: Json) -> Iterator[Json]:
+    """Make the flight recorder write into its own folder, which no caller can change."""
+    yield {"recording": str(arm.save_recording())}
+
+
+def _watch(arm: ControlledArm, words: Json) -> Iterator[Json]:
+    return _changes(arm, words, _lasting)
+
+
+def _follow(arm: ControlledArm, words: Json) -> Iterator[Json]:
+    """Yield the status as `_watch` does, and also whenever a program has made progress."""
+    return _changes(arm, words, _shown)
+
+
+def _changes(arm: ControlledArm, words: Json, seen: Callable[[Json], Json]) -> Iterator[Json]:
+    """Yield the status whenever it has changed, and once more when the arm is closed.
 
     An empty object says that nothing has changed; sending it shows whether the caller still reads.
     `seen` returns the part of a status that is compared.
     """
+    every_s = _every_s(words)
     last: Json = {}
     while True:
         closed = arm.closed
-        view = _status(arm, {})
-        lasting = (seen or _lasting)(view)
-        yield {} if lasting == last else view
-        last = lasting
+        view = _view(arm)
+        now = seen(view)
+        yield {} if now == last else view
+        last = now
         if closed:
             return
         time.sleep(every_s)
+
+
+def _wire(arm: ControlledArm, words: Json) -> Iterator[Json]:
+    """Yield the bytes on the arm's wire, in the form of `tap_messages`."""
+
+    def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
+        with arm.pace.lock:
+            return arm.tracer.since(number, most, back)
+
+    return tap_messages(since, arm.pace.now_s, lambda: arm.closed, _every_s(words))
+
+
+def _view(arm: ControlledArm) -> Json:
+    view = status_view(arm.status)
+    return view if arm.program is None else {**view, "program": arm.program()}
 
 
 def _lasting(view: Json) -> Json:
@@ -139,11 +194,6 @@ def _lasting(view: Json) -> Json:
     if isinstance(program, dict):
         lasting["program"] = {key: each for key, each in program.items() if key not in PASSING}
     return lasting
-
-
-def _followed(arm: ControlledArm, every_s: float) -> Iterator[Json]:
-    """Give the status as `_watched` does, and also whenever a program has made progress."""
-    return _watched(arm, every_s, _shown)
 
 
 def _shown(view: Json) -> Json:
@@ -157,116 +207,55 @@ def _whole(value: object) -> int | None:
     return round(value) if isinstance(value, int | float) else None
 
 
-def _every_s(words: Mapping[str, Any]) -> float | None:
-    """Return how often to look, within `WATCH_RANGE_S`; None if it is no number."""
+def _every_s(words: Json) -> float:
+    """Return how often to look, within `WATCH_RANGE_S`. Raises `BadRequest`."""
     asked = words.get("every_s", WATCH_EVERY_S)
-    if isinstance(asked, bool) or not isinstance(asked, int | float) or asked != asked:
-        return None
+    if not _is_number(asked):
+        raise BadRequest(f"every_s is a number of seconds, not {asked!r:.40}")
     low_s, high_s = WATCH_RANGE_S
     return low_s if asked < low_s else high_s if asked > high_s else float(asked)
 
 
-def _wire(arm: ControlledArm, every_s: float) -> Iterator[Json]:
-    """Yield the bytes on the arm's wire, in the form of `tap_messages`."""
-
-    def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
-        with arm.pace.lock:
-            return arm.tracer.since(number, most, back)
-
-    return tap_messages(since, arm.pace.now_s, lambda: arm.closed, every_s)
-
-
-def _status(arm: ControlledArm, _: Json) -> Json:
-    view = status_view(arm.status)
-    return view if arm.program is None else {**view, "program": arm.program()}
-
-
-def _stop(arm: ControlledArm, _: Json) -> Json:
-    arm.request_stop()
-    return {"done": "stop"}
-
-
-def _pause(arm: ControlledArm, _: Json) -> Json:
-    arm.pause()
-    return {"done": "pause"}
-
-
-def _resume(arm: ControlledArm, _: Json) -> Json:
-    arm.resume()
-    return {"done": "resume"}
-
-
-def _slow(arm: ControlledArm, words: Json) -> Json:
-    percent = words.get("percent")
-    low, high = PERCENT_RANGE
-    if (
-        isinstance(percent, bool)
-        or not isinstance(percent, int | float)
-        or not low <= percent <= high  # NaN is not between them either
-    ):
-        return {"error": f"percent is a number from {low} to {high}, not {percent!r:.40}"}
-    arm.speed_override = percent / 100.0
-    return {"done": "slow", "percent": percent}
-
-
-def _record(arm: ControlledArm, _: Json) -> Json:
-    """Make the flight recorder write into its own folder, which no caller can change."""
-    return {"recording": str(arm.save_recording())}
+def _is_number(value: object) -> TypeGuard[float]:
+    """Return whether a JSON value is a number; NaN, which Python's JSON knows, is none."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and value == value
 
 
 # The table of requests.
 
-
-@dataclass(frozen=True, slots=True)
-class ControlRequest:
-    """A request and its reply: one object, or a stream of them until either side ends."""
-
-    one: Callable[[ControlledArm, Json], Json] | None = None
-    stream: Stream | None = None
-    way: Answering = Answering.IN_TURN
-
-    def answers(self, arm: ControlledArm, words: Json) -> Iterator[Json]:
-        """Yield the answers. A fault in this code goes to the caller, and the arm drives on."""
-        if self.stream is not None:
-            every_s = _every_s(words)
-            if every_s is None:
-                asked = words["every_s"]
-                yield {"error": f"every_s is a number of seconds, not {asked!r:.40}"}
-                return
-            yield from self.stream(arm, every_s)
-        if self.one is not None:
-            try:
-                yield self.one(arm, words)
-            except (ArmError, KinematicsError) as error:
-                yield {"error": str(error)}
-            except Exception as error:
-                yield {"error": f"the program that holds the arm failed to answer: {error!r:.200}"}
-
-
 WIRE = "wire"
 
-REQUESTS: Mapping[str, ControlRequest] = MappingProxyType(
+REQUESTS: Mapping[str, tuple[Answering, Answers]] = MappingProxyType(
     {
-        "status": ControlRequest(_status),
-        "stop": ControlRequest(_stop, way=Answering.AT_ONCE),  # before any other request
-        "pause": ControlRequest(_pause),
-        "resume": ControlRequest(_resume),
-        "slow": ControlRequest(_slow),
-        "record": ControlRequest(_record),
-        "watch": ControlRequest(stream=_watched, way=Answering.WATCHING),
-        "follow": ControlRequest(stream=_followed, way=Answering.WATCHING),
-        WIRE: ControlRequest(stream=_wire, way=Answering.WATCHING),
+        "status": (Answering.IN_TURN, _status),
+        "stop": (Answering.AT_ONCE, _stop),  # before any other request
+        "pause": (Answering.IN_TURN, _pause),
+        "resume": (Answering.IN_TURN, _resume),
+        "slow": (Answering.IN_TURN, _slow),
+        "record": (Answering.IN_TURN, _record),
+        "watch": (Answering.WATCHING, _watch),
+        "follow": (Answering.WATCHING, _follow),
+        WIRE: (Answering.WATCHING, _wire),
     }
 )
-"""Every request by its name."""
+"""Every request by its name: in which order it is answered, and how."""
 
 
 def answered(arm: ControlledArm, words: Json) -> tuple[Answering, Iterator[Json]]:
     """Return in which order a request is answered, and the answers."""
     name = words.get("request")
-    request = REQUESTS.get(name) if isinstance(name, str) else None
-    if request is None:
-        known = ", ".join(REQUESTS)
-        unknown = {"error": f"unknown request {name!r:.40}; known are {known}"}
-        return Answering.IN_TURN, iter([unknown])
-    return request.way, request.answers(arm, words)
+    if not isinstance(name, str) or name not in REQUESTS:
+        unknown = f"unknown request {name!r:.40}; known are {', '.join(REQUESTS)}"
+        return Answering.IN_TURN, iter([{"error": unknown}])
+    way, answers = REQUESTS[name]
+    return way, _guarded(answers, arm, words)
+
+
+def _guarded(answers: Answers, arm: ControlledArm, words: Json) -> Iterator[Json]:
+    """Yield the answers. A fault in this code goes to the caller, and the arm drives on."""
+    try:
+        yield from answers(arm, words)
+    except (ArmError, KinematicsError) as error:
+        yield {"error": str(error)}
+    except Exception as error:
+        yield {"error": f"the program that holds the arm failed to answer: {error!r:.200}"}

@@ -17,7 +17,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import NewLink, Reconnector
 from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
 from armdrive.dialog.operator import Operator
-from armdrive.errors import ArmError, BadRequest, LinkLost, NoAnswer, PortUnavailable, Stopped
+from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, PortUnavailable, Stopped
 from armdrive.motion import standing
 from armdrive.motion.context import MotionContext, alerted
 from armdrive.motion.plan import SpeedLimits
@@ -121,7 +121,7 @@ class TaskRunner:
         """Wait for a task to end; pauses and the speed override extend the timeout."""
         speed_override = self.core.speed_override
         simulated, delay_s = not isinstance(self.pace, RealPace), speed_override.delay_s
-        waited_s = -speed_override.waited_s
+        waited_s = -speed_override.waited_s  # pauses of earlier motions do not count
 
         def ended() -> bool:
             if simulated and not task.done:
@@ -210,7 +210,7 @@ class Parts:
         """Return a value of the status; raises `NotReferenced` if it is None."""
         if value is None:
             self.core.require_reference("knowing where the arm is needs")
-            raise ArmError("the position is not known")
+            raise NotReferenced("the position has only just become known: ask again")
         return value
 
     # -- closing ------------------------------------------------------------------------------
@@ -252,7 +252,7 @@ async def assemble(
         operator, simulated,
     )  # fmt: skip
     tracer.begin(config, link.description, pace.now_s, core.condition)
-    pace.start(driven.engine)
+    pace.start(driven.engine)  # from here on another thread may call the engine
     try:
         await runner.perform(standing.connect(driven.wire))
         with pace.lock:

@@ -313,6 +313,7 @@ class Reconnector:
     def _take(self, link: Link) -> None:
         """Continue on a new link, with a controller that remembers nothing of the old one."""
         core, absent = self._wire.core, self._engine.link
+        # a controller remembers what it has sent; the device may have restarted meanwhile
         core.controller = dialect(core.config.connection.dialect).controller(core.config)
         self._engine.take(link, core.controller)
         absent.close()

@@ -151,6 +151,12 @@ class ArmInUse(Refused):
     code = "E408"
 
 
+class HolderError(ArmError):
+    """A request for the program that drives an arm failed: none does, or it did not comply."""
+
+    code = "E410"
+
+
 class InputTimeout(ArmError, TimeoutError):
     """An input did not change before the timeout. Nothing was stopped."""
 

@@ -24,6 +24,11 @@ from armdrive.errors import BadArgument
 from armdrive.errors.kinematic import refusal_of
 from kinematics.errors import KinematicsError, finite, suggestion
 
+LONGEST_TIME_S = 1e6
+"""More than eleven days. A longer time is a slip that real timers cannot count (they overflow at
+292 years), and whose end a simulation, which reads the registers all the while, never reaches.
+"""
+
 LONGEST_SHOWN = 80
 """Characters of a wrong value that an error quotes."""
 
@@ -43,15 +48,25 @@ def number(name: str, value: object) -> object:
 
 
 def duration(name: str, value: object) -> object:
-    """Accept a finite time in seconds that is not negative."""
-    if finite(name, value) < 0.0:
-        raise wrong(name, value, "0 or more seconds")
+    """Accept a time in seconds from 0 to `LONGEST_TIME_S`."""
+    if _time_s(name, value) > LONGEST_TIME_S:
+        raise wrong(name, value, f"at most {LONGEST_TIME_S:.0f} seconds")
     return number(name, value)
 
 
+def _time_s(name: str, value: object) -> float:
+    time_s = finite(name, value)
+    if time_s < 0.0:
+        raise wrong(name, value, "0 or more seconds")
+    return time_s
+
+
 def limit(name: str, value: object) -> object:
-    """Accept a time that limits a wait; infinity means no limit."""
-    return value if value == math.inf and isinstance(value, float) else duration(name, value)
+    """Accept a time that limits a wait; beyond `LONGEST_TIME_S` it means no limit."""
+    endless = isinstance(value, float) and value == math.inf
+    if endless or _time_s(name, value) > LONGEST_TIME_S:
+        return math.inf
+    return number(name, value)
 
 
 def whole(name: str, value: object) -> int:

@@ -252,6 +252,8 @@ class MotionContext:
         core.position.sends(burst.steps)
         reply = yield from self._driven(burst)
         if isinstance(reply, Halted | Interrupted):
+            # anywhere from the start to the target is where a halt may leave a motor, and a device
+            # that brakes with its own ramps may overshoot the target a little
             beyond = reply.beyond if isinstance(reply, Halted) else 0
             farthest = core.position.commanded + Motors(
                 (step > 0) * beyond - (step < 0) * beyond for step in burst.steps
@@ -261,6 +263,7 @@ class MotionContext:
         if isinstance(reply, RequestRejected):
             yield from self._refusal(reply)
         core.position.arrived(there)
+        # an answer at an implausible time may be that of another request: the registers tell
         timely = isinstance(reply, Done) and reply.timely
         if not timely or self.now_s > self.looked_s + BLIND_S:
             yield from self.verify()
@@ -314,6 +317,7 @@ class MotionContext:
         """Read where a stop left the motors; a stop at the pendant raises `PendantStop`."""
         yield from self.read()
         core = self.core
+        # one reason is given: the first of these that explains where the arm stands now
         if isinstance(reply, Halted) and not reply.kept:
             core.learn(Evidence.STOPPED_DEAD, self.now_s)
         elif core.position.fell:
@@ -340,12 +344,14 @@ class MotionContext:
         alert = core.diagnostics.error if core.state is State.ERROR_STOP else ""
         difference = yield from self.read()
         words = f": {reply.reason}" if reply.reason else ""
+        # only a device that says so itself, and whose registers agree, has certainly not moved
         if not reply.moved and not difference.largest:
             core.position.believe_registers()
             raise self.fault(DeviceFault(alert or f"the controller refused the motion{words}"))
-        core.learn(_evidence(reply), self.now_s, reply.reason)
+        evidence, why = refused_motion(reply)
+        core.learn(evidence, self.now_s, reply.reason)
         take_difference(core)
-        raise self.fault(DeviceFault(alert or _refused_words(reply)))
+        raise self.fault(DeviceFault(alert or f"{why}. Look at the arm, then call `reset()`"))
 
 
 def without_reset(error: ArmError) -> str:
@@ -520,6 +526,7 @@ class StreamedCourse:
 
     def give_back(self, unsent: int) -> None:
         """Take back the latest segment if it was drawn but not sent (`unsent` is 0 or 1)."""
+        # what is left of the way: the pieces that follow the latest one, and that one if unsent
         pending = self._pending if unsent else self._pending[1:]
         if not pending or self.end is None:
             return
@@ -533,21 +540,13 @@ class StreamedCourse:
         return way_between(self._low, self._high)(position)
 
 
-def _evidence(reply: RequestRejected) -> Evidence:
-    """Return the evidence of a refused motion about the position."""
-    if reply.silent:
-        return Evidence.SILENT
-    return Evidence.BROKEN_OFF if reply.reason else Evidence.MOTION_REFUSED
-
-
-def _refused_words(reply: RequestRejected) -> str:
-    """Return the error text of a refused motion, with the device's reason if it gave one."""
-    if reply.reason:
-        return f"the motion was aborted: {reply.reason}. Look at the arm, then call `reset()`"
-    return (
-        "the controller refused a valid motion; a byte may have been corrupted. Look at the arm, "
-        "then call `reset()`"
-    )
+def refused_motion(reply: RequestRejected) -> tuple[Evidence, str]:
+    """Return the evidence of a refused motion about the position, and what has happened."""
+    if not reply.reason:
+        evidence = Evidence.SILENT if reply.silent else Evidence.MOTION_REFUSED
+        return evidence, "the controller refused a valid motion; a byte may have been corrupted"
+    evidence = Evidence.SILENT if reply.silent else Evidence.BROKEN_OFF
+    return evidence, f"the motion was aborted: {reply.reason}"
 
 
 def way_between(start: Motors, end: Motors) -> Callable[[Motors], bool]:

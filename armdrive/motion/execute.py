@@ -86,6 +86,7 @@ def stream_legs(
         segments = course.segments()
         request = MoveAlong(segments, ahead_s, jog, released or never, held_back=_HeldBack(wire))
         driven = yield from wire.stream(request, course)
+        # after a pause, continue with the piece that it cut off, then with all that was not drawn
         if course.left is not None:
             ways = chain((course.left,), ways)
         elif course.exhausted:
@@ -110,15 +111,6 @@ class _HeldBack:
         speed_override.note_waited(max(now_s - self._since_s, 0.0))
         self._since_s = now_s if speed_override.paused else math.inf
         return speed_override.paused
-
-
-def stream_held(
-    wire: MotionContext, ways: Iterator[Way], ahead_s: float, released: Callable[[], bool]
-) -> TaskBody[bool]:
-    """Stream a jog until `ways` ends or `released()` is true."""
-    course = StreamedCourse(wire.core, ways)
-    request = MoveAlong(course.segments(), ahead_s, jog=True, released=released)
-    return (yield from wire.stream(request, course))
 
 
 def _slices(
@@ -177,6 +169,7 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
     core = wire.core
     began_s, bursts_before = wire.now_s, wire.engine.requests_sent
     with in_motion(wire):
+        # the bounds of a stop are announced for this plan before its first byte is sent
         core.plans(plan.legs, core.config.motion.planned_burst_s)
         yield from wire.look_before_motion()
         core.require_reference()
@@ -298,6 +291,7 @@ def follow_leg(
         there = leg.start.towards(leg.end, further)
         on_the_way = way_between(core.position.acknowledged, there.motors(core.transmission))
         believed = core.belief
+        # a pause drops a burst that has not begun to move: then the same share is tried again
         yield from paced_move(wire, there, slowed.duration_s * share, given_up)
         if core.position.coordinates == there:
             done = further
@@ -315,7 +309,9 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
     motors, the burst is also short enough for its deviation.
     """
     left = 1.0 - done
-    count = max(math.ceil(_leg_takes_s(wire, leg) * left / burst_s - 1e-9), 1)
+    busiest = max(map(abs, leg.steps(wire.core.transmission)))
+    takes_s = true_duration_s(wire, busiest, leg.duration_s)
+    count = max(math.ceil(takes_s * left / burst_s - 1e-9), 1)
     while count < MOST_BURSTS:
         share = left / count
         target = leg.start.towards(leg.end, done + share).motors(wire.core.transmission)
@@ -324,13 +320,9 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
         short = steps <= 1 or true_duration_s(wire, steps, duration_s) <= burst_s
         if short and has_room(wire.core, target, _rate_hz(steps, duration_s)):
             return share
+        # grow the count by a few percent at a time: an exact search would take too long
         count += 1 + count // (10 if short else 50)
     raise WrongState(NOT_THERE.format("it is off the path"))
-
-
-def _leg_takes_s(wire: MotionContext, leg: MotionSegment) -> float:
-    busiest = max(map(abs, leg.steps(wire.core.transmission)))
-    return true_duration_s(wire, busiest, leg.duration_s)
 
 
 def true_duration_s(wire: MotionContext, steps: float, duration_s: float) -> float:

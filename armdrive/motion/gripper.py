@@ -116,13 +116,17 @@ def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[
     """Close until an object is gripped, and press with about `force_n`."""
     core, settings = wire.core, wire.core.config.gripper
     steps_per_n = check_grasp(core, force_n)
-    depth_mm = settings.trip_force_n * steps_per_n / steps_per_mm(core)
+    coarse, per_mm = settings.approach_steps, steps_per_mm(core)
+    depth_mm = settings.trip_force_n * steps_per_n / per_mm  # of cable between touch and switch
+    closed_mm = -depth_mm - 2.0 * coarse / per_mm
+    firmest_mm = (settings.max_force_n * steps_per_n + coarse) / per_mm
     with in_motion(wire):
         yield from wire.look_before_motion()
         core.require_reference()
-        yield from _close_until_grip(wire, speeds, settings.approach_steps, depth_mm)
-        yield from _open_until_free(wire, speeds, settings.max_force_n * steps_per_n)
-        yield from _close_until_grip(wire, speeds, FINE_STEPS, depth_mm)
+        yield from _slide_until_switch(wire, speeds, -coarse, closed_mm)
+        free_mm = core.position.coordinates.opening_mm + firmest_mm
+        yield from _slide_until_switch(wire, speeds, FINE_STEPS, free_mm)
+        yield from _slide_until_switch(wire, speeds, -FINE_STEPS, closed_mm)
         width_mm = max(core.position.coordinates.opening_mm + depth_mm, 0.0)
         core.fingers.touch_mm = width_mm = width_mm if width_mm > NOTHING_MM else 0.0
         extra_n = max(force_n - settings.trip_force_n, 0.0)
@@ -132,39 +136,26 @@ def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[
     return Grasped(width_mm, core.fingers.force_n(core.position.coordinates.opening_mm))
 
 
-def _close_until_grip(
-    wire: MotionContext, speeds: SpeedLimits, steps: int, depth_mm: float
+def _slide_until_switch(
+    wire: MotionContext, speeds: SpeedLimits, steps: int, furthest_mm: float
 ) -> TaskBody[None]:
-    """Close in bursts of `steps` until the switch trips, `depth_mm` of cable after the touch."""
-    core = wire.core
-    behind_mm = depth_mm + 2.0 * core.config.gripper.approach_steps / steps_per_mm(core)
-    while not core.readings.gripping:
+    """Close in bursts until the switch trips, or open (`steps` above 0) until it releases.
+
+    An opening beyond `furthest_mm` shows that the switch is broken.
+    """
+    core, closing = wire.core, steps < 0
+    while bool(core.readings.gripping) is not closing:
         _raise_if_stopped(wire)
-        if core.position.coordinates.opening_mm < -behind_mm:
+        if (core.position.coordinates.opening_mm - furthest_mm) * steps > 0.0:
+            key = f"{core.config.connection.dialect}.grip_bit"
             raise DeviceFault(
-                "the gripper is closed and its switch did not trip: check "
-                f"{core.config.connection.dialect}.grip_bit and "
+                f"the gripper is closed and its switch did not trip: check {key} and "
                 "gripper.trip_force_n in the arm file"
+                if closing
+                else "the gripper is open and its switch did not release: look at the switch, and "
+                f"check {key} in the arm file"
             )
-        yield from _slide(wire, speeds, -steps)
-        yield from wire.verify()
-
-
-def _open_until_free(
-    wire: MotionContext, speeds: SpeedLimits, deepest_steps: float
-) -> TaskBody[None]:
-    """Open in fine bursts until the switch releases, at most by the depth of the firmest grip."""
-    core = wire.core
-    deepest_mm = (deepest_steps + core.config.gripper.approach_steps) / steps_per_mm(core)
-    furthest_mm = core.position.coordinates.opening_mm + deepest_mm
-    while core.readings.gripping:
-        _raise_if_stopped(wire)
-        if core.position.coordinates.opening_mm > furthest_mm:
-            raise DeviceFault(
-                "the gripper is open and its switch did not release: look at the switch, and "
-                f"check {core.config.connection.dialect}.grip_bit in the arm file"
-            )
-        yield from _slide(wire, speeds, FINE_STEPS)
+        yield from _slide(wire, speeds, steps)
         yield from wire.verify()
 
 

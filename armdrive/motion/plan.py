@@ -290,11 +290,7 @@ def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> Non
                 raise limit_error(violation)
     if further > 0.0 and len(corners) > 1:
         corners = [*corners, joints_between(corners[-2], corners[-1], 1.0 + further)]
-    _audit_guards(config, corners)
-
-
-def _audit_guards(config: ArmConfig, corners: list[Joints]) -> None:
-    found = first_violation(config.model.arm, config.model.guards, corners, way_out=True)
+    found = first_violation(arm, config.model.guards, corners, way_out=True)
     if found is not None:
         raise guard_error(found[1], found[0])
 

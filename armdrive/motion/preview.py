@@ -36,6 +36,7 @@ from kinematics.errors import KinematicsError
 from kinematics.five_axis import Posture, postures
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.path import Clearance, least_clearances
+from kinematics.paths.curves import straight_line
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
@@ -167,7 +168,7 @@ def _parts(
     match move:
         case LineMove() if asked is not None:
             try:
-                line = arm.line(here.joints, asked)
+                line = straight_line(arm, here.joints, asked)
             except KinematicsError:
                 return None
             return lambda share: LineMove(line.pose(share), move.speed)
@@ -426,8 +427,10 @@ def preview_lines(preview: Preview) -> Iterator[str]:
         yield f"a stop on the way takes at most {stop}"
     if preview.hindrance is not None and preview.problem is not None:
         yield f"the motion itself would be refused: {preview.problem}"
-    if preview.nearest is not None:
-        yield nearest_words(preview)
+    nearest = preview.nearest
+    if nearest is not None:
+        part = "" if nearest.share >= 1.0 else f"{nearest.share:.0%} of this way is free: "
+        yield f"possible instead: {part}{nearest.pose}, at {nearest.joints}"
 
 
 def way_line(way: PostureOption) -> str:
@@ -462,15 +465,6 @@ def share_of_way(preview: Preview, index: int) -> float:
     """Return the share of the path at which one of its postures is."""
     last = len(preview.postures) - 1
     return index / last if last > 0 else 1.0
-
-
-def nearest_words(preview: Preview) -> str:
-    """Say where the arm could go instead."""
-    nearest = preview.nearest
-    if nearest is None:
-        return ""
-    part = "" if nearest.share >= 1.0 else f"{nearest.share:.0%} of this way is free: "
-    return f"possible instead: {part}{nearest.pose}, at {nearest.joints}"
 
 
 def preview_view(preview: Preview) -> dict[str, Any]:

@@ -67,8 +67,6 @@ class Ground:
     here: ArmCoordinates
     point: Callable[[str], Joints]
     """Returns the joint angles of a named point; raises `UnknownPoint`."""
-    stepped_gripper: bool = True
-    """Whether a stepper motor drives the fingers, so that their motion can be planned."""
 
     def at(self, here: ArmCoordinates) -> Ground:
         """Return the same ground with the arm at another position."""
@@ -285,7 +283,9 @@ def plan_of(move: SingleMove, ground: Ground) -> MotionPlan | None:
             return plan_route(config, speeds, here, [ArcPart(move.via, move.goal)], move.speed)
         case PathMove():
             return plan_route(config, speeds, here, move.parts, move.speed)
-        case GripperMove(opening_mm=float() as opening_mm) if ground.stepped_gripper:
+        case GripperMove(opening_mm=float() as opening_mm) if (
+            ground.speeds.transmission.has_gripper
+        ):
             end = ArmCoordinates(here.joints, opening_mm)
             return plan_joints(config, speeds, here, end, move.speed)
         case GripperMove() | GraspMove():

@@ -153,14 +153,11 @@ def write_program(
         )
     missing = [row for row in rows if row not in before]
     written: list[int] = []
-    for row in missing:
-        try:
-            yield from _write_row(wire, row)
-        except ArmError as error:
-            raise _half(error, written, missing) from error
-        written.append(row[0])
-        report(row[0])
     try:
+        for row in missing:
+            yield from _write_row(wire, row)
+            written.append(row[0])
+            report(row[0])
         after = yield from read_program(wire)
     except ArmError as error:
         raise _half(error, written, missing) from error
@@ -317,6 +314,7 @@ def disable(wire: MotionContext) -> TaskBody[None]:
     """Switch the motor current off. The arm can sag, so its position becomes suspect."""
     core = wire.core
     after(core.state, Event.DISABLE)
+    # the record first: if the program dies now, the next one must not trust an arm that sagged
     core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be
     yield from be_remembered(wire)  # without a mark: a full disk must not keep the motors on
     core.happen(Event.DISABLE)
@@ -357,7 +355,7 @@ def reset(wire: MotionContext) -> TaskBody[None]:
     something new meanwhile, the arm stays in error-stop.
     """
     core = wire.core
-    yield from wire.quiet()
+    yield from wire.quiet()  # an answer that is still on its way belongs to an earlier request
     reply = yield from wire.request(ClearFault())
     if not isinstance(reply, Done):
         raise DeviceFault(f"the controller stays in its fault: {reply}")

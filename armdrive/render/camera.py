@@ -10,8 +10,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from kinematics.frames.numbers import cos_sin
 from kinematics.frames.rotations import Matrix3, transpose
-from kinematics.frames.vectors import Vector
+from kinematics.frames.vectors import dot
 from kinematics.geometry import Point
 
 ZOOM = 1.25  # magnification of one zoom step
@@ -42,8 +43,9 @@ class Camera:
     @property
     def rotation(self) -> Matrix3:
         """The view's axes in the table's frame: rows for right, up and towards the viewer."""
-        azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
-        ca, sa, ce, se = _cosine(azimuth), _sine(azimuth), _cosine(elevation), _sine(elevation)
+        # exact at right angles, so that no view is slightly tilted
+        ca, sa = cos_sin(math.radians(self.azimuth_deg))
+        ce, se = cos_sin(math.radians(self.elevation_deg))
         return (-sa, ca, 0.0), (-se * ca, -se * sa, ce), (ce * ca, ce * sa, se)
 
     @property
@@ -149,9 +151,9 @@ def projection(
             right[0] * scale,
             right[1] * scale,
             right[2] * scale,
-            wide / 2 - scale * _dot(right, middle),
+            wide / 2 - scale * dot(right, middle),
         ),
-        (-up[0] * tall, -up[1] * tall, -up[2] * tall, high / 2 + tall * _dot(up, middle)),
+        (-up[0] * tall, -up[1] * tall, -up[2] * tall, high / 2 + tall * dot(up, middle)),
     )
 
 
@@ -171,19 +173,6 @@ def _middle(camera: Camera, dome: Dome) -> Point:
     lift = (above - below) / 2.0
     cx, cy, cz = dome.centre
     return cx + x[1] * lift, cy + y[1] * lift, cz + z[1] * lift
-
-
-def _dot(a: Vector, b: Vector) -> float:
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-
-
-def _cosine(angle_rad: float) -> float:
-    """Return a cosine that is exactly 0 for a right angle, so that no view is slightly tilted."""
-    return round(math.cos(angle_rad), 12) + 0.0
-
-
-def _sine(angle_rad: float) -> float:
-    return round(math.sin(angle_rad), 12) + 0.0
 
 
 # --- Changes of the view: orbit, zoom, named views -----------------------------------------------

@@ -175,7 +175,7 @@ class Core:
         code = code_of(cause) if isinstance(cause, ArmError) else code
         self.diagnostics.set_error(str(cause), code)
         self._drop_pending()
-        if self.state is State.DISCONNECTED:
+        if self.state is State.DISCONNECTED:  # kept until the link is back: see `lose`
             self.latched = (self.diagnostics.error, self.diagnostics.error_code)
         else:
             self.happen(Event.FAULT)

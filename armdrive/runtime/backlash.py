@@ -199,6 +199,7 @@ class Slack:
             self._passed = sum(fits[0])
         nearest = min(distances, key=lambda one: one[2], default=(0,))[0]
         point, *others = [self._beyond(index, turned) for index, _ in fits or [(nearest, 0.0)]]
+        # Each fit may be off by `TOLERANCE_STEPS`, so two of one point may differ by twice that.
         self.vague = any((other.driven - point.driven).largest > 2 for other in others)
         if len(self._way) == 1 and turned.largest:
             return replace(point, taken=tuple(each.doubted() for each in point.taken))

@@ -130,6 +130,8 @@ class SimulatedClock:
                 with self.lock:
                     if not there():
                         return False
+                    # The present moment is finished before time moves on, so that what is due at
+                    # `end_s` still happens.
                     next_s = self.advance()
                     if done():
                         break
@@ -157,7 +159,7 @@ class ClockProgress:
             driver_s = min(engine.due_s, end_s)
             if next_s < driver_s:  # only the device has something to do before then
                 next_s = engine.link.run(driver_s)
-        clock.now_s = max(clock.now_s, min(next_s, end_s))
+        clock.now_s = max(clock.now_s, min(next_s, end_s))  # a deadline may lie in the past
         self._turns += 1
         if clock.now_s > self._since_s + STUCK_S:
             self._since_s, self._turns = clock.now_s, 0
@@ -342,6 +344,7 @@ class RealPace:
         if engine is not None:
             engine.link.wake()
         thread, self._thread = self._thread, None
+        # a callback of the engine may close its own arm; a thread cannot wait for itself
         if thread is not None and thread is not threading.current_thread():
             thread.join(timeout=2.0)
 

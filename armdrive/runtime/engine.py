@@ -314,10 +314,13 @@ class Engine:
             if self._broken is not None:
                 return next_s
         self.tracer.tick(now_s, self.stop_asked, self.stop_hard)
+        # A stop goes first, ahead of what has arrived and of every message that is due.
         if self.stop_asked:
             self._stopping()
             self.controller.stop(hard=self.stop_hard)
         try:
+            # All that has arrived is read before a task or the controller calls an answer missing:
+            # after a delay of this program, an answer may have waited longer than its timeout.
             self._listen()
             self._run()
         except LinkLost as lost:
@@ -422,10 +425,10 @@ class Engine:
         if task is None or self.now_s < task.until_s:
             return
         error = self._no_answer(Timeout(self.controller.last_said, 0.0, self.controller.look_at))
-        if self._asked:
+        if self._asked:  # its answer would otherwise pass for the answer to the next request
             self._asked = False
             self.controller.forget()
-        for _ in range(LAST_STEPS):
+        for _ in range(LAST_STEPS):  # the task may clean up, and may even get more time
             self._resume(error)
             if self._task is not task or self.now_s < task.until_s:
                 return
@@ -473,7 +476,7 @@ class Engine:
         self.tracer.requested(request)
         self._asked = True
         self.requests_sent += 1
-        if self.stop_asked:
+        if self.stop_asked:  # the controller has just begun, and has not been told yet
             self.controller.stop(hard=self.stop_hard)
         self._talk()
 
@@ -491,7 +494,7 @@ class Engine:
     def _finish(self, task: Task[Any]) -> None:
         self.tracer.ended(task.error)
         self._task, self._wait = None, None
-        if self._next is None:
+        if self._next is None:  # a stop also applies to the task that waits
             self.stop_asked, self.stop_hard, self.stop_why = False, False, ""
         task.done = True
 

@@ -131,6 +131,7 @@ class Memory:
         self._asked = record
         self._asked_number = self._writer.put(record)
         if not record.in_motion:
+            # From now on an earlier mark counts as gone: a slow disk may clear it at any moment.
             self._cleared_number = self._asked_number
 
     @property

@@ -201,7 +201,7 @@ class PositionLedger:
     def sends(self, steps: Motors) -> None:
         """Add steps that are about to be sent, backlash compensation included."""
         self.commanded = self.commanded + self.slack.sends(steps)
-        self._readings.current = Current.HELD
+        self._readings.current = Current.HELD  # a device switches its motors on to move them
 
     def takes_back(self, commanded: Motors) -> None:
         """Withdraw the latest steps, which were not sent after all."""
@@ -240,7 +240,9 @@ class PositionLedger:
         before = self.read_back if self.counts.largest and not counts.largest else None
         self.counts = counts
         self.read_back = self.acknowledged + self.slack.see(counts - self.expected)
-        if before is not None:  # a motion never goes backwards
+        # Zeros may be a goal, or the registers of a board that has just restarted. On its way to a
+        # goal no motor turns back, so a step backwards to zero is a restart.
+        if before is not None:
             ways = zip(before, self.read_back, self.commanded, strict=True)
             self.fell |= any(not min(a, c) <= b <= max(a, c) for a, b, c in ways)
 
@@ -274,6 +276,7 @@ class PositionLedger:
         recorded = Motors(record.registers)
         fits = self.slack.restore(record.taken, record.unsure)
         counts = self.counts = self._unwrap(registers, recorded)
+        # First as if nothing had changed since; below, what the registers say to that.
         self.commanded = self.acknowledged = self.read_back = recorded + self.shift
         self.coordinates = self._recorded_point(record) or self.coordinates_of(self.acknowledged)
         if counts != recorded and not registers.largest:  # a power cut zeroed the registers

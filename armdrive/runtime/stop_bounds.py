@@ -139,6 +139,7 @@ class StopForecast:
         planned = None if lost or slowed else self._planned
         if planned is None:
             key = burst_s, controller.stopping(burst_s)
+            # `stopping` changes as the controller measures the device: it is part of the key
             if self._unplanned is None or self._unplanned[0] != key:
                 self._unplanned = key, run_on(self._config, controller, burst_s)
             planned = self._unplanned[1]
@@ -168,6 +169,8 @@ def run_on(
 ) -> RunOn:
     """Return how an arm moves on after a stop, in a planned motion or after any command."""
     whole = controller.stopping(burst_s, [stretch.part for stretch in planned])
+    # Each stretch with its own run-on: the fastest joint may belong to another stretch than the
+    # one that takes longest to stop.
     ways: list[tuple[StopStretch, Stopping]]
     if planned or not controller.abilities.coordinated:
         alone = planned or _single_motors(config, controller)

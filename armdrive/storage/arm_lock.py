@@ -129,6 +129,8 @@ class ControlServer:
                     self._woken.recv_bytes()
                 elif (caller := self._callers.get(ready)) is not None:  # type: ignore[call-overload]
                     self._hear(caller)
+            # Requests are read before callers are dropped, so that none is dropped whose request
+            # has arrived meanwhile.
             self._drop_silent()
             self._admit()
         for caller in self._callers.values():
@@ -362,12 +364,14 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
         }
         for name in self._names:
             replace_file(notice_path(name, "holder"), json.dumps(notice))
+        # Callers that have read the notice by now wait in the listener's queue.
         self._server.start()
 
     def release(self) -> None:
         """Release the arm for other programs."""
         listener, self._listener = self._listener, None
         server, self._server = self._server, None
+        # The socket and its notices go before the locks: the next holder makes its own.
         if server is not None and listener is not None:
             server.close()
             with contextlib.suppress(OSError):

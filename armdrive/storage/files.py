@@ -169,6 +169,7 @@ def replace_durably(
     before the new file takes its place.
     """
     files.make_folder(path.parent)
+    # In the same folder, because a file cannot be renamed from one file system to another.
     temporary = path.with_name(f"{path.name}.{os.urandom(_RANDOM_BYTES).hex()}{UNFINISHED}")
     with _naming(path):  # if this fails, a file of that name is not ours to remove
         handle = files.create(temporary)

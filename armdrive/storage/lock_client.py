@@ -15,7 +15,7 @@ import struct
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armdrive.errors import ArmError, ArmInUse
+from armdrive.errors import ArmError, ArmInUse, HolderError
 from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, create_lock, is_ours
@@ -110,7 +110,7 @@ CALLS = 5  # attempts at a request while other callers crowd it out
 def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
     """Send one of the requests in connect/control_socket.py to an arm's holder; return the answer.
 
-    Raises `ArmError` if no program holds the arm.
+    Raises `HolderError` if no program holds the arm.
     """
     for _ in range(CALLS):
         with _called(name) as connection:
@@ -124,7 +124,7 @@ def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
 def watch_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
     """Yield the status of a held arm whenever it changes, until the holder releases the arm.
 
-    Raises `ArmError` if no program holds the arm, or the holder stops answering.
+    Raises `HolderError` if no program holds the arm, or the holder stops answering.
     """
     return _changes(name, "watch", every_s)
 
@@ -164,24 +164,24 @@ _HUNG_UP = (EOFError, ConnectionResetError, BrokenPipeError)
 
 @contextlib.contextmanager
 def _called(name: str) -> Iterator[Connection[Any, Any]]:
-    """Connect to an arm's holder and hang up at the end; every failure becomes an `ArmError`."""
+    """Connect to an arm's holder and hang up at the end; every failure becomes an `HolderError`."""
     notice = notice_of(name)
     if notice is None:
         raise _unserved(name)
     try:
         with called(str(notice["address"])) as connection:
             if not is_ours(connection.fileno()):
-                raise ArmError(
+                raise HolderError(
                     f"another user's program answers for {name}: so no request was sent to it"
                 )
             yield connection
     except (ConnectionRefusedError, FileNotFoundError):
-        raise ArmError(
+        raise HolderError(
             f"{holder_words(name)} held {name} and was killed before it could release it: "
             "nothing moves it from this computer any more"
         ) from None
     except (OSError, EOFError, ValueError) as error:
-        raise ArmError(f"{holder_words(name)} cannot be asked: {reason_of(error)}") from None
+        raise HolderError(f"{holder_words(name)} cannot be asked: {reason_of(error)}") from None
 
 
 def _unserved(name: str) -> ArmError:
@@ -191,7 +191,7 @@ def _unserved(name: str) -> ArmError:
             f"{name} is held by a program that takes no requests: it is just connecting, or it "
             "examines the arm. Stop that program with Ctrl-C, or the arm at its own switch"
         )
-    return ArmError(f"no program holds {name}: nothing moves it from this computer")
+    return HolderError(f"no program holds {name}: nothing moves it from this computer")
 
 
 def _is_locked(name: str) -> bool:
@@ -210,7 +210,7 @@ def _is_locked(name: str) -> bool:
 
 def _heard(name: str, connection: Connection[Any, Any], longer_s: float = 0.0) -> dict[str, Any]:
     if not connection.poll(PATIENCE_S + longer_s):
-        raise ArmError(f"{holder_words(name)} does not answer; stop the arm at its own switch")
+        raise HolderError(f"{holder_words(name)} does not answer; stop the arm at its own switch")
     answer = json.loads(connection.recv_bytes(LARGEST_BYTES))
     return answer if isinstance(answer, dict) else {}
 

@@ -293,6 +293,7 @@ class Points(MutableMapping[str, Point]):
         raise PointsChanged(f"{self.path} is being written by another program: try again")
 
     def _write(self, data: bytes, before: Taught, after: Taught) -> None:
+        # `data` is what the change is based on; `wanted` sees whether it is still in the file.
         text = self._writer.edited(data.decode("utf-8"), before, after)
         path = followed(self.path)
         aside = None

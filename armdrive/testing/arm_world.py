@@ -114,11 +114,13 @@ class ArmWorld:
         """`target` describes the default arm, as in `Arm.connect`.
 
         Without it, the default arm is the one that the program connects to, or the simulated
-        TeachMover if this computer has no arm file of that name.
+        TeachMover if this computer has no arm file of that name. Raises `BadRequest`, or
+        `ArmFileError` for an unusable arm file.
         """
         self.clock = SimulatedClock()
         self._table = Table()
-        self._target = target
+        # Found here and not at the first connection: a test may never connect.
+        self._chosen = None if target is None else find(target).config
         self._placed: dict[str, Placed] = {}
         self._open = ExitStack()
 
@@ -157,8 +159,8 @@ class ArmWorld:
         """
         if name in self._placed:
             raise BadRequest(f"an arm called {name!r} already stands at the table")
-        given = (each for each in (target, self._target) if each is not None)
-        config = find(next(given, DEFAULT_TARGET)).config
+        chosen = self._chosen if target is None else None
+        config = chosen or find(DEFAULT_TARGET if target is None else target).config
         stand = Stand(self._table, x_mm, y_mm, math.radians(turned_deg))
         return self._place(name, config, stand, **options).twin
 
@@ -285,6 +287,7 @@ class ArmWorld:
                 f"the arm for {target or 'this program'} is in use by another connection of this "
                 "test: close that connection, or place a second arm with arm_world.add(NAME)"
             )
+        # the same physical arm as before: a new connection finds it where the last one left it
         placed.twin.link.reopen()
         placed.arm = Arm(
             connect_simulated(
@@ -309,7 +312,7 @@ class ArmWorld:
                 f"with arm_world.add({target!r})"
             )
         asked = _known(target, options.dialect, options.baud)
-        if not self._placed and self._target is None and asked is not None:
+        if not self._placed and self._chosen is None and asked is not None:
             return self._place(ONLY, asked.config, Stand(self._table))
         only = self._first()
         if asked is not None and not _alike(asked.config, only.config):

@@ -412,7 +412,7 @@ class FlightRecorder(Tracer):
 
 
 _CONDITION: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
-    (EntryKind.OFFSET, lambda offset: " ".join(map(str, offset))),
+    (EntryKind.OFFSET, counts_text),
     (EntryKind.STATE, lambda state: str(state.value)),
     (EntryKind.TRUST, lambda belief: f"{belief[0].value}: {belief[1]}"),
     (EntryKind.CURRENT, lambda current: str(current.value)),

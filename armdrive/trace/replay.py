@@ -144,6 +144,7 @@ class ReplayBench:
     def _run(self, time_s: float) -> None:
         """Run the device up to a time on its own clock, and take each message when it is sent."""
         idle = 0
+        # a broken device may ask to be called at the same moment for ever
         while (due_s := self._line.next_s()) < time_s and idle < _STALLED:
             idle = 0 if due_s > self.now_s else idle + 1
             self._take(max(due_s, self.now_s))
@@ -322,6 +323,7 @@ class _Replay:
         self._entries = entries
         self._bench = bench
         self._notes = notes
+        self._index = 0  # of the entry at work
         self._request = ""  # the request that has no reply yet
         self._compared = 0
         self._divergence: Divergence | None = None
@@ -336,12 +338,13 @@ class _Replay:
         missing = gap(self._entries)
         self._begin()
         for index, entry in enumerate(self._entries):
+            self._index = index
             if index in missing:
                 self._pass_over(entry)
                 continue
             if missing and index == missing.stop:
                 self._resume(index)
-            self._take(index, entry)
+            self._take()
             if self._divergence is not None:
                 break
         else:
@@ -386,20 +389,21 @@ class _Replay:
 
     # -- entries --------------------------------------------------------------------------------
 
-    def _take(self, index: int, entry: TraceEntry) -> None:
+    def _take(self) -> None:
+        entry = self._entry
         if entry.kind is EntryKind.SENT and isinstance(entry.what, bytes):
             self._bench.send(entry.what, entry.time_s)
         elif entry.kind is EntryKind.RECEIVED:
-            self._received(index, entry)
+            self._received()
         elif entry.kind is EntryKind.REQUEST:
-            self._extra_answer(index, entry, entry.time_s - GRACE_S)
+            self._extra_answer(entry.time_s - GRACE_S)
             self._request = str(entry.what)
         elif entry.kind is EntryKind.ALERT:
-            self._alerted(index, entry)
+            self._alerted()
         elif entry.kind is EntryKind.REGISTERS:
-            self._counts(index, entry)
+            self._counts()
         elif entry.kind is EntryKind.TIMEOUT:
-            self._timed_out(index, entry)
+            self._timed_out()
         if entry.kind in _REPLIES:
             self._request = ""
 
@@ -407,15 +411,15 @@ class _Replay:
         """Check for extra answers, unless the arm's last answer is missing from the recording."""
         if not self._entries or self._request:
             return
-        index = len(self._entries) - 1
-        last = self._entries[index]
-        self._bench.advance(last.time_s)
-        self._extra_answer(index, last, last.time_s - GRACE_S)
+        last_s = self._entries[-1].time_s
+        self._bench.advance(last_s)
+        self._extra_answer(last_s - GRACE_S)
 
     # -- comparing -----------------------------------------------------------------------------
 
-    def _received(self, index: int, entry: TraceEntry) -> None:
+    def _received(self) -> None:
         """Compare the messages that the bytes of an entry complete."""
+        entry = self._entry
         data = entry.what if isinstance(entry.what, bytes) else b""
         for message in self._splitter.feed(data):
             self._received_s = entry.time_s
@@ -424,17 +428,17 @@ class _Replay:
             start_banner = message.weight is Weight.BANNER and not self._counts_seen
             if message.weight in _NOT_COMPARED or start_banner or self._divergence is not None:
                 continue
-            self._compare(index, entry, message)
+            self._compare(message)
 
-    def _compare(self, index: int, entry: TraceEntry, message: Message) -> None:
+    def _compare(self, message: Message) -> None:
         arm = self._describer.said(message.data)
         banner = message.weight is Weight.BANNER
-        answer = (self._bench.banner if banner else self._bench.answer)(entry.time_s)
+        answer = (self._bench.banner if banner else self._bench.answer)(self._entry.time_s)
         if answer is None:
             why = "the arm sent a message that the simulated device did not send"
-            self._differ(index, entry, why, arm, "nothing")
+            self._differ(why, arm, "nothing")
         elif not self._agrees(message, answer):
-            self._differ(index, entry, "the answers differ", arm, self._describer.said(answer.data))
+            self._differ("the answers differ", arm, self._describer.said(answer.data))
         else:
             self._compared += 1
 
@@ -445,58 +449,64 @@ class _Replay:
         moving = self._request.startswith("Move") or self._bench.device.moving
         return momentary and moving and message.kind == answer.kind
 
-    def _counts(self, index: int, entry: TraceEntry) -> None:
+    def _counts(self) -> None:
         """Compare the counts of motors at rest."""
         if not self._counts_seen:
             self._counts_seen = True
             self._bench.discard_banners()
-        counts = counts_of(entry)
-        at_rest = self._bench.stand(entry.time_s)
+        counts = counts_of(self._entry)
+        at_rest = self._bench.stand(self._entry.time_s)
         twin = tuple(self._bench.device.registers)
         if at_rest and counts == twin:
             self._compared += 1
             return
         why = "the motor counts differ" if at_rest else "the simulated device still moves"
-        self._differ(index, entry, why, counts_text(counts), counts_text(twin))
+        self._differ(why, counts_text(counts), counts_text(twin))
 
-    def _timed_out(self, index: int, entry: TraceEntry) -> None:
+    def _timed_out(self) -> None:
         """Check that the simulated device has been as silent as the arm was."""
+        entry = self._entry
         self._bench.advance(entry.time_s)
-        self._extra_answer(index, entry, entry.time_s)
+        self._extra_answer(entry.time_s)
         report = self._bench.passing
         if report is not None and self._bench.passing_s > self._received_s + GRACE_S / 4:
             why = (
                 f"the arm was silent from {self._received_s:.3f} s on; the simulated device was not"
             )
-            self._differ(index, entry, why, str(entry.what), self._describer.said(report.data))
+            self._differ(why, str(entry.what), self._describer.said(report.data))
 
-    def _alerted(self, index: int, entry: TraceEntry) -> None:
+    def _alerted(self) -> None:
         """Compare the latest progress reports, if the arm's raised an alert."""
-        text = str(entry.what)
+        text = str(self._entry.what)
         arm, twin = (
             "nothing" if each is None else self._describer.said(each.data)
             for each in (self._passing, self._bench.passing)
         )
         if text.startswith(AlertKind.RESTARTED.value):
             why = "the arm restarted; the simulated device did not"
-            self._differ(index, entry, why, text, twin)
+            self._differ(why, text, twin)
         elif text.startswith(AlertKind.OFF_PATH.value) and arm != twin:
-            self._differ(index, entry, "the arm was off the commanded path", arm, twin)
+            self._differ("the arm was off the commanded path", arm, twin)
 
-    def _extra_answer(self, index: int, entry: TraceEntry, before_s: float) -> None:
+    def _extra_answer(self, before_s: float) -> None:
         """Check that the simulated device has sent no answer that the arm never sent."""
         message = self._bench.extra_answer(before_s)
         if message is not None:
-            arm = str(entry.what) if entry.kind is EntryKind.TIMEOUT else "nothing"
+            timeout = self._entry.kind is EntryKind.TIMEOUT
+            arm = str(self._entry.what) if timeout else "nothing"
             why = "the simulated device sent a message that the arm did not send"
-            self._differ(index, entry, why, arm, self._describer.said(message.data))
+            self._differ(why, arm, self._describer.said(message.data))
 
-    def _differ(self, index: int, entry: TraceEntry, why: str, arm: str, twin: str) -> None:
+    def _differ(self, why: str, arm: str, twin: str) -> None:
         if self._divergence is None:
-            device = self._bench.device
+            device, time_s = self._bench.device, self._entry.time_s
             self._divergence = Divergence(
-                index, entry.time_s, why, arm, twin, state_line(device), state_json(device)
+                self._index, time_s, why, arm, twin, state_line(device), state_json(device)
             )
+
+    @property
+    def _entry(self) -> TraceEntry:
+        return self._entries[self._index]
 
 
 def replayed_view(recording: Recording, replayed: Replayed) -> dict[str, Any]:

@@ -113,7 +113,7 @@ class Watch:
         with self._lock:
             trouble = why or self._health.last_trouble
             self._health = replace(self._health, state=state, last_trouble=trouble)
-        if state is BusState.OFF:
+        if state is BusState.OFF:  # no frame leaves or arrives until the adapter is opened again
             self.lose(left_bus(why))
         elif state is BusState.PASSIVE:
             self.lasting("passive", not_heard(why))
@@ -299,6 +299,7 @@ class CanWriter:
         since_s = math.inf if began_s is None else max(began_s, self._looked_s)
         if since_s == began_s:
             self._stuck_s = 0.0
+        # a long gap is a suspension of this program, which says nothing about the adapter
         self._stuck_s += min(max(now_s - since_s, 0.0), MOST_AWAKE_S)
         self._looked_s = now_s
         if began_s is not None and self._stuck_s > PATIENCE_S:

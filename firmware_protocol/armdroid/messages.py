@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, RemoteProtocolError
-from firmware_protocol.fields import BYTE, boolean, checks, optional, row_of, whole_from
+from firmware_protocol.fields import BYTE, boolean, message, optional, row_of, whole_from
 
 MOTORS = 6
 """1 gripper, 2 left wrist, 3 right wrist, 4 elbow, 5 shoulder, 6 base."""
@@ -29,8 +29,7 @@ STEPS = whole_from(STEPS_MIN, STEPS_MAX)
 SIX_STEPS = row_of(STEPS, MOTORS, f"{MOTORS} counts of steps")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(motor=whole_from(1, MOTORS), steps=STEPS)
+@message(motor=whole_from(1, MOTORS), steps=STEPS)
 class DriveOne:
     """Move one motor, 1 to 6, by relative steps; the answer comes at the motion's end.
 
@@ -44,8 +43,7 @@ class DriveOne:
     steps: int
 
 
-@dataclass(frozen=True, slots=True)
-@checks(steps=SIX_STEPS)
+@message(steps=SIX_STEPS)
 class DriveAll:
     """Move all six motors together by relative steps, each at the same rate until it is done.
 
@@ -79,8 +77,7 @@ class ZeroOffsets:
     letter: ClassVar[str] = "r"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(rpm=whole_from(1, RPM_MAX))
+@message(rpm=whole_from(1, RPM_MAX))
 class SetSpeed:
     """Set the speed of later motions, 1 to 1250 rpm.
 
@@ -91,8 +88,7 @@ class SetSpeed:
     rpm: int
 
 
-@dataclass(frozen=True, slots=True)
-@checks(on=boolean)
+@message(on=boolean)
 class Torque:
     """Switch the motor current on or off; off lets the arm sag."""
 
@@ -144,8 +140,7 @@ class DropArguments:
     letter: ClassVar[str] = "d"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(motor=BYTE, steps=STEPS)
+@message(motor=BYTE, steps=STEPS)
 class DriveNone:
     """A `d` for a motor that does not exist: the board moves nothing and answers.
 
@@ -161,8 +156,7 @@ class DriveNone:
             raise BadField("motor", self.motor, "no motor of the arm: use DriveOne")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(rpm=STEPS)
+@message(rpm=STEPS)
 class OddSpeed:
     """An `s` with a speed outside 1 to 1250, which `Host` never sends. Only devices receive this.
 
@@ -208,32 +202,28 @@ def _word(field: str, value: object) -> str:
     return value
 
 
-@dataclass(frozen=True, slots=True)
-@checks(offsets=SIX_STEPS)
+@message(offsets=SIX_STEPS)
 class OffsetsReported:
     """The motors' positions, in steps from where the offsets were zeroed; they wrap at 16 bits."""
 
     offsets: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-@checks(rpm=STEPS)
+@message(rpm=STEPS)
 class SpeedReported:
     """The number that the board took for the speed."""
 
     rpm: int
 
 
-@dataclass(frozen=True, slots=True)
-@checks(on=boolean)
+@message(on=boolean)
 class TorqueReported:
     """Whether the motor current is on now."""
 
     on: bool
 
 
-@dataclass(frozen=True, slots=True)
-@checks(firmware=_word, protocol=optional(_word))
+@message(firmware=_word, protocol=optional(_word))
 class VersionReported:
     """The versions; sketches up to 1.3 report only the firmware's, so `protocol` is None."""
 
@@ -241,16 +231,14 @@ class VersionReported:
     protocol: str | None = "1.0a"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(kind=_word)
+@message(kind=_word)
 class InterfaceReported:
     """The motor interface: `direct-drive`, or `logic-drive` on the prototype models."""
 
     kind: str = "direct-drive"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(arguments=row_of(STEPS, KEPT, f"{KEPT} counts of steps"), accumulator=STEPS)
+@message(arguments=row_of(STEPS, KEPT, f"{KEPT} counts of steps"), accumulator=STEPS)
 class ArgumentsReported:
     """The five kept arguments and the accumulator."""
 

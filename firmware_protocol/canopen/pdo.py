@@ -10,27 +10,41 @@ import struct
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from firmware_protocol.canopen.objects import DataType, Dictionary, Place, Value
+from firmware_protocol.canopen.objects import DataType, Dictionary, Place
 from firmware_protocol.canopen.sdo import AbortCode
 from firmware_protocol.canopen.services import ONE_NODE, Service, cob_id
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.fields import BYTE, an_instance, checks, whole_from
+from firmware_protocol.fields import BYTE, an_instance, message, whole_from
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
+
+# The `struct` codes of the types that a PDO can carry. The rarer integers of three, five, six and
+# seven bytes are left out: no object of the profile has one.
+_CODES = {
+    DataType.I8: "b",
+    DataType.U8: "B",
+    DataType.I16: "h",
+    DataType.U16: "H",
+    DataType.I32: "i",
+    DataType.U32: "I",
+    DataType.I64: "q",
+    DataType.U64: "Q",
+    DataType.REAL32: "f",
+    DataType.REAL64: "d",
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Mapped:
-    """An object in a PDO. It must consist of whole bytes: no BOOLEAN, no variable length."""
+    """An object in a PDO: a real number, or an integer of 1, 2, 4 or 8 bytes."""
 
     place: Place
     type: DataType
 
     def __post_init__(self) -> None:
-        bits = self.type.bits if isinstance(self.type, DataType) else None
-        if bits is None or bits % 8:
-            raise BadField("type", self.type, "a type of whole bytes and of fixed length")
+        if self.type not in _CODES:
+            raise BadField("type", self.type, "a real number, or an integer of 1, 2, 4 or 8 bytes")
 
     @property
     def size(self) -> int:
@@ -53,7 +67,7 @@ class Mapped:
         entry = dictionary.find(place)
         if entry is None:
             raise RemoteProtocolError(f"{place} is mapped, and is no object of the dictionary")
-        if entry.type.bits != word & 0xFF or entry.type.bits == 1:
+        if entry.type.bits != word & 0xFF or entry.type not in _CODES:
             raise RemoteProtocolError(
                 f"{place} is mapped with {word & 0xFF} bits; it is {entry.type.name}"
             )
@@ -67,19 +81,20 @@ class Mapping:
     entries: tuple[Mapped, ...]
     size: int = field(init=False, repr=False, compare=False)
     """Number of bytes in the PDO."""
-    _parts: tuple[tuple[DataType, slice], ...] = field(init=False, repr=False, compare=False)
-    """Each entry's type and the slice of its bytes, computed once instead of for every PDO."""
+    _codec: struct.Struct = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        known = isinstance(self.entries, tuple)
-        parts, at = [], 0
-        for entry in self.entries if known else ():
-            parts.append((entry.type, slice(at, at + entry.size)))
-            at += entry.size
-        if not 0 < at <= DATA_MAX:
+        entries = self.entries if isinstance(self.entries, tuple) else ()
+        codec = struct.Struct("<" + "".join(_CODES[entry.type] for entry in entries))
+        if not 0 < codec.size <= DATA_MAX:
             raise BadField("entries", self.entries, f"objects of 1 to {DATA_MAX} bytes together")
-        object.__setattr__(self, "size", at)
-        object.__setattr__(self, "_parts", tuple(parts))
+        object.__setattr__(self, "size", codec.size)
+        object.__setattr__(self, "_codec", codec)
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """The objects' places, in order."""
+        return tuple(entry.place for entry in self.entries)
 
     @classmethod
     def of_objects(cls, dictionary: Dictionary, *places: Place) -> Mapping:
@@ -90,21 +105,24 @@ class Mapping:
                 raise BadField("places", str(place), "an object that can be mapped")
         return cls(tuple(Mapped(entry.place, entry.type) for entry in found if entry is not None))
 
-    def pack(self, values: Sequence[Value]) -> bytes:
+    def pack(self, values: Sequence[float]) -> bytes:
         """Return a PDO's data for one value per entry. Raises `BadField`."""
         if len(values) != len(self.entries):
             raise BadField("values", values, f"{len(self.entries)} of them")
-        pairs = zip(self._parts, values, strict=True)
-        return b"".join([kind.pack(value) for (kind, _), value in pairs])
+        try:
+            return self._codec.pack(*values)
+        except (struct.error, OverflowError):  # once more one by one, to name the invalid one
+            pairs = zip(self.entries, values, strict=True)
+            return b"".join(entry.type.pack(value) for entry, value in pairs)
 
-    def unpack(self, data: bytes) -> tuple[Value, ...]:
+    def unpack(self, data: bytes) -> tuple[Any, ...]:
         """Return a PDO's values. Raises `RemoteProtocolError` if it is too short.
 
         Bytes after the last entry are ignored, as CiA 301 requires.
         """
         if len(data) < self.size:
             raise RemoteProtocolError(f"length {len(data)} where the PDO has {self.size}")
-        return tuple([kind.unpack(data[where]) for kind, where in self._parts])
+        return self._codec.unpack_from(data)
 
 
 # Setting up a device's PDO: a list of SDO writes, in the order that devices insist on.
@@ -163,8 +181,7 @@ def switched_off(direction: Direction, number: int, node: int) -> Write:
     return Write(Place(PARAMETERS[direction][0] + number - 1, _COB), DataType.U32, cob)
 
 
-@dataclass(frozen=True, slots=True)
-@checks(
+@message(
     direction=an_instance(Direction, "a Direction"),
     number=whole_from(1, PREDEFINED),
     node=ONE_NODE,
@@ -233,7 +250,6 @@ class DevicePdo:
     transmission: int
     inhibit_s: float = 0.0
     event_s: float = 0.0
-    places: tuple[Place, ...] = field(init=False)
     beats: int = 0
     """SYNCs since the latest transmission."""
     data: bytes = b""
@@ -242,24 +258,11 @@ class DevicePdo:
     """When the event timer expires."""
     free_s: float = -math.inf
     """When the inhibit time ends."""
-    size: int = field(init=False)
-    synchronous: bool = field(init=False)
-    """Whether the PDO is synchronous."""
-    _codec: struct.Struct = field(init=False)
 
-    def __post_init__(self) -> None:
-        self.places = tuple(entry.place for entry in self.mapping.entries)
-        self.size = self.mapping.size
-        self.synchronous = self.transmission <= SYNCHRONOUS_MOST
-        self._codec = struct.Struct("<" + "".join(map(_code, self.mapping.entries)))
-
-    def pack(self, values: Sequence[int]) -> bytes:
-        """Return the PDO's data."""
-        return self._codec.pack(*values)
-
-    def unpack(self, data: bytes) -> list[tuple[Place, int]]:
-        """Return the objects with their values; the data must be long enough."""
-        return [*zip(self.places, self._codec.unpack_from(data), strict=True)]
+    @property
+    def synchronous(self) -> bool:
+        """Whether the PDO is sent, or takes effect, on a SYNC."""
+        return self.transmission <= SYNCHRONOUS_MOST
 
 
 Reader: TypeAlias = Callable[[float], int]
@@ -298,7 +301,7 @@ class DevicePdos:
         self._received = {pdo.can_id: pdo for pdo in self._described(Direction.RECEIVED)}
         self._by_sync, self._by_event = [], []
         for pdo in self._described(Direction.TRANSMITTED):
-            readers = [self._reader(place) for place in pdo.places]
+            readers = [self._reader(place) for place in pdo.mapping.places]
             (self._by_sync if pdo.synchronous else self._by_event).append((pdo, readers))
 
     # Sending and receiving.
@@ -310,28 +313,33 @@ class DevicePdos:
 
     def sync(self, now_s: float) -> None:
         """Send the drive's present values, then apply the PDOs received before this SYNC."""
+        # In this order: what is sent was true at the SYNC, before any new target counts.
         for pdo, readers in self._by_sync:
-            self._send_in_turn(pdo, pdo.pack([read(now_s) for read in readers]), now_s)
+            self._send_in_turn(pdo, pdo.mapping.pack([read(now_s) for read in readers]), now_s)
         for pdo in self._received.values():
             if pdo.synchronous and pdo.data:
                 data, pdo.data = pdo.data, b""
-                self._act(pdo.unpack(data), now_s)
+                self._apply(pdo, data, now_s)
 
     def take(self, frame: Frame, now_s: float) -> bool:
         """Apply a received PDO, now or on the next SYNC; return False if it is too short."""
         pdo = self._received[frame.can_id]
-        if len(frame.data) < pdo.size:
+        if len(frame.data) < pdo.mapping.size:
             return False
         if pdo.synchronous:
             pdo.data = frame.data
         else:
-            self._act(pdo.unpack(frame.data), now_s)
+            self._apply(pdo, frame.data, now_s)
         return True
+
+    def _apply(self, pdo: DevicePdo, data: bytes, now_s: float) -> None:
+        values = pdo.mapping.unpack(data)
+        self._act([*zip(pdo.mapping.places, values, strict=True)], now_s)
 
     def tell_changes(self, now_s: float) -> None:
         """Send the event-driven PDOs whose contents have changed or whose timer has expired."""
         for pdo, readers in self._by_event:
-            data = pdo.pack([read(now_s) for read in readers])
+            data = pdo.mapping.pack([read(now_s) for read in readers])
             if pdo.free_s <= now_s and (data != pdo.data or pdo.due_s <= now_s):
                 self._send(pdo, data, now_s)
             elif data != pdo.data:
@@ -403,19 +411,10 @@ class DevicePdos:
             words = [self._value(Place(mapping, sub)) for sub in range(1, count + 1)]
             try:
                 mapped = Mapping(tuple(Mapped.of(word, self._dictionary) for word in words))
-            except (
-                BadField,
-                RemoteProtocolError,
-            ):  # maps objects that this drive lacks
+            except (BadField, RemoteProtocolError):  # maps objects that this drive lacks
                 continue
             can_id = cob & STANDARD_ID_MAX
             yield DevicePdo(can_id, mapped, transmission, inhibit * _INHIBIT_S, event * _EVENT_S)
-
-
-def _code(entry: Mapped) -> str:
-    """Return the `struct` code of an integer type; drives map only integers."""
-    code = {1: "b", 2: "h", 4: "i", 8: "q"}[entry.size]
-    return code if entry.type.signed else code.upper()
 
 
 def _refused_communication(sub: int, value: int) -> AbortCode | None:

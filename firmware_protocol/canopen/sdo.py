@@ -11,7 +11,7 @@ from firmware_protocol.canopen.objects import Place
 from firmware_protocol.canopen.services import Service, cob_id, is_for
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
 from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
-from firmware_protocol.fields import checks, some_bytes, whole_from
+from firmware_protocol.fields import message, some_bytes, whole_from
 from firmware_protocol.frames import Frame
 
 EVENTS_MAX = 64
@@ -155,8 +155,7 @@ class NextSegment:
     toggle: bool
 
 
-@dataclass(frozen=True, slots=True)
-@checks(data=some_bytes(SEGMENT_MAX))
+@message(data=some_bytes(SEGMENT_MAX))
 class Segment:
     """A segment of data, from either side."""
 
@@ -172,8 +171,7 @@ class SegmentTaken:
     toggle: bool
 
 
-@dataclass(frozen=True, slots=True)
-@checks(code=whole_from(0, 0xFFFF_FFFF))
+@message(code=whole_from(0, 0xFFFF_FFFF))
 class Abort:
     """Either side aborts the transfer."""
 

@@ -175,7 +175,7 @@ class SdoServer:
         if toggle != segments.toggle:
             return self._give_up(telling.place, AbortCode.TOGGLE)
         segment = segments.segment
-        segments.advance()
+        segments.advance()  # a repeated request is refused: the toggle bit tells it from the next
         if segments.done:
             self._current = None
         return self._frame(segment)

@@ -5,12 +5,11 @@ id = base of the service + node (1 to 127); NMT, SYNC and TIME belong to no node
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
 from typing import Self
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.fields import BYTE, an_instance, checks, optional, some_bytes, whole_from
+from firmware_protocol.fields import BYTE, an_instance, message, optional, some_bytes, whole_from
 from firmware_protocol.frames import DATA_MAX, Frame
 
 NODE_MAX = 0x7F
@@ -136,8 +135,7 @@ SPEAKS: dict[NodeState, frozenset[str]] = {
 """The services available in each state, by CiA 301."""
 
 
-@dataclass(frozen=True, slots=True)
-@checks(command=an_instance(NmtCommand, "an NmtCommand"), node=whole_from(ALL_NODES, NODE_MAX))
+@message(command=an_instance(NmtCommand, "an NmtCommand"), node=whole_from(ALL_NODES, NODE_MAX))
 class Nmt:
     """A command to one node or to `ALL_NODES`. There is no answer."""
 
@@ -160,8 +158,7 @@ class Nmt:
             raise RemoteProtocolError(f"no NMT order: {command:02x} to {node}") from None
 
 
-@dataclass(frozen=True, slots=True)
-@checks(node=ONE_NODE, state=an_instance(NodeState, "a NodeState"))
+@message(node=ONE_NODE, state=an_instance(NodeState, "a NodeState"))
 class Heartbeat:
     """A sign of life with the node's state. With `BOOTING` it is the boot-up message."""
 
@@ -189,8 +186,7 @@ class Heartbeat:
             raise RemoteProtocolError(f"node {node} has no state {byte:02x}") from None
 
 
-@dataclass(frozen=True, slots=True)
-@checks(node=ONE_NODE, silence_ms=whole_from(0, HEARTBEAT_MAX_MS))
+@message(node=ONE_NODE, silence_ms=whole_from(0, HEARTBEAT_MAX_MS))
 class HeartbeatWatch:
     """An entry of object 1016: a node to monitor, and its heartbeat timeout.
 
@@ -271,8 +267,7 @@ COUNTER_MAX = 240
 """The highest SYNC counter; after it the counter restarts at 1 (object 1019)."""
 
 
-@dataclass(frozen=True, slots=True)
-@checks(counter=optional(whole_from(1, COUNTER_MAX)))
+@message(counter=optional(whole_from(1, COUNTER_MAX)))
 class Sync:
     """A SYNC message, with a counter if object 1019 requires one."""
 
@@ -417,8 +412,7 @@ MAKERS_BYTES = 5
 """Manufacturer-specific bytes in an EMCY."""
 
 
-@dataclass(frozen=True, slots=True)
-@checks(
+@message(
     node=ONE_NODE,
     code=whole_from(0, 0xFFFF),
     register=BYTE,

@@ -12,7 +12,7 @@ from enum import StrEnum
 from typing import Any, ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
-from firmware_protocol.fields import checks, each, optional, row_of, whole_from
+from firmware_protocol.fields import each, message, optional, row_of, whole_from
 from firmware_protocol.grbl.commands import SETTING_MAX
 from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
@@ -37,8 +37,7 @@ class Ok:
     line: ClassVar[str] = "ok"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(code=CODE)
+@message(code=CODE)
 class Error:
     """The line was refused and had no effect."""
 
@@ -47,8 +46,7 @@ class Error:
     line = Template("error:{code}")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(code=CODE)
+@message(code=CODE)
 class Alarm:
     """The machine is locked."""
 
@@ -57,8 +55,7 @@ class Alarm:
     line = Template("ALARM:{code}")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(version=within(" []'<>"), firmware=within("[]'"))
+@message(version=within(" []'<>"), firmware=within("[]'"))
 class Banner:
     """The first line after a start or a reset.
 
@@ -89,8 +86,7 @@ def _key(field: str, value: object) -> object:
     return number_or_name(field, value)
 
 
-@dataclass(frozen=True, slots=True)
-@checks(key=_key, value=printable)
+@message(key=_key, value=printable)
 class Setting:
     """A setting's value, as text. Keys that are not numbers, such as FluidNC's paths, stay text.
 
@@ -109,8 +105,7 @@ class Setting:
     line = Template("${key}={value}")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(text=printable)
+@message(text=printable)
 class Feedback:
     """A message for people: `[MSG:...]`."""
 
@@ -119,8 +114,7 @@ class Feedback:
     line = Template("[MSG:{text}]")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(text=printable, code=optional(CODE))
+@message(text=printable, code=optional(CODE))
 class StartupEcho:
     """A startup line was executed, or refused with a code; this does not answer a line."""
 
@@ -133,8 +127,7 @@ class StartupEcho:
         return f">{self.text}:{'ok' if self.code is None else f'error:{self.code}'}"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(text=printable)
+@message(text=printable)
 class Bracketed:
     """The contents of any other line in brackets, such as `[HLP:...]` or `[FIRMWARE:grblHAL]`."""
 
@@ -148,8 +141,7 @@ class Bracketed:
 BLOCKS_MAX = 65535
 
 
-@dataclass(frozen=True, slots=True)
-@checks(version=within(":"), note=printable)
+@message(version=within(":"), note=printable)
 class Version:
     """The firmware's version and the owner's note, from `$I`."""
 
@@ -159,8 +151,7 @@ class Version:
     line = Template("[VER:{version}:{note}]")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(
+@message(
     letters=within(","),
     blocks=optional(whole_from(0, BLOCKS_MAX)),
     rx_bytes=optional(whole_from(0, RING_BYTES_MAX)),
@@ -189,8 +180,7 @@ class BuildInfo:
         return f"[OPT:{','.join([self.letters, *numbers, *self.more])}]"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(count=whole_from(1, len(AXIS_LETTERS)))
+@message(count=whole_from(1, len(AXIS_LETTERS)))
 class AxesInfo:
     """The number of axis motors and their letters; two motors may share a letter."""
 
@@ -204,8 +194,7 @@ class AxesInfo:
     line = Template("[AXS:{count}:{letters}]")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(words=each(within(" ]")))
+@message(words=each(within(" ]")))
 class ParserState:
     """The modes in force, as words: `G0`, `G54`, ..., `F0`, `S0`."""
 
@@ -221,8 +210,7 @@ class ParserState:
         return f"[GC:{' '.join(self.words)}]"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(values=coordinates)
+@message(values=coordinates)
 class Parameter:
     """Stored coordinates: G54 to G59, G28, G30, G92, TLO or PRB.
 
@@ -294,8 +282,7 @@ _PLACE = optional(coordinates)
 _PART = within("|<>")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(
+@message(
     state=_state,
     sub_state=optional(whole_from(0, 999)),
     machine_position=_PLACE,

@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, LocalProtocolError
-from firmware_protocol.fields import checks, whole_from
+from firmware_protocol.fields import message, whole_from
 from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
     Dialect,
@@ -101,8 +101,7 @@ class Home:
     text = Template("$H{axes}")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(setting=whole_from(0, SETTING_MAX), value=number)
+@message(setting=whole_from(0, SETTING_MAX), value=number)
 class SetSetting:
     """Write a setting to EEPROM."""
 
@@ -112,8 +111,7 @@ class SetSetting:
     text = Template("${setting}={value}")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(which=whole_from(0, STARTUP_LINES - 1), line=line_text)
+@message(which=whole_from(0, STARTUP_LINES - 1), line=line_text)
 class StoreStartupLine:
     """Store a line of g-code that runs at every start."""
 
@@ -123,8 +121,7 @@ class StoreStartupLine:
     text = Template("$N{which}={line}")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(note=line_text)
+@message(note=line_text)
 class StoreBuildInfo:
     """Store the owner's note that `$I` shows."""
 
@@ -154,8 +151,7 @@ PORT_MAX = 255
 COORDINATE_SYSTEMS = (54, 59)
 
 
-@dataclass(frozen=True, slots=True)
-@checks(coordinate_system=whole_from(*COORDINATE_SYSTEMS))
+@message(coordinate_system=whole_from(*COORDINATE_SYSTEMS))
 class Modes:
     """Set the relevant modes to a known state: plane XY, millimetres, units per minute.
 
@@ -183,8 +179,7 @@ class Coolant:
         return "M8" if self.on else "M9"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(port=whole_from(0, PORT_MAX))
+@message(port=whole_from(0, PORT_MAX))
 class DigitalOutput:
     """Switch an output, in step with the motion (M62, M63) or at once (M64, M65)."""
 
@@ -199,8 +194,7 @@ class DigitalOutput:
         return f"M{code}P{self.port}"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(text=line_text)
+@message(text=line_text)
 class Line:
     """Any other text; an empty line only asks for an `ok`."""
 

@@ -205,7 +205,7 @@ class Course:
                 return None if ended is None else LimitStop(self._node, ended)
 
     def _begin(self, motion: Motion) -> None:
-        if self._gives_way_to(motion):
+        if self._gives_way_to(motion):  # the drive will say FAILED for the old one
             self._superseded = self._under_way
         self._under_way, self._begun_unsaid = motion, False
 
@@ -281,7 +281,7 @@ class Expecting:
                 f"answer, or forget it, before sending {type(request).__name__}"
             )
         if isinstance(request, Restart):
-            self.clear()
+            self.clear()  # a restarted drive answers nothing that it was asked before
         if isinstance(request, ReportByItself):
             (self._reports.add if request.period_ms else self._reports.discard)(request.reading)
         self._asked[code] = request

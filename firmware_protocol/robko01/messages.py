@@ -20,7 +20,7 @@ from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.fields import (
     BYTE,
     an_instance,
-    checks,
+    message,
     numbered,
     row_of,
     some_bytes,
@@ -76,8 +76,7 @@ _PAYLOAD = some_bytes(PAYLOAD_MAX)
 _SIX_WORDS = row_of(whole_from(WORD_MIN, WORD_MAX), AXES, f"{AXES} whole numbers, one an axis")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(positions_steps=_SIX_WORDS, speeds_steps_s=_SIX_WORDS)
+@message(positions_steps=_SIX_WORDS, speeds_steps_s=_SIX_WORDS)
 class Axes:
     """A position in steps and a speed in steps per second for each axis, base to gripper.
 
@@ -132,8 +131,7 @@ class _OfNothing:
         return cls()
 
 
-@dataclass(frozen=True, slots=True)
-@checks(value=BYTE)
+@message(value=BYTE)
 class _OfByte:
     """A message whose payload is one byte."""
 
@@ -151,8 +149,7 @@ class _OfByte:
         return cls(_require_length(cls.op, payload, 1, "one belongs")[0])
 
 
-@dataclass(frozen=True, slots=True)
-@checks(axes=an_instance(Axes, "an Axes"))
+@message(axes=an_instance(Axes, "an Axes"))
 class _OfAxes:
     """A message about all six axes."""
 
@@ -171,8 +168,7 @@ class _OfAxes:
         return cls(Axes.from_bytes(data))
 
 
-@dataclass(frozen=True, slots=True)
-@checks(payload=_PAYLOAD)
+@message(payload=_PAYLOAD)
 class _OfBytes:
     """A message of any bytes."""
 
@@ -275,32 +271,13 @@ class Outputs(_OfByte):
     op = Op.OUTPUTS
 
 
-@dataclass(frozen=True, slots=True)
-@checks(robot_id=_PAYLOAD)
-class _OfRobotId:
-    """A message with the robot's name. The firmware returns the name and does not store it."""
-
-    op: ClassVar[Op]
-    robot_id: bytes = b""
-
-    @property
-    def payload(self) -> bytes:
-        """The id, unchanged."""
-        return self.robot_id
-
-    @classmethod
-    def read(cls, payload: bytes) -> Self:
-        """Decode the message."""
-        return cls(payload)
-
-
-class SetRobotId(_OfRobotId):
-    """Set the robot's name. The firmware does not store it."""
+class SetRobotId(_OfBytes):
+    """Set the robot's name. The firmware returns it and does not store it."""
 
     op = Op.SET_ROBOT_ID
 
 
-class GetRobotId(_OfRobotId):
+class GetRobotId(_OfBytes):
     """Ask for the robot's name. Send no bytes, because the firmware would return those."""
 
     op = Op.GET_ROBOT_ID
@@ -338,8 +315,7 @@ VALUED = frozenset(
 _ID_OPS = (Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
 
 
-@dataclass(frozen=True, slots=True)
-@checks(op=numbered(Op), status=numbered(Status))
+@message(op=numbered(Op), status=numbered(Status))
 class Acknowledged:
     """A status without a payload."""
 
@@ -354,8 +330,7 @@ class Acknowledged:
             )
 
 
-@dataclass(frozen=True, slots=True)
-@checks(op=numbered(Op), moving=BYTE)
+@message(op=numbered(Op), moving=BYTE)
 class Busy:
     """A refusal because axes are moving: bit n of `moving` is axis n."""
 
@@ -404,8 +379,7 @@ class Positions(_OfAxes):
     op, status = Op.POSITION, Status.OK
 
 
-@dataclass(frozen=True, slots=True)
-@checks(op=numbered(Op), robot_id=_PAYLOAD)
+@message(op=numbered(Op), robot_id=_PAYLOAD)
 class RobotId:
     """The answer to `SetRobotId` or `GetRobotId`."""
 

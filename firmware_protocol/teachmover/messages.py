@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
-from firmware_protocol.fields import BYTE, an_instance, checks, optional, row_of, whole_from
+from firmware_protocol.fields import BYTE, an_instance, message, optional, row_of, whole_from
 
 # One row of the program in a TeachMover's memory, and its packing into eight words.
 #
@@ -40,8 +40,7 @@ SIX_STEPS = row_of(
 )
 
 
-@dataclass(frozen=True, slots=True)
-@checks(number=WORD, speed=BYTE, positions=SIX_STEPS, kind=BYTE)
+@message(number=WORD, speed=BYTE, positions=SIX_STEPS, kind=BYTE)
 class ProgramRow:
     """One row of the arm's own program: absolute positions, in half-steps, and how to get there.
 
@@ -144,8 +143,7 @@ class Key(IntEnum):
     RUN = 14
 
 
-@dataclass(frozen=True, slots=True)
-@checks(speed=SPEED, steps=SIX_STEPS, output=optional(BYTE))
+@message(speed=SPEED, steps=SIX_STEPS, output=optional(BYTE))
 class Step:
     """Move all six motors together by relative half-steps; the answer comes at the motion's end.
 
@@ -198,8 +196,7 @@ class QDump(_Plain):
     name: ClassVar[str] = "QDUMP"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(speed=optional(SPEED))
+@message(speed=optional(SPEED))
 class _AtSpeed:
     """A command whose one argument is a speed, 0 to 245, that may be left out.
 
@@ -226,8 +223,7 @@ class Set(_AtSpeed):
     name: ClassVar[str] = "SET"
 
 
-@dataclass(frozen=True, slots=True)
-@checks(row=an_instance(ProgramRow, "a ProgramRow"))
+@message(row=an_instance(ProgramRow, "a ProgramRow"))
 class QWrite:
     """Write one row of the program in the arm's memory."""
 
@@ -240,8 +236,7 @@ class QWrite:
         return self.row.words
 
 
-@dataclass(frozen=True, slots=True)
-@checks(attention=_attention)
+@message(attention=_attention)
 class Arm:
     """Make commands start with another character from now on."""
 
@@ -254,8 +249,7 @@ class Arm:
         return (self.attention,)
 
 
-@dataclass(frozen=True, slots=True)
-@checks(count=WORD)
+@message(count=WORD)
 class Delay:
     """Make the arm pause between the characters that it sends; the unit is unverified.
 
@@ -276,8 +270,7 @@ def _key(field: str, value: object) -> Key | int:
     return Key(key) if key <= Key.RUN else key
 
 
-@dataclass(frozen=True, slots=True)
-@checks(positions=SIX_STEPS, key=_key, inputs=BYTE)
+@message(positions=SIX_STEPS, key=_key, inputs=BYTE)
 class Registers:
     """The six position registers in half-steps, the last key pressed and the input byte.
 

@@ -33,13 +33,7 @@ from kinematics.limits import (
     refuse_worst,
     widened_to,
 )
-from kinematics.paths.curves import (
-    Line,
-    NearFollower,
-    largest_turn,
-    leap_sentence,
-    straight_between,
-)
+from kinematics.paths.curves import NearFollower, largest_turn, leap_sentence
 from kinematics.spaces import JOINTS_EXAMPLE, Joints, Pose
 from kinematics.text import counted
 
@@ -200,16 +194,14 @@ class ChainArm:
         """Return the axes of the hand's frame as the columns of a matrix in the base frame."""
         return rotation_of(self._made.fk(self._directions(joints)))
 
-    def line(self, start: Joints, goal: Pose) -> Line:
-        """Return the straight line from a posture to a pose."""
-        origin, wide = self.fk(start), self._widened(start)
+    def follower(self, start: Joints) -> NearFollower:
+        """Return what keeps a posture along curves of the tip that begin in it."""
+        wide = self._widened(start)
         if self.has_yaw:
-            hand = _four(quaternion_of(self.hand_axes(start)))
-            follower: NearFollower = WholeHandFollower(wide, hand, LARGEST_TURN_RAD)
-        else:
-            hand = origin.pitch_rad, origin.roll_rad
-            follower = NearFollower(wide, hand, LARGEST_TURN_RAD)
-        return straight_between(follower, origin.position_mm, hand, goal)
+            whole = _four(quaternion_of(self.hand_axes(start)))
+            return WholeHandFollower(wide, whole, LARGEST_TURN_RAD)
+        origin = self.fk(start)
+        return NearFollower(wide, (origin.pitch_rad, origin.roll_rad), LARGEST_TURN_RAD)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this much."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from operator import mul
 
@@ -66,7 +66,7 @@ class Pace:
 THOROUGH = Pace(80, 1e-28, 1e-3, 1e-13, 1e12, 0.1, 8.0, 4, 1.0 - 1e-9, 0)
 """From anywhere, to the last digit."""
 
-FINISHING = Pace(8, 1e-28, 1e-3, 1e-13, 1e12, 0.1, 8.0, 4, 1.0 - 1e-9, 0)
+FINISHING = replace(THOROUGH, rounds=8)
 """From a posture that nearly meets the goal."""
 
 SEARCHING = Pace(40, 1e-22, 1e-2, 1e-12, 1e3, 0.3, 8.0, 3, 0.9, 1)

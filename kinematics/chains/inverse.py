@@ -15,6 +15,7 @@ import random
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import NamedTuple
 
 from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain, JointViolation
 from kinematics.chains.closed_form import ClosedForm, closed_form
@@ -94,51 +95,6 @@ class Solution:
         if self.reason is Reason.NOT_FOUND:
             text += f" ({self.starts} starts, which is no proof that there is none)"
         return text
-
-
-def _account(
-    chain: Chain,
-    goal: Goal,
-    values: Sequence[float],
-    effort: Effort,
-    starts: int = 0,
-    unlimited: Sequence[float] | None = None,
-    *,
-    certain: bool = False,
-) -> Solution:
-    """Return the account of a posture; `unlimited` is one that meets the goal without limits.
-
-    `certain` says that no posture meets it otherwise.
-    """
-    joints = tuple(values)
-    frame = chain.fk(joints)
-    asked_position = Part.POSITION in goal.parts
-    residual_mm = distance(position_of(frame), position_of(goal.frame)) if asked_position else 0.0
-    turn, split = goal.turn(frame)
-    misses = tuple((part, abs(miss)) for part, _, miss in split)
-    residual_rad = norm(turn)
-    missed = {part for part, miss in misses if miss > effort.tolerance_rad}
-    if residual_mm > effort.tolerance_mm:
-        missed.add(Part.POSITION)
-    if residual_rad > math.sqrt(3.0) * effort.tolerance_rad and not missed - {Part.POSITION}:
-        missed |= {part for part, _ in misses}  # a turn that the split does not show
-    broken = chain.violations(joints if unlimited is None else unlimited)
-    reason = _reason(chain, goal, joints, missed, broken, unlimited is not None)
-    if reason is Reason.NOT_FOUND and certain:
-        reason = Reason.NO_POSTURE
-    return Solution(
-        joints,
-        frame,
-        goal.parts - missed,
-        frozenset(missed),
-        residual_mm,
-        residual_rad,
-        misses,
-        reason,
-        broken if missed else (),
-        _at_limit(chain, joints),
-        starts,
-    )
 
 
 def _reason(
@@ -270,110 +226,154 @@ def solve_goal(
     require("a chain", chain, Chain, "Chain((DHLink(a_mm=200.0),))")
     require("a goal", goal, Goal, "frame_goal(frame)")
     start = middle(chain) if seed is None else chain.clamp(seed)
-    closed = closed_form(chain)
+    question, closed = _Question(chain, goal, effort), closed_form(chain)
     if closed is None or not closed.solves(goal):
-        return _search(chain, goal, start, first, effort)
+        return question.search(start, first)
     found = closed.nearest(goal, start)
-    if found is not None:
-        return _account(chain, goal, found, effort)
-    return _search(chain, goal, start, first, effort, closed)
+    return question.search(start, first, closed) if found is None else question.account(found)
 
 
-def _search(
-    chain: Chain,
-    goal: Goal,
-    start: tuple[float, ...],
-    first: First,
-    effort: Effort,
-    closed: ClosedForm | None = None,
-) -> Solution:
-    """Return the best posture found by descents; a closed form has none within the limits.
+class _Miss(NamedTuple):
+    """How far a frame is from a goal: the parts missed, mm, rad, and the rad split into parts."""
 
-    Where its postures break limits, a singular one may have others that keep them, and the nearest
-    pose is near one of them: descents begin there.
-    """
-    branches = [] if closed is None else closed.branches(goal, start)
-    certain = closed is not None and closed.complete and not branches
-    tried = 0
-    hopeless = certain or beyond_reach(chain, goal)
-    incomplete = closed is None or not closed.complete
-    if incomplete and goal.parts >= HEADING_FREE and not hopeless:
-        tried, found = _postures_of_hand(chain, goal, start, effort)
-        branches = [*branches, *found]
-        if branches and not chain.violations(branches[-1]):
-            return _account(chain, goal, chain.clamp(branches[-1]), effort, tried)
-    descent = Descent(chain, goal, first)
-    looks = replace(effort, starts=min(effort.starts, 12)) if hopeless else effort
-    ends = []
-    for values in (*map(chain.clamp, branches[:MOST_BRANCHES]), *_starts(chain, start, looks)):
-        tried += 1
-        ends.append(chain.turned(descent.meet(values), start))
-        if _met(chain, goal, ends[-1], effort):
-            return _account(chain, goal, ends[-1], effort, tried)
-    best = descent.best([chain.turned(values, start) for values in descent.settle(ends)])
-    if branches:
-        unlimited = _least_broken(chain, branches)
-    else:
-        near = [best, *ends[:3]]
-        unlimited = None if hopeless else _without_limits(chain, goal, near, effort)
-    if unlimited is not None and not chain.violations(unlimited):
-        return _account(chain, goal, chain.clamp(unlimited), effort, tried)
-    return _account(chain, goal, best, effort, tried, unlimited, certain=certain)
+    parts: set[Part]
+    mm: float
+    rad: float
+    split: tuple[tuple[Part, float], ...]
 
 
-def _postures_of_hand(
-    chain: Chain, goal: Goal, start: tuple[float, ...], effort: Effort
-) -> tuple[int, list[tuple[float, ...]]]:
-    """Return postures that meet a hand's goal, found by many short descents without limits.
+@dataclass(frozen=True, slots=True)
+class _Question:
+    """A goal that is asked of a chain, and how near counts as met."""
 
-    The first within the limits is the last. With them comes how many descents there were: each is
-    over in half a millisecond, of six joints every second one succeeds, and the hardest goals take
-    some dozens.
-    """
-    descent = Descent(chain, goal, limited=False)
-    found: list[tuple[float, ...]] = []
-    tried = 0
-    for values in _starts(chain, start, replace(effort, starts=effort.searches)):
-        tried += 1
-        end = descent.met(values, SEARCHING)
-        if end is None:
-            continue
-        turned = chain.turned(end, start)
-        if not _met(chain, goal, turned, effort):
-            continue
-        found.append(turned)
-        if not chain.violations(turned):
-            break
-    return tried, found
+    chain: Chain
+    goal: Goal
+    effort: Effort
+
+    def miss(self, frame: Transform) -> _Miss:
+        """Return how far a frame is from the goal."""
+        goal, effort = self.goal, self.effort
+        asked_position = Part.POSITION in goal.parts
+        mm = distance(position_of(frame), position_of(goal.frame)) if asked_position else 0.0
+        turn, split = goal.turn(frame)
+        misses = tuple((part, abs(miss)) for part, _, miss in split)
+        rad = norm(turn)
+        missed = {part for part, miss in misses if miss > effort.tolerance_rad}
+        if rad > math.sqrt(3.0) * effort.tolerance_rad and not missed:
+            missed |= {part for part, _ in misses}  # a turn that the split does not show
+        if mm > effort.tolerance_mm:
+            missed.add(Part.POSITION)
+        return _Miss(missed, mm, rad, misses)
+
+    def met(self, values: Sequence[float]) -> bool:
+        """Whether a posture meets the goal, whatever the limits."""
+        return not self.miss(self.chain.fk(values)).parts
+
+    def account(
+        self,
+        values: Sequence[float],
+        starts: int = 0,
+        unlimited: Sequence[float] | None = None,
+        *,
+        certain: bool = False,
+    ) -> Solution:
+        """Return the account of a posture; `unlimited` is one that meets the goal without limits.
+
+        `certain` says that no posture meets it otherwise.
+        """
+        chain, goal, joints = self.chain, self.goal, tuple(values)
+        frame = chain.fk(joints)
+        miss = self.miss(frame)
+        broken = chain.violations(joints if unlimited is None else unlimited)
+        reason = _reason(chain, goal, joints, miss.parts, broken, unlimited is not None)
+        if reason is Reason.NOT_FOUND and certain:
+            reason = Reason.NO_POSTURE
+        return Solution(
+            joints,
+            frame,
+            goal.parts - miss.parts,
+            frozenset(miss.parts),
+            miss.mm,
+            miss.rad,
+            miss.split,
+            reason,
+            broken if miss.parts else (),
+            _at_limit(chain, joints),
+            starts,
+        )
+
+    def search(
+        self, start: tuple[float, ...], first: First, closed: ClosedForm | None = None
+    ) -> Solution:
+        """Return the best posture found by descents; a closed form has none within the limits.
+
+        Where its postures break limits, a singular one may have others that keep them, and the
+        nearest pose is near one of them: descents begin there.
+        """
+        chain, goal, effort = self.chain, self.goal, self.effort
+        branches = [] if closed is None else closed.branches(goal, start)
+        certain = closed is not None and closed.complete and not branches
+        tried = 0
+        hopeless = certain or beyond_reach(chain, goal)
+        incomplete = closed is None or not closed.complete
+        if incomplete and goal.parts >= HEADING_FREE and not hopeless:
+            tried, found = self.postures_of_hand(start)
+            branches = [*branches, *found]
+            if branches and not chain.violations(branches[-1]):
+                return self.account(chain.clamp(branches[-1]), tried)
+        descent = Descent(chain, goal, first)
+        looks = replace(effort, starts=min(effort.starts, 12)) if hopeless else effort
+        ends = []
+        for values in (*map(chain.clamp, branches[:MOST_BRANCHES]), *_starts(chain, start, looks)):
+            tried += 1
+            ends.append(chain.turned(descent.meet(values), start))
+            if self.met(ends[-1]):
+                return self.account(ends[-1], tried)
+        best = descent.best([chain.turned(values, start) for values in descent.settle(ends)])
+        if branches:
+            unlimited = _least_broken(chain, branches)
+        else:
+            unlimited = None if hopeless else self.without_limits([best, *ends[:3]])
+        if unlimited is not None and not chain.violations(unlimited):
+            return self.account(chain.clamp(unlimited), tried)
+        return self.account(best, tried, unlimited, certain=certain)
+
+    def postures_of_hand(self, start: tuple[float, ...]) -> tuple[int, list[tuple[float, ...]]]:
+        """Return postures that meet a hand's goal, found by many short descents without limits.
+
+        The first within the limits is the last. With them comes how many descents there were: each
+        is over in half a millisecond, of six joints every second one succeeds, and the hardest
+        goals take some dozens.
+        """
+        chain, descent = self.chain, Descent(self.chain, self.goal, limited=False)
+        found: list[tuple[float, ...]] = []
+        tried = 0
+        for values in _starts(chain, start, replace(self.effort, starts=self.effort.searches)):
+            tried += 1
+            end = descent.met(values, SEARCHING)
+            if end is not None and self.met(turned := chain.turned(end, start)):
+                found.append(turned)
+                if not chain.violations(turned):
+                    break
+        return tried, found
+
+    def without_limits(self, starts: Sequence[tuple[float, ...]]) -> tuple[float, ...] | None:
+        """Return a posture that meets the goal without limits, to name those that it breaks.
+
+        Of several, the one that breaks them least.
+        """
+        if not any(link.has_limits for link in self.chain.links):
+            return None
+        free = self.chain.within()
+        descent = Descent(free, self.goal)
+        more = _starts(free, middle(free), replace(self.effort, starts=6))
+        ends = [free.turned(descent.meet(start), start) for start in (*starts, *more)]
+        return _least_broken(self.chain, filter(self.met, ends))
 
 
 def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
     """Return where one descent from the seed ends, for goals a small step away."""
-    return _account(chain, goal, Descent(chain, goal).meet(seed), DEFAULT_EFFORT, 1)
-
-
-def _met(chain: Chain, goal: Goal, values: Sequence[float], effort: Effort) -> bool:
-    return _account(chain, goal, values, effort).ok
-
-
-def _without_limits(
-    chain: Chain, goal: Goal, starts: Sequence[tuple[float, ...]], effort: Effort
-) -> tuple[float, ...] | None:
-    """Return a posture that meets the goal if the limits are forgotten, to name those it breaks.
-
-    Of several, the one that breaks them least.
-    """
-    if not any(link.has_limits for link in chain.links):
-        return None
-    free = chain.within()
-    descent = Descent(free, goal)
-    loose = replace(effort, starts=6)
-    met = [
-        turned
-        for start in [*starts, *_starts(free, middle(chain), loose)]
-        if _met(free, goal, turned := chain.turned(descent.meet(start), start), effort)
-    ]
-    return _least_broken(chain, met)
+    return _Question(chain, goal, DEFAULT_EFFORT).account(Descent(chain, goal).meet(seed), 1)
 
 
 def _least_broken(chain: Chain, postures: Iterable[tuple[float, ...]]) -> tuple[float, ...] | None:

@@ -85,7 +85,8 @@ class DHLink:
         return math.isfinite(self.low) and math.isfinite(self.high)
 
     def parameters(self, value: float) -> tuple[float, float, float, float]:
-        """Return theta, d, a and alpha with the joint at a value (rad or mm)."""
+        """Return theta, d, a, alpha at a value of the joint in rad or mm; raises `BadNumber`."""
+        value = number("a joint's value", value)
         if self.kind is JointKind.REVOLUTE:
             return self.theta_rad + value + self.offset, self.d_mm, self.a_mm, self.alpha_rad
         return self.theta_rad, self.d_mm + value + self.offset, self.a_mm, self.alpha_rad
@@ -104,8 +105,10 @@ def a_matrix(
 ) -> Transform:
     """Return the A matrix of four link parameters (section 6; Craig, equation 3.6).
 
-    Works on any kind of number.
+    Works on any kind of number; raises `BadNumber` for a plain one that is not finite.
     """
+    theta_rad, alpha_rad = number("theta_rad", theta_rad), number("alpha_rad", alpha_rad)
+    d_mm, a_mm = number("d_mm", d_mm), number("a_mm", a_mm)
     ct, st = cos(theta_rad), sin(theta_rad)
     ca, sa = cos_sin(alpha_rad)
     if convention is Convention.STANDARD:

@@ -91,9 +91,10 @@ def read_urdf(text: str, *, base: str = "", tip: str = "") -> UrdfArm:
     _refuse_xacro(robot)
     unused: list[str] = []
     tree = _KinematicTree.of(robot)
-    path = tree.path(base or tree.root(), tip, unused)
-    joints = tuple(_moving_joint(joint, unused) for joint in path.joints)
-    unused += _rounded_angles(path.joints)
+    base = base or tree.root()
+    path = tree.path(base, tip, unused)
+    joints = tuple(_moving_joint(joint, unused) for joint in path)
+    unused += _rounded_angles(path)
     axes, tool = _axes_at_zero(joints, unused)
     chain = assign_frames(axes, tool, name=robot.get("name") or "arm").chain
     off_mm = _deviation_mm(chain, joints)
@@ -101,7 +102,7 @@ def read_urdf(text: str, *, base: str = "", tip: str = "") -> UrdfArm:
         unused.append(f"axes taken as parallel move the tip by some {off_mm:.2g} mm")
     meshes = tuple(_meshes(robot))
     unused += _left_out(robot, meshes)
-    return UrdfArm(chain.name, chain, path.base, path.tip, meshes, tuple(unused))
+    return UrdfArm(chain.name, chain, base, path[-1].child, meshes, tuple(unused))
 
 
 # The document as a tree of elements, within limits.
@@ -184,13 +185,6 @@ class _JointElement:
         return self.kind != "fixed"
 
 
-@dataclass(frozen=True, slots=True)
-class _Path:
-    base: str
-    tip: str
-    joints: tuple[_JointElement, ...]
-
-
 JOINT_KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
@@ -244,7 +238,7 @@ class _KinematicTree:
             else "the joints of the URDF form a loop, so that it has no base"
         )
 
-    def path(self, base: str, tip: str, unused: list[str]) -> _Path:
+    def path(self, base: str, tip: str, unused: list[str]) -> tuple[_JointElement, ...]:
         """Return the joints from the base to the tip, and note those that are not among them."""
         for key, link in (("base_link", base), ("tip_link", tip)):
             if link and link not in self.links:
@@ -271,7 +265,7 @@ class _KinematicTree:
                 f"the chain ends at link {end!r}; joints that are not part of it: "
                 f"{', '.join(aside)} (another end is tip_link in the arm file's [urdf])"
             )
-        return _Path(base, end, joints)
+        return joints
 
     def _up(self, tip: str, base: str) -> tuple[_JointElement, ...] | None:
         """Return the joints from the base to a link, None if none lead there."""

@@ -48,7 +48,7 @@ from kinematics.limits import (
     widened_to,
     wrap,
 )
-from kinematics.paths.curves import Line, in_proportion, straight_between
+from kinematics.paths.curves import in_proportion
 from kinematics.spaces import (
     JOINT_NAMES,
     JOINTS_EXAMPLE,
@@ -234,13 +234,9 @@ class FiveAxisArm:
             raise self._refusal(pose, seed)
         return joints
 
-    def ik_near(self, pose: Pose, seed: Joints) -> Joints:
-        """Return what `ik` does; it is fast enough for every small step."""
-        return self.ik(pose, seed)
-
-    def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
-        """Return what `solve` does; it is fast enough for every small step."""
-        return self.solve(pose, seed)
+    # The closed form is fast enough for every small step.
+    ik_near = ik
+    solve_near = solve
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the reachable pose nearest to this one; see `nearest`."""
@@ -250,11 +246,11 @@ class FiveAxisArm:
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
         return rotation_of(forward_frame(_directions(joints), self.lengths))
 
-    def line(self, start: Joints, goal: Pose) -> Line:
-        """Return the straight line from a posture to a pose, on the branch of the posture."""
+    def follower(self, start: Joints) -> FiveAxisFollower:
+        """Return what keeps the branch of a posture along curves of the tip that begin in it."""
         origin = self.fk(start)
         r, _, _ = plane_tip(start[1], start[2], start[3], self.lengths)
-        follower = FiveAxisFollower(
+        return FiveAxisFollower(
             self.lengths,
             (origin.pitch_rad, start[4]),
             r < -AXIS_MM,
@@ -262,7 +258,6 @@ class FiveAxisArm:
             start[4] - origin.roll_rad,
             widened_to(self.limits, start),
         )
-        return straight_between(follower, origin.position_mm, follower.first, goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a bound on the travel of any point while the joints turn by this together.

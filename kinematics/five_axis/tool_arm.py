@@ -18,7 +18,7 @@ from kinematics.five_axis import Branch, FiveAxisArm
 from kinematics.frames.rotations import Matrix3
 from kinematics.geometry import ArmGeometry, Constraint, Point, Tool, Unreachable
 from kinematics.limits import JointRange, LimitViolation, widened_to, wrap
-from kinematics.paths.curves import Line, NearFollower, straight_between
+from kinematics.paths.curves import NearFollower
 from kinematics.spaces import Joints, Pose
 
 LARGEST_TURN_RAD = 0.5
@@ -98,13 +98,9 @@ class ToolArm:
         except Unreachable as refusal:
             raise refusal.instead(self.nearest_pose(pose, seed), goal=pose) from None
 
-    def ik_near(self, pose: Pose, seed: Joints) -> Joints:
-        """Return what `ik` does, which is quick enough for every small step."""
-        return self.ik(pose, seed)
-
-    def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
-        """Return what `solve` does, which is quick enough for every small step."""
-        return self.solve(pose, seed)
+    # As of the arm that holds the tool, they are fast enough for every small step.
+    ik_near = ik
+    solve_near = solve
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose of the tool for which the finger tips are nearest to what is asked."""
@@ -123,13 +119,11 @@ class ToolArm:
         """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
         self.bare.check(joints)
 
-    def line(self, start: Joints, goal: Pose) -> Line:
-        """Return the straight line of the tool's point from a posture to a pose."""
+    def follower(self, start: Joints) -> NearFollower:
+        """Return what keeps a posture along curves of the tool's point that begin in it."""
         origin = self.fk(start)
         wide = replace(self, bare=replace(self.bare, limits=widened_to(self.limits, start)))
-        hand = origin.pitch_rad, origin.roll_rad
-        follower = NearFollower(wide, hand, LARGEST_TURN_RAD)
-        return straight_between(follower, origin.position_mm, hand, goal)
+        return NearFollower(wide, (origin.pitch_rad, origin.roll_rad), LARGEST_TURN_RAD)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this in proportion."""

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles
@@ -73,6 +74,7 @@ def section(
     return Section(arm, pitch_rad, azimuth_rad, tuple(curves))
 
 
+@lru_cache(maxsize=8)
 def _reach(
     arm: FiveAxisArm, pitch_rad: float, azimuth_rad: float
 ) -> Callable[[float, float], bool]:

@@ -356,10 +356,11 @@ def _without_phi(
 
     Upright, it leaves phi at the held value.
     """
+    held = number("held_phi_rad", held_phi_rad)
     matrix = check_rotation(matrix)
     across, aside, upwards = columns(matrix)[axis]
     degenerate = math.hypot(across, aside) <= DEGENERATE_RAD
-    phi = held_phi_rad if degenerate else _direction(aside, across)
+    phi = held if degenerate else _direction(aside, across)
     return phi, multiply(rot_z(-phi), matrix), upwards, degenerate
 
 

@@ -2,14 +2,15 @@
 
 A `Matrix3` is three rows of three. A rotation M of a frame R1 in a frame R0 holds R1's unit
 vectors, observed in R0, as its columns, and turns a vector observed in R1 into the same vector
-observed in R0 (equation 2.21). Angles in rad, right-handed. Works on any kind of number.
+observed in R0 (equation 2.21). Angles in rad, right-handed. Works on any kind of number; a plain
+angle that is not finite raises `BadNumber`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kinematics.frames.numbers import cos, sin
+from kinematics.frames.numbers import cos, number, sin
 from kinematics.frames.vectors import Vector, dot, triple
 
 Matrix3 = tuple[Vector, Vector, Vector]
@@ -19,20 +20,25 @@ IDENTITY: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 def rot_x(angle_rad: float) -> Matrix3:
     """Return ROTX, the rotation about the X axis (equation 2.14)."""
-    c, s = cos(angle_rad), sin(angle_rad)
+    c, s = _cos_sin(angle_rad)
     return (1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)
 
 
 def rot_y(angle_rad: float) -> Matrix3:
     """Return ROTY, the rotation about the Y axis (equation 2.15)."""
-    c, s = cos(angle_rad), sin(angle_rad)
+    c, s = _cos_sin(angle_rad)
     return (c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)
 
 
 def rot_z(angle_rad: float) -> Matrix3:
     """Return ROTZ, the rotation about the Z axis (section 2.2)."""
-    c, s = cos(angle_rad), sin(angle_rad)
+    c, s = _cos_sin(angle_rad)
     return (c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)
+
+
+def _cos_sin(angle_rad: float) -> tuple[float, float]:
+    angle = number("angle_rad", angle_rad)
+    return cos(angle), sin(angle)
 
 
 def columns(matrix: Matrix3) -> Matrix3:

@@ -198,7 +198,7 @@ class Guards:
         """Return these guards for an arm. Raises `KinematicsError` if they do not fit it."""
         links = None
         if self.radii_mm or self.boxes or self.base_radius_mm is not None:
-            links = links_of(arm, self.radii_mm, self.boxes, self.base_radius_mm, self.base_top_mm)
+            links = links_of(arm, self)
         return GuardedArm(self, arm, links)
 
     def violations(self, arm: ArmGeometry, joints: Joints) -> tuple[Violation, ...]:
@@ -362,18 +362,12 @@ class Links:
 
 
 @lru_cache(maxsize=32)
-def links_of(
-    arm: ArmGeometry,
-    radii_mm: tuple[float, ...],
-    boxes: tuple[Box, ...],
-    base_radius_mm: float | None,
-    base_top_mm: float,
-) -> Links:
+def links_of(arm: ArmGeometry, guards: Guards) -> Links:
     """Return what must be checked on an arm; results are cached.
 
     Raises `KinematicsError` if the number of radii differs from the number of links.
     """
-    names = link_names(arm)
+    names, radii_mm = link_names(arm), guards.radii_mm
     if len(radii_mm) != len(names):
         raise KinematicsError(
             f"a radius is needed for each of {', '.join(names)}: {len(names)}, not {len(radii_mm)}"
@@ -389,10 +383,11 @@ def links_of(
     )
     column: Column | None = None
     over: tuple[int, ...] = ()
-    if base_radius_mm is not None:
-        column = Column(points[0][0], points[0][1], base_radius_mm, base_top_mm)
+    if guards.base_radius_mm is not None:
+        x, y, _ = points[0]
+        column = Column(x, y, guards.base_radius_mm, guards.base_top_mm)
         over = _free_of_base(arm, column, radii_mm)
-    return Links(names, radii_mm, boxes, column, over, pairs)
+    return Links(names, radii_mm, guards.boxes, column, over, pairs)
 
 
 def link_names(arm: ArmGeometry) -> tuple[str, ...]:

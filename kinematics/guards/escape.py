@@ -221,14 +221,8 @@ def _new(pose: Pose, seen: set[Pose]) -> bool:
 
 def _between(start: Pose, end: Pose, share: float) -> Pose:
     """Return the pose at a share of the path in x, y, z and, the shorter way round, the angles."""
-    x, y, z = (
-        a + share * (b - a)
-        for a, b in (
-            (start.x_mm, end.x_mm),
-            (start.y_mm, end.y_mm),
-            (start.z_mm, end.z_mm),
-        )
-    )
+    ends = zip(start.position_mm, end.position_mm, strict=True)
+    x, y, z = (a + share * (b - a) for a, b in ends)
     yaw = None
     if start.yaw_rad is not None and end.yaw_rad is not None:
         yaw = _turned(start.yaw_rad, end.yaw_rad, share)

@@ -15,7 +15,7 @@ from itertools import pairwise
 
 from kinematics.errors import positive
 from kinematics.geometry import ArmGeometry
-from kinematics.guards import GuardedArm, Guards, Reading, Violation, deepest
+from kinematics.guards import GuardedArm, Guards, Violation, deepest
 from kinematics.paths.curves import JointPath
 from kinematics.spaces import Joints
 
@@ -168,9 +168,7 @@ def least_clearances(guarded: GuardedArm, postures: Iterable[Joints]) -> tuple[C
         for reading in guarded.readings(joints):
             known = least.get(reading.guard)
             if known is None or reading.clearance_mm < known.clearance_mm:
-                least[reading.guard] = _clearance(reading, index, joints)
+                least[reading.guard] = Clearance(
+                    reading.guard, reading.quantity, reading.clearance_mm, index, joints
+                )
     return tuple(sorted(least.values(), key=lambda one: one.clearance_mm))
-
-
-def _clearance(reading: Reading, index: int, joints: Joints) -> Clearance:
-    return Clearance(reading.guard, reading.quantity, reading.clearance_mm, index, joints)

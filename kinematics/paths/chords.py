@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from kinematics.errors import positive
 from kinematics.geometry import ArmGeometry, Curve, PathBroken
-from kinematics.paths.curves import arc_between, beginning
+from kinematics.paths.curves import arc_between, beginning, straight_line
 from kinematics.spaces import Joints, Pose
 
 MARGIN = 0.75
@@ -193,7 +193,7 @@ def line_path(
     `PathBroken` where the reach, a limit, or the branch ends. A joint that starts beyond its limit
     may come back, but not go further.
     """
-    return corners(smooth(cut(arm, arm.line(start, goal), start, tolerance_mm)))
+    return corners(smooth(cut(arm, straight_line(arm, start, goal), start, tolerance_mm)))
 
 
 def arc_path(

@@ -398,8 +398,13 @@ Arc = HandCurve[Round]
 
 def beginning(arm: ArmGeometry, start: Joints) -> tuple[Follower, Point]:
     """Return the follower of a start posture, and the position of the tip."""
-    here = arm.fk(start)
-    return arm.line(start, here).follower, here.position_mm
+    return arm.follower(start), arm.fk(start).position_mm
+
+
+def straight_line(arm: ArmGeometry, start: Joints, goal: Pose) -> Line:
+    """Return the straight line from a posture to a pose, in the posture that it starts in."""
+    follower, tip = beginning(arm, start)
+    return straight_between(follower, tip, follower.first, goal)
 
 
 def arc_between(

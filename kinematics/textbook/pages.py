@@ -8,13 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention, JointKind
 from kinematics.frames.transforms import Transform, position_of
-from kinematics.text import aligned, folded
+from kinematics.text import aligned, folded, plain, rounded
 from kinematics.textbook.study import ROW_NAMES, Study, named_factors
 from kinematics.textbook.systems.named import NamedSingularity
 from kinematics.textbook.worked_example import (
     ExampleSection,
     joints_text,
-    plain,
     remarks,
     symbolic_example,
     symbolic_sections,
@@ -81,7 +80,7 @@ def distance_text(singularity: NamedSingularity) -> str:
 
 def fixed(value: float) -> str:
     """Format with three decimals, without the minus of a zero that was rounded."""
-    return f"{round(value, DIGITS) + 0.0:.{DIGITS}f}"
+    return rounded(value, DIGITS)
 
 
 def rows_text(rows: Sequence[Sequence[float]], names: Sequence[str] = ()) -> list[str]:
@@ -171,10 +170,7 @@ def _measures(of: Study) -> Iterator[str]:
 
 
 def _singularities(of: Study, searched: tuple[NamedSingularity, ...] | None) -> Iterator[str]:
-    if of.subject.system is not None:
-        found: tuple[NamedSingularity, ...] | None = of.singularities
-    else:
-        found = searched
+    found = searched if of.subject.system is None else of.singularities
     if found is None:
         yield STILL_SEARCHING
     elif not found:

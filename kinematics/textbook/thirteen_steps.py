@@ -28,9 +28,9 @@ from kinematics.chains.links import Convention, JointKind
 from kinematics.frames.rotations import columns
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
 from kinematics.frames.vectors import Vector, angle_between, distance
-from kinematics.text import counted
+from kinematics.text import counted, plain
 from kinematics.textbook.systems.named import assignment_rules
-from kinematics.textbook.worked_example import frame_text, number_text, plain
+from kinematics.textbook.worked_example import frame_text, number_text
 
 NEARLY_PARALLEL_RAD = 1e-3
 """Axes that are nearer than this to parallel were probably meant to be: the step says so."""

@@ -15,13 +15,13 @@ from typing import Any
 from kinematics.chains.chain import Chain, JointViolation, table_text
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.goals import ALL_PARTS, Part
-from kinematics.chains.inverse import solve_frame_ik
+from kinematics.chains.inverse import Solution, solve_frame_ik
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of
-from kinematics.text import aligned, counted
+from kinematics.text import aligned, counted, plain
 from kinematics.textbook.notation import (
     GREEK,
     PLAIN,
@@ -152,7 +152,8 @@ def sections(example: Study) -> Iterator[ExampleSection]:
     if example.solution is None:
         yield ExampleSection("Inverse kinematics", tuple(_inverse(example)))
     else:
-        yield ExampleSection("Inverse kinematics, by numbers", tuple(_solved(example)))
+        solved = tuple(_solved(example, example.solution))
+        yield ExampleSection("Inverse kinematics, by numbers", solved)
         if example.branches:
             yield ExampleSection("All solutions, in closed form", tuple(_all_solutions(example)))
 
@@ -172,14 +173,6 @@ def number_text(value: float, unit: str) -> str:
     if unit == JointKind.PRISMATIC.unit:
         return f"{plain(value, DIGITS_MM)} mm"
     return plain(value, DIGITS_RATIO)
-
-
-def plain(value: float, digits: int) -> str:
-    """Format with at most this many decimals, without trailing zeros or a minus before zero."""
-    text = f"{value:.{digits}f}"
-    if "." in text:
-        text = text.rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
 
 
 def frame_text(frame: Transform) -> list[str]:
@@ -282,7 +275,8 @@ def _branch(example: Study, branch: NamedBranch) -> Iterator[str]:
     if branch.workings:
         yield f"  {', '.join(map(_quantity, branch.workings))}"
     yield f"  {joints_text(example.subject.chain, branch.joints)}"
-    yield f"  comes to {coordinates_text(example.coordinates, example.comes_to(branch))}"
+    if example.subject.system is not None:
+        yield f"  comes to {coordinates_text(example.coordinates, example.comes_to(branch))}"
     yield from (f"  {line}" for line in remarks(branch))
 
 
@@ -301,19 +295,14 @@ def _all_solutions(example: Study) -> Iterator[str]:
     for number, branch in enumerate(example.branches):
         if number:
             yield ""
-        yield branch.name
-        yield f"  {joints_text(example.subject.chain, branch.joints)}"
-        yield from (f"  {line}" for line in remarks(branch))
+        yield from _branch(example, branch)
 
 
 def _quantity(quantity: Quantity) -> str:
     return f"{quantity.symbol} = {number_text(quantity.value, quantity.unit)}"
 
 
-def _solved(example: Study) -> Iterator[str]:
-    solution = example.solution
-    if solution is None:
-        return
+def _solved(example: Study, solution: Solution) -> Iterator[str]:
     yield f"goal: {coordinates_text(example.coordinates, example.goal)}"
     yield joints_text(example.subject.chain, solution.joints)
     x, y, z = (number_text(each, "mm") for each in position_of(solution.frame))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from heapq import heappop, heappush
+from itertools import count
 
 from armdrive.dialects.controller import Controller
 from armdrive.sim.device import SimDevice
@@ -68,11 +71,14 @@ class DriverBench:
                 return event
         return None
 
-    def _pass_to(self, end_s: float, times: list[float]) -> None:
-        """Let time pass to the earliest of these times, and do what is due then."""
-        if not self.dead:
-            times.append(self.controller.next_s())
-        self.now_s = max(self.now_s, min(end_s, *times, *self.at_s))
+    def _due_s(self, *times: float) -> float:
+        """Return the earliest of these times and of those at which something is due."""
+        due_s = min((*times, *self.at_s))
+        return due_s if self.dead else min(due_s, self.controller.next_s())
+
+    def _pass_to(self, now_s: float) -> None:
+        """Let time pass, and do what is due then."""
+        self.now_s = max(self.now_s, now_s)
         for at_s in [at_s for at_s in self.at_s if at_s <= self.now_s]:
             self.at_s.pop(at_s)()
 
@@ -85,6 +91,30 @@ class DriverBench:
 
 BOTH, ORDERS, ANSWERS = (True, False), (True,), (False,)
 """The senders whose frames are delayed: the host, the drives, or both."""
+
+
+class FramesUnderWay:
+    """Frames that were sent, by the time at which they arrive; of one time, the earliest first."""
+
+    def __init__(self) -> None:
+        self._frames: list[tuple[float, int, bytes]] = []
+        self._numbers = count()
+
+    @property
+    def next_s(self) -> float:
+        """When the next one arrives; infinity if none is under way."""
+        return self._frames[0][0] if self._frames else math.inf
+
+    def send(self, data: bytes, arrives_s: float) -> None:
+        """Send one."""
+        heappush(self._frames, (arrives_s, next(self._numbers), data))
+
+    def arrived(self, now_s: float) -> bytes:
+        """Take those that have arrived."""
+        data = b""
+        while self._frames and self._frames[0][0] <= now_s:
+            data += heappop(self._frames)[2]
+        return data
 
 
 class BusBench(DriverBench):
@@ -100,8 +130,7 @@ class BusBench(DriverBench):
         """Whether a frame is lost."""
         self.waits_s: Callable[[Frame, bool], float] = lambda frame, host: 0.0
         """How long a frame is delayed."""
-        self._to: list[tuple[float, bytes]] = []
-        self._back: list[tuple[float, bytes]] = []
+        self._to, self._back = FramesUnderWay(), FramesUnderWay()
 
     @property
     def positions(self) -> Motors:
@@ -110,7 +139,8 @@ class BusBench(DriverBench):
 
     def say(self, *frames: bytes) -> None:
         """Make the driver receive frames that no drive has sent."""
-        self._back += [(self.now_s, data) for data in frames]
+        for data in frames:
+            self._back.send(data, self.now_s)
 
     def delay_frames(self, for_s: float, sides: tuple[bool, ...] = BOTH, node: int = 0) -> None:
         """Hold back the frames of the bus or of one drive for a time; then deliver all at once."""
@@ -144,21 +174,16 @@ class BusBench(DriverBench):
         return super().alerts()
 
     def _step(self, end_s: float) -> None:
-        times = [at_s for at_s, _ in self._to]
-        if not self.dead:
-            times += [self.controller.next_s(), *(at_s for at_s, _ in self._back)]
-        until_s = min([end_s, *self.at_s, *times])
-        self._pass_to(end_s, [self.link.run(until_s)])
-        if passing := _due(self._to, self.now_s):
+        back_s = math.inf if self.dead else self._back.next_s
+        self._pass_to(self.link.run(self._due_s(end_s, self._to.next_s, back_s)))
+        if passing := self._to.arrived(self.now_s):
             self.link.write(passing, self.now_s)
         for frame in Unpacker().feed(self.link.read(self.now_s)):
             if not self.loses(frame, False):
-                self._back.append((self.now_s + self.waits_s(frame, False), pack(frame)))
-        if not self.dead:
-            self._receive()
-
-    def _receive(self) -> None:
-        if heard := _due(self._back, self.now_s):
+                self._back.send(pack(frame), self.now_s + self.waits_s(frame, False))
+        if self.dead:
+            return
+        if heard := self._back.arrived(self.now_s):
             self.controller.receive(heard, self.now_s)
         self._send()
 
@@ -168,13 +193,6 @@ class BusBench(DriverBench):
         for frame in Unpacker().feed(self.controller.advance(self.now_s)):
             self.sent.append((self.now_s, frame))
             if not self.loses(frame, True):
-                self._to.append((self.now_s + self.waits_s(frame, True), pack(frame)))
-        if passing := _due(self._to, self.now_s):
+                self._to.send(pack(frame), self.now_s + self.waits_s(frame, True))
+        if passing := self._to.arrived(self.now_s):
             self.link.write(passing, self.now_s)
-
-
-def _due(queue: list[tuple[float, bytes]], now_s: float) -> bytes:
-    ready = [data for at_s, data in queue if at_s <= now_s]
-    if ready:
-        queue[:] = [entry for entry in queue if entry[0] > now_s]
-    return b"".join(ready)

@@ -213,6 +213,8 @@ class MissedOrders:
     """The time from the arm's first motion without the drive to when all drives stand."""
     stands_by_s: float = math.inf
     """By when all drives stand, however late that first motion is."""
+    apart_s: float = math.inf
+    """For how long a drive misses orders at most, before no drive gets any more."""
     _since_s: float = math.inf
     _until_s: float = math.inf
     _most_rad: dict[str, float] = field(default_factory=dict)
@@ -245,9 +247,10 @@ class MissedOrders:
     ) -> None:
         """Allow the joints to stay as far beyond their limits as they are now, and no further.
 
-        That is no more than one motor turns them at this share of full speed until all stand.
+        That is no more than one motor turns them at this share of full speed until all stand, or
+        until none gets any more orders.
         """
-        lasts_s = self._until_s - self._since_s
+        lasts_s = min(self._until_s - self._since_s, self.apart_s)
         for joint in self.joints & beyond.keys():
             before, further = allowed.get(joint, 0.0), speed * self.rates_rad_s[joint] * lasts_s
             most = self._most_rad.setdefault(joint, before + further)

@@ -8,6 +8,7 @@ happens if a program dies while it sends one order to each drive, and on a line 
 from __future__ import annotations
 
 from armdrive.dialects.bus.ledger import REJECTION_LIMIT, START_WINDOW_S
+from armdrive.dialects.bus.observer import MAX_DELAY_S
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.mks.settings import MksSettings
 
@@ -21,6 +22,9 @@ SHOWN_PERIODS = 3.0
 CATCHES_UP_S = 2.0
 """An MKS drive at full speed that is as far behind as the driver lets it be has caught up after
 this time. Until then a joint that it turns with another drive may be faster than planned."""
+APART_LOOKS = 2.0
+"""An MKS drive is found off its path at this many looks once it is `MAX_DELAY_S` behind. One that
+leaves everything unanswered is noticed sooner (`ObservedDrive.may_have_restarted`)."""
 QUERY_S = 0.01
 """Three queries with their replies and a stop take this long on the bus."""
 
@@ -38,8 +42,6 @@ def orders_cut_short(stage: Stage) -> MissedOrders | None:
     MKS drives get one frame each, and drive each order to its end: a joint that several drives turn
     is right again only when all have got theirs. None if one frame starts all drives at once.
     """
-    if not isinstance(stage.config.device, MksSettings) or stage.arm is None:
-        return None
     return orders_lost(stage, 0.0)
 
 
@@ -53,18 +55,19 @@ def excuse_cut_off(stage: Stage) -> None:
 
 
 def orders_lost(stage: Stage, for_s: float) -> MissedOrders | None:
-    """Return the excuse for drives each of which may miss its orders for `for_s`.
+    """Return the excuse for MKS drives each of which may miss its orders for `for_s`.
 
-    None while no program is connected: then no drive turns.
+    None while no program is connected: then no drive turns. None for CiA 402 drives, which get a
+    target with every SYNC: `LostTargets` is about these.
     """
-    if stage.arm is None:
+    settings = stage.config.device
+    if not isinstance(settings, MksSettings) or stage.arm is None:
         return None
-    stands_s = for_s + stage.arm.status.silent_time_s
-    if for_s and isinstance(stage.config.device, MksSettings):
-        stands_s += CATCHES_UP_S
+    stands_s = for_s + stage.arm.status.silent_time_s + (CATCHES_UP_S if for_s else 0.0)
     stands_by_s = stage.now_s + stands_s
     rates = _rates(stage, shared_joints(stage.config))
-    return MissedOrders(rates, stands_by_s, stands_s, stands_by_s)
+    apart_s = MAX_DELAY_S + APART_LOOKS * settings.poll_s
+    return MissedOrders(rates, stands_by_s, stands_s, stands_by_s, apart_s)
 
 
 def _rates(stage: Stage, joints: frozenset[str]) -> dict[str, float]:

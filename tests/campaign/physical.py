@@ -255,7 +255,7 @@ class Watch:
         self.referencing = False
         """Whether a call that references is under way."""
         self.turned_in_command: set[int] = set()
-        """Motors that a person has turned since the present command began."""
+        """Motors that a person has turned, or that restarted, since the present command began."""
         self.sagged_in_command: set[int] = set()
         """Motors that gave way since the present command began."""
         self._motors_of_joint = tuple(
@@ -312,10 +312,10 @@ class Watch:
         """Whether the arm has to come to rest: a bound holds."""
         return bool(self._bounds)
 
-    def loosen_bounds(self, later_s: float) -> None:
-        """Let the arm come to rest so much later than announced, and anywhere."""
+    def loosen_bounds(self, loosened: Callable[[float, float], tuple[float, float]]) -> None:
+        """Replace the time and distance of each bound by what a function makes of them."""
         for bound in self._bounds:
-            bound.time_s, bound.distance_mm = bound.time_s + later_s, math.inf
+            bound.time_s, bound.distance_mm = loosened(bound.time_s, bound.distance_mm)
 
     def clear_bounds(self) -> None:
         """Drop all bounds: the motion may go on."""

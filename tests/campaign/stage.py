@@ -49,6 +49,9 @@ from .excuses import LostTargets, fastest_hz
 from .physical import Bound, Watch, WatchedWorld
 
 STATE = Path("/state/arm.json")
+FAST_RESTART_S = 0.12
+"""An MKS drive that is back sooner may get an order before the driver asks it where it is
+(docs/controllers/can.md)."""
 RESTART_SHOWN_S = 0.25
 """How long an MKS drive that has restarted is back before the driver stops it; near zero only the
 replies that never come show that (docs/controllers/can.md)."""
@@ -160,7 +163,9 @@ class Stage:
         self._pause_promised = False
         """Whether the last bound was that of a pause."""
         self._restart_known_by_s = -math.inf
-        """By when a program knows that a drive restarted which goes on by itself."""
+        """By when a program knows that MKS drives restarted."""
+        self._restarted, self._restarts_fast = 0, False
+        """How many these are, and whether they may obey an order from their new zeros."""
         self.no_hold_until_s: dict[int, float] = {}
         """Until when the driver cannot order a drive to hold, by its motor, counted from 0."""
         speeds = self.config.model.joint_speeds_rad_s
@@ -352,8 +357,7 @@ class Stage:
 
         While commands are lost, some drives may stop without the others, so the motion is not the
         planned one. A pause (`is_pause`) finishes what was planned ahead: the driver repeats these
-        orders, and a drive that missed them starts as soon as it gets them. A drive that restarted
-        unnoticed makes the stop later, and how far it goes unknown.
+        orders, and a drive that missed them starts as soon as it gets them.
         """
         self.look()
         self._pause_promised = is_pause or (self._pause_promised and self.watch.must_stop)
@@ -369,8 +373,7 @@ class Stage:
             distance_mm = max(distance_mm, bound.silent_distance_mm)
         if self.stops_late:
             time_s, distance_mm = 2.0 * time_s, 4.0 * distance_mm
-        if restarted_s := self._restarted_for_s:
-            time_s, distance_mm = time_s + restarted_s, math.inf
+        time_s, distance_mm = self._with_restarts(time_s, distance_mm)
         self.watch.add_bound(Bound(what, self.now_s, self.world.tip, time_s, distance_mm))
 
     @property
@@ -433,23 +436,32 @@ class Stage:
         self.add_silence_bound("the program was killed")
 
     def note_drive_restarts(self, motors: Iterable[int], for_s: float) -> None:
-        """Note that MKS drives restart after `for_s`, and obey the next order from a new zero.
+        """Note that MKS drives restart after `for_s`. CiA 402 drives wait to be enabled.
 
-        So they leave their paths, however soon the driver stops them. CiA 402 drives wait to be
-        enabled.
+        Without current they leave their paths in this command. Those that are back soon may obey an
+        order from their new zeros, and leave them for good.
         """
-        if self.config.connection.dialect == "mks":
-            self.watch.slipped |= set(motors)
-            self._restart_known_by_s = self.now_s + for_s + RESTART_SHOWN_S
-            self.watch.loosen_bounds(self._restarted_for_s)
+        if self.config.connection.dialect != "mks":
+            return
+        lost = set(motors)
+        self._restarted, self._restarts_fast = len(lost), for_s < FAST_RESTART_S
+        self._restart_known_by_s = self.now_s + for_s + RESTART_SHOWN_S
+        leave = self.watch.slipped if self._restarts_fast else self.watch.turned_in_command
+        leave |= lost
+        self.watch.loosen_bounds(self._with_restarts)
 
-    @property
-    def _restarted_for_s(self) -> float:
-        """For how much longer a drive may turn to its last target from a new zero, unnoticed.
+    def _with_restarts(self, time_s: float, distance_mm: float) -> tuple[float, float]:
+        """Return a bound, loosened if MKS drives have restarted and the driver need not know it.
 
-        So how far a stop goes is not announced then, and all drives stand only that much later.
+        The others stop without them, and those that obey an order from their new zeros turn until
+        the driver knows. So the tip may be off by what these drives turn.
         """
-        return max(self._restart_known_by_s - self.now_s, 0.0)
+        if self.now_s >= self._restart_known_by_s:
+            return time_s, distance_mm
+        if self._restarts_fast:
+            time_s += self._restart_known_by_s - self.now_s
+        speed = self._restarted * CATCH_UP * self.watch.commanded_speed
+        return time_s, distance_mm + time_s * speed * self._one_motor_mm_s
 
     def _step_mm(self) -> float:
         """Return how far the tip is off at most if every motor is one step off."""

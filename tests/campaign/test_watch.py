@@ -17,7 +17,7 @@ from .mission import Mission
 from .physical import Bound, Command
 from .power_loss import RESET_S
 from .speeds import SPEED_TOLERANCE, WINDOW_S
-from .stage import RESTART_SHOWN_S, VARIANTS, Stage
+from .stage import FAST_RESTART_S, RESTART_SHOWN_S, VARIANTS, Stage
 
 BASE, SHOULDER, ELBOW, FINGERS = 0, 1, 2, 5
 
@@ -337,31 +337,54 @@ def test_how_far_the_tip_moves_is_not_judged_once_a_stepper_has_slipped(slips, b
     assert any("it went" in each for each in stage.watch.broken) is broken
 
 
-@pytest.mark.parametrize("dialect", ["mks", "cia402"])
-def test_an_mks_drive_that_restarts_leaves_its_path_and_its_place_is_judged(dialect):
+FAST_S = FAST_RESTART_S - 0.02
+
+
+@pytest.mark.parametrize(
+    ("dialect", "for_s", "now", "later"),
+    [
+        ("mks", FAST_S, True, True),
+        ("mks", RESET_S, True, False),
+        ("cia402", FAST_S, False, False),
+    ],
+)
+def test_an_mks_drive_that_restarts_leaves_its_path_and_its_place_is_judged(
+    dialect, for_s, now, later
+):
     """Missions mks 420001887 and 470001349: from a new zero it turned towards its last target."""
     stage = a_stage(dialect)
-    stage.note_drive_restarts((SHOULDER,), RESET_S)
-    assert (SHOULDER in stage.watch.excused_motors) is (dialect == "mks")
+    stage.note_drive_restarts((SHOULDER,), for_s)
+    assert (SHOULDER in stage.watch.excused_motors) is now
     assert not stage.watch.unknown_motors
+    stage.watch.begin(Command("the next one"))
+    assert (SHOULDER in stage.watch.excused_motors) is later
 
 
-@pytest.mark.parametrize("dialect", ["mks", "cia402"])
+@pytest.mark.parametrize(
+    ("dialect", "for_s", "later_s", "farther_mm"),
+    [
+        ("mks", FAST_S, FAST_S + RESTART_SHOWN_S, 82.8),
+        ("mks", RESET_S, 0.0, 18.4),
+        ("cia402", FAST_S, 0.0, 0.0),
+    ],
+)
 @pytest.mark.parametrize("stops_first", [True, False])
-def test_a_stop_waits_for_an_mks_drive_until_the_driver_can_know_that_it_restarted(
-    dialect, stops_first
+def test_a_stop_waits_for_an_mks_drive_only_if_it_may_obey_before_the_driver_knows(
+    dialect, for_s, later_s, farther_mm, stops_first
 ):
     """Mission mks 450000876: near zero only missing replies show it, and the pause ends later."""
     stage = a_stage(dialect)
     if stops_first:
         stage.add_bound("a pause", 0.1, 1.0)
-    stage.note_drive_restarts((BASE,), RESET_S)
+    stage.note_drive_restarts((BASE,), for_s)
     if not stops_first:
         stage.add_bound("a pause", 0.1, 1.0)
     (bound,) = stage.watch._bounds
-    late_s = RESET_S + RESTART_SHOWN_S if dialect == "mks" else 0.0
-    assert bound.time_s == pytest.approx(0.1 + late_s)
-    assert math.isinf(bound.distance_mm) is (dialect == "mks")
+    assert bound.time_s == pytest.approx(0.1 + later_s)
+    assert bound.distance_mm == pytest.approx(1.0 + farther_mm, abs=0.1)
+    stage.sleep(for_s + RESTART_SHOWN_S)
+    stage.add_bound("a later pause", 0.1, 1.0)
+    assert (stage.watch._bounds[-1].time_s, stage.watch._bounds[-1].distance_mm) == (0.1, 1.0)
 
 
 @pytest.mark.parametrize("late_s", [0.0, 0.4])

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
+
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+DRAWN = 100
+"""The number of good frames of a case: the damage makes each a new one."""
 
 
 class Machine(Protocol):
@@ -21,15 +28,39 @@ class Machine(Protocol):
 class FuzzCase:
     """One end of a codec: how to build it, what its peer sends, how to see that it understood.
 
-    `good` gives the bytes of one random valid frame as the peer would send it; `sign_of_good`
-    fetches every waiting event and tells whether one of them was a valid frame. `most_held` bounds
-    the bytes in its buffers; after bad bytes, one of `most_good` good frames is heard, where a
-    codec promises so much.
+    `frames` draws the bytes of one valid frame as the peer would send it; `sign_of_good` fetches
+    every waiting event and tells whether one of them was a valid frame. `most_held` bounds the
+    bytes in its buffers; after bad bytes, one of `most_good` good frames is heard, where a codec
+    promises so much.
     """
 
     name: str
     make: Callable[[], Any]
-    good: Callable[[random.Random], bytes]
+    frames: st.SearchStrategy[bytes]
     sign_of_good: Callable[[Any], bool]
     most_held: int = 1 << 17
     most_good: float = math.inf
+
+    def good(self, rng: random.Random) -> bytes:
+        """Return one of the frames that the peer may send."""
+        return rng.choice(_drawn(self.frames))
+
+
+@functools.cache
+def _drawn(frames: st.SearchStrategy[bytes]) -> list[bytes]:
+    """Draw frames once: to draw one takes a thousand times as long as to pick one of them."""
+    found: list[bytes] = []
+
+    @settings(
+        max_examples=DRAWN,
+        database=None,
+        derandomize=True,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(frames)
+    def draw(frame: bytes) -> None:
+        found.append(frame)
+
+    draw()
+    return found

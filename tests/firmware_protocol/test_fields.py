@@ -1,6 +1,6 @@
 """The rules of a message's fields: what they keep, what they refuse, and in which words."""
 
-from dataclasses import FrozenInstanceError, dataclass
+from dataclasses import FrozenInstanceError
 from enum import IntEnum
 
 import pytest
@@ -10,8 +10,8 @@ from firmware_protocol.fields import (
     BYTE,
     an_instance,
     boolean,
-    checks,
     each,
+    message,
     numbered,
     optional,
     row_of,
@@ -27,8 +27,7 @@ class Colour(IntEnum):
 PAIR = row_of(whole_from(-3, 3), 2, "two numbers")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(colour=numbered(Colour), pair=PAIR)
+@message(colour=numbered(Colour), pair=PAIR)
 class Message:
     colour: Colour
     pair: tuple[int, ...] = (0, 0)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol import armdroid, grbl, teachmover
-from firmware_protocol.events import Unreadable
+from firmware_protocol.events import Stray, Unreadable
 from firmware_protocol.lines import MAX_EARLY, SHOWN_BYTES, LineSplitter
 
 
@@ -108,15 +108,72 @@ def test_lines_within_the_bounds_come_out_as_they_went_in(lines: list[bytes]):
     assert drained(splitter) == lines
 
 
-@pytest.mark.parametrize(
-    ("host", "command"),
+# -- the hosts that read lines --------------------------------------------------------------------
+
+CLOSE, OFFSETS, QUERY = teachmover.Close(), armdroid.ReportOffsets(), grbl.QuerySettings()
+REPORTED = armdroid.OffsetsReported((1, -2, 3, -4, 5, -6))
+DONE = teachmover.Status.DONE
+every_host = pytest.mark.parametrize(
+    ("make", "command", "line", "answered", "stray"),
     [
-        (teachmover.Host(), teachmover.Read()),
-        (armdroid.Host(), armdroid.Version()),
-        (grbl.Host(), grbl.QuerySettings()),
+        (teachmover.Host, CLOSE, b"1\r", teachmover.Completed(CLOSE, DONE), DONE),
+        (
+            armdroid.Host,
+            OFFSETS,
+            b"offsets = 1,-2,3,-4,5,-6\r\n",
+            armdroid.Completed(OFFSETS, REPORTED),
+            REPORTED,
+        ),
+        (grbl.Host, QUERY, b"ok\r\n", grbl.Acknowledged(QUERY), grbl.Ok()),
     ],
+    ids=["teachmover", "armdroid", "grbl"],
 )
-def test_a_host_that_only_sends_keeps_a_bounded_past(host, command):
+"""Each with a command, the line that answers it, and what the host says of the line both ways."""
+
+
+@every_host
+def test_a_line_that_came_or_began_before_a_command_is_never_its_answer(
+    make, command, line, answered, stray
+):
+    for cut in range(1, len(line) + 1):
+        host = make()
+        host.receive_data(line[:cut])
+        host.send(command)
+        (early,) = events(host, line[cut:])
+        if early != Stray(stray):
+            assert early == Unreadable(
+                line.rstrip(b"\r\n"), "the line began before the command was sent"
+            )
+        assert cut < len(line) or early == Stray(stray)
+        assert events(host, line) == [answered]
+
+
+@every_host
+def test_an_endless_line_is_told_once_and_spoils_no_answer(make, command, line, answered, stray):
+    host, found = make(), []
+    host.send(command)
+    for _ in range(300):
+        found += events(host, b"<" * 100)
+        assert host.buffered <= 512 + SHOWN_BYTES
+    assert [type(event) for event in found] == [Unreadable]
+    assert events(host, line[-1:] + line) == [answered]
+
+
+@every_host
+def test_discarded_bytes_and_events_are_gone_and_the_command_stays(
+    make, command, line, answered, stray
+):
+    host = make()
+    host.receive_data(line * 2 + line[:1])
+    host.send(command)
+    host.discard()
+    assert host.buffered == 0
+    assert events(host, line) == [answered]
+
+
+@every_host
+def test_a_host_that_only_sends_keeps_a_bounded_past(make, command, line, answered, stray):
+    host = make()
     for _ in range(20):
         host.receive_data(b"junk\r\n" * 100)
         host.send(command)

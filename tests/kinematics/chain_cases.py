@@ -62,10 +62,11 @@ ASKEW = transform(multiply(rot_x(0.3), rot_z(-0.7)), (12.0, -5.0, 40.0))
 
 
 def gap(a, b):
-    """The largest difference of two vectors or two matrices, entry by entry."""
+    """The largest difference of two vectors or two matrices; infinite where one holds a NaN."""
     if hasattr(a[0], "__len__"):
         return max(gap(x, y) for x, y in zip(a, b, strict=True))
-    return max(abs(x - y) for x, y in zip(a, b, strict=True))
+    off = [abs(x - y) for x, y in zip(a, b, strict=True)]
+    return math.inf if any(map(math.isnan, off)) else max(off)
 
 
 def turn_gap(a, b):

@@ -61,7 +61,7 @@ goals = st.builds(
 
 
 def distance_mm(a, b):
-    return math.dist((a.x_mm, a.y_mm, a.z_mm), (b.x_mm, b.y_mm, b.z_mm))
+    return math.dist(a.position_mm, b.position_mm)
 
 
 def turn_between(a, b):
@@ -88,7 +88,7 @@ def limited(arm, limits):
 def deviation_mm(arm, waypoints, goal, samples=16):
     """The largest distance of the tip from the straight line to a goal along joint motions."""
     first = arm.fk(waypoints[0])
-    start, end = ((one.x_mm, one.y_mm, one.z_mm) for one in (first, goal))
+    start, end = (one.position_mm for one in (first, goal))
     along = [b - a for a, b in zip(start, end, strict=True)]
     length = sum(part * part for part in along)
     worst = 0.0

@@ -7,21 +7,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kinematics.frames.matrices import DependentRow, inverse, times
-from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, fitted, turn_into, wrap
+from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, fitted, turn_into
 
 angles = st.floats(-50.0, 50.0)
-
-
-@given(angles)
-def test_wrapping_keeps_the_direction(angle):
-    wrapped = wrap(angle)
-    assert -math.pi < wrapped <= math.pi
-    assert abs(math.remainder(angle - wrapped, math.tau)) < 1e-9
-
-
-@pytest.mark.parametrize("angle", [math.pi, -math.pi, 3 * math.pi])
-def test_half_a_turn_is_always_the_positive_one(angle):
-    assert wrap(angle) == pytest.approx(math.pi)
 
 
 @given(angles, angles, st.floats(0.0, 12.0), angles)

@@ -4,7 +4,8 @@ import math
 import sys
 
 import pytest
-from hypothesis import given
+from chain_cases import gap
+from hypothesis import example, given
 from hypothesis import strategies as st
 from kinematics_cases import MINI, TEACHMOVER
 
@@ -22,6 +23,7 @@ from kinematics import (
     NotARotation,
     Pose,
     Quaternion,
+    a_matrix,
     assign_frames,
     chain_of_rows,
     check_transform,
@@ -29,9 +31,15 @@ from kinematics import (
     geometric_jacobian,
     invert,
     preset,
+    rot_x,
+    rot_y,
+    rot_z,
+    solve_euler,
     solve_frame_ik,
+    solve_rpy,
     system,
     transform,
+    translation,
     work_chain,
     work_system,
 )
@@ -42,6 +50,7 @@ from kinematics.chains.urdf import read_urdf
 from kinematics.frames.orientations import RPY
 from kinematics.frames.rotations import IDENTITY
 from kinematics.frames.transforms import IN_PLACE
+from kinematics.frames.user_frame import UserFrame
 from kinematics.limits import turn_into, turn_near, wrap
 from kinematics.textbook.systems import MODEL_NAMES
 from kinematics.textbook.worked_example import example_posture
@@ -178,6 +187,30 @@ def test_what_is_not_as_many_numbers_as_needed_is_refused(name):
                 take(values)
 
 
+MADE_OF_A_NUMBER = {
+    "rot_x": rot_x,
+    "rot_y": rot_y,
+    "rot_z": rot_z,
+    "a_matrix, theta": lambda value: a_matrix(value, 0.0, 0.0, 0.0),
+    "a_matrix, d": lambda value: a_matrix(0.0, value, 0.0, 0.0),
+    "a_matrix, a": lambda value: a_matrix(0.0, 0.0, value, 0.0),
+    "a_matrix, alpha": lambda value: a_matrix(0.0, 0.0, 0.0, value),
+    "a turning link": DHLink().matrix,
+    "a sliding link": DHLink(kind=JointKind.PRISMATIC).matrix,
+    "translation": lambda value: translation(0.0, value, 0.0),
+    "a frame on the bench": lambda value: UserFrame.turned((0.0, 0.0, 0.0), value),
+    "phi held in RPY": lambda value: solve_rpy(IDENTITY, value),
+    "phi held in Euler's angles": lambda value: solve_euler(IDENTITY, value),
+}
+
+
+@pytest.mark.parametrize("make", MADE_OF_A_NUMBER.values(), ids=MADE_OF_A_NUMBER)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "1", None, True])
+def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
+    with pytest.raises(BadNumber, match="must be a finite number"):
+        make(value)
+
+
 @pytest.mark.parametrize(
     ("make", "says"),
     [
@@ -243,6 +276,9 @@ def exactly_wrapped(angle):
 
 
 @given(st.floats(-1e15, 1e15))
+@example(math.pi)
+@example(-math.pi)
+@example(3 * math.pi)
 def test_an_angle_of_any_turns_is_wrapped_to_the_last_digit(angle):
     wrapped = wrap(angle)
     assert -math.pi < wrapped <= math.pi
@@ -307,8 +343,7 @@ def test_joint_values_of_many_turns_lose_no_digits(name, turns):
         exactly_wrapped(value) if kind is JointKind.REVOLUTE else value
         for value, kind in zip(turned, kinds, strict=True)
     )
-    for ours, theirs in zip(one.fk(turned), one.fk(exact), strict=True):
-        assert ours == pytest.approx(theirs, abs=1e-9)
+    assert gap(one.fk(turned), one.fk(exact)) < 1e-9
     goal = one.goal_of(one.fk(plain))
     for branch in one.ik(goal, turned):
         assert one.goal_of(one.fk(branch.joints)) == pytest.approx(goal, abs=1e-6)
@@ -382,14 +417,11 @@ def test_every_system_reaches_over_its_base_whatever_rounding_leaves_beside_it(n
 def test_an_arm_s_joints_of_many_turns_lose_no_digits(turns):
     joints = Joints(tuple(value + turns * math.tau for value in (0.3, 0.5, -0.7, 0.2, 0.4)))
     exact = Joints(tuple(map(exactly_wrapped, joints)))
-    for ours, theirs in zip(TEACHMOVER.transform(joints), TEACHMOVER.transform(exact), strict=True):
-        assert ours == pytest.approx(theirs, abs=1e-9)
+    assert gap(TEACHMOVER.transform(joints), TEACHMOVER.transform(exact)) < 1e-9
     for arm in (TEACHMOVER, MINI):
         assert arm.fk(joints).pitch_rad == pytest.approx(arm.fk(exact).pitch_rad, abs=1e-12)
-        for ours, theirs in zip(arm.points(joints), arm.points(exact), strict=True):
-            assert ours == pytest.approx(theirs, abs=1e-9)
-        for ours, theirs in zip(arm.hand_axes(joints), arm.hand_axes(exact), strict=True):
-            assert ours == pytest.approx(theirs, abs=1e-12)
+        assert gap(arm.points(joints), arm.points(exact)) < 1e-9
+        assert gap(arm.hand_axes(joints), arm.hand_axes(exact)) < 1e-12
 
 
 # Axes that are nearly parallel.
@@ -405,8 +437,7 @@ def test_axes_a_hair_from_parallel_make_a_chain_that_holds_its_tool(lean, conven
     tool = transform(IDENTITY, (350.0, 0.0, 0.0))
     made = assign_frames(axes, tool, convention)
     reached = made.chain.fk((0.0, 0.0))
-    for row, wanted in zip(reached, tool, strict=True):
-        assert row == pytest.approx(wanted, abs=1e-5)
+    assert gap(reached, tool) < 1e-5
     said = " ".join(map(str, made.choices))
     assert ("nearly parallel" in said) == (1e-9 <= lean <= 1e-7)
     if lean <= 1e-7:

@@ -1,4 +1,4 @@
-"""Lines folded to a width."""
+"""Counts and numbers in words, and lines folded to a width."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.text import counted, filled, folded
+from kinematics.text import counted, filled, folded, plain, rounded
 
 
 @pytest.mark.parametrize(
@@ -24,6 +24,20 @@ from kinematics.text import counted, filled, folded
 )
 def test_a_count_and_its_noun_agree(count, words, said):
     assert counted(count, *words) == said
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "fixed", "short"),
+    [
+        (-0.0001, 2, "0.00", "0"),
+        (12.5, 2, "12.50", "12.5"),
+        (-1.005, 1, "-1.0", "-1"),
+        (100.0, 0, "100", "100"),
+    ],
+)
+def test_a_number_has_no_minus_before_zero(value, digits, fixed, short):
+    assert rounded(value, digits) == fixed
+    assert plain(value, digits) == short
 
 
 LINES = st.text(alphabet="ab- ", max_size=120)

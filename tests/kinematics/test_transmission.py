@@ -18,6 +18,7 @@ from kinematics import (
     Transmission,
     preset,
 )
+from kinematics.frames.matrices import times
 
 TEACHMOVER = preset("teachmover")
 CABLES = TEACHMOVER.transmission
@@ -91,18 +92,6 @@ def test_moving_the_elbow_leaves_the_opening_exactly_as_it_was(joints, opening, 
     assert CABLES.to_joints(after)[1] == CABLES.to_joints(before)[1]
 
 
-@given(some_postures, openings)
-def test_going_out_and_back_for_ever_drifts_by_nothing(joints, opening):
-    start = CABLES.to_motors(Joints.of(10, 20, -30, 10, 5), 20.0)
-    motors = start
-    for _ in range(10):
-        motors = CABLES.to_motors(
-            *CABLES.to_joints(motors + (CABLES.to_motors(joints, opening) - motors))
-        )
-        motors = CABLES.to_motors(*CABLES.to_joints(motors + (start - motors)))
-    assert motors == start
-
-
 def test_motors_see_the_links_angles_to_the_horizontal():
     def change(**angles):
         zero = Joints.of(0, 0, 0, 0, 0)
@@ -143,20 +132,14 @@ def test_an_arm_without_a_gripper_motor_reports_no_opening():
 
 
 @given(transmissions, some_postures, st.floats(-50, 50))
-def test_motor_rates_are_the_change_of_exact_steps(transmission, rates, opening_rate):
+def test_motor_rates_are_the_change_of_exact_steps_and_lead_back(transmission, rates, opening_rate):
     zero = transmission.to_exact(Joints((0.0,) * 5), 0.0)
     moved = transmission.to_exact(rates, opening_rate)
     changes = [b - a for a, b in zip(zero, moved, strict=True)]
-    assert transmission.motor_rates(rates, opening_rate) == pytest.approx(changes, abs=1e-6)
-
-
-@pytest.mark.parametrize("transmission", ALL)
-def test_the_inverse_undoes_the_matrix(transmission):
-    size = len(transmission.motors)
-    for i in range(size):
-        for j in range(size):
-            entry = sum(transmission.inverse[i][k] * transmission.matrix[k][j] for k in range(size))
-            assert entry == pytest.approx(float(i == j), abs=1e-12)
+    made = transmission.motor_rates(rates, opening_rate)
+    assert made == pytest.approx(changes, abs=1e-6)
+    values = (*rates, opening_rate)[: len(made)]
+    assert times(transmission.inverse, made) == pytest.approx(values, abs=1e-9)
 
 
 @given(some_postures, openings)

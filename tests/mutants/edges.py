@@ -352,11 +352,33 @@ MUTANTS = (
         name="a time below zero is accepted",
         promise="no call takes a time that is none",
         path="armdrive/errors/arguments.py",
-        old="    if finite(name, value) < 0.0:\n",
-        new="    if finite(name, value) < -1e9:\n",
+        old="    if time_s < 0.0:\n",
+        new="    if time_s < -1e9:\n",
         tests=tests_of(
             "tests/armdrive/arm/test_arguments.py",
             "test_a_time_below_zero_is_refused_and_nothing_happens",
+        ),
+    ),
+    Mutant(
+        name="a program may wait for longer than any computer runs",
+        promise="every wait that a program asks for has an end",
+        path="armdrive/errors/arguments.py",
+        old="    if _time_s(name, value) > LONGEST_TIME_S:\n",
+        new="    if _time_s(name, value) > 1e308:\n",
+        tests=tests_of(
+            "tests/armdrive/runtime/test_pace.py",
+            "test_a_time_that_no_simulation_reaches_the_end_of_is_refused",
+        ),
+    ),
+    Mutant(
+        name="watching an arm that nobody drives is said to have stopped it",
+        promise="an error says what it did to the arm",
+        path="armdrive/cli/drive/control_requests.py",
+        old='        raise HolderError("no program of yours is driving an arm")\n',
+        new='        raise ArmError("no program of yours is driving an arm")\n',
+        tests=tests_of(
+            "tests/armdrive/cli/look/test_cli_holding.py",
+            "test_an_arm_without_a_holder_is_neither_watched_nor_recorded_and_nothing_was_stopped",
         ),
     ),
     Mutant(

@@ -13,7 +13,7 @@ MUTANTS = (
         new="    return (direction + lift, bend), (direction - lift, -bend)",
         tests=tests_of(
             "tests/kinematics/five_axis/test_five_axis.py",
-            "test_ik_takes_the_branch_nearest_the_seed",
+            "test_every_branch_holds_the_pose_even_beyond_the_limits",
         ),
     ),
     Mutant(
@@ -24,7 +24,7 @@ MUTANTS = (
         new="        facing = math.atan2(x, y)\n    base",
         tests=tests_of(
             "tests/kinematics/five_axis/test_five_axis.py",
-            "test_ik_takes_the_branch_nearest_the_seed",
+            "test_every_branch_holds_the_pose_even_beyond_the_limits",
         ),
     ),
     Mutant(
@@ -57,7 +57,7 @@ MUTANTS = (
         new="            if best is None or change > least:",
         tests=tests_of(
             "tests/kinematics/five_axis/test_five_axis.py",
-            "test_ik_takes_the_branch_nearest_the_seed",
+            "test_no_branch_within_limits_is_nearer_to_the_seed",
         ),
     ),
     Mutant(
@@ -127,14 +127,36 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a rotation is made of an angle that is no number",
+        promise="no matrix is made of what is no finite number",
+        path="kinematics/frames/rotations.py",
+        old='    angle = number("angle_rad", angle_rad)',
+        new="    angle = angle_rad",
+        tests=tests_of(
+            "tests/kinematics/test_refused_arguments.py",
+            "test_no_matrix_is_made_of_what_is_no_finite_number",
+        ),
+    ),
+    Mutant(
+        name="a small step is solved beyond a limit",
+        promise="a small step is met within the limits or not at all",
+        path="kinematics/chains/arm.py",
+        old="    return bounded if excess <= LIMIT_TOLERANCE_RAD else None  # more than rounding",
+        new="    return bounded",
+        tests=tests_of(
+            "tests/kinematics/chains/test_chain_arm.py",
+            "test_beyond_the_reach_or_a_limit_there_is_nothing",
+        ),
+    ),
+    Mutant(
         name="half a turn is minus half a turn",
         promise="angles are wrapped into (-pi, pi]",
         path="kinematics/limits.py",
         old="    return turned if turned > -math.pi else math.pi",
         new="    return turned",
         tests=tests_of(
-            "tests/kinematics/test_limits.py",
-            "test_half_a_turn_is_always_the_positive_one",
+            "tests/kinematics/test_refused_arguments.py",
+            "test_an_angle_of_any_turns_is_wrapped_to_the_last_digit",
         ),
     ),
     Mutant(

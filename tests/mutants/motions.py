@@ -128,7 +128,7 @@ MUTANTS = (
         new=("    for corner in corners[-1:]:\n        for violation"),
         tests=tests_of(
             "tests/armdrive/motion/test_paths_driven.py",
-            "test_a_path_is_audited_at_each_of_its_corners_and_not_at_its_end_alone",
+            "test_a_path_is_audited_whole_before_its_first_byte",
         ),
     ),
     Mutant(

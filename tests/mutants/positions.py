@@ -114,7 +114,7 @@ MUTANTS = (
         new="            pass",
         tests=tests_of(
             "tests/armdrive/storage/test_record.py",
-            "test_a_power_cut_between_programs_is_suspect_and_keeps_the_posture",
+            "test_an_arm_that_was_touched_between_programs_is_suspect[power_cut]",
         ),
     ),
     Mutant(
@@ -292,7 +292,7 @@ MUTANTS = (
         name="trust is kept after a motion that was broken off",
         promise="a position is not trusted after evidence against it",
         path="armdrive/motion/context.py",
-        old="        core.learn(_evidence(reply), self.now_s, reply.reason)\n",
+        old="        core.learn(evidence, self.now_s, reply.reason)\n",
         new="",
         tests=tests_of(
             "tests/armdrive/runtime/test_wire_faults.py",

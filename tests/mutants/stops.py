@@ -103,7 +103,7 @@ MUTANTS = (
         name="MKS drives are not sent their stop",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/mks/stops.py",
-        old='wire.put(node, Stop(Code.ABSOLUTE_AXIS, ramp), "STOP")',
+        old='wire.put(drive, Stop(Code.ABSOLUTE_AXIS, ramp), "STOP")',
         new="pass",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_stops.py",
@@ -268,7 +268,7 @@ MUTANTS = (
         new='            self.stop_why = f": this',
         tests=tests_of(
             "tests/armdrive/runtime/test_suspended.py",
-            "test_a_motion_does_not_go_on_when_its_program_wakes[teachmover]",
+            "test_a_motion_does_not_go_on_when_its_program_wakes_and_the_arm_is_no_slower[teachmover]",
         ),
     ),
     Mutant(
@@ -434,7 +434,7 @@ MUTANTS = (
         new="            if False:",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_stops.py",
-            "test_a_stop_is_repeated_although_answers_are_lost_too",
+            "test_a_stop_is_repeated_until_the_drive_answers",
         ),
     ),
     Mutant(
@@ -452,7 +452,7 @@ MUTANTS = (
         name="the MKS drives' watchdog is not set",
         promise="a dead program's arm stops in the announced time",
         path="armdrive/dialects/mks/contact.py",
-        old='found = yield from wire.ask(dict.fromkeys(wire.nodes, timeout), text="WATCHDOG")',
+        old='found = yield from wire.ask(dict.fromkeys(wire.drives, timeout), text="WATCHDOG")',
         new="return True",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_controller.py",

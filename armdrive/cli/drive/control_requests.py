@@ -8,7 +8,7 @@ from pathlib import Path
 
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Result
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import ArmError, BadRequest, HolderError
 from armdrive.storage.files import require_free, write_named
 from armdrive.storage.lock_client import ask_holder, held_arms
 
@@ -24,20 +24,20 @@ def chosen_holders(options: argparse.Namespace) -> list[str]:
 
 
 def one_holder(options: argparse.Namespace) -> str:
-    """Return the one arm that is being driven. Raises `ArmError` if there is none, or several."""
+    """Return the one arm that is being driven. Raises `HolderError` if there is none."""
     names = chosen_holders(options)
     if len(names) == 1:
         return names[0]
     if not names:
-        raise ArmError("no program of yours is driving an arm")
-    raise ArmError(f"several arms are being driven ({', '.join(names)}): name one with --arm")
+        raise HolderError("no program of yours is driving an arm")
+    raise BadRequest(f"several arms are being driven ({', '.join(names)}): name one with --arm")
 
 
 def ask(name: str, request: str, **words: object) -> Mapping[str, object]:
-    """Send a request to the program that drives an arm. Raises `ArmError` if it refuses."""
+    """Send a request to the program that drives an arm. Raises `HolderError` if it refuses."""
     answer = ask_holder(name, request, **words)
     if "error" in answer and "state" not in answer:
-        raise ArmError(str(answer["error"]))
+        raise HolderError(str(answer["error"]))
     return answer
 
 
@@ -84,7 +84,7 @@ def record(options: argparse.Namespace) -> list[Result]:
     """Make the chosen arms record, and return the files."""
     names = chosen_holders(options)
     if not names:
-        raise ArmError("no program of yours is driving an arm: there is nothing to record")
+        raise HolderError("no program of yours is driving an arm: there is nothing to record")
     if options.output is not None and len(names) > 1:
         raise BadRequest(f"several arms are being driven ({', '.join(names)}): name one")
     if options.output is not None:
@@ -99,5 +99,5 @@ def record(options: argparse.Namespace) -> list[Result]:
 def _recorded(name: str) -> Path:
     answer = ask_holder(name, "record")
     if "recording" not in answer:
-        raise ArmError(f"{name} was not recorded: {answer.get('error', 'without a reason')}")
+        raise HolderError(f"{name} was not recorded: {answer.get('error', 'without a reason')}")
     return Path(str(answer["recording"]))

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from armdrive.cli.presenter import Ink, Inked, Line
+from kinematics.text import rounded
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,4 +39,4 @@ def branch_table(joint_names: Sequence[str], rows: Sequence[BranchRow]) -> Itera
 
 def degrees_text(angle_deg: float) -> str:
     """Return an angle with one decimal, without the minus sign of a rounded zero."""
-    return f"{round(angle_deg, 1) + 0.0:.1f}°"
+    return f"{rounded(angle_deg, 1)}°"

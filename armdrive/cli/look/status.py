@@ -23,7 +23,7 @@ from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find
-from armdrive.errors import ArmError, ArmInUse
+from armdrive.errors import ArmInUse, HolderError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
 from armdrive.status import (
@@ -37,6 +37,7 @@ from armdrive.status import (
     status_view,
 )
 from armdrive.storage.lock_client import holder_words, watch_holder
+from kinematics.text import rounded
 
 
 def status(options: argparse.Namespace) -> Result:
@@ -65,7 +66,7 @@ def watch(options: argparse.Namespace) -> int:
     with contextlib.suppress(KeyboardInterrupt):
         for view in watch_holder(name, options.every):
             if "state" not in view:
-                raise ArmError(str(view.get("error", "the program does not let itself be watched")))
+                raise HolderError(str(view.get("error", "the program cannot be watched")))
             show(Result(view, watched.lines(view)), options)
     return 0
 
@@ -176,7 +177,7 @@ class Watched:
 
     def _place(self, view: View) -> tuple[str | Inked, ...]:
         pose = view["pose"] or {}
-        numbers = [f"{round(pose[key], 1) + 0.0:.1f}" if pose else "-" for key in self._keys]
+        numbers = [rounded(pose[key], 1) if pose else "-" for key in self._keys]
         opening = "" if view["gripper_mm"] is None else f"{view['gripper_mm']:>6.1f} mm"
         state = "paused" if view["paused"] else view["state"]
         return (

@@ -14,7 +14,7 @@ from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.cli.terminal_operator import settle_trust
 from armdrive.connect.target import find
-from armdrive.errors import ArmError, BadRequest, Refused
+from armdrive.errors import BadRequest, HolderError, Refused
 from armdrive.motion.plan import audit_opening
 from armdrive.programs.teaching import steps as editing
 from armdrive.programs.teaching.sequence import Choices, Stepper, StepRecorder, seen_in
@@ -43,7 +43,7 @@ def record(options: argparse.Namespace) -> Result:
     try:
         for view in watch_holder(name, LOOK_EVERY_S):
             if "state" not in view:
-                raise ArmError(str(view.get("error", "the holder does not let itself be watched")))
+                raise HolderError(str(view.get("error", "the program cannot be watched")))
             if view["state"] == "disconnected":
                 break
             keep(recorder.see(seen_in(view, config.model.arm.joint_names), time.monotonic()))

@@ -32,7 +32,7 @@ from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
 from armdrive.dialects import Language
 from armdrive.dialog.conversation import Question, WrongAnswer
-from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortInUse
+from armdrive.errors import BadRequest, HolderError, OperatorNeeded, PortInUse
 from armdrive.registry import LANGUAGES, USUAL, language_of, simulate
 from armdrive.registry.arm_files import (
     ENDING,
@@ -185,14 +185,14 @@ def held_frames(
     """Yield the frames of the program that holds an arm, with the time since the first one.
 
     Ends after `seconds`, or when that program closes the arm. `missed` is called with the number of
-    exchanges that came too fast. Raises `ArmError` if the program does not answer.
+    exchanges that came too fast. Raises `HolderError` if the program does not answer.
     """
     sides = {"sent": Unpacker(), "heard": Unpacker()}
     end_s = time.monotonic() + (math.inf if seconds is None else seconds)
     began_s: float | None = None
     for message in overhear_holder(name, EVERY_S):
         if "error" in message:
-            raise ArmError(str(message["error"]))
+            raise HolderError(str(message["error"]))
         if message.get("missed"):
             missed(int(message["missed"]))
             sides = {side: Unpacker() for side in sides}  # half of a frame may be missing

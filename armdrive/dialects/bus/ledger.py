@@ -77,7 +77,9 @@ class Ledger:
         self._retried_s = -math.inf
         # whether no drive has replied since the latest frame: then the bus may have lost it
         self._unproven = False
-        self._suspected_s = self._suspicion_ends_s = math.inf
+        self.suspected_s = math.inf
+        """Since when the drive may have been away; infinity if it has answered everything since."""
+        self._suspicion_ends_s = math.inf
         self._owed_before_suspicion = 0
 
     # -- events -------------------------------------------------------------------------------
@@ -100,6 +102,8 @@ class Ledger:
             self.open_s = self._retried_s = now_s
             self._owed_before = self._owed
         elif now_s >= self._retried_s + self._retry_period_s - EPSILON_S:
+            # The frame before this one is missed only if another drive has replied since: else the
+            # bus itself may be silent.
             if self._unproven and others_s > self._retried_s:
                 self._missed += 1  # the reply that came since then proves that the bus carried it
             self._unproven = others_s <= self.open_s
@@ -126,11 +130,12 @@ class Ledger:
         power, but not that it receives anything: what was sent to it stays unanswered.
         """
         self._owed -= settles
-        silent = self.braking and now_s >= self.open_s + BRAKING_SILENCE_S
-        if not self.pending and (silent or self._missed >= MISSED_LIMIT):
+        unheard = self.braking and now_s >= self.open_s + BRAKING_SILENCE_S
+        if not self.pending and (unheard or self.silent):
             self.suspect(now_s + REPLY_GRACE_S)
+        # what it owed before is of earlier losses, so it need not answer that
         if self.pending and self._owed <= self._owed_before_suspicion:
-            self._suspected_s = math.inf  # it has answered everything, so it had power throughout
+            self.suspected_s = math.inf  # it has answered everything, so it had power throughout
         if asked:
             self._missed, self._unproven, self.open_s = 0, False, math.inf
             self.replied_s, self.unanswered_polls = now_s, 0
@@ -141,14 +146,14 @@ class Ledger:
         They get more time if the bus fails again meanwhile.
         """
         if not self.pending:
-            self._suspected_s, self._owed_before_suspicion = self.open_s, self._owed_before
+            self.suspected_s, self._owed_before_suspicion = self.open_s, self._owed_before
             self._suspicion_ends_s = until_s
         self._suspicion_ends_s = max(self._suspicion_ends_s, until_s)
 
     def conclude(self, now_s: float) -> None:
         """Conclude that the drive was away if owed replies are overdue."""
         if self.pending and now_s >= self._suspicion_ends_s:
-            self.away_s, self._suspected_s = min(self.away_s, self._suspected_s), math.inf
+            self.away_s, self.suspected_s = min(self.away_s, self.suspected_s), math.inf
 
     def acquit(self) -> None:
         """Drop the conclusion that the drive was away: its count shows that it kept its power."""
@@ -156,7 +161,7 @@ class Ledger:
 
     def forget(self) -> None:
         """Drop all suspicions and wait for no reply."""
-        self.away_s = self.open_s = self._suspected_s = math.inf
+        self.away_s = self.open_s = self.suspected_s = math.inf
         self._missed, self._unproven = 0, False
         self.unanswered_polls, self.braking = 0, False
         self.timeout_s = REPLY_TIMEOUT_S
@@ -166,6 +171,11 @@ class Ledger:
     def retry_s(self, others_s: float) -> float:
         """Return when to ask again, given another drive's last reply; infinity for never."""
         return self._retried_s + self._retry_period_s if others_s > self.open_s else math.inf
+
+    @property
+    def silent(self) -> bool:
+        """Whether the drive leaves everything unanswered while another one replies."""
+        return self._missed >= MISSED_LIMIT
 
     @property
     def longest_wait_s(self) -> float:
@@ -180,7 +190,7 @@ class Ledger:
     @property
     def pending(self) -> bool:
         """Whether the drive may have been away and may still send the replies it owes."""
-        return math.isfinite(self._suspected_s)
+        return math.isfinite(self.suspected_s)
 
 
 SURPLUS_LIMIT = 2

@@ -149,7 +149,7 @@ class Verdict:
     A drive that leads the arm off its path is `off` by a distance.
     """
 
-    node: int
+    drive: ObservedDrive
     finding: DriveFinding
     count: int
     place: float
@@ -245,7 +245,7 @@ class ObservedDrive:
         One that has been silent may have missed its orders, and be where it was read last.
         """
         self.course.advance(now_s)
-        ends = [self.course.place, self.course.goal]
+        ends = [self.course.place, self.course.goal]  # the stop may be lost: then it goes on
         if now_s > self.read_s + self.bounds.late_s:
             ends.append(float(self.count or 0))
         margin = self.bounds.corridor + self._late(now_s)
@@ -318,7 +318,7 @@ class ObservedDrive:
         else:
             self._outside += 1
         finding = self._judge(off, now_s)
-        self.verdict = Verdict(self.node, finding, count, course.place)
+        self.verdict = Verdict(self, finding, count, course.place)
         if self.moving and finding in (DriveFinding.FITS, DriveFinding.BEHIND):
             self._correct_course(count, now_s)
 
@@ -434,6 +434,7 @@ class ObservedDrive:
         up = max((order.up for order in orders), default=0.0)
         down = max((order.down for order in orders), default=0.0)
         goals = [order.goal for order in orders] or [self.course.goal]
+        # no farther than its targets, plus the distance that it needs to brake and turn back
         brakes = self.course.braking
         high = count + min(_ran(up, now_s - since_s), max(max(goals) - count + brakes(up), 0.0))
         low = count - min(_ran(down, now_s - since_s), max(count - min(goals) + brakes(down), 0.0))
@@ -479,6 +480,23 @@ class ObservedDrive:
         """Whether it restarted and counts from zero again."""
         return self.verdict is not None and self.verdict.finding is DriveFinding.RESTARTED
 
+    def may_have_restarted(self, now_s: float) -> bool:
+        """Whether its next order might turn it from a new zero.
+
+        It is silent, or out of reach, or it still owes replies and may count from zero.
+        """
+        if self.is_doubted or self.ledger.silent:
+            return True
+        away_s = self.ledger.suspected_s
+        return self.read_s < away_s < math.inf or (
+            self.ledger.pending and self.counts_from_zero(away_s, now_s)
+        )
+
+    @property
+    def is_doubted(self) -> bool:
+        """Whether its last reading is in doubt."""
+        return self.verdict is not None and self.verdict.finding is DriveFinding.DOUBTED
+
     @property
     def is_within_reach(self) -> bool:
         """Whether a shaft can have turned to its last count."""
@@ -501,6 +519,7 @@ class ObservedDrive:
         if not self._readings:
             return None
         last, course = self._readings[-1], self.course
+        # the latest one that is surely older: it had arrived before the last one was asked for
         older = (each for each in reversed(self._readings) if each.read_s + APART_S <= last.asked_s)
         before = next(older, None)
         if before is None:
@@ -569,8 +588,9 @@ class Observer:
     def __getitem__(self, node: int) -> ObservedDrive:
         return self._by_node[node]
 
-    def __contains__(self, node: int | None) -> bool:
-        return node in self._by_node
+    def find(self, node: int | None) -> ObservedDrive | None:
+        """Return the drive with an id; None if there is none."""
+        return None if node is None else self._by_node.get(node)
 
     def watch(self) -> None:
         """Begin a motion: judge all drives from now on."""
@@ -578,30 +598,32 @@ class Observer:
         for drive in self.drives:
             drive.watch()
 
-    def sent(self, node: int, now_s: float, *, owes: bool) -> None:
+    def sent(self, drive: ObservedDrive, now_s: float, *, owes: bool) -> None:
         """Record a frame to a drive that needs a reply."""
-        others = (each.ledger.replied_s for each in self.drives if each.node != node)
-        self[node].ledger.sent(now_s, max(others, default=0.0), owes=owes)
+        others = (each.ledger.replied_s for each in self.drives if each is not drive)
+        drive.ledger.sent(now_s, max(others, default=0.0), owes=owes)
 
-    def replied(self, node: int, now_s: float, *, settles: bool, asked: bool = True) -> None:
+    def replied(
+        self, drive: ObservedDrive, now_s: float, *, settles: bool, asked: bool = True
+    ) -> None:
         """Record a frame from a drive, as in `Ledger.replied`.
 
         After an outage each drive may have lost its power: a failing supply looks like a bus
         outage, but orders sent meanwhile are never answered.
         """
-        braking = any(drive.ledger.braking for drive in self.drives)
+        braking = any(each.ledger.braking for each in self.drives)
         if asked and self.in_outage(now_s) and not braking:
-            prompt = any(drive.prompt_s >= self._last_outage_s for drive in self.drives)
+            prompt = any(each.prompt_s >= self._last_outage_s for each in self.drives)
             self._outages = 1 if prompt else self._outages + 1
             self.outage_s, self.returned_s = self.silent_s(now_s), now_s
             self._last_outage_s = now_s
-            for drive in self.drives:
-                drive.ledger.timeout_s = max(drive.ledger.timeout_s, self.outage_s + OUTAGE_S)
-                drive.ledger.suspect(now_s + drive.ledger.timeout_s)
-                drive.ledger.unanswered_polls = 0  # no drive replied, so none is to blame
+            for ledger in (each.ledger for each in self.drives):
+                ledger.timeout_s = max(ledger.timeout_s, self.outage_s + OUTAGE_S)
+                ledger.suspect(now_s + ledger.timeout_s)
+                ledger.unanswered_polls = 0  # no drive replied, so none is to blame
         if asked:
             self.replied_s = now_s
-        self[node].ledger.replied(now_s, settles=settles, asked=asked)
+        drive.ledger.replied(now_s, settles=settles, asked=asked)
 
     @property
     def pending(self) -> bool:
@@ -626,16 +648,12 @@ class Observer:
     @property
     def doubtful(self) -> tuple[ObservedDrive, ...]:
         """Return the drives whose last reading is in doubt."""
-        return tuple(
-            each
-            for each in self.drives
-            if each.verdict is not None and each.verdict.finding is DriveFinding.DOUBTED
-        )
+        return tuple(each for each in self.drives if each.is_doubted)
 
     @property
-    def to_reread(self) -> tuple[int, ...]:
-        """The ids of those that are to be asked again: none has been asked since that reading."""
-        return tuple(each.node for each in self.doubtful if each.ledger.asked_s <= each.read_s)
+    def to_reread(self) -> tuple[ObservedDrive, ...]:
+        """Those that are to be asked again: none has been asked since that reading."""
+        return tuple(each for each in self.doubtful if each.ledger.asked_s <= each.read_s)
 
     @property
     def due_s(self) -> float:
@@ -649,10 +667,10 @@ class Observer:
         """When a rejection is due; infinity if there is none."""
         return min(each.rejections.due_s for each in self.drives)
 
-    def to_retry(self, now_s: float) -> tuple[int, ...]:
-        """Return the ids of drives to ask again: they are silent while others reply."""
+    def to_retry(self, now_s: float) -> tuple[ObservedDrive, ...]:
+        """Return the drives to ask again: they are silent while others reply."""
         replied_s = self.replied_s
-        return tuple(each.node for each in self.drives if now_s >= each.ledger.retry_s(replied_s))
+        return tuple(each for each in self.drives if now_s >= each.ledger.retry_s(replied_s))
 
     # -- verdicts -----------------------------------------------------------------------------
 
@@ -673,7 +691,7 @@ class Observer:
             return None
         else:
             finding = DriveFinding.MUTE if others else DriveFinding.SILENT
-        return Verdict(drive.node, finding, drive.count or 0, drive.course.place)
+        return Verdict(drive, finding, drive.count or 0, drive.course.place)
 
     def compare(
         self, path: PlannedPath, asked_at_s: float, period_s: float, now_s: float
@@ -705,7 +723,7 @@ class Observer:
 
     def _off_path(self, motor: int, place: float, finding: DriveFinding) -> Verdict:
         drive, count = self.drives[motor], self.drives[motor].count or 0
-        return Verdict(drive.node, finding, count, place, abs(round(place) - count))
+        return Verdict(drive, finding, count, place, abs(round(place) - count))
 
     def _weak(self) -> int | None:
         """Return the index of a drive that turns less than another one at every look.
@@ -716,6 +734,7 @@ class Observer:
         if len(found) < 2:
             return None
         slowest = min(found, key=lambda motor: max(found[motor]))
+        # a share above 1 only makes up for an earlier delay
         best = min(max(sum(shares) / WEAK_LOOKS for shares in found.values()), 1.0)
         return slowest if max(found[slowest]) < WEAK_SHARE * best else None
 

@@ -60,11 +60,15 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A motor's next stretch in one direction (0: it stands): its end, and when it gets there."""
+    """A motor's next stretch in one direction (0: it stands).
+
+    Its end, when it gets there, and its mean speed on the way.
+    """
 
     direction: int
     end: float
     until_s: float
+    speed: float
 
 
 class PlannedPath:
@@ -132,7 +136,7 @@ class PlannedPath:
 
         Of several it is the earliest: repeating a part is safe, leaving one out is not.
         """
-        for step_s in (COARSE_S, FINE_S):
+        for step_s in (COARSE_S, FINE_S):  # the second search is around the find of the first
             steps = max(math.ceil((late_s - early_s) / step_s), 1)
             times = [min(early_s + step * step_s, late_s) for step in range(steps + 1)]
             found_s = min(times, key=lambda time_s: self._off(counts, time_s))
@@ -143,6 +147,7 @@ class PlannedPath:
         self, counts: Sequence[int], margins: Sequence[float], early_s: float, late_s: float
     ) -> bool:
         """Return whether a single path time explains the counts of all motors."""
+        # backwards, since drives are hardly ever late by much: the first looks decide
         time_s = late_s
         while time_s > early_s - COARSE_S:
             at_s = max(time_s, early_s)
@@ -157,7 +162,8 @@ class PlannedPath:
 
     def heading(self, motor: int, from_s: float, until_s: float) -> Heading:
         """Return a motor's next stretch between two times, up to where it turns back."""
-        direction, end, end_s = 0, self.at(motor, from_s), from_s
+        direction, start, end_s = 0, self.at(motor, from_s), from_s
+        end = start
         for segment in self._segments:
             if segment.end_s <= from_s:
                 continue
@@ -170,7 +176,8 @@ class PlannedPath:
                 direction = 1 if turn > 0 else -1
                 end_s = min(segment.end_s, until_s)
                 end = segment.at(motor, end_s)
-        return Heading(direction, end, end_s)
+        distance = abs(end - start)
+        return Heading(direction, end, end_s, distance / (end_s - from_s) if distance else 0.0)
 
     def fastest(self, motor: int, from_s: float, until_s: float) -> float:
         """Return a motor's greatest speed between two times."""
@@ -180,11 +187,6 @@ class PlannedPath:
             if each.end_s > from_s and each.start_s < until_s
         )
         return max(speeds, default=0.0)
-
-    def speed(self, motor: int, from_s: float, heading: Heading) -> float:
-        """Return a motor's mean speed on a stretch."""
-        distance = abs(heading.end - self.at(motor, from_s))
-        return distance / (heading.until_s - from_s) if distance else 0.0
 
 
 class SegmentFeed:
@@ -292,6 +294,8 @@ class Course:
             self.place += math.copysign(min(self.max_speed * step_s, abs(left)), left)
             self.speed = math.copysign(self.max_speed, left) if self.place != self.goal else 0.0
             return
+        # The new speed v covers this step, at the mean of both speeds, and then brakes on the ramp:
+        # (speed + v) * step / 2 + v^2 / (2 * slope) = left. Solved for v, that is `fastest`.
         sign = math.copysign(1.0, left)
         change = self.slope * step_s
         room = 2.0 * self.slope * max(abs(left) - sign * self.speed * step_s / 2.0, 0.0)
@@ -300,6 +304,7 @@ class Course:
         speed = self.speed + min(max(wanted - self.speed, -change), change)
         self.place += (self.speed + speed) / 2.0 * step_s
         self.speed = speed
+        # within half a count, steps of this width would swing around the target for ever
         if abs(self.goal - self.place) < 0.5 and abs(speed) <= change:
             self.place, self.speed = self.goal, 0.0
 

@@ -379,6 +379,8 @@ class ObjectTransfers:
         def is_over() -> bool:
             return given_up() or self.io.group.has_answer(waiting)
 
+        # Each drive has a queue of its own: a generator that yields the deadline of the answer that
+        # it waits for, and is sent that answer, or None when the deadline has passed.
         answers, results = self.io.group.answers, {}
         queues: dict[int, SdoQueue] = {}
         due_s: dict[int, float] = {}

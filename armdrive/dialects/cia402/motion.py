@@ -82,7 +82,7 @@ class CyclicTrip:
         in this period, and halves its speed after it: meanwhile a drive that missed targets catches
         up.
         """
-        if self._rate >= 1.0:
+        if self._rate >= 1.0:  # once it slows down, its speed tells no more how long that takes
             self._full_s = max(self._ease_s(), period_s)
         self.eased = self.eased or self._request.released()
         held, self._held = self._held, self._request.held_back()
@@ -101,6 +101,7 @@ class CyclicTrip:
         change, left_s = period_s / self._full_s, self.path.end_s - self.time_s
         if self.eased or wait or self.stays:
             return max(self._rate - change, 0.0)
+        # v^2 / (2 * slope) = left: the speed from which it stands just at the end of the segment
         if self._held and left_s > period_s:
             return max(min(self._rate, math.sqrt(2.0 * left_s / self._full_s)), MIN_RATE)
         return min(self._rate + change, 1.0)

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Mapping
 from itertools import pairwise
 
+from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.motion import MksMotion
@@ -62,7 +63,7 @@ class MksBursts:
     def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script:
         """Send a burst and wait for its end."""
         wire = self._wire
-        orders: dict[int, MoveAbsoluteAxis] = {}
+        orders: dict[ObservedDrive, MoveAbsoluteAxis] = {}
         for drive, count, rpm in zip(wire.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
             if not count:
                 continue
@@ -70,7 +71,7 @@ class MksBursts:
             if (refused := beyond(drive, target)) is not None:
                 return refused
             acc = shared_acc(wire.settings.acceleration, abs(count) / steps.largest)
-            orders[drive.node] = MoveAbsoluteAxis(target, rpm, acc)
+            orders[drive] = MoveAbsoluteAxis(target, rpm, acc)
         if not orders:
             return Done()
         if wire.stop_asked or released():
@@ -80,52 +81,55 @@ class MksBursts:
             if ended is not None:
                 return ended
         else:
-            for node, order in orders.items():
-                wire.send(node, order)
+            for drive, order in orders.items():
+                wire.send(drive, order)
             yield wire.now_s
         return (yield from self._motion.arrive(self._lasts_s(steps, rate_hz), never))
 
     def _together(
-        self, orders: Mapping[int, MoveAbsoluteAxis], released: Callable[[], bool]
+        self, orders: Mapping[ObservedDrive, MoveAbsoluteAxis], released: Callable[[], bool]
     ) -> WireScript[Halted | RequestRejected | None]:
         """Store each drive's order, then start all of them by one frame, sent twice."""
         wire = self._wire
         arming = dict.fromkeys(orders, ArmSynchronous(on=True))
         armed = yield from wire.ask(arming, text="ARM")
-        stored: dict[int, Event] = {}
-        if all(isinstance(armed.get(node), Taken) for node in orders):
+        stored: dict[ObservedDrive, Event] = {}
+        if all(isinstance(armed.get(drive), Taken) for drive in orders):
             stored = yield from wire.ask(orders, tries=2, text="F5, stored")
-        ready = all(isinstance(stored.get(node), StoredForStart) for node in orders)
+        ready = all(isinstance(stored.get(drive), StoredForStart) for drive in orders)
         if not ready or wire.stop_asked or released():
             return (yield from self._disarm(orders, stored, ready))
         wire.broadcast(GoSynchronous(), "GO")
-        for node, order in orders.items():
-            wire.note_order(node, order)
+        for drive, order in orders.items():
+            wire.note_order(drive, order)
         until_s = wire.now_s + GO_AGAIN_S
         yield from wire.wait_for(until_s, lambda _: False)
         wire.broadcast(GoSynchronous())
-        for node in orders:  # else a stop would be stored as well
-            wire.put(node, ArmSynchronous(on=False))
+        for drive in orders:  # else a stop would be stored as well
+            wire.put(drive, ArmSynchronous(on=False))
         return None
 
     def _disarm(
-        self, orders: Mapping[int, MoveAbsoluteAxis], stored: Mapping[int, Event], ready: bool
+        self,
+        orders: Mapping[ObservedDrive, MoveAbsoluteAxis],
+        stored: Mapping[ObservedDrive, Event],
+        ready: bool,
     ) -> WireScript[Halted | RequestRejected]:
-        """Discard the stored orders, and stop a drive that has already started."""
+        """Discard the stored orders, and stop the drives that may have started already."""
         wire = self._wire
-        began = [node for node in orders if isinstance(stored.get(node), Started)]
-        unsure = [node for node in orders if node not in stored]
+        silent = [drive for drive in orders if drive not in stored]
+        moved = [each for each, reply in stored.items() if isinstance(reply, Started)] + silent
         yield from wire.ask(dict.fromkeys(orders, ArmSynchronous(on=False)))
-        if began or unsure:
-            for node in (*began, *unsure):
-                wire.note_order(node, orders[node])
-            yield from self._stops.halt((*began, *unsure))
+        if moved:
+            for drive in moved:
+                wire.note_order(drive, orders[drive])
+            yield from self._stops.halt(moved)
         if ready:
             return Halted()
-        wrong = next(node for node in orders if not isinstance(stored.get(node), StoredForStart))
+        wrong = next(each for each in orders if not isinstance(stored.get(each), StoredForStart))
         alert = yield from self._inquiry.obstructed(wrong)
-        unknown = f"{wire.drive(wrong)} did not store its order for the common start"
-        return RequestRejected(alert.text if alert else unknown, moved=bool(began or unsure))
+        unknown = f"{wrong} did not store its order for the common start"
+        return RequestRejected(alert.text if alert else unknown, moved=bool(moved))
 
     # -- numbers ------------------------------------------------------------------------------
 

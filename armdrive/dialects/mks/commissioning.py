@@ -13,6 +13,7 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
 from armdrive.dialects import DeviceTools
+from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
 from armdrive.dialects.mks.compare import value_words, wanted_settings
 from armdrive.dialects.mks.settings import MksSettings
@@ -65,7 +66,8 @@ REACHED = 80
 
 def order(wire: MksWire, node: int, message: Request) -> WireScript[bool | None]:
     """Send a drive an order once; return whether it reports success, None if it is silent."""
-    reply = (yield from wire.ask({node: message}, tries=1)).get(node)
+    drive = wire.drive(node)
+    reply = (yield from wire.ask({drive: message}, tries=1)).get(drive)
     return None if reply is None else isinstance(reply, Done)
 
 
@@ -83,29 +85,30 @@ STOPS = 3
 
 def calibrate(wire: MksWire, node: int) -> WireScript[bool]:
     """Calibrate a drive's encoder; return whether it reports success."""
-    wire.put(node, Calibrate())
+    drive = wire.drive(node)
+    wire.put(drive, Calibrate())
     try:
-        return (yield from _calibrated(wire, node))
+        return (yield from _calibrated(wire, drive))
     except GeneratorExit:  # the caller has given up
         for _ in range(STOPS):
-            wire.put(node, EmergencyStop())
+            wire.put(drive, EmergencyStop())
         raise
 
 
-def _calibrated(wire: MksWire, node: int) -> WireScript[bool]:
+def _calibrated(wire: MksWire, drive: ObservedDrive) -> WireScript[bool]:
     began_s = wire.now_s
     look_s, end_s = began_s + CALIBRATION_LOOK_S, began_s + LONGEST_S
     while wire.now_s < end_s:
         event = yield min(look_s, end_s)
         if isinstance(event, Done | Failed) and isinstance(event.request, Calibrate):
-            wire.host.settle(node)
+            wire.host.settle(drive.node)
             return isinstance(event, Done)
         stands = isinstance(event, Answered) and event.answer == StateRead(MotorState.STOPPED)
         if stands and wire.now_s > began_s + BEGUN_S:
             end_s = min(end_s, wire.now_s + CALIBRATION_LOOK_S)  # its final report may still follow
         if event is None and wire.now_s >= look_s:
             look_s = wire.now_s + CALIBRATION_LOOK_S
-            wire.put(node, ReadState())
+            wire.put(drive, ReadState())
     return False
 
 
@@ -122,7 +125,7 @@ def write(wire: MksWire, node: int, setting: Setting, able: frozenset[Ability]) 
             if taken is not None:
                 return taken
             continue
-        is_set = yield from wire.setting(node, setting.code)
+        is_set = yield from wire.setting(wire.drive(node), setting.code)
         if is_set == setting or (is_set is None and taken):
             return True
     return False

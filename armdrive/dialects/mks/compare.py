@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from armdrive.dialects.bus.drives import absent_words
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.wire import Answer, MksWire, Script, setting_of
@@ -94,9 +95,9 @@ def compare(wire: MksWire, firmware: str) -> Script:
     differences: list[Difference | None] = []
     for code in _COMPARED if current_ma else _COMPARED[:-1]:
         found = yield from wire.read(ReadSetting(code))
-        if missing := [node for node in wire.nodes if node not in found]:
+        if missing := [drive for drive in wire.drives if drive not in found]:
             return wire.absence(missing, began_s)
-        differences += (_difference(each, found[each.node], wanted[code]) for each in wire.drives)
+        differences += (_difference(each, found[each], wanted[code]) for each in wire.drives)
     return DeviceSettings(tuple(filter(None, differences)), firmware)
 
 
@@ -119,13 +120,14 @@ def _difference(drive: ObservedDrive, answer: Answer, wanted: Setting) -> Differ
 def mend(wire: MksWire, line: str) -> Script:
     """Write one setting."""
     node, setting = parsed_line(line)
-    if node not in wire.nodes:
+    drive = wire.observer.find(node)
+    if drive is None:
         raise Refused(f"`{line}`: no drive of this arm has the id {node}")
-    reply = (yield from wire.ask({node: setting}, text=line)).get(node)
+    reply = (yield from wire.ask({drive: setting}, text=line)).get(drive)
     if reply is None:
-        return RequestRejected(wire.absent_words((node,)), moved=False)
+        return RequestRejected(absent_words((drive,), "id"), moved=False)
     if not isinstance(reply, Taken):
-        return RequestRejected(f"{wire.drive(node)} refused `{line}`", moved=False)
+        return RequestRejected(f"{drive} refused `{line}`", moved=False)
     return Done()
 
 

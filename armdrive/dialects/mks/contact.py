@@ -6,7 +6,7 @@ whether it is alone, and why it does not move.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import NoReturn, TypeAlias
 
@@ -72,21 +72,23 @@ class Firmware:
 UNKNOWN_FIRMWARE = Firmware()
 
 
-def firmware_of(wire: MksWire, nodes: Collection[int]) -> WireScript[dict[int, Firmware]]:
+def firmware_of(
+    wire: MksWire, drives: Collection[ObservedDrive]
+) -> WireScript[dict[ObservedDrive, Firmware]]:
     """Find out the firmware of each drive."""
-    answers = yield from wire.read(ReadVersion(), nodes)
+    answers = yield from wire.read(ReadVersion(), drives)
     found = {}
-    for node in nodes:
-        read = answers.get(node)
+    for drive in drives:
+        read = answers.get(drive)
         if not isinstance(read, VersionRead):
-            mode = yield from wire.reading(node, ReadSetting(Code.MODE))
-            found[node] = UNKNOWN_FIRMWARE if mode is None else Firmware((1, 0, 6))
+            mode = yield from wire.reading(drive, ReadSetting(Code.MODE))
+            found[drive] = UNKNOWN_FIRMWARE if mode is None else Firmware((1, 0, 6))
         elif read.version is None:
-            watchdog = yield from wire.reading(node, ReadSetting(Code.WATCHDOG))
+            watchdog = yield from wire.reading(drive, ReadSetting(Code.WATCHDOG))
             has_one = isinstance(watchdog, SettingRead) and watchdog.value is not None
-            found[node] = Firmware((1, 0, 9) if has_one else (1, 0, 8), read=read)
+            found[drive] = Firmware((1, 0, 9) if has_one else (1, 0, 8), read=read)
         else:
-            found[node] = Firmware(read.version, reported=True, read=read)
+            found[drive] = Firmware(read.version, reported=True, read=read)
     return found
 
 
@@ -112,42 +114,30 @@ class MksInquiry:
     def __init__(self, wire: MksWire) -> None:
         self._wire = wire
 
-    def states(self, nodes: Collection[int] | None = None) -> WireScript[Mapping[int, MotorState]]:
-        """Read the drives' motor states."""
-        found = yield from self._wire.read(ReadState(), nodes)
-        return {node: each.state for node, each in found.items() if isinstance(each, StateRead)}
-
-    def stalled(self, nodes: Collection[int]) -> WireScript[list[int]]:
+    def stalled(self, drives: Collection[ObservedDrive]) -> WireScript[list[ObservedDrive]]:
         """Return the drives whose stall protection has released the shaft."""
-        found = yield from self._wire.read(ReadStall(), nodes)
-        return [node for node, each in found.items() if each == StallRead(on=True)]
+        found = yield from self._wire.read(ReadStall(), drives)
+        return [drive for drive, each in found.items() if each == StallRead(on=True)]
 
-    def off(self, nodes: Collection[int]) -> WireScript[list[int]]:
+    def off(self, drives: Collection[ObservedDrive]) -> WireScript[list[ObservedDrive]]:
         """Return the drives whose motors have no current."""
-        found = yield from self._wire.read(ReadEnabled(), nodes)
-        return [node for node, each in found.items() if each == EnabledRead(on=False)]
+        found = yield from self._wire.read(ReadEnabled(), drives)
+        return [drive for drive, each in found.items() if each == EnabledRead(on=False)]
 
-    def stall_words(self, node: int) -> str:
-        """Return that a drive's stall protection has acted."""
-        return (
-            f"{self._wire.drive(node)} has stalled, and its protection has let the shaft go: find "
-            "out what blocked it, or give it more current or less speed"
-        )
-
-    def mode_words(self, node: int) -> Words:
+    def mode_words(self, drive: ObservedDrive) -> Words:
         """Return that a drive is in a mode that the bus cannot move; empty if it is not."""
         if not self._wire.can(Ability.READ_SETTINGS):
             return ""
-        mode = yield from self._wire.setting(node, Code.MODE)
+        mode = yield from self._wire.setting(drive, Code.MODE)
         if not isinstance(mode, SetMode) or obeys_bus(mode):
             return ""
         return (
-            f"{self._wire.drive(node)} is in mode {int(mode.mode)} ({mode.mode.name}), in which "
+            f"{drive} is in mode {int(mode.mode)} ({mode.mode.name}), in which "
             f"the bus moves nothing: set mode {int(Mode.BUS_FOC)} (Menu > Mode > SR_vFOC, or "
             "`armdrive doctor --mend`)"
         )
 
-    def ask_fitness(self, node: int) -> None:
+    def ask_fitness(self, drive: ObservedDrive) -> None:
         """Ask a moving drive what may keep it from moving; `wire.unfit` takes the answers.
 
         Waits for nothing, since the other drives are still moving and a stop must not wait.
@@ -156,45 +146,52 @@ class MksInquiry:
         if self._wire.can(Ability.READ_SETTINGS):
             questions.append(ReadSetting(Code.MODE))
         for question in questions:
-            self._wire.put(node, question)
+            self._wire.put(drive, question)
 
-    def obstructed(self, node: int) -> WireScript[Alert | None]:
+    def obstructed(self, drive: ObservedDrive) -> WireScript[Alert | None]:
         """Return what keeps a drive from moving: a stall, no current, or its mode; or None."""
-        if (yield from self.stalled((node,))):
-            return Alert(AlertKind.SWITCHED_OFF, self.stall_words(node))
-        if (yield from self.off((node,))):
-            words = f"{self._wire.drive(node)} has switched its motor off"
-            return Alert(AlertKind.SWITCHED_OFF, words)
-        mode = yield from self.mode_words(node)
+        if (yield from self.stalled((drive,))):
+            return Alert(AlertKind.SWITCHED_OFF, stall_words(drive))
+        if (yield from self.off((drive,))):
+            return Alert(AlertKind.SWITCHED_OFF, f"{drive} has switched its motor off")
+        mode = yield from self.mode_words(drive)
         return Alert(AlertKind.OFF_PATH, mode) if mode else None
 
     def explain(self, verdict: Verdict) -> WireScript[Alert]:
         """Find out why a drive is in the wrong place, and what that means for the arm."""
-        drive = self._wire.drive(verdict.node)
+        drive = verdict.drive
         if verdict.finding is DriveFinding.RESTARTED:
-            stalled = yield from self.stalled((drive.node,))
+            stalled = yield from self.stalled((drive,))
             if not stalled:
                 return Alert(AlertKind.RESTARTED, restarted_words(drive))
-        obstructed = yield from self.obstructed(drive.node)
-        return obstructed or Alert(AlertKind.OFF_PATH, _departed_words(drive, verdict))
+        obstructed = yield from self.obstructed(drive)
+        return obstructed or Alert(AlertKind.OFF_PATH, _departed_words(verdict))
 
     def found_at_rest(self, drive: ObservedDrive) -> WireScript[Alert]:
         """Find out why a drive that had no new target has moved."""
         now_s, count = self._wire.now_s, drive.count or 0
         restarted = drive.counts_from_zero(now_s, now_s)
         finding = DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE
-        verdict = Verdict(drive.node, finding, count, drive.goal)
+        verdict = Verdict(drive, finding, count, drive.goal)
         return (yield from self.explain(verdict))
 
 
-def _departed_words(drive: ObservedDrive, verdict: Verdict) -> str:
+def stall_words(drive: ObservedDrive) -> str:
+    """Return that a drive's stall protection has acted."""
+    return (
+        f"{drive} has stalled, and its protection has let the shaft go: find "
+        "out what blocked it, or give it more current or less speed"
+    )
+
+
+def _departed_words(verdict: Verdict) -> str:
     if verdict.finding in (DriveFinding.OFF_PATH, DriveFinding.WEAK):
         return (
-            f"{drive} has {counted(round(verdict.off), 'count')} of following error; the "
+            f"{verdict.drive} has {counted(round(verdict.off), 'count')} of following error; the "
             "other drives are on the "
             "path. It is overloaded, or its supply is too weak for its speed"
         )
-    return off_target_words(drive, verdict.count, round(verdict.place), "counts")
+    return off_target_words(verdict.drive, verdict.count, round(verdict.place), "counts")
 
 
 REPLIES_OFF = (
@@ -240,12 +237,14 @@ class MksContact:
             drive.fresh = True
         self.connected = True
 
-    def _refuse_absent(self, missing: Collection[int], since_s: float) -> WireScript[NoReturn]:
+    def _refuse_absent(
+        self, missing: Sequence[ObservedDrive], since_s: float
+    ) -> WireScript[NoReturn]:
         """Raise `Obstructed` for missing drives; they may have the ids of others."""
         wire = self._wire
         absence = wire.absence(missing, since_s)
         if isinstance(absence, RequestRejected):
-            there = [node for node in wire.nodes if node not in missing]
+            there = [drive for drive in wire.drives if drive not in missing]
             for _ in range(TRIES):
                 yield from wire.look(there)
             if shared := (yield from self._shared_words()):
@@ -262,7 +261,7 @@ class MksContact:
         wire = self._wire
         version = wire.settings.version
         if version is None:
-            found = yield from firmware_of(wire, wire.nodes)
+            found = yield from firmware_of(wire, wire.drives)
             version = min(LATEST, *(each.version for each in found.values()))
         self.firmware = ".".join(map(str, version))
         wire.able = abilities_of(version)
@@ -270,21 +269,19 @@ class MksContact:
 
     def _end_earlier_motion(self) -> WireScript[None]:
         """Wait until all drives stand, and stop those that do not."""
-        listened, halt = self._wire.listened, self._stops.halt
-        return end_earlier_motion(
-            listened, self._turning, lambda drives: halt([drive.node for drive in drives])
-        )
+        return end_earlier_motion(self._wire.listened, self._turning, self._stops.halt)
 
     def _turning(self) -> WireScript[list[ObservedDrive]]:
         """Return the drives that turn. Raises `Obstructed` if one homes or calibrates."""
         wire = self._wire
-        states = yield from self._inquiry.states()
-        for node, state in states.items():
+        turning = []
+        for drive, answer in (yield from wire.read(ReadState())).items():
+            state = answer.state if isinstance(answer, StateRead) else None
             if state in BUSY:
-                raise Obstructed(
-                    f"{wire.drive(node)} is {state.name.lower()}: wait until it has finished"
-                )
-        turning = [wire.drive(node) for node, state in states.items() if state in TURNING]
+                words = state.name.lower()
+                raise Obstructed(f"{drive} is {words}: wait until it has finished")
+            if state in TURNING:
+                turning.append(drive)
         if turning:
             yield from wire.pause(wire.now_s + wire.settings.poll_s)
         return turning
@@ -322,14 +319,14 @@ class MksContact:
         spring to its set-point as soon as it comes free.
         """
         yield from self.adopt_positions()
-        pushing = yield from self._stops.relieve(self._wire.nodes)
+        pushing = yield from self._stops.relieve(self._wire.drives)
         if not pushing:
             return
         yield from self._stops.relieved(pushing)
-        for node, off in pushing.items():
-            if why := (yield from self._inquiry.mode_words(node)):  # it obeys nothing, and pushes
+        for drive, off in pushing.items():
+            if why := (yield from self._inquiry.mode_words(drive)):  # it obeys nothing, and pushes
                 raise Obstructed(why)
-            self._wire.notify(ProtocolWarning(pushing_words(self._wire.drive(node), off)))
+            self._wire.notify(ProtocolWarning(pushing_words(drive, off)))
         yield from self.adopt_positions()
 
     # -- current ------------------------------------------------------------------------------
@@ -339,15 +336,15 @@ class MksContact:
         self.on = False
         wire, inquiry = self._wire, self._inquiry
         yield from self.adopt_positions()
-        if stalled := (yield from inquiry.stalled(wire.nodes)):
-            raise Obstructed(f"{inquiry.stall_words(stalled[0])}; `reset()` clears that")
+        if stalled := (yield from inquiry.stalled(wire.drives)):
+            raise Obstructed(f"{stall_words(stalled[0])}; `reset()` clears that")
         if unfit := (yield from self._unfit_words()):
             raise Obstructed(unfit)
         if wire.can(Ability.SYNCHRONOUS_START):
-            yield from wire.ask(dict.fromkeys(wire.nodes, ArmSynchronous(on=False)))
+            yield from wire.ask(dict.fromkeys(wire.drives, ArmSynchronous(on=False)))
         yield from self._command(Enable(on=True), "ENABLE")
-        if off := (yield from inquiry.off(wire.nodes)):
-            raise Obstructed(f"{wire.drive(off[0])} does not switch its motor on")
+        if off := (yield from inquiry.off(wire.drives)):
+            raise Obstructed(f"{off[0]} does not switch its motor on")
         self.watched = yield from self._watch()
         self.on = True
         yield from self._adopt_and_relieve()
@@ -365,13 +362,13 @@ class MksContact:
         timeout = SilenceWatchdog(round(wire.settings.watchdog_s * 1000.0))
         if not timeout.timeout_ms or not wire.can(Ability.SILENCE_WATCHDOG):
             return False
-        found = yield from wire.ask(dict.fromkeys(wire.nodes, timeout), text="WATCHDOG")
-        if not all(isinstance(found.get(node), Taken) for node in wire.nodes):
+        found = yield from wire.ask(dict.fromkeys(wire.drives, timeout), text="WATCHDOG")
+        if not all(isinstance(found.get(drive), Taken) for drive in wire.drives):
             return False
         fits = [SettingRead(timeout.code, value) for value in (None, timeout.payload)]
         for _ in range(TRIES):  # a late answer to the setting looks like its value
             answers = yield from wire.read(ReadSetting(timeout.code))
-            if all(answers.get(node) in (None, *fits) for node in wire.nodes):
+            if all(answers.get(drive) in (None, *fits) for drive in wire.drives):
                 return True
         return False
 
@@ -382,15 +379,14 @@ class MksContact:
         """
         wire = self._wire
         began_s = wire.now_s
-        found = yield from wire.ask(dict.fromkeys(wire.nodes, message), text=text)
-        if missing := [node for node in wire.nodes if node not in found]:
+        found = yield from wire.ask(dict.fromkeys(wire.drives, message), text=text)
+        if missing := [drive for drive in wire.drives if drive not in found]:
             why = yield from self._silence_words(missing)
             raise Obstructed(why or wire.absence(missing, began_s))
-        for node, reply in found.items():
+        for drive, reply in found.items():
             if not isinstance(reply, Taken):
-                why = yield from self._inquiry.mode_words(node)
-                refused = f"{wire.drive(node)} refused {text}: {NO_SUCH_ORDER}"
-                raise Obstructed(why or refused)
+                why = yield from self._inquiry.mode_words(drive)
+                raise Obstructed(why or f"{drive} refused {text}: {NO_SUCH_ORDER}")
 
     # -- settings -----------------------------------------------------------------------------
     #
@@ -398,25 +394,25 @@ class MksContact:
 
     def _unfit_words(self) -> Words:
         """Return which drive's settings prevent switching it on; empty if none do."""
-        for node in self._wire.nodes:
-            if words := (yield from self._inquiry.mode_words(node)):
+        for drive in self._wire.drives:
+            if words := (yield from self._inquiry.mode_words(drive)):
                 return words
-        return (yield from self._mute_words(self._wire.nodes))
+        return (yield from self._mute_words(self._wire.drives))
 
-    def _silence_words(self, missing: Collection[int]) -> Words:
+    def _silence_words(self, missing: Sequence[ObservedDrive]) -> Words:
         """Return why drives did not answer an order; empty if they answer nothing else either."""
         if words := (yield from self._mute_words(missing)):
             return words
         silent = yield from self._wire.look(missing)
-        return "" if silent else f"{self._wire.drive(next(iter(missing)))} {REPLIES_OFF}"
+        return "" if silent else f"{missing[0]} {REPLIES_OFF}"
 
-    def _mute_words(self, nodes: Collection[int]) -> Words:
+    def _mute_words(self, drives: Collection[ObservedDrive]) -> Words:
         if not self._wire.can(Ability.READ_SETTINGS):
             return ""
-        found = yield from self._wire.read(ReadSetting(Code.REPLIES), nodes)
+        found = yield from self._wire.read(ReadSetting(Code.REPLIES), drives)
         none = SetReplies(ReplyMode.NONE)
-        off = [node for node, answer in found.items() if setting_of(answer) == none]
-        return f"{self._wire.drive(off[0])} {REPLIES_OFF}" if off else ""
+        off = [drive for drive, answer in found.items() if setting_of(answer) == none]
+        return f"{off[0]} {REPLIES_OFF}" if off else ""
 
     # -- faults -------------------------------------------------------------------------------
 
@@ -424,10 +420,10 @@ class MksContact:
         """Clear stalls. Motor currents stay as they are, and nothing moves."""
         inquiry = self._inquiry
         yield from self._end_earlier_motion()
-        stalled = yield from inquiry.stalled(self._wire.nodes)
+        stalled = yield from inquiry.stalled(self._wire.drives)
         if stalled:
             yield from self._wire.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
             if left := (yield from inquiry.stalled(stalled)):
-                raise Obstructed(f"{inquiry.stall_words(left[0])}; it does not clear that")
+                raise Obstructed(f"{stall_words(left[0])}; it does not clear that")
         yield from self._adopt_and_relieve() if self.on else self.adopt_positions()
         return Done()

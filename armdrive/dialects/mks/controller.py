@@ -172,7 +172,8 @@ class MksController(ScriptRunner[Event]):
         A drive that lags turns faster than planned and so brakes for longer, but it makes up for no
         more than it may lag.
         """
-        begun_s = HOST_S + 2.0 * STOP_POLL_S
+        begun_s = HOST_S + 2.0 * STOP_POLL_S  # one stop may be lost, and is repeated
+        # a state and two separate readings show that a drive stands, and an answer may be late
         seen_s = 3.0 * STOP_POLL_S + 2.0 * self.settings.answer_s
         silent_s = max(burst_s, 1.5 * self.settings.segment_s)
         if self.watched:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from armdrive.dialects.bus.drives import NONE_HEARD
+from armdrive.dialects.bus.drives import NONE_HEARD, absent_words
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive
 from armdrive.dialects.bus.phases import (
     Act,
@@ -50,9 +50,9 @@ class MksHoming:
         return home_in_groups(groups, self._wire.drives, self._home_group)
 
     def _home_group(self, drives: tuple[ObservedDrive, ...]) -> Script:
-        wire, nodes = self._wire, tuple(drive.node for drive in drives)
+        wire = self._wire
         wire.observer.watch()
-        answers = yield from wire.ask(dict.fromkeys(nodes, Home()), tries=1, text="HOME")
+        answers = yield from wire.ask(dict.fromkeys(drives, Home()), tries=1, text="HOME")
         for drive in drives:
             drive.moving = True
         search = HomingSearch(
@@ -63,15 +63,15 @@ class MksHoming:
         )
         braking = self._stops.brake(())
         for drive in drives:
-            if isinstance(answers.get(drive.node), Failed):
+            if isinstance(answers.get(drive), Failed):
                 search.wrong = search.wrong or f"{drive} refused to home"
-            elif isinstance(answers.get(drive.node), Ended):
+            elif isinstance(answers.get(drive), Ended):
                 search.note(drive, HomingStatus.FOUND)
 
         def stop() -> None:
             """Stop the drives at once: they ignore ramps while they home."""
             nonlocal braking
-            braking = self._stops.brake(nodes, hard=True)
+            braking = self._stops.brake(drives, hard=True)
 
         searching = Searching(wire, search)
         stages: Stages = {Phase.HOMING: lambda: searching, Phase.STOPPING: lambda: braking}
@@ -101,17 +101,17 @@ class Searching:
         if (verdict := wire.observer.silence()) is not None:
             mute = verdict.finding is DriveFinding.MUTE
             search.wrong = search.wrong or (
-                wire.absent_words((verdict.node,)) if mute else NONE_HEARD
+                absent_words((verdict.drive,), "id") if mute else NONE_HEARD
             )
         for drive in tuple(search.left):
-            search.note(drive, self._status(drive.node))
+            search.note(drive, self._status(drive))
         return search.signal()
 
-    def _status(self, node: int) -> HomingStatus:
-        homing = self._wire.homing.get(node)
+    def _status(self, drive: ObservedDrive) -> HomingStatus:
+        homing = self._wire.homing.get(drive)
         if homing is HomingState.FAILED:
             return HomingStatus.FAILED
-        stands = self._wire.states.get(node) is MotorState.STOPPED
+        stands = self._wire.states.get(drive) is MotorState.STOPPED
         found = homing is HomingState.DONE and stands
         return HomingStatus.FOUND if found else HomingStatus.SEARCHING
 
@@ -120,14 +120,13 @@ class Searching:
         if now_s < self._due_s:
             return self._due_s
         self._due_s = now_s + HOMING_POLL_S
-        wire, left = self._wire, [drive.node for drive in self._search.left]
-        witness = [node for node in wire.nodes if node not in left][: len(left) == 1]
-        for node in witness:
-            wire.put(node, ReadEncoder())
-        for node in left:
-            wire.states.pop(node, None)
-            wire.homing.pop(node, None)
+        wire, left = self._wire, self._search.left
+        for drive in wire.witness(left) if len(left) == 1 else ():
+            wire.put(drive, ReadEncoder())
+        for drive in left:
+            wire.states.pop(drive, None)
+            wire.homing.pop(drive, None)
             for question in (ReadEncoder(), ReadHoming(), ReadState()):
-                wire.put(node, question)
+                wire.put(drive, question)
         wire.notify(Progress(wire.registers()))
         return self._due_s

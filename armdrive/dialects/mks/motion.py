@@ -10,7 +10,13 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
-from armdrive.dialects.bus.drives import BUS_REMEDY, NONE_HEARD, Obstructed, not_heard_words
+from armdrive.dialects.bus.drives import (
+    BUS_REMEDY,
+    NONE_HEARD,
+    Obstructed,
+    absent_words,
+    not_heard_words,
+)
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
@@ -64,7 +70,7 @@ class MksMotion:
             raise Obstructed("its motors are disabled: call `enable()`")
         stale = any(drive.read_s < wire.now_s - FRESH_S for drive in wire.drives)
         if stale and (missing := (yield from wire.look())):
-            raise Obstructed(wire.absent_words(missing))
+            raise Obstructed(absent_words(missing, "id"))
         for drive in wire.drives:
             drive.stand(wire.now_s)
         wire.observer.watch()
@@ -108,7 +114,7 @@ class MotionRun:
         self.steering = Steering(wire)
         self.trouble: Verdict | Alert | None = None
         """What is wrong and ends the motion."""
-        self.short: set[int] = set()
+        self.short: set[ObservedDrive] = set()
         """The drives that need their order again."""
         self.braking = stops.brake(())
         """The stage of its latest stop; of no drives before the first one."""
@@ -146,13 +152,14 @@ class MotionRun:
 
     def reported(self) -> Verdict | Alert | None:
         """Return what a drive has reported that ends the motion; None if none has."""
-        unfit, at_limit = self.wire.unfit, self.wire.at_limit
-        if unfit:
-            return _blocked(self.wire.drive(min(unfit)))
-        if not at_limit:
-            return None
-        words = f"{self.wire.drive(min(at_limit))} has run into a limit switch, which stopped it"
-        return Alert(AlertKind.ALARM_LOST, words)
+        for drive in self.wire.drives:
+            if drive in self.wire.unfit:
+                return _blocked(drive)
+        for drive in self.wire.drives:
+            if drive in self.wire.at_limit:
+                words = f"{drive} has run into a limit switch, which stopped it"
+                return Alert(AlertKind.ALARM_LOST, words)
+        return None
 
     def blame(self, trouble: Verdict | Alert | None) -> bool:
         """Record what is wrong; return whether anything is."""
@@ -205,6 +212,7 @@ class MotionRun:
         The others are stopped, and the reply names the missing drives.
         """
         wire = self.wire
+        # Some replies may only be late. So they are waited for before the second look.
         since_s = min(each.ledger.sent_s for each in wire.drives)
         missing = yield from wire.look()
         until_s = wire.now_s + REPLY_TIMEOUT_S
@@ -216,11 +224,9 @@ class MotionRun:
         if elsewhere and not missing:
             return elsewhere[0].verdict
         left = self.braking.left
-        self.braking.left = [drive for drive in left if drive.node not in missing]
-        if set(missing) == set(wire.nodes):
-            self._reply = wire.silence(since_s)
-        elif missing:
-            self._reply = RequestRejected(wire.absent_words(missing), silent=True)
+        self.braking.left = [drive for drive in left if drive not in missing]
+        if missing:
+            self._reply = wire.absence(missing, since_s, moved=True)
         else:
             words = not_heard_words(", ".join(map(str, self._silent)) or "a drive")
             if verdict.finding is DriveFinding.LATE:
@@ -240,10 +246,10 @@ class MotionRun:
         for drive in self.wire.drives:
             if self.wire.now_s >= drive.rejections.due_s:
                 if drive.rejections.confirm():
-                    self.inquiry.ask_fitness(drive.node)
+                    self.inquiry.ask_fitness(drive)
                 else:
                     self.wire.repeat(drive)
-            elif drive.node in self.short:
+            elif drive in self.short:
                 self.wire.repeat(drive)
         self.short.clear()
 
@@ -310,19 +316,22 @@ class Moving:
             self._run.steering.steer(trip)
         if self._polling.poll(now_s):
             self._asked_at_s, self._compared = trip.at_s(now_s), False
-        for node in wire.observer.to_retry(now_s):
-            self._retry(wire.drive(node))
+        for drive in wire.observer.to_retry(now_s):
+            self._retry(drive)
         reread_doubtful(wire)
         return min(trip.due_s, self._polling.due_s, wire.observer.due_s)
 
     def _retry(self, drive: ObservedDrive) -> None:
         """Repeat the order of a drive that is silent while others reply: it may have been lost.
 
-        A question about its state shows whether the drive is there.
+        A question about its state shows whether the drive is there. A drive that stays silent may
+        have restarted, and is asked for its position instead.
         """
-        if drive.moving and drive.ledger.answers_orders:
+        if drive.may_have_restarted(self._wire.now_s):
+            self._wire.put(drive, ReadEncoder())
+        elif drive.moving and drive.ledger.answers_orders:
             self._wire.repeat(drive)
-        self._wire.put(drive.node, ReadState())
+        self._wire.put(drive, ReadState())
 
     def _off_path(self, now_s: float) -> Verdict | None:
         """Compare all positions of the last look with the path, once every drive has answered."""
@@ -349,7 +358,7 @@ class Outage:
     def __init__(self, run: MotionRun) -> None:
         self._run, self._wire = run, run.wire
         self._polling = Polling(run.wire, run.wire.now_s)
-        self._arrived: set[int] = set()
+        self._arrived: set[ObservedDrive] = set()
         self._back_s = math.inf
         """When a drive replied again; infinity if none did."""
         self._asked_s = self._polled_s = math.inf
@@ -407,10 +416,10 @@ class Outage:
     def _displaced(self) -> Verdict | None:
         """Return what is wrong with a drive that had come to its target and has left it."""
         for drive in self._wire.drives:
-            if drive.node in self._arrived and not drive.is_near:
+            if drive in self._arrived and not drive.is_near:
                 return _blocked(drive)
             if drive.is_near:
-                self._arrived.add(drive.node)
+                self._arrived.add(drive)
         return None
 
 
@@ -422,7 +431,7 @@ class Arriving:
         self._due_s = self._asked_s = run.wire.now_s
         patience_s = 2.0 * run.expected_s + run.stops.ramp_s + PATIENCE_S
         self._given_up_s = run.wire.listened.s + patience_s
-        self._short: dict[int, int] = {}
+        self._short: dict[ObservedDrive, int] = {}
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
@@ -440,18 +449,17 @@ class Arriving:
         return Signal.SHORT if run.short else None
 
     def step(self, now_s: float) -> float:
-        """Ask the drives that are under way; if only one is, ask another as a witness."""
+        """Ask the drives that are under way."""
         wire = self._wire
         if now_s < self._due_s:
             return min(self._due_s, wire.observer.rejected_s)
         self._due_s, self._asked_s = now_s + STOP_POLL_S, now_s
         left = wire.under_way
-        witness = tuple(node for node in wire.nodes if node not in left)[: len(left) == 1]
-        for node in (*left, *witness):
-            wire.put(node, ReadEncoder())
-        for node in left:
-            wire.states.pop(node, None)
-            wire.put(node, ReadState())
+        for drive in (*left, *(wire.witness(left) if len(left) == 1 else ())):
+            wire.put(drive, ReadEncoder())
+        for drive in left:
+            wire.states.pop(drive, None)
+            wire.put(drive, ReadState())
         wire.notify(Progress(wire.registers()))
         return min(self._due_s, wire.observer.rejected_s)
 
@@ -460,42 +468,41 @@ class Arriving:
 
         A drive that is merely behind is not blamed: its last order may be late or lost.
         """
-        for node in self._wire.under_way:
-            drive = self._wire.drive(node)
+        for drive in self._wire.under_way:
             if drive.is_elsewhere:
                 return drive.verdict
             if drive.read_s < self._asked_s or drive.ledger.pending:
                 continue
-            if self._wire.states.pop(node, None) is MotorState.STOPPED:
+            if self._wire.states.pop(drive, None) is MotorState.STOPPED:
                 self._stands(drive, now_s)
-            if self._short.get(node, 0) >= SHORT_LOOKS * TRIES:
+            if self._short.get(drive, 0) >= SHORT_LOOKS * TRIES:
                 return _blocked(drive)
         over = self._wire.listened.s >= self._given_up_s
         late = self._wire.under_way if over else ()
-        return _blocked(self._wire.drive(late[0])) if late else None
+        return _blocked(late[0]) if late else None
 
     def _stands(self, drive: ObservedDrive, now_s: float) -> None:
         if drive.is_near:
             self._wire.host.settle(drive.node)
             drive.rest_at(drive.goal, now_s)
             return
-        looks = self._short[drive.node] = self._short.get(drive.node, 0) + 1
+        looks = self._short[drive] = self._short.get(drive, 0) + 1
         if looks % SHORT_LOOKS == 0 and drive.is_on_path:  # its order may have been lost
-            self._run.short.add(drive.node)
+            self._run.short.add(drive)
 
 
 def ask_all(wire: MksWire) -> None:
     """Ask every drive for its position, and report the last positions."""
-    for node in wire.nodes:
-        wire.put(node, ReadEncoder())
+    for drive in wire.drives:
+        wire.put(drive, ReadEncoder())
     if any(drive.count is not None for drive in wire.drives):
         wire.notify(Progress(wire.registers()))
 
 
 def reread_doubtful(wire: MksWire) -> None:
     """Ask the drives whose last reading is in doubt for another one."""
-    for node in wire.observer.to_reread:
-        wire.put(node, ReadEncoder())
+    for drive in wire.observer.to_reread:
+        wire.put(drive, ReadEncoder())
 
 
 def found_off_path(run: MotionRun) -> Verdict | None:
@@ -517,4 +524,4 @@ def found_off_path(run: MotionRun) -> Verdict | None:
 
 
 def _blocked(drive: ObservedDrive) -> Verdict:
-    return Verdict(drive.node, DriveFinding.BLOCKED, drive.count or 0, drive.course.place)
+    return Verdict(drive, DriveFinding.BLOCKED, drive.count or 0, drive.course.place)

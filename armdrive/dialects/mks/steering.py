@@ -80,6 +80,7 @@ class Trip:
 
         Late periods do not add up.
         """
+        # half a period at most is made up for, so orders never come in a rush after a delay
         self.due_s = max(self.due_s, now_s - self._period_s / 2.0) + self._period_s
         self.time_s, self._steered_s = self.at_s(now_s), now_s
         self.path.discard_before(self.time_s)
@@ -110,16 +111,20 @@ class Steering:
         """Why a target cannot be commanded."""
 
     def steer(self, trip: Trip) -> None:
-        """Send every moving drive its next order."""
+        """Send every moving drive its next order, unless one of them may have restarted.
+
+        It would turn there from its new zero. Without orders, all end at their last targets.
+        """
         wire, period_s = self._wire, self._wire.settings.segment_s
         trip.advance(wire.now_s)
+        if any(drive.may_have_restarted(wire.now_s) for drive in wire.drives):
+            return
         ahead_s = min(trip.time_s + trip.ahead_s, trip.path.end_s)
         trip.sent_s = ahead_s
         last = trip.ending and trip.time_s + period_s >= trip.path.end_s - 1e-9
         motors = range(len(wire.drives))
         headings = [trip.path.heading(motor, trip.time_s, ahead_s) for motor in motors]
-        speeds = [trip.path.speed(motor, trip.time_s, headings[motor]) for motor in motors]
-        shares = _shares_of(speeds)
+        shares = _shares_of([heading.speed for heading in headings])
         for motor, (drive, heading) in enumerate(zip(wire.drives, headings, strict=True)):
             drive.course.advance(wire.now_s)
             share = shares[motor]
@@ -127,6 +132,8 @@ class Steering:
             if order is None:
                 continue
             target, rpm = order
+            # These may be farther from their target than their course says, or too slow for it.
+            # Each gets a speed, or a nearer target, that it reaches in the announced time.
             behind = drive.verdict is not None and drive.verdict.finding is DriveFinding.BEHIND
             if last or behind or rpm < CREEP_RPM or self._is_unconfirmed(drive):
                 target, rpm = self._in_time(trip, motor, target, rpm)
@@ -143,9 +150,9 @@ class Steering:
     def _send(self, drive: ObservedDrive, target: int, rpm: int, share: float) -> None:
         most = self._wire.settings.acceleration
         again = drive.moving and target == drive.goal
-        kept = self._wire.orders[drive.node].acc if again else 0
+        kept = self._wire.orders[drive].acc if again else 0
         acc = ramp_to(drive.course, target, most, share, kept)
-        self._wire.send(drive.node, MoveAbsoluteAxis(target, rpm, acc))
+        self._wire.send(drive, MoveAbsoluteAxis(target, rpm, acc))
 
     def _in_time(self, trip: Trip, motor: int, target: int, rpm: int) -> tuple[int, int]:
         """Return a target and speed that a drive reaches in the announced time, by its reading.
@@ -165,7 +172,7 @@ class Steering:
         read_s = self._wire.now_s - drive.asked_s  # it may have moved as fast as that since
         brakes_s = most * COUNTS_S_PER_RPM / slope_of(self._wire.settings.acceleration)
         reverses = drive.moving and ahead * (nearer - drive.goal) < 0.0
-        if reverses and read_s + brakes_s > ahead_s:
+        if reverses and read_s + brakes_s > ahead_s:  # turning back would take longer than going on
             nearer = drive.goal
         return nearer, most
 
@@ -208,7 +215,7 @@ class Steering:
         needed = heading.direction * (there - place) / max(until_s - trip.time_s, period_s / 2.0)
         planned = abs(there - here) / max(until_s - trip.time_s, 1e-6) / COUNTS_S_PER_RPM
         most = catch_up_rpm(planned)
-        if planned < SLOW_RPM:
+        if planned < SLOW_RPM:  # whole rpm are too coarse: it goes there and waits for the others
             target = round(there)
             ahead = heading.direction * (target - place) > 0.5
             rpm = _whole_rpm(math.ceil(needed / COUNTS_S_PER_RPM), most)

@@ -8,7 +8,7 @@ every `STOP_POLL_S`; a drive that reports running gets it again at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.observer import MUTE_POLLS, ObservedDrive
@@ -62,7 +62,7 @@ class MksBrakes:
         self,
         wire: MksWire,
         stops: MksStops,
-        nodes: Collection[int],
+        drives: Collection[ObservedDrive],
         *,
         hard: bool = False,
         judged: bool = False,
@@ -70,32 +70,33 @@ class MksBrakes:
     ) -> None:
         self._wire, self._stops = wire, stops
         self._hard, self._judged, self._repeats = hard, judged, repeats
-        self._unconfirmed = set(nodes) if repeats else set[int]()
+        self._unconfirmed = tuple(drives) if repeats else ()
         self._began_s = self._due_s = wire.now_s
         self._still: dict[ObservedDrive, tuple[int, float]] = {}
-        for node in nodes:
-            wire.states.pop(node, None)
-            wire.drive(node).ledger.braking = True  # drives that stand are not asked
+        for drive in drives:
+            wire.states.pop(drive, None)
+            drive.ledger.braking = True  # drives that stand are not asked
 
     def step(self, left: Sequence[ObservedDrive], now_s: float) -> float:
         """Send the stop to drives that do not brake, and ask all that do not stand."""
-        wire, nodes = self._wire, {drive.node for drive in left}
+        wire = self._wire
         if wire.stop_hard and not self._hard and self._repeats:
-            self._hard, self._unconfirmed = True, nodes
-            self._stops.send(nodes, hard=True)
-        running = [node for node in self._unconfirmed if wire.states.get(node) in RUNNING]
-        for node in running:  # another motor of the same joint brakes already
-            del wire.states[node]
-            self._stops.send((node,), hard=self._hard)
-            wire.put(node, ReadState())
-        self._unconfirmed = {node for node in self._unconfirmed & nodes if node not in wire.states}
+            self._hard, self._unconfirmed = True, tuple(left)
+            self._stops.send(left, hard=True)
+        for drive in self._unconfirmed:
+            if wire.states.get(drive) in RUNNING:  # another motor of the same joint brakes already
+                del wire.states[drive]
+                self._stops.send((drive,), hard=self._hard)
+                wire.put(drive, ReadState())
+        self._unconfirmed = tuple(
+            drive for drive in self._unconfirmed if drive in left and drive not in wire.states
+        )
         if now_s >= self._due_s:
             if self._unconfirmed and now_s > self._began_s:
-                self._stops.send(sorted(self._unconfirmed), hard=self._hard)
-            witness = [node for node in wire.nodes if node not in nodes][:1]
-            for node in (*sorted(nodes), *witness):
-                wire.put(node, ReadState())
-                wire.put(node, ReadEncoder())
+                self._stops.send(self._unconfirmed, hard=self._hard)
+            for drive in (*left, *wire.witness(left)):
+                wire.put(drive, ReadState())
+                wire.put(drive, ReadEncoder())
             wire.notify(Progress(wire.registers()))
             self._due_s = now_s + STOP_POLL_S
         return self._due_s
@@ -115,7 +116,7 @@ class MksBrakes:
         if first is None or abs(drive.count - first[0]) > drive.bounds.tremble:
             self._still[drive] = drive.count, drive.read_s
             return False
-        stands = self._wire.states.get(drive.node) is MotorState.STOPPED
+        stands = self._wire.states.get(drive) is MotorState.STOPPED
         return stands and drive.asked_s > first[1] and not drive.ledger.pending
 
     def settle(self, drive: ObservedDrive, now_s: float) -> None:
@@ -134,7 +135,7 @@ class MksBrakes:
 
     def absence(self, mute: Sequence[ObservedDrive]) -> Timeout | RequestRejected:
         """Return the reply that names drives that fell silent while they braked."""
-        return self._wire.absence([drive.node for drive in mute], self._began_s, moved=True)
+        return self._wire.absence(mute, self._began_s, moved=True)
 
 
 class MksStops:
@@ -145,45 +146,45 @@ class MksStops:
         self.ramp_s = ramp_s
         """How long the arm's fastest drive brakes."""
 
-    def send(self, nodes: Iterable[int], *, hard: bool) -> None:
+    def send(self, drives: Iterable[ObservedDrive], *, hard: bool) -> None:
         """Send drives a stop, with ramps in proportion to their speeds: all stop together."""
         wire = self._wire
-        for drive in wire.drives:
-            drive.course.advance(wire.now_s)
-        fastest = max(abs(drive.course.speed) for drive in wire.drives)
-        for node in nodes:
-            speed = abs(wire.drive(node).course.speed)
+        for each in wire.drives:
+            each.course.advance(wire.now_s)
+        fastest = max(abs(each.course.speed) for each in wire.drives)
+        for drive in drives:
+            speed = abs(drive.course.speed)
             immediate = hard and speed / COUNTS_S_PER_RPM <= HARD_STOP_MAX_RPM
             if immediate and wire.can(Ability.EMERGENCY_STOP):
-                wire.put(node, EmergencyStop(), "EMERGENCY STOP")
+                wire.put(drive, EmergencyStop(), "EMERGENCY STOP")
             else:
                 share = speed / fastest if speed else 1.0
                 ramp = 0 if immediate else shared_acc(wire.settings.acceleration, share)
-                wire.put(node, Stop(Code.ABSOLUTE_AXIS, ramp), "STOP")
+                wire.put(drive, Stop(Code.ABSOLUTE_AXIS, ramp), "STOP")
 
     def brake(
-        self, nodes: Collection[int], *, hard: bool = False, judged: bool = False
+        self, drives: Collection[ObservedDrive], *, hard: bool = False, judged: bool = False
     ) -> Braking[ObservedDrive]:
         """Send drives a stop; return the stage that sees to it."""
-        for node in nodes:
-            self._wire.drive(node).stop(self._wire.now_s)
-        self.send(nodes, hard=hard)
-        return self._braking(nodes, MksBrakes(self._wire, self, nodes, hard=hard, judged=judged))
+        for drive in drives:
+            drive.stop(self._wire.now_s)
+        self.send(drives, hard=hard)
+        return self._braking(drives, MksBrakes(self._wire, self, drives, hard=hard, judged=judged))
 
-    def halt(self, nodes: Collection[int]) -> WireScript[None]:
+    def halt(self, drives: Collection[ObservedDrive]) -> WireScript[None]:
         """Stop drives and wait until they stand. Raises `Obstructed` if that is not known."""
-        braking = self.brake(nodes, judged=True)
+        braking = self.brake(drives, judged=True)
         stages = {Phase.STOPPING: lambda: braking}
         hold = {Act.HOLD: lambda: self.hold(braking, judged=True)}
         yield from run_phases(self._wire, Phase.STOPPING, stages, hold)
         if (unstopped := braking.unstopped()) is not None:
             raise Obstructed(unstopped)
 
-    def _braking(self, nodes: Collection[int], brakes: MksBrakes) -> Braking[ObservedDrive]:
-        wire = self._wire
-        patience_s = 2.0 * self.ramp_s + 20.0 * wire.settings.answer_s + 0.5
-        drives = [drive for drive in wire.drives if drive.node in nodes]
-        return Braking(brakes, drives, wire.listened, patience_s)
+    def _braking(
+        self, drives: Collection[ObservedDrive], brakes: MksBrakes
+    ) -> Braking[ObservedDrive]:
+        patience_s = 2.0 * self.ramp_s + 20.0 * self._wire.settings.answer_s + 0.5
+        return Braking(brakes, drives, self._wire.listened, patience_s)
 
     # -- drives that push ---------------------------------------------------------------------
     #
@@ -193,48 +194,45 @@ class MksStops:
 
     def hold(self, braking: Braking[ObservedDrive], *, judged: bool) -> WireScript[None]:
         """Relieve drives that stand and push; report them if they are `judged`."""
-        pushing = yield from self.relieve([drive.node for drive in braking.standing])
+        pushing = yield from self.relieve(braking.standing)
         braking.left += yield from self.relieved(pushing)
-        for node, off in pushing.items():
+        for drive, off in pushing.items():
             if judged:
-                words = pushing_words(self._wire.drive(node), off)
-                self._wire.notify(Alert(AlertKind.OFF_PATH, words))
+                self._wire.notify(Alert(AlertKind.OFF_PATH, pushing_words(drive, off)))
 
-    def relieve(self, nodes: Collection[int]) -> WireScript[dict[int, int]]:
+    def relieve(self, drives: Collection[ObservedDrive]) -> WireScript[dict[ObservedDrive, int]]:
         """Send drives that push to where they stand; return how far off each one's target was.
 
         Once only: a shaft that always hangs off its set-point would be followed away.
         """
-        wire = self._wire
-        found = yield from wire.read(ReadAngleError(), nodes, tries=RELIEF_TRIES, patient=False)
-        errors = {
-            node: round(answer.error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)
-            for node, answer in found.items()
-            if isinstance(answer, AngleErrorRead)
-        }
-        pushing = {node: off for node, off in errors.items() if self._pushes(node, off)}
-        for node, off in pushing.items():
+        wire, pushing = self._wire, dict[ObservedDrive, int]()
+        found = yield from wire.read(ReadAngleError(), drives, tries=RELIEF_TRIES, patient=False)
+        for drive, answer in found.items():
+            if not isinstance(answer, AngleErrorRead):
+                continue
+            here = drive.count or 0
+            off = round(answer.error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)
+            if abs(off) <= wire.settings.rest_counts:
+                continue
+            if abs(here) > TARGET_MAX:  # no target can be commanded there
+                continue
+            pushing[drive] = off
             rpm = min(math.ceil(abs(off) / RELIEF_S / COUNTS_S_PER_RPM), RELIEF_MAX_RPM)
-            here = wire.drive(node).count or 0
-            wire.drive(node).rejections.forget()
-            wire.send(node, MoveAbsoluteAxis(here, rpm, wire.settings.acceleration))
+            drive.rejections.forget()
+            wire.send(drive, MoveAbsoluteAxis(here, rpm, wire.settings.acceleration))
         return pushing
 
-    def relieved(self, nodes: Mapping[int, int]) -> WireScript[list[ObservedDrive]]:
+    def relieved(self, drives: Collection[ObservedDrive]) -> WireScript[list[ObservedDrive]]:
         """Wait until relieved drives stand; return those that do not.
 
         They get no stop, not even an emergency stop: it would leave them pushing.
         """
-        brakes = MksBrakes(self._wire, self, nodes, repeats=False)
-        braking = self._braking(nodes, brakes)
-        if nodes:
+        brakes = MksBrakes(self._wire, self, drives, repeats=False)
+        braking = self._braking(drives, brakes)
+        if drives:
             stages = {Phase.STOPPING: lambda: braking}
             yield from run_phases(self._wire, Phase.STOPPING, stages, {Act.HOLD: lambda: None})
         return braking.left
-
-    def _pushes(self, node: int, off: int) -> bool:
-        reachable = abs(self._wire.drive(node).count or 0) <= TARGET_MAX
-        return reachable and abs(off) > self._wire.settings.rest_counts
 
 
 def shared_acc(acc: int, share: float) -> int:

@@ -120,27 +120,28 @@ class KnownDrive:
 
 def answers(wire: MksWire, node: int) -> WireScript[bool]:
     """Return whether a drive answers to an id."""
-    return (yield from wire.reading(node, ReadEncoder())) is not None
+    return (yield from wire.reading(wire.drive(node), ReadEncoder())) is not None
 
 
 def known(wire: MksWire, node: int) -> WireScript[KnownDrive | None]:
     """Ask a drive for all its data; None if no drive has the id."""
-    missed, counts = 0, (yield from wire.reading(node, ReadEncoder(), tries=1))
+    drive, missed = wire.drive(node), 0
+    counts = yield from wire.reading(drive, ReadEncoder(), tries=1)
     while counts is None:
         missed += 1
         if missed == TRIES:
             return None
-        counts = yield from wire.reading(node, ReadEncoder(), tries=1)
-    firmware = (yield from firmware_of(wire, (node,)))[node]
+        counts = yield from wire.reading(drive, ReadEncoder(), tries=1)
+    firmware = (yield from firmware_of(wire, (drive,)))[drive]
     settings: dict[Code, Setting] = {}
     for code in _SETTINGS if Ability.READ_SETTINGS in abilities_of(firmware.version) else ():
-        found = yield from wire.setting(node, code)
+        found = yield from wire.setting(drive, code)
         if found is not None:
             settings[code] = found
-    error = yield from wire.reading(node, ReadAngleError())
-    enabled = yield from wire.reading(node, ReadEnabled())
-    stalled = yield from wire.reading(node, ReadStall())
-    state = yield from wire.reading(node, ReadState())
+    error = yield from wire.reading(drive, ReadAngleError())
+    enabled = yield from wire.reading(drive, ReadEnabled())
+    stalled = yield from wire.reading(drive, ReadStall())
+    state = yield from wire.reading(drive, ReadState())
     return KnownDrive(
         node,
         firmware,
@@ -172,7 +173,7 @@ def is_shared(wire: MksWire, node: int) -> WireScript[bool]:
     for message in TELLTALES:
         wire.surplus.clear()
         for _ in range(TELLTALE_READS):
-            yield from wire.reading(node, message, tries=1)
+            yield from wire.reading(wire.drive(node), message, tries=1)
             yield from wire.pause(wire.now_s + LINGER_S)
         if wire.surplus.owed:
             yield from wire.pause(wire.now_s + LAST_REPLY_S)
@@ -202,7 +203,7 @@ def ask_round(wire: MksWire) -> WireScript[Survey]:
     for _ in range(ROUNDS):
         for drive in wire.drives:
             if drive.count is None:
-                wire.put(drive.node, ReadEncoder())
+                wire.put(drive, ReadEncoder())
                 yield from wire.pause(wire.now_s + ASK_S)
     garbled = wire.garbled
     found = []
@@ -210,7 +211,7 @@ def ask_round(wire: MksWire) -> WireScript[Survey]:
         data = (yield from known(wire, drive.node)) if drive.count is not None else None
         if data is not None:
             found.append(data)
-    return Survey(wire.nodes, tuple(found), garbled)
+    return Survey(wire.settings.ids, tuple(found), garbled)
 
 
 def survey_drives(wire: MksWire, ids: Sequence[int], _heard: SeenNodes) -> WireScript[Answers]:

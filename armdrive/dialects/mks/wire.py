@@ -6,10 +6,10 @@ that is safe to repeat is sent again if its reply is missing, since frames can b
 
 from __future__ import annotations
 
-from collections.abc import Collection, Generator, Iterable, Mapping
+from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import ALL_SILENT, absence, absent_words
+from armdrive.dialects.bus.drives import ALL_SILENT, absence
 from armdrive.dialects.bus.ledger import LateReplies, SurplusAnswers
 from armdrive.dialects.bus.observer import Bounds, ObservedDrive, Observer
 from armdrive.dialects.exchange import Script as ExchangeScript
@@ -97,15 +97,15 @@ class MksWire(ScriptIO[Event]):
         self.observer = Observer([ObservedDrive(node, name, bounds) for node, name in named])
         self.able = abilities_of(settings.version or LATEST)
         """The abilities that all drives have, as far as is known."""
-        self.states: dict[int, MotorState] = {}
+        self.states: dict[ObservedDrive, MotorState] = {}
         """The last motor state of each drive since its entry was cleared."""
-        self.orders: dict[int, MoveAbsoluteAxis] = {}
+        self.orders: dict[ObservedDrive, MoveAbsoluteAxis] = {}
         """The last order to each drive."""
-        self.homing: dict[int, HomingState] = {}
+        self.homing: dict[ObservedDrive, HomingState] = {}
         """The last homing state of each drive since its entry was cleared."""
-        self.at_limit: set[int] = set()
+        self.at_limit: set[ObservedDrive] = set()
         """The drives that a limit switch has stopped, since the set was cleared."""
-        self.unfit: set[int] = set()
+        self.unfit: set[ObservedDrive] = set()
         """The drives that reported a stall, no current, or a mode in which the bus moves nothing,
         since the set was cleared."""
         self.surplus = SurplusAnswers()
@@ -119,14 +119,16 @@ class MksWire(ScriptIO[Event]):
         return self.observer.drives
 
     @property
-    def nodes(self) -> tuple[int, ...]:
-        """The ids of all drives, in motor order."""
-        return self.settings.ids
+    def under_way(self) -> tuple[ObservedDrive, ...]:
+        """The drives with a target that were not seen to stand since."""
+        return tuple(drive for drive in self.drives if drive.moving)
 
-    @property
-    def under_way(self) -> tuple[int, ...]:
-        """The ids of drives with a target that were not seen to stand since."""
-        return tuple(drive.node for drive in self.drives if drive.moving)
+    def witness(self, others: Collection[ObservedDrive]) -> tuple[ObservedDrive, ...]:
+        """Return a drive to ask along with others, or none; its reply shows that the bus works.
+
+        Without it, one drive that falls silent looks like a bus that does.
+        """
+        return tuple(drive for drive in self.drives if drive not in others)[:1]
 
     def drive(self, node: int) -> ObservedDrive:
         """Return a drive by its id."""
@@ -134,44 +136,44 @@ class MksWire(ScriptIO[Event]):
 
     # -- sending ------------------------------------------------------------------------------
 
-    def put(self, node: int, message: Message, text: str = "") -> None:
+    def put(self, drive: ObservedDrive, message: Message, text: str = "") -> None:
         """Send a request to a drive, and give up earlier ones whose reply would look the same.
 
         Motions may follow each other unanswered, so of these only an identical one is given up. A
         new target also gives up earlier targets, which will not be answered any more.
         """
-        for earlier in self.host.unanswered(node):
+        for earlier in self.host.unanswered(drive.node):
             alike = answer_code(earlier) == answer_code(message) and not isinstance(message, Motion)
             replaced = isinstance(earlier, MoveAbsoluteAxis) and isinstance(
                 message, MoveAbsoluteAxis
             )
             if earlier == message or alike or replaced:
-                self._give_up(node, earlier)
-        self.write(self.host.send(node, message), text)
-        if self.drive(node).ledger.answers_orders or not isinstance(message, Motion):
+                self._give_up(drive, earlier)
+        self.write(self.host.send(drive.node, message), text)
+        if drive.ledger.answers_orders or not isinstance(message, Motion):
             owes = isinstance(message, ReadEncoder | MoveAbsoluteAxis | Stop)
-            self.observer.sent(node, self.now_s, owes=owes)
+            self.observer.sent(drive, self.now_s, owes=owes)
         if isinstance(message, Read):
-            self.surplus.asked(node, message.code)
+            self.surplus.asked(drive.node, message.code)
         if isinstance(message, ReadEncoder):
-            self.drive(node).ledger.asked(self.now_s)
+            drive.ledger.asked(self.now_s)
 
-    def send(self, node: int, order: MoveAbsoluteAxis) -> None:
+    def send(self, drive: ObservedDrive, order: MoveAbsoluteAxis) -> None:
         """Send a drive an order: target, speed and ramp."""
-        self.put(node, order)
-        self.note_order(node, order)
+        self.put(drive, order)
+        self.note_order(drive, order)
 
     def repeat(self, drive: ObservedDrive) -> None:
         """Send a moving drive its last order again, which is absolute."""
         if drive.moving:
-            self.send(drive.node, self.orders[drive.node])
+            self.send(drive, self.orders[drive])
 
-    def note_order(self, node: int, order: MoveAbsoluteAxis) -> None:
+    def note_order(self, drive: ObservedDrive, order: MoveAbsoluteAxis) -> None:
         """Record that a drive has received an order."""
-        self.orders[node] = order
+        self.orders[drive] = order
         speed, slope = order.speed_rpm * COUNTS_S_PER_RPM, slope_of(order.acc)
-        self.drive(node).order(order.counts, speed, slope, self.now_s)
-        self.said = f"F5 to {' '.join(str(drive.goal) for drive in self.drives)}"
+        drive.order(order.counts, speed, slope, self.now_s)
+        self.said = f"F5 to {' '.join(str(each.goal) for each in self.drives)}"
 
     def broadcast(self, message: Message, text: str = "") -> None:
         """Send a request to all drives, which none of them answers."""
@@ -179,49 +181,52 @@ class MksWire(ScriptIO[Event]):
 
     def give_up(self) -> None:
         """Give up all open requests."""
-        for node in self.nodes:
-            for request in self.host.unanswered(node):
-                self._give_up(node, request)
-            self.host.forget(node)
+        for drive in self.drives:
+            for request in self.host.unanswered(drive.node):
+                self._give_up(drive, request)
+            self.host.forget(drive.node)
         self.host.silence()
 
-    def _give_up(self, node: int, request: Message) -> None:
+    def _give_up(self, drive: ObservedDrive, request: Message) -> None:
         """Give up one request: its reply will count as late."""
-        self.host.forget(node, request)
+        self.host.forget(drive.node, request)
         if not isinstance(request, Motion):
-            self._late.give_up(node, answer_code(request), self.now_s)
+            self._late.give_up(drive.node, answer_code(request), self.now_s)
 
     # -- asking -------------------------------------------------------------------------------
 
     def ask(
         self,
-        messages: Mapping[int, Message],
+        messages: Mapping[ObservedDrive, Message],
         *,
         tries: int = TRIES,
         text: str = "",
         patient: bool = True,
-    ) -> WireScript[dict[int, Event]]:
+    ) -> WireScript[dict[ObservedDrive, Event]]:
         """Send each drive its request; return the replies that came.
 
         A drive that does not reply is asked again at once. With `patient` the last of several tries
         waits longer.
         """
-        found: dict[int, Event] = {}
+        found: dict[ObservedDrive, Event] = {}
         for left in range(tries, 0, -1):
-            missing = {node: each for node, each in messages.items() if node not in found}
+            missing = {drive: each for drive, each in messages.items() if drive not in found}
             if not missing:
                 break
-            for node, message in missing.items():
-                self.put(node, message, text)
+            for drive, message in missing.items():
+                self.put(drive, message, text)
             patient_s = LAST_TRY_S if patient and left == 1 < tries else 0.0
             yield from self._collect(missing, found, patient_s)
-            for node, message in missing.items():
-                if node not in found and message in self.host.unanswered(node):
-                    self._give_up(node, message)
+            for drive, message in missing.items():
+                if drive not in found and message in self.host.unanswered(drive.node):
+                    self._give_up(drive, message)
         return found
 
     def _collect(
-        self, wanted: Mapping[int, Message], found: dict[int, Event], patient_s: float
+        self,
+        wanted: Mapping[ObservedDrive, Message],
+        found: dict[ObservedDrive, Event],
+        patient_s: float,
     ) -> Generator[float, Event | None, None]:
         until_s = self.now_s + self.settings.answer_s + patient_s
         left = set(wanted)
@@ -231,61 +236,66 @@ class MksWire(ScriptIO[Event]):
                 if self.now_s >= until_s:
                     return
                 continue
-            node = getattr(event, "node", None)
+            drive = self._sender(event)
             answers = isinstance(event, Answered | Done | Failed | Started | StoredForStart)
-            if answers and node in left and event.request == wanted[node]:  # type: ignore[union-attr]
+            if answers and drive in left and event.request == wanted[drive]:  # type: ignore[union-attr]
                 self.note(event)
-                found[node] = event
-                left.discard(node)
+                found[drive] = event
+                left.discard(drive)
             else:
                 self.unsolicited(event)
 
     def read(
         self,
         message: Read | ReadSetting,
-        nodes: Collection[int] | None = None,
+        drives: Collection[ObservedDrive] | None = None,
         *,
         tries: int = TRIES,
         patient: bool = True,
-    ) -> WireScript[dict[int, Answer]]:
+    ) -> WireScript[dict[ObservedDrive, Answer]]:
         """Ask some drives, or all, the same question; return the answers that came."""
-        asked = dict.fromkeys(self.nodes if nodes is None else nodes, message)
+        asked = dict.fromkeys(self.drives if drives is None else drives, message)
         found = yield from self.ask(asked, tries=tries, patient=patient)
-        return {node: each.answer for node, each in found.items() if isinstance(each, Answered)}
+        return {drive: each.answer for drive, each in found.items() if isinstance(each, Answered)}
 
     def reading(
-        self, node: int, message: Read | ReadSetting, *, tries: int = TRIES
+        self, drive: ObservedDrive, message: Read | ReadSetting, *, tries: int = TRIES
     ) -> WireScript[Answer | None]:
         """Ask one drive a question; None if it does not answer."""
-        return (yield from self.read(message, (node,), tries=tries)).get(node)
+        return (yield from self.read(message, (drive,), tries=tries)).get(drive)
 
-    def setting(self, node: int, code: Code) -> WireScript[Setting | None]:
+    def setting(self, drive: ObservedDrive, code: Code) -> WireScript[Setting | None]:
         """Read one setting of a drive; None if it does not report it."""
-        return setting_of((yield from self.reading(node, ReadSetting(code))))
+        return setting_of((yield from self.reading(drive, ReadSetting(code))))
 
-    def look(self, nodes: Collection[int] | None = None) -> WireScript[tuple[int, ...]]:
-        """Read the positions of drives; return the ids of those that do not answer."""
-        asked = self.nodes if nodes is None else tuple(nodes)
+    def look(
+        self, drives: Collection[ObservedDrive] | None = None
+    ) -> WireScript[tuple[ObservedDrive, ...]]:
+        """Read the positions of some drives, or all; return those that do not answer."""
+        asked = self.drives if drives is None else tuple(drives)
         found = yield from self.read(ReadEncoder(), asked)
-        return tuple(node for node in asked if node not in found)
+        return tuple(drive for drive in asked if drive not in found)
 
     # -- receiving ----------------------------------------------------------------------------
 
+    def _sender(self, event: Event) -> ObservedDrive | None:
+        """Return the drive that a message is from; None if it is from none of this arm."""
+        return self.observer.find(getattr(event, "node", None))
+
     def note(self, event: Event) -> None:
         """Record what a message shows, expected or not."""
-        node = getattr(event, "node", None)
-        if node not in self.observer:
+        drive = self._sender(event)
+        if drive is None:
             return
         if isinstance(event, Answered | Stray) and isinstance(event.answer, Reading):
             self.surplus.answered(event.node, event.answer.code)
-        drive = self.drive(node)  # type: ignore[arg-type]
         drive.frame_s = self.now_s
         ledger, asked = drive.ledger, not isinstance(event, Done | Failed | LimitStop)
         settles = _settles(event, answers_orders=ledger.answers_orders)
-        self.observer.replied(drive.node, self.now_s, settles=settles, asked=asked)
+        self.observer.replied(drive, self.now_s, settles=settles, asked=asked)
         ledger.answers_orders = ledger.answers_orders or isinstance(event, Started)
         if isinstance(event, LimitStop):
-            self.at_limit.add(drive.node)
+            self.at_limit.add(drive)
         match event:
             case Started() | Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
                 drive.rejections.taken(self.now_s)
@@ -296,19 +306,19 @@ class MksWire(ScriptIO[Event]):
             case Stray(_, EncoderRead()):
                 drive.ledger.located(self.now_s)
             case Answered(_, _, StateRead(state)):
-                self.states[drive.node] = state
+                self.states[drive] = state
             case Answered(_, _, StallRead(on=True) | EnabledRead(on=False)):
-                self.unfit.add(drive.node)
+                self.unfit.add(drive)
             case Answered(_, _, SettingRead(Code.MODE) as mode) if not obeys_bus(setting_of(mode)):
-                self.unfit.add(drive.node)
+                self.unfit.add(drive)
             case Answered(_, _, HomingRead(by_command=homing)) if homing is not None:
-                self.homing[drive.node] = homing
+                self.homing[drive] = homing
             case Done(_, Home()):
-                self.homing[drive.node] = HomingState.DONE
-                self.states[drive.node] = MotorState.STOPPED
+                self.homing[drive] = HomingState.DONE
+                self.states[drive] = MotorState.STOPPED
             case StoredForStart(_, MoveAbsoluteAxis() as order) if drive.moving:
-                self.put(drive.node, ArmSynchronous(on=False))
-                self.put(drive.node, order)
+                self.put(drive, ArmSynchronous(on=False))
+                self.put(drive, order)
 
     def unsolicited(self, event: Event) -> None:
         """Record a message that no script waits for, and warn if it is odd."""
@@ -339,15 +349,10 @@ class MksWire(ScriptIO[Event]):
         return Registers(Motors(drive.register for drive in self.drives))
 
     def absence(
-        self, missing: Collection[int], since_s: float, *, moved: bool = False
+        self, missing: Sequence[ObservedDrive], since_s: float, *, moved: bool = False
     ) -> Timeout | RequestRejected:
         """Return the reply that names missing drives."""
-        drives = [self.drive(node) for node in missing]
-        return absence(drives, self.drives, "id", self.silence(since_s), moved=moved)
-
-    def absent_words(self, missing: Collection[int]) -> str:
-        """Return which drives do not answer and what to check."""
-        return absent_words([self.drive(node) for node in missing], "id")
+        return absence(missing, self.drives, "id", self.silence(since_s), moved=moved)
 
     def can(self, ability: Ability) -> bool:
         """Return whether all drives have an ability."""

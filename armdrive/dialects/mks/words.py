@@ -155,7 +155,9 @@ class MksFrameDescriber:
 
 
 def _described(frame: Frame, kind: FrameKind, words: str, check: FrameCheck) -> FrameDescription:
-    return FrameDescription(frame, kind, _name(frame), words, check, frame.can_id)
+    code = _code(frame)
+    command = "" if code is None else code.name.lower()
+    return FrameDescription(frame, kind, command, words, check, frame.can_id)
 
 
 def _check(frame: Frame) -> FrameCheck:
@@ -165,27 +167,24 @@ def _check(frame: Frame) -> FrameCheck:
     return FrameCheck.RIGHT if right else FrameCheck.WRONG
 
 
-def _name(frame: Frame) -> str:
+def _code(frame: Frame) -> Code | None:
     try:
-        return Code(frame.data[0]).name.lower() if frame.data else ""
+        return Code(frame.data[0]) if frame.data else None
     except ValueError:
-        return ""
+        return None
 
 
 def _why_not(frame: Frame, check: FrameCheck) -> str:
+    code = _code(frame)
     if check is FrameCheck.NONE:
         kind = "remote" if frame.remote else "extended" if frame.extended else "short"
         return f"not of an MKS drive ({kind})"
-    if check is FrameCheck.WRONG:
-        wanted = check_byte(frame.can_id, frame.data[:-1])
-        code = _name(frame)
-        if not code:
-            return "not of an MKS drive"
-        return f"perhaps {plain(Code[code.upper()])}, but its last byte would be {wanted:02X}"
-    known = _name(frame)
-    if not known:
-        return "an unknown code"
-    return f"{plain(Code[known.upper()])} with an invalid payload"
+    if check is FrameCheck.RIGHT:
+        return "an unknown code" if code is None else f"{plain(code)} with an invalid payload"
+    if code is None:
+        return "not of an MKS drive"
+    wanted = check_byte(frame.can_id, frame.data[:-1])
+    return f"perhaps {plain(code)}, but its last byte would be {wanted:02X}"
 
 
 # Frames as messages of a recording, and how each is compared.

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from armdrive.abilities import Abort, segment_s
 from armdrive.errors import ArmError, BadRequest, NotReferenced, OutOfBounds, WrongState
-from armdrive.motion.context import MotionContext, Way
-from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_move, stream_held
+from armdrive.motion.context import MotionContext, StreamedCourse, Way
+from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_move
 from armdrive.motion.frames import axes_of
 from armdrive.motion.gripper import require_finger_motor
 from armdrive.motion.jog.bounds import JogEnded
@@ -19,7 +19,7 @@ from armdrive.motion.plan import SpeedLimits, audit
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
-from armdrive.tasks import TaskBody
+from armdrive.tasks import MoveAlong, TaskBody
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 from kinematics.spaces import Joints, Pose
@@ -138,19 +138,8 @@ def is_held(wire: MotionContext) -> bool:
 
 
 def held_burst(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
-    """Drive the held jog for a burst; return False if a bound has ended it.
-
-    On a device with a queue, drive for as long as the jog is held.
-    """
-    core = wire.core
-    if core.controller.abilities.queued_segments:
-        held = _Held(wire, course)
-        ahead_s = core.config.motion.jog_burst_s
-        released = lambda: not is_held(wire) or bool(core.nudges)  # noqa: E731
-        yield from stream_held(wire, held.ways(), ahead_s, released)
-        held.end()
-        return is_held(wire)
-    hold = core.hold
+    """Drive the held jog for a burst; return False if a bound has ended it."""
+    hold = wire.core.hold
     found = None if hold is None else _fitting(wire, course, hold)
     if found is None:
         return False
@@ -160,37 +149,38 @@ def held_burst(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
     return True
 
 
-class _Held:
-    """The points of a held jog for a device with a queue.
+def held_stream(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
+    """Drive the held jog on a device with a queue, for as long as it is held.
 
-    The motion up to a bound is driven to its end before the hold is dropped.
+    Return False if it is not held any more. The motion up to a bound is driven to its end before
+    the hold is dropped.
     """
+    core, ended = wire.core, []
+    ahead_s = core.config.motion.jog_burst_s
 
-    def __init__(self, wire: MotionContext, course: JogCourse) -> None:
-        self._wire = wire
-        self._course = course
-        self._ended: ContinuousJog | None = None
-
-    def ways(self) -> Iterator[Way]:
+    def ways() -> Iterator[Way]:
         """Yield points, each computed from the previous one."""
-        wire, core = self._wire, self._wire.core
-        here = core.position.coordinates
-        part_s = segment_s(core.config.motion.jog_burst_s)
-        while not wire.stopping and is_held(wire) and core.hold is not None:
-            hold = core.hold
-            found = _proposed(wire, self._course, hold, here, part_s)
+        here, part_s = core.position.coordinates, segment_s(ahead_s)
+        while not wire.stopping and is_held(wire) and (hold := core.hold) is not None:
+            found = _proposed(wire, course, hold, here, part_s)
             if found is None:
-                self._ended = hold
+                ended.append(hold)
                 return
-            self._course.take(found, wire.now_s)
+            course.take(found, wire.now_s)
             here = found.leg.end
             yield here, found.leg.duration_s
 
-    def end(self) -> None:
-        """Drop the hold that has reached a bound, unless another one has replaced it."""
-        self._course.stand()
-        if self._ended is not None:
-            _give_up(self._wire, self._ended)
+    def released() -> bool:
+        return not is_held(wire) or bool(core.nudges)
+
+    streamed = StreamedCourse(core, ways())
+    yield from wire.stream(
+        MoveAlong(streamed.segments(), ahead_s, jog=True, released=released), streamed
+    )
+    course.stand()
+    for hold in ended:
+        _give_up(wire, hold)
+    return is_held(wire)
 
 
 def _fitting(wire: MotionContext, course: JogCourse, hold: ContinuousJog) -> JogProposal | None:
@@ -288,13 +278,14 @@ def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
 
 def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
     core, course = wire.core, course_of(wire.core, speeds)
+    held = held_stream if core.controller.abilities.queued_segments else held_burst
     while not wire.stopping:
         if core.speed_override.paused:
             _give_up_paused(core)
-        if core.nudges:
+        if core.nudges:  # before the hold: an increment is what the key asked for first
             course.stand()
             yield from _increment(wire, speeds, core.nudges.pop(0))
-        elif not (is_held(wire) and (yield from held_burst(wire, course))):
+        elif not (is_held(wire) and (yield from held(wire, course))):
             yield from wire.verify()  # another jog may be requested meanwhile
             if not core.nudges and not is_held(wire):
                 return

@@ -89,6 +89,7 @@ class Bounds:
 
     def went(self, here: Joints, there: Joints) -> None:
         """Take into account that the arm moves, which uses up some of the clearance."""
+        # the clearance that is left is known for this very posture, and for no other
         if self._stands is here:
             self._left_mm -= self._way_mm(here, there)
             self._stands, self._looked = there, False

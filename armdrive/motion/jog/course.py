@@ -154,6 +154,7 @@ class JogCourse:
         if stopped and not any(paced.mean):
             return JogEnded(note)
         way = self._way(paced.kind, start, paced.mean, spans)
+        # an even ramp down to rest covers half the way that its time would at the mean speed
         look_s = time_s + max(paced.ramp_s / 2.0, self._terms.run_on_s)
         free = self._bounds.free(way, start.joints, look_s)
         if free.free_s >= look_s:
@@ -163,6 +164,7 @@ class JogCourse:
         if not left:
             return self._bounds.ended(way, start.joints, free.beyond_s)
         share = self._share(free.reach_s, free.clear_s, time_s, paced.ramp_s)
+        # the ramp would halve the rest of the way again and again without reaching its end
         if left <= LAST_STEPS and free.free_s <= time_s:
             share = free.free_s / time_s
         paced = paced.slowed((share,) * len(names))

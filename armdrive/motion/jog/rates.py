@@ -87,6 +87,7 @@ class Pacer:
             fastest = max(map(abs, now))
             if goal.had < 1.0 and fastest > most:  # joints or motors cannot do more here
                 now = tuple(each * most / fastest for each in now)
+        # a jog that is let go brakes as fast as it has accelerated
         slope = (
             last.slope if last is not None and not most else self._slope(most / goal.speed, time_s)
         )
@@ -204,6 +205,7 @@ class Scale:
                 known = max(known, share)
                 if share >= 1.0 or need_s >= NEARLY * time_s:
                     break
+            # demand grows faster than the share near a singularity: aim a little below the limit
             share *= min(max(0.97 * time_s / need_s if need_s else MOST, LEAST), MOST)
             share = min(share, 1.0)
         return known or share

@@ -11,6 +11,7 @@ from typing import TypeAlias
 from armdrive.programs.language.words import FIELDS, SPEED, Slot, ValueKind
 from armdrive.text.numbers import speed_refusal
 from kinematics.spaces import Pose
+from kinematics.text import plain
 
 ForwardKinematics: TypeAlias = Callable[[Mapping[str, float]], Pose]
 """Returns the pose of an arm for the angles of all joints (deg, by name)."""
@@ -70,7 +71,7 @@ def value_text(value: Value) -> str:
     if isinstance(value, float):
         if abs(value) >= LONGEST_SHOWN:
             return f"{value:g}"
-        return f"{round(value, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
+        return plain(value, 3)
     return str(value)
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 
+from armdrive.errors.arguments import LONGEST_TIME_S
+
 
 class ValueKind(Enum):
     """What a value is."""
@@ -16,10 +18,6 @@ class ValueKind(Enum):
     PLACE = "a place"
     TEXT = "a text"
     ANY = "a value"
-
-
-LONGEST_TIME_S = 1e6
-"""More than eleven days. A longer time is a slip, and the system's timers overflow at 292 years."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -53,16 +53,10 @@ def test_each_call_has_its_twin_and_no_twin_is_left_over(sync, twin):
 
 
 @pytest.mark.parametrize(("sync", "twin", "name"), calls(), ids=str)
-def test_a_twin_is_called_as_its_call_is(sync, twin, name):
+def test_a_twin_is_called_as_its_call_is_and_awaited_if_that_may_wait(sync, twin, name):
     ours, theirs = (inspect.signature(getattr(kind, name)) for kind in (twin, sync))
-    assert [str(each) for each in ours.parameters.values()] == [
-        str(each) for each in theirs.parameters.values()
-    ]
+    assert [*map(str, ours.parameters.values())] == [*map(str, theirs.parameters.values())]
     assert inspect.getdoc(getattr(twin, name))
-
-
-@pytest.mark.parametrize(("sync", "twin", "name"), calls(), ids=str)
-def test_what_may_wait_is_awaited_and_what_never_waits_is_not(sync, twin, name):
     assert inspect.iscoroutinefunction(getattr(twin, name)) == (name not in AT_ONCE)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from faults import ready_arm, sim_config
 
@@ -63,10 +65,11 @@ def test_the_deadline_is_an_error_that_says_what_is_not_so_and_how_the_inputs_ar
     assert arm.status.state is State.STANDBY
 
 
-def test_on_simulated_time_a_wait_for_ever_ends(monkeypatch):
-    monkeypatch.setattr(signalling, "SIMULATED_S", 30.0)
-    with pytest.raises(InputTimeout):
-        ready_arm().wait_inputs(high=1)
+@pytest.mark.parametrize("within_s", [None, math.inf, 1e300])
+def test_on_simulated_time_a_wait_for_ever_ends(within_s, monkeypatch):
+    monkeypatch.setattr(signalling, "SIMULATED_S", 5.0)
+    with pytest.raises(InputTimeout, match="waited 5 s"):
+        ready_arm().wait_inputs(high=1, within_s=within_s)
 
 
 def test_a_stop_ends_the_wait():

@@ -16,66 +16,54 @@ from firmware_protocol import armdroid
 from firmware_protocol.armdroid import Device as ArmdroidDevice
 from firmware_protocol.armdroid import Host as ArmdroidHost
 
-TWO_LINES = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
+NOWHERE = "/dev/ttyNOWHERE"
+TWO_LINES = f'model = "teachmover"\n[connection]\nport = "{NOWHERE}"\n'
 
 
-def test_a_simulated_arm_is_found_by_its_dialect():
-    found = find("sim:teachmover")
-    assert found.simulated
-    assert found.config.name == "sim:teachmover"
-
-
-def test_an_arm_file_is_found_by_name_and_by_path(tmp_path):
+def test_an_arm_is_found_by_its_dialect_its_file_or_its_port(tmp_path):
     write_arm_file("bench", TWO_LINES)
-    by_name = find("bench")
-    assert not by_name.simulated
-    assert by_name.config.connection.port == "/dev/ttyNOWHERE"
     path = tmp_path / "elsewhere.toml"
     path.write_text(TWO_LINES)
-    assert find(str(path)).config.name == "elsewhere"
-
-
-def test_a_port_needs_a_dialect_and_gets_its_baud_rate():
-    with pytest.raises(BadRequest, match=r"teachmover.*armdrive doctor /dev/ttyNOWHERE"):
-        find("/dev/ttyNOWHERE")
-    with pytest.raises(BadRequest, match=f"armdrive doctor {quoted('/dev/my arm')}"):
-        find("/dev/my arm")
-    found = find("/dev/ttyNOWHERE", dialect_name="teachmover")
-    assert found.config.connection.baud == 9600
-    assert find("COM3", dialect_name="teachmover", baud=1200).config.connection.baud == 1200
-
-
-def test_an_unknown_name_is_refused_with_the_known_and_the_nearest_one():
-    write_arm_file("bench", TWO_LINES)
-    with pytest.raises(ArmFileError, match="did you mean 'bench'") as refusal:
-        find("bnech")
-    assert "sim:teachmover" in str(refusal.value)
-
-
-def test_an_unknown_dialect_is_refused_with_the_nearest_one():
-    for call in (
-        lambda: find("sim:teachmoover"),
-        lambda: find("/dev/ttyNOWHERE", dialect_name="teachmoover"),
+    slow = {"dialect_name": "teachmover", "baud": 1200}
+    for name, options, simulated, called, port, baud in (
+        ("sim:teachmover", {}, True, "sim:teachmover", "", 9600),
+        ("bench", {}, False, "bench", NOWHERE, 9600),
+        (str(path), {}, False, "elsewhere", NOWHERE, 9600),
+        (NOWHERE, {"dialect_name": "teachmover"}, False, NOWHERE, NOWHERE, 9600),
+        ("COM3", slow, False, "COM3", "COM3", 1200),
     ):
-        with pytest.raises(BadRequest, match="did you mean 'teachmover'"):
-            call()
+        found = find(name, **options)
+        wire = found.config.connection
+        assert (found.simulated, found.config.name) == (simulated, called)
+        assert (wire.port, wire.baud) == (port, baud)
 
 
-def test_a_missing_arm_file_is_named():
-    with pytest.raises(ArmFileError, match=r"nowhere\.toml cannot be read"):
-        find("nowhere.toml")
-
-
-def test_an_arm_file_without_a_port_says_where_to_write_it():
+@pytest.mark.parametrize(
+    ("target", "options", "error", "words"),
+    [
+        (NOWHERE, {}, BadRequest, rf"teachmover.*armdrive doctor {NOWHERE}"),
+        ("/dev/my arm", {}, BadRequest, f"armdrive doctor {quoted('/dev/my arm')}"),
+        (NOWHERE, {"dialect": "teachmoover"}, BadRequest, "did you mean 'teachmover'"),
+        ("sim:teachmoover", {}, BadRequest, "did you mean 'teachmover'"),
+        ("bnech", {}, ArmFileError, "sim:teachmover.*did you mean 'bench'"),
+        ("nowhere.toml", {}, ArmFileError, r"nowhere\.toml cannot be read"),
+        ("bench", {}, PortUnavailable, r"\[connection\]"),
+        (NOWHERE, {"dialect": "teachmover"}, PortUnavailable, NOWHERE),
+        *(("sim:teachmover", {"pace": pace}, BadRequest, r"pace must be .*SimulatedClock")
+          for pace in ("fast", 0, -1, 0.0)),
+        *((target, {"dialect": "teachmover", "pace": pace}, BadRequest, "real time")
+          for target in (NOWHERE, "socket://127.0.0.1:9")
+          for pace in ("simulated", SimulatedClock())),
+    ],
+    ids=lambda value: "" if isinstance(value, dict) else str(value),  # a clock's text varies
+)  # fmt: skip
+def test_what_leads_to_no_arm_is_refused_with_the_reason_and_the_arm_is_given_back(
+    target, options, error, words
+):
     write_arm_file("bench", 'model = "teachmover"\n')
-    with pytest.raises(PortUnavailable, match=r"\[connection\]"):
-        Arm.connect("bench")
-
-
-def test_a_port_that_does_not_exist_is_named_and_gives_the_arm_back():
     for _ in range(2):
-        with pytest.raises(PortUnavailable, match="/dev/ttyNOWHERE"):
-            Arm.connect("/dev/ttyNOWHERE", dialect="teachmover")
+        with pytest.raises(error, match=words):
+            Arm.connect(target, **options)
 
 
 @pytest.mark.parametrize(
@@ -93,19 +81,6 @@ def test_a_factor_is_a_pace_too():
         assert arm.pace.now_s() - before_s >= 5.0
 
 
-@pytest.mark.parametrize("pace", ["fast", 0, -1, 0.0])
-def test_other_paces_are_refused(pace):
-    with pytest.raises(BadRequest, match=r"pace must be .*SimulatedClock"):
-        Arm.connect("sim:teachmover", pace=pace)
-
-
-@pytest.mark.parametrize("target", ["/dev/ttyNOWHERE", "socket://127.0.0.1:9"])
-@pytest.mark.parametrize("pace", ["simulated", SimulatedClock()])
-def test_a_real_arm_knows_real_time_alone(target, pace):
-    with pytest.raises(BadRequest, match="real time"):
-        Arm.connect(target, dialect="teachmover", pace=pace)
-
-
 class TestForcedSimulation:
     """`ARMDRIVE_FORCE_SIM=1`: every arm is its simulated twin."""
 
@@ -114,7 +89,7 @@ class TestForcedSimulation:
         monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
 
     def test_a_port_becomes_the_twin_of_its_arm(self):
-        with Arm.connect("/dev/ttyNOWHERE", dialect="teachmover") as arm:
+        with Arm.connect(NOWHERE, dialect="teachmover") as arm:
             assert arm.status.simulated
             assert "SIMULATED" in arm.status.which
             arm.home()
@@ -134,17 +109,17 @@ class TestForcedSimulation:
 
     def test_opening_a_real_port_is_an_error(self):
         with pytest.raises(PortUnavailable, match="ARMDRIVE_FORCE_SIM"):
-            connect_real(find("/dev/ttyNOWHERE", dialect_name="teachmover").config)
+            connect_real(find(NOWHERE, dialect_name="teachmover").config)
 
     @pytest.mark.parametrize("off", ["", "0"])
     def test_it_is_off_where_the_variable_says_so(self, monkeypatch, off):
         monkeypatch.setenv("ARMDRIVE_FORCE_SIM", off)
         with pytest.raises(PortUnavailable, match="no port /dev/ttyNOWHERE"):
-            Arm.connect("/dev/ttyNOWHERE", dialect="teachmover")
+            Arm.connect(NOWHERE, dialect="teachmover")
 
 
 def test_a_simulated_arm_accepts_longer_planned_bursts_than_a_real_one():
-    real = find("/dev/ttyNOWHERE", dialect_name="teachmover").config
+    real = find(NOWHERE, dialect_name="teachmover").config
     assert simulated_config("teachmover").motion.planned_burst_s > real.motion.planned_burst_s
 
 

@@ -13,7 +13,7 @@ from armdrive import Arm, LinkLost, WrongState
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.port import PAUSES_S
 from armdrive.connect.target import simulated_config
-from armdrive.errors import NotReferenced, PortUnavailable
+from armdrive.errors import NoAnswer, NotReferenced, PortUnavailable
 from armdrive.moves import Jog, Space
 from armdrive.registry import DIALECTS
 from armdrive.status import Current, State, Trust
@@ -73,10 +73,13 @@ def test_an_arm_whose_wire_comes_back_allows_no_motion_before_error_stop(connect
     arm = connected(dialect, reconnect=True)
     unplug(arm)
     replug(arm)
-    states = {arm.status.state}
-    for _ in range(round(LONG_S / 0.001)):
+    states, until_s = {arm.status.state}, arm.status.time_s + LONG_S
+    while arm.pace.now_s() < until_s:
         arm.sleep(0.001)
         states.add(arm.core.state)
+        if arm.core.state is State.ERROR_STOP:  # nothing but a person leaves it
+            until_s = min(until_s, arm.pace.now_s() + 1.0)
+            arm.sleep(0.02)
     assert states == {State.DISCONNECTED, State.ERROR_STOP}
 
 
@@ -279,25 +282,20 @@ def test_by_hand_a_wire_is_looked_for_once(connected):
     with pytest.raises(WrongState, match="nothing to reconnect"):
         arm.reconnect()
     unplug(arm)
-    arm.sleep(30.0)
+    arm.sleep(10.0)
     assert arm.reconnector.tries == 0  # nobody asked for it
     with pytest.raises(PortUnavailable, match="plug it in"):
         arm.reconnect()
-    replug(arm)
+    replug_mute(arm)
+    with pytest.raises(NoAnswer, match="no answer"):
+        arm.reconnect()
+    assert arm.status.state is State.DISCONNECTED
+    arm.twin.faults.end()
     arm.sleep(5.0)
     assert arm.status.state is State.DISCONNECTED
     arm.reconnect()
     assert arm.status.state is State.ERROR_STOP
     arm.reset()
-
-
-def test_by_hand_an_arm_that_does_not_answer_says_so(connected):
-    arm = connected()
-    unplug(arm)
-    replug_mute(arm)
-    with pytest.raises(Exception, match="no answer"):
-        arm.reconnect()
-    assert arm.status.state is State.DISCONNECTED
 
 
 def test_a_closed_arm_is_not_looked_for(connected):
@@ -374,7 +372,7 @@ GIVEN_UP_AFTER_S = {
 """From the first look that a standing arm does not answer."""
 
 
-@pytest.mark.parametrize("after_s", [2.0, 2.3, 2.6])
+@pytest.mark.parametrize("after_s", [2.0, 2.6])
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_standing_arm_that_falls_silent_is_given_up_as_soon_as_the_page_says(dialect, after_s):
     with Arm.connect(f"sim:{dialect}") as arm:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import importlib
 import json
 import pkgutil
+import re
 import signal
 import sys
+from pathlib import Path
 
 import pytest
 from cli_calls import Terminal
@@ -55,6 +57,17 @@ def test_every_error_of_armdrive_has_the_code_of_its_row():
     codes = {row.name: row.code for row in ENTRIES}
     for kind in below(ArmError):
         assert vars(kind)["code"] == codes[kind.__name__], kind
+
+
+def test_only_a_failure_of_the_engine_has_the_general_code():
+    """Its effect says that a motion was stopped: whatever stops none has a class of its own."""
+    root = Path(armdrive.__file__).parent
+    plain = {
+        path.relative_to(root).as_posix()
+        for path in root.rglob("*.py")
+        if re.search(r"(?<!class )\bArmError\(", path.read_text("utf-8"))
+    }
+    assert plain == {"runtime/clock.py", "runtime/engine.py"}
 
 
 def test_every_evidence_against_a_position_has_a_row():

@@ -32,7 +32,7 @@ every_dialect = pytest.mark.parametrize("dialect", DIALECTS)
 def test_the_next_program_knows_on_which_side_of_its_play_each_motor_is(dialect, tmp_path):
     arm = arm_with_play(dialect)
     config = arm.config
-    for number in range(3):
+    for number in range(2):
         arm.close()
         twin = simulate(config, arm.twin.save())
         recorder = FileRecorder(tmp_path / "record.json")

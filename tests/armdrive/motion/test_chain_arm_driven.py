@@ -41,22 +41,19 @@ def assert_physically_at(arm, pose, within_mm=1.0, within_deg=0.3):
 
 def errands(arm):
     """Home, and go about in every way; yield the steps after each."""
-    arm.home()
-    yield arm.status.acknowledged
-    arm.move_j(base_deg=20, shoulder_deg=40, elbow_deg=-80, wrist_pitch_deg=-40, wrist_roll_deg=15)
-    yield arm.status.acknowledged
-    arm.move_to(Pose.of(x_mm=250, y_mm=-60, z_mm=140, pitch_deg=-80, roll_deg=10))
-    yield arm.status.acknowledged
-    arm.move_l(Pose.of(x_mm=240, y_mm=60, z_mm=120, pitch_deg=-70, roll_deg=20))
-    yield arm.status.acknowledged
-    arm.jog_j(shoulder_deg=2, wrist_pitch_deg=-3)
-    yield arm.status.acknowledged
-    arm.jog_l(x_mm=5, z_mm=-4, pitch_deg=2)
-    yield arm.status.acknowledged
-    arm.gripper.open(40)
-    yield arm.status.acknowledged
-    arm.park()
-    yield arm.status.acknowledged
+    angles = {"base": 20, "shoulder": 40, "elbow": -80, "wrist_pitch": -40, "wrist_roll": 15}
+    for go in (
+        arm.home,
+        lambda: arm.move_j({f"{name}_deg": angle for name, angle in angles.items()}),
+        lambda: arm.move_to(Pose.of(x_mm=250, y_mm=-60, z_mm=140, pitch_deg=-80, roll_deg=10)),
+        lambda: arm.move_l(Pose.of(x_mm=240, y_mm=60, z_mm=120, pitch_deg=-70, roll_deg=20)),
+        lambda: arm.jog_j(shoulder_deg=2, wrist_pitch_deg=-3),
+        lambda: arm.jog_l(x_mm=5, z_mm=-4, pitch_deg=2),
+        lambda: arm.gripper.open(40),
+        arm.park,
+    ):
+        go()
+        yield arm.status.acknowledged
 
 
 def test_a_link_table_of_the_teachmover_goes_the_same_steps_as_the_preset(tmp_path):

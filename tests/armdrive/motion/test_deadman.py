@@ -1,5 +1,6 @@
 """The dead-man on synthetic keyboards, links that jitter and links that stall."""
 
+import itertools
 import math
 
 import pytest
@@ -87,6 +88,14 @@ def stalled(events, start_s, end_s):
     return sorted(arrived)
 
 
+def holding(rate_hz=25.0, held_s=1.0):
+    """Return a desk at which a key is being held."""
+    desk = Desk()
+    for time_s, key in keyboard(rate_hz, held_s):
+        desk.key(key, time_s)
+    return desk
+
+
 def test_keys_have_no_effect_until_armed():
     deadman = DeadMan()
     assert not deadman.armed
@@ -129,19 +138,16 @@ def test_a_hold_expires_three_intervals_after_the_last_repeat(rate_hz):
 
 
 def test_another_key_replaces_the_held_one():
-    desk = Desk()
-    for time_s, key in [*keyboard(25.0, 1.0), (2.05, "w")]:
-        desk.key(key, time_s)
+    desk = holding()
+    desk.key("w", 2.05)
     assert desk.log[-2:] == [(2.05, Release("q")), (2.05, Increment("w"))]
 
 
 def test_a_key_just_after_a_repeat_of_the_held_one_waits_for_the_gate():
-    desk = Desk()
-    events = keyboard(25.0, 1.0)
-    for time_s, key in [*events, (events[-1][0] + 0.01, "w")]:
-        desk.key(key, time_s)
-    desk.until(events[-1][0] + 0.01 + GATE_S)
-    assert desk.log[-1] == (pytest.approx(events[-1][0] + 0.01 + GATE_S), Increment("w"))
+    desk, soon_s = holding(), keyboard(25.0, 1.0)[-1][0] + 0.01
+    desk.key("w", soon_s)
+    desk.until(soon_s + GATE_S)
+    assert desk.log[-1] == (pytest.approx(soon_s + GATE_S), Increment("w"))
 
 
 def test_a_press_soon_after_a_timed_out_hold_waits_for_the_gate():
@@ -161,18 +167,14 @@ def test_a_gated_press_that_is_found_too_late_is_dropped():
 
 
 def test_release_all_ends_the_hold_and_gates_what_is_still_on_its_way():
-    desk = Desk()
-    for time_s, key in keyboard(25.0, 1.0):
-        desk.key(key, time_s)
+    desk = holding()
     assert desk.deadman.release_all(2.01) == (Release("q"),)
     assert desk.deadman.held is None
     assert desk.deadman.press("q", 2.05) == ()
 
 
 def test_a_release_that_is_reported_ends_the_hold_at_once():
-    desk = Desk()
-    for time_s, key in keyboard(25.0, 1.0):
-        desk.key(key, time_s)
+    desk = holding()
     assert desk.deadman.key_up("w", 2.0) == ()
     assert desk.deadman.key_up("q", 2.01) == (Release("q"),)
     assert desk.deadman.held is None
@@ -191,9 +193,7 @@ def test_a_release_of_a_tap_takes_nothing_back_and_one_of_a_first_repeat_begins_
 
 
 def test_disarming_ends_the_hold_and_says_why_once():
-    desk = Desk()
-    for time_s, key in keyboard(25.0, 1.0):
-        desk.key(key, time_s)
+    desk = holding()
     assert desk.deadman.disarm("focus lost") == (Release("q"), Disarm("focus lost"))
     assert desk.deadman.disarm("focus lost") == ()
     assert desk.deadman.press("q", 3.0) == ()
@@ -272,8 +272,8 @@ def test_the_worst_bunching_from_60_ms_of_jitter_does_not_count_as_a_backlog(rat
     """Every third of a window arrives as late as it can, with those after it not at all late."""
     events = keyboard(rate_hz, 3.0)
     for size in (2, 3, 4):
-        pattern = iter(range(10_000))
-        bunched = jittered(events, lambda p=pattern, n=size: max(0.0, 1.0 - (next(p) % n) * 0.5))
+        late = itertools.cycle([max(0.0, 1.0 - number * 0.5) for number in range(size)])
+        bunched = jittered(events, late.__next__)
         desk = Desk().run(bunched)
         assert desk.of(Disarm) == []
         assert len(desk.of(Increment)) == 1
@@ -292,6 +292,7 @@ QUARTER_S = 0.25
 
 @given(event_times)
 def test_nothing_is_in_force_a_quarter_second_after_the_last_event(gaps):
+    """And every hold is released before anything else begins."""
     desk, now_s = Desk(), 1.0
     for gap_s, key in gaps:
         now_s += gap_s
@@ -301,15 +302,6 @@ def test_nothing_is_in_force_a_quarter_second_after_the_last_event(gaps):
     desk.until(now_s + QUARTER_S)
     assert desk.deadman.held is None
     assert desk.deadman.next_s() == math.inf
-
-
-@given(event_times)
-def test_every_hold_is_released_before_anything_else_begins(gaps):
-    desk, now_s = Desk(), 1.0
-    for gap_s, key in gaps:
-        now_s += gap_s
-        desk.key(key, now_s)
-    desk.until(math.inf)
     held = None
     for _, action in desk.log:
         if isinstance(action, HeldKey):
@@ -331,14 +323,11 @@ def test_every_hold_is_released_before_anything_else_begins(gaps):
     st.sampled_from(["q", "w"]),
 )
 def test_backlog_after_a_hold_never_moves_anything(rate_hz, silence_s, count, gap_s, key):
-    desk = Desk()
-    events = keyboard(rate_hz, 1.5)
-    for time_s, held_key in events:
-        desk.key(held_key, time_s)
-    desk.until(events[-1][0] + silence_s)
+    desk, again_s = holding(rate_hz, 1.5), keyboard(rate_hz, 1.5)[-1][0] + silence_s
+    desk.until(again_s)
     before = len(desk.of(Increment)), len(desk.of(HeldKey))
     for index in range(count):
-        desk.key(key, events[-1][0] + silence_s + index * gap_s)
+        desk.key(key, again_s + index * gap_s)
     desk.until(math.inf)
     assert (len(desk.of(Increment)), len(desk.of(HeldKey))) == before
     backlog = [Disarm(BACKLOG_REASON)] if count >= BURST_EVENTS else []

@@ -159,8 +159,8 @@ def test_counts_that_return_to_their_start_are_those_of_a_restarted_device(base_
 def test_a_motion_back_to_zero_that_is_stopped_keeps_its_position(dialect):
     arm = at_zeros(dialect)
     there = arm.joints.deg["base"]
-    arm.move_j(base_deg=there + 20.0)
-    for after_s in (0.1, 0.3, 0.5):
+    arm.move_j(base_deg=there + 10.0)
+    for after_s in (0.1, 0.4):
         arm.move_j(base_deg=there, wait=False)
         arm.sleep(after_s)
         arm.stop()

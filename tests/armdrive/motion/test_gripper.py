@@ -25,8 +25,10 @@ def arm_around_a_block(width_mm, config=None):
     return arm
 
 
-@pytest.mark.parametrize("width_mm", [3.0, 12.7, 25.0, 38.4, 60.0, 74.0])
-@pytest.mark.parametrize("force_n", [4.0, 8.9, 20.0])
+@pytest.mark.parametrize(
+    ("force_n", "width_mm"),
+    [(4.0, 3.0), (8.9, 12.7), (20.0, 25.0), (4.0, 38.4), (8.9, 60.0), (20.0, 74.0)],
+)
 def test_a_grasp_measures_the_block_and_presses_as_asked(width_mm, force_n):
     arm = arm_around_a_block(width_mm)
     found = arm.gripper.feel(force_n=force_n)
@@ -90,46 +92,37 @@ def test_a_force_out_of_range_is_refused_and_nothing_moves(force_n):
 def test_a_stopped_grasp_stops_closing_within_the_stated_time(after_s):
     arm = arm_around_a_block(20.0)
 
-    class Clock:
-        asked_s = None
+    began_s, asked_s = arm.engine.now_s, []
 
     def stop_later(data):
-        now_s = arm.engine.now_s
-        Clock.began_s = getattr(Clock, "began_s", now_s)
-        if Clock.asked_s is None and now_s - Clock.began_s >= after_s:
-            Clock.asked_s, Clock.bound_s = now_s, arm.status.stop_time_s
+        if not asked_s and arm.engine.now_s - began_s >= after_s:
+            asked_s.append(arm.engine.now_s)
             arm.request_stop()
 
     arm.twin.link.on_write = stop_later
     with pytest.raises(Stopped):
         arm.gripper.grasp(force_n=35.0)
     last_step_s = [at for at, line in arm.twin.link.sent if line.startswith(b"@STEP")][-1]
-    assert last_step_s <= Clock.asked_s
+    assert last_step_s <= asked_s[0]
     assert arm.status.state is State.STANDBY
     assert not arm.twin.device.moving
 
 
-def with_grip_bit(bit):
-    config = sim_config()
-    return replace(config, device=replace(config.device, grip_bit=bit))
-
-
-def test_a_grip_switch_that_never_closes_is_reported_before_the_fingers_are_strained():
+@pytest.mark.parametrize(
+    ("closed", "words"),
+    [(False, "did not trip"), (True, "did not release")],
+    ids=["never closes", "never opens"],
+)
+def test_a_grip_switch_that_is_stuck_is_reported_before_the_fingers_are_strained(closed, words):
     arm = sim_arm(at=OVER_THE_TABLE)
-    arm.core.controller._settings = with_grip_bit(3).device
-    with pytest.raises(DeviceFault, match="did not trip"):
+    arm.twin.device.set_input(3, closed)
+    device = arm.config.device
+    arm.core.controller._settings = replace(device, grip_bit=3)
+    with pytest.raises(DeviceFault, match=words):
         arm.gripper.grasp()
     assert arm.twin.world.grip_force_n <= 10.0
-    assert arm.status.state is State.STANDBY
-
-
-def test_a_grip_switch_that_never_opens_is_reported():
-    arm = sim_arm(at=OVER_THE_TABLE)
-    arm.twin.device.set_input(3, True)
-    arm.core.controller._settings = with_grip_bit(3).device
-    with pytest.raises(DeviceFault, match="did not release"):
-        arm.gripper.grasp()
     assert arm.twin.world.opening_mm < 50.0
+    assert arm.status.state is State.STANDBY
 
 
 def test_opening_and_closing_end_where_asked_while_the_elbow_turns():

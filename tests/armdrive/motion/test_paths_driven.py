@@ -1,6 +1,7 @@
 """Arcs, blends and ramps on simulated arms: where the tip really goes, and what is refused."""
 
 import math
+import re
 from itertools import pairwise
 
 import pytest
@@ -72,56 +73,48 @@ def test_points_on_one_line_make_no_arc_and_nothing_moves():
         assert arm.twin.world.pose == before
 
 
-def test_a_blend_passes_its_corner_within_its_radius_and_without_a_stop():
-    corner = (220.0, 60.0, 120.0)
-    moves = [LinePart(pose(*corner), blend_mm=20), LinePart(pose(280, 60, 120))]
+CORNER, BEYOND = (220.0, 60.0, 120.0), (280.0, 60.0, 120.0)
+
+
+@pytest.mark.parametrize(
+    ("blend_mm", "last", "least_mm", "most_mm", "note"),
+    [
+        (20.0, LinePart, 2.0, 20.0, ""),
+        (0.0, PosePart, 0.0, STEP_MM, ""),
+        (100.0, LinePart, 2.0, 60.0, r"the blend after part 1 is .* instead of 100.0"),
+    ],
+    ids=["passes the corner within its radius", "reaches the corner", "is shortened with a note"],
+)
+def test_a_path_at_its_corner(blend_mm, last, least_mm, most_mm, note):
     with ready_arm() as arm:
         arm.move_to(pose(220, -60, 120))
-        tips = followed(arm, lambda: arm.move_path(moves))
-        nearest = min(math.dist(tip, corner) for tip in tips)
-        assert 2.0 < nearest < 20.0
-        assert math.dist(tips[-1], (280, 60, 120)) < STEP_MM
+        parts, moved = [LinePart(pose(*CORNER), blend_mm=blend_mm), last(pose(*BEYOND))], []
+        tips = followed(arm, lambda: moved.append(arm.move_path(parts)))
+        assert least_mm <= min(math.dist(tip, CORNER) for tip in tips) < most_mm
+        assert math.dist(tips[-1], BEYOND) < STEP_MM
+        assert re.fullmatch(f"{note}.*", moved[0].note)
+        assert bool(moved[0].note) is bool(note)
 
 
-def test_without_a_blend_the_corner_is_reached_exactly():
-    moves = [LinePart(pose(220, 60, 120)), PosePart(pose(280, 60, 120))]
+@pytest.mark.parametrize(
+    ("parts", "options", "error", "words"),
+    [
+        ([LinePart(pose(*CORNER), blend_mm=10), PosePart(pose(220, 60, -40))], {}, OutOfBounds,
+         "nothing was moved"),
+        ([JointPart(Joints.of(base, 60, -80, -40, 0)) for base in (100.0, 10.0)], {}, OutOfBounds,
+         "base would turn to 100"),
+        ([LinePart(pose(*CORNER))], {"frame": "tool"}, BadRequest, "tool"),
+        ([LinePart(pose(*CORNER))], {"frame": "nowhere"}, BadRequest, "nowhere"),
+        ([], {}, BadRequest, "at least one part"),
+    ],
+    ids=["its end", "a corner", "the tool moves", "no such frame", "no part"],
+)  # fmt: skip
+def test_a_path_is_audited_whole_before_its_first_byte(parts, options, error, words):
     with ready_arm() as arm:
-        arm.move_to(pose(220, -60, 120))
-        tips = followed(arm, lambda: arm.move_path(moves))
-        assert min(math.dist(tip, (220, 60, 120)) for tip in tips) < STEP_MM
-
-
-def test_a_blend_that_is_too_large_is_shortened_with_a_note():
-    moves = [LinePart(pose(220, 0, 120), blend_mm=100), LinePart(pose(220, 60, 120))]
-    with ready_arm() as arm:
-        arm.move_to(pose(220, -60, 120))
-        moved = arm.move_path([*moves[:1], LinePart(pose(260, 40, 120))])
-        assert "the blend after part 1 is" in moved.note
-        assert "instead of 100.0" in moved.note
-
-
-def test_a_path_is_audited_whole_before_its_first_byte():
-    moves = [LinePart(pose(220, 60, 120), blend_mm=10), PosePart(pose(220, 60, -40))]
-    with ready_arm() as arm:
-        arm.move_to(pose(220, -60, 120))
-        before = arm.twin.world.pose
-        with pytest.raises(OutOfBounds, match="nothing was moved"):
-            arm.move_path(moves)
-        assert arm.twin.world.pose == before
-
-
-def test_a_path_is_audited_at_each_of_its_corners_and_not_at_its_end_alone():
-    moves = [JointPart(Joints.of(base, 60, -80, -40, 0)) for base in (100.0, 10.0)]
-    with ready_arm() as arm, pytest.raises(OutOfBounds, match="base would turn to 100"):
-        arm.move_path(moves)
-
-
-@pytest.mark.parametrize("frame", ["tool", "nowhere"])
-def test_a_path_has_a_frame_that_stays_where_it_is(frame):
-    with ready_arm() as arm, pytest.raises(BadRequest):
-        arm.move_path([LinePart(pose(220, 60, 120))], frame=frame)
-    with ready_arm() as arm, pytest.raises(BadRequest, match="at least one part"):
-        arm.move_path([])
+        sent = len(arm.twin.link.sent)
+        with pytest.raises(error, match=words):
+            arm.move_path(parts, **options)
+        assert len(arm.twin.link.sent) == sent
 
 
 def test_a_joint_move_is_part_of_a_path_as_well():

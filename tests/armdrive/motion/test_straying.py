@@ -1,72 +1,49 @@
 """Arms without coordination: how far they leave the path, and shorter bursts near guards."""
 
 import math
-from dataclasses import replace
 
 import pytest
+from faults import OVER_THE_TABLE, arm_config, driven
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive import Arm
-from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.motion.deviation import SMALL_STEPS, Corridor, has_room, turns
-from armdrive.registry import DIALECTS, dialect, simulate
+from armdrive.registry import DIALECTS, dialect
 from armdrive.runtime.arm_state import Core
+from armdrive.runtime.position import joints_between
 from kinematics import Joints, Motors, Pose
 
 UNCOORDINATED = [name for name, row in DIALECTS.items() if not row.abilities.coordinated]
 FEW_STEPS_MM = 6.0
 """What bursts of a few steps may stray, which are sent in any case."""
 
-OVER_THE_TABLE = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
-
 
 def standing(name, joints=OVER_THE_TABLE, **motion):
-    config = simulated_config(name)
-    config = replace(config, motion=replace(config.motion, **motion))
-    twin = simulate(config)
-    twin.world.drive_to(twin.world.body.transmission.to_motors(joints, 20.0))
-    arm = Arm(connect_simulated(config, twin=twin))
-    arm.enable()
-    arm.declare_posture(joints, opening_mm=20.0)
-    return arm
+    return driven(arm_config(name, **motion), at=joints)
 
 
-def test_there_are_such_arms():
-    assert UNCOORDINATED
+def postures_of(arm):
+    """Return a list that collects every posture that the physical arm is driven to."""
+    seen, drive = [], arm.twin.world.drive
+    arm.twin.world.drive = lambda *args: (drive(*args), seen.append(arm.twin.world.joints))[0]
+    return seen
 
 
 @pytest.mark.parametrize("name", UNCOORDINATED)
 @pytest.mark.parametrize("limit_mm", [2.0, 5.0, 20.0])
 def test_the_tip_stays_within_the_announced_distance_of_the_line(name, limit_mm):
     arm = standing(name, straying_mm=limit_mm)
-    seen = []
-    drive = arm.twin.world.drive
-    arm.twin.world.drive = lambda *args: (drive(*args), seen.append(arm.twin.world.joints))[0]
-    goal = Joints.of(20.0, 55.0, -100.0, -20.0, 25.0)
+    seen = postures_of(arm)
+    goal = Joints.of(10.0, 48.0, -90.0, -30.0, 12.0)
     moved = arm.move_j(**{f"{joint}_deg": turn for joint, turn in goal.deg.items()})
     assert len(seen) > 10
-    geometry = arm.model.arm
-    way = [
-        geometry.fk(
-            Joints(
-                tuple(a + (b - a) * share / 150 for a, b in zip(OVER_THE_TABLE, goal, strict=True))
-            )
-        )
-        for share in range(151)
-    ]
-    left_mm = max(
-        min(math.dist(_place(geometry.fk(joints)), _place(pose)) for pose in way)
-        for joints in seen[::3]
-    )
+    points = arm.model.arm.points
+    way = [points(joints_between(OVER_THE_TABLE, goal, share / 75))[-1] for share in range(76)]
+    left_mm = max(min(math.dist(points(there)[-1], one) for one in way) for there in seen[::3])
     rounding_mm = 1.0
     assert left_mm <= moved.straying_mm + rounding_mm
     assert moved.straying_mm <= max(limit_mm, FEW_STEPS_MM)
-
-
-def _place(pose):
-    return pose.x_mm, pose.y_mm, pose.z_mm
 
 
 @pytest.mark.parametrize("name", UNCOORDINATED)
@@ -83,14 +60,10 @@ def test_a_burst_is_shorter_where_a_guard_is_near(name):
 
 @pytest.mark.parametrize("name", UNCOORDINATED)
 def test_a_path_just_above_the_table_never_enters_it(name):
-    arm = standing(name)
-    arm.move_to(Pose.of(x_mm=220, y_mm=-60, z_mm=2.0, pitch_deg=-70))
-    arm.move_to(Pose.of(x_mm=260, y_mm=70, z_mm=2.0, pitch_deg=-50))
+    low = Pose.of(x_mm=220, y_mm=-30, z_mm=2.0, pitch_deg=-70)
+    arm = standing(name, simulated_config(name).model.arm.ik(low))
+    arm.move_to(Pose.of(x_mm=240, y_mm=35, z_mm=2.0, pitch_deg=-60))
     assert arm.twin.world.incidents == []
-
-
-def limits_of(arm):
-    return dict(zip(arm.joints.names, arm.model.arm.limits, strict=True))
 
 
 def beyond_deg(arm, joints):
@@ -104,14 +77,14 @@ A_STEP_DEG = 0.5
 """A step of each motor that a joint depends on, and rounding."""
 
 BESIDE_A_LIMIT = [
-    ("elbow", Joints.of(0.0, 60.0, 0.0, -40.0, 0.0), {"shoulder_deg": 48.0}),
-    ("elbow", Joints.of(0.0, 60.0, -149.0, 60.0, 0.0), {"shoulder_deg": 72.0}),
-    ("wrist_pitch", Joints.of(0.0, 60.0, -60.0, -90.0, 0.0), {"wrist_roll_deg": 25.0}),
-    ("wrist_pitch", Joints.of(0.0, 60.0, -80.0, 90.0, 0.0), {"elbow_deg": -66.0, "base_deg": 8.0}),
+    ("elbow", Joints.of(0.0, 60.0, 0.0, -40.0, 0.0), {"shoulder_deg": 54.0}),
+    ("elbow", Joints.of(0.0, 60.0, -149.0, 60.0, 0.0), {"shoulder_deg": 66.0}),
+    ("wrist_pitch", Joints.of(0.0, 60.0, -60.0, -90.0, 0.0), {"wrist_roll_deg": 12.0}),
+    ("wrist_pitch", Joints.of(0.0, 60.0, -80.0, 90.0, 0.0), {"elbow_deg": -73.0, "base_deg": 4.0}),
     (
         "shoulder",
         Joints.of(0.0, 144.0, -100.0, 0.0, 0.0),
-        {"elbow_deg": -85.0, "wrist_roll_deg": 15},
+        {"elbow_deg": -92.0, "wrist_roll_deg": 8},
     ),
 ]
 
@@ -120,12 +93,10 @@ BESIDE_A_LIMIT = [
 @pytest.mark.parametrize(("joint", "start", "goal"), BESIDE_A_LIMIT)
 def test_no_joint_passes_a_limit_that_it_moves_along(name, joint, start, goal):
     arm = standing(name, start)
-    low, high = limits_of(arm)[joint].low_rad, limits_of(arm)[joint].high_rad
-    here = dict(zip(start.names, start, strict=True))[joint]
-    assert min(here - low, high - here) < 1e-9, "the row is about a limit"
-    seen = []
-    drive = arm.twin.world.drive
-    arm.twin.world.drive = lambda *args: (drive(*args), seen.append(arm.twin.world.joints))[0]
+    limit = arm.model.arm.limits[start.names.index(joint)]
+    here = start[joint]
+    assert min(here - limit.low_rad, limit.high_rad - here) < 1e-9, "the row is about a limit"
+    seen = postures_of(arm)
     there = arm.move_j(**goal)
     assert max(beyond_deg(arm, joints) for joints in seen) <= A_STEP_DEG
     assert there.rounding_mm < 1.0
@@ -142,9 +113,7 @@ def test_no_joint_passes_a_limit_that_it_moves_along(name, joint, start, goal):
 @pytest.mark.parametrize("name", UNCOORDINATED)
 def test_a_limit_is_reached_and_jogged_along(name):
     arm = standing(name, Joints.of(0.0, 60.0, -60.0, -70.0, 0.0))
-    seen = []
-    drive = arm.twin.world.drive
-    arm.twin.world.drive = lambda *args: (drive(*args), seen.append(arm.twin.world.joints))[0]
+    seen = postures_of(arm)
     arm.move_j(wrist_pitch_deg=-90.0, wrist_roll_deg=30.0, shoulder_deg=70.0)
     assert arm.joints.deg["wrist_pitch"] == pytest.approx(-90.0, abs=A_STEP_DEG)
     arm.jog_j(wrist_roll=1.0, shoulder=-1.0, duration_s=0.5)

@@ -7,7 +7,7 @@ import math
 import random
 
 import pytest
-from faults import as_it_stands
+from faults import arm_config, driven
 
 from armdrive import Arm, MarkRequest, Verdict
 from armdrive.connect.parts import connect_simulated
@@ -20,23 +20,16 @@ from armdrive.status import Evidence, State, Trust
 from armdrive.storage.record import FileRecorder, last_entry, logbook_file
 from kinematics import Motors, preset
 
-ARM = "sim:teachmover"
 MODEL = preset("teachmover")
 
 
-def homed(dialect: str = "teachmover", **options) -> Arm:
-    arm = Arm.connect(f"sim:{dialect}", **options)
+def homed(dialect: str = "teachmover") -> Arm:
+    """Return an arm that stands at its mark, where it was referenced."""
+    arm = Arm.connect(f"sim:{dialect}")
     arm.enable()
     arm.twin.device.bring_to(arm.model.arm.ik(arm.model.reference.pose), 0.0)
     arm.confirm_reference()
-    arm.move_to(park_pose(arm.config))
     return arm
-
-
-def wander(arm: Arm, chance: random.Random) -> None:
-    names = arm.model.arm.joint_names
-    here = arm.joints.deg
-    arm.move_j(**{f"{name}_deg": here[name] + chance.uniform(-6.0, 3.0) for name in names[:2]})
 
 
 ENCODERS = ("mks", "cia402")
@@ -75,13 +68,11 @@ def test_lost_steps_are_measured_to_the_step(dialect, motor):
 
 @pytest.mark.parametrize("dialect", ENCODERS)
 def test_steps_that_a_drive_makes_up_for_are_no_drift(dialect):
-    arm = Arm.connect(f"sim:{dialect}")
-    arm.enable()
-    as_it_stands(arm)
-    arm.move_to(park_pose(arm.config))
+    config = arm_config(dialect)
+    arm = driven(config, at=config.model.arm.ik(park_pose(config)))
     arm.twin.faults.add("lose-steps", "2", "400")
     here = arm.joints.deg
-    arm.move_j(base_deg=12.0, shoulder_deg=here["shoulder"] + 8.0)
+    arm.move_j(base_deg=4.0, shoulder_deg=here["shoulder"] + 3.0)
     assert arm.status.acknowledged == arm.twin.world.motors
     found = arm.verify(speed=1.0)
     assert found.verdict is Verdict.ROUNDING
@@ -91,7 +82,7 @@ def test_steps_that_a_drive_makes_up_for_are_no_drift(dialect):
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 def test_an_arm_that_lost_nothing_is_within_rounding_and_keeps_its_reference(dialect):
     arm = homed(dialect)
-    wander(arm, random.Random(dialect))
+    arm.move_j(base_deg=-5.0, shoulder_deg=arm.joints.deg["shoulder"] + 3.0)
     found = arm.verify(accept=True)
     assert found.verdict is Verdict.ROUNDING
     assert not found.accepted
@@ -156,21 +147,17 @@ def test_a_difference_larger_than_any_loss_of_steps_is_not_drift():
     assert judge(small, Evidence.DECLARED.value) is Verdict.ROUNDING
 
 
-def test_an_arm_without_a_position_has_nothing_to_verify_and_does_not_move():
-    arm = Arm.connect(ARM)
-    before = arm.twin.world.motors
-    with pytest.raises(NotReferenced):
-        arm.verify()
-    assert arm.twin.world.motors == before
-
-
-def test_without_an_operator_nothing_moves():
-    arm = homed()
-    arm.operator = None
-    before = arm.twin.world.motors
-    with pytest.raises(OperatorNeeded, match="with an operator"):
-        arm.verify()
-    assert arm.twin.world.motors == before
+def test_without_a_position_and_without_an_operator_nothing_is_verified_and_nothing_moves():
+    unknown, alone = Arm.connect("sim:teachmover"), homed()
+    alone.operator = None
+    for arm, error, words in (
+        (unknown, NotReferenced, "home"),
+        (alone, OperatorNeeded, "with an operator"),
+    ):
+        before = arm.twin.world.motors
+        with pytest.raises(error, match=words):
+            arm.verify()
+        assert arm.twin.world.motors == before
 
 
 def test_what_the_operator_does_not_confirm_changes_nothing():
@@ -227,7 +214,6 @@ def test_each_verification_is_written_down_with_its_date_and_a_repeated_one_is_n
     first = arm.verify(accept=True)
     assert first.note == ""
     for _ in range(2):
-        arm.move_to(park_pose(arm.config))
         arm.move_j(base_deg=0.0)
         arm.twin.faults.add("lose-steps", "base", "12")
         arm.move_j(base_deg=20.0)

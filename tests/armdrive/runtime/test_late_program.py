@@ -56,7 +56,7 @@ class LateClock(SimulatedClock):
 
 
 LATE_MOTIONS = [
-    *((dialect, seed) for dialect in LATE_S for seed in range(amount(3, 4))),
+    *((dialect, seed) for dialect in LATE_S for seed in range(amount(2, 4))),
     *(("mks", seed) for seed in (103, 127, 195)),
 ]
 """The last: drives were read a while before their motion was resumed."""

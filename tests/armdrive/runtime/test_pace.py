@@ -5,7 +5,7 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from faults import ready_arm
+from faults import as_it_stands, ready_arm
 from waiting import returns, until
 
 from armdrive import Arm
@@ -24,6 +24,21 @@ def test_sleep_follows_the_arms_own_clock():
     with pytest.raises(BadRequest, match=r"^time_s must be 0 or more seconds"):
         arm.sleep(-1.0)
     assert arm.status.time_s - began_s == pytest.approx(300.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("duration_s", lambda arm, time_s: arm.jog_j(base=1, duration_s=time_s)),
+        ("time_s", lambda arm, time_s: arm.sleep(time_s)),
+    ],
+)
+@pytest.mark.parametrize("time_s", [1.1e6, 1e300])
+def test_a_time_that_no_simulation_reaches_the_end_of_is_refused(name, call, time_s):
+    arm = ready_arm()
+    with pytest.raises(BadRequest, match=f"^{name} must be at most 1000000 seconds, not"):
+        call(arm, time_s)
+    assert arm.status.state is State.STANDBY
 
 
 def test_a_wait_without_an_end_that_nothing_can_end_is_an_error_and_no_hang():
@@ -187,7 +202,8 @@ def test_bytes_prepared_before_a_suspension_are_not_sent_after_it():
 @pytest.mark.parametrize("dialect", ["teachmover", "robko01", "armdroid", "grbl"])
 def test_a_suspension_between_a_thought_and_its_word_leaves_the_word_unsaid(dialect):
     with Arm.connect(f"sim:{dialect}") as arm:
-        arm.home()
+        arm.enable()
+        as_it_stands(arm)
         handle = arm.move_j(base_deg=40, wait=False)
         arm.sleep(0.5)
         engine, think = arm.engine, arm.engine.controller.advance

@@ -51,28 +51,14 @@ def jogged_deg(arm, twin, direction):
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_what_was_measured_over_a_sleep_makes_no_arm_slow(dialect):
+def test_a_motion_does_not_go_on_when_its_program_wakes_and_the_arm_is_no_slower(dialect):
     arm, twin = connected(dialect)
     jogged_deg(arm, twin, 1.0)
     as_before_deg = jogged_deg(arm, twin, -1.0)
     first = arm.model.arm.joint_names[0]
-    arm.move_j(wait=False, **{f"{first}_deg": arm.joints.deg[first] + 40.0})
-    arm.sleep(0.3)
-    assert twin.device.moving
-    arm.pace.sleep()
-    arm.stop()
-    if arm.status.state is State.ERROR_STOP:  # the deadline of an answer had passed
-        arm.reset()
-        refer(arm, twin)
-    assert jogged_deg(arm, twin, -1.0) == pytest.approx(as_before_deg, rel=0.2)
-
-
-@pytest.mark.parametrize("dialect", DIALECTS)
-def test_a_motion_does_not_go_on_when_its_program_wakes(dialect):
-    arm, twin = connected(dialect)
-    first = arm.model.arm.joint_names[0]
     handle = arm.move_j(wait=False, **{f"{first}_deg": arm.joints.deg[first] + 40.0})
     arm.sleep(0.3)
+    assert twin.device.moving
     arm.pace.sleep()
     arm.sleep(1.0)
     woken = twin.world.motors
@@ -80,6 +66,11 @@ def test_a_motion_does_not_go_on_when_its_program_wakes(dialect):
         handle.wait()
     arm.sleep(2.0)
     assert twin.world.motors == woken
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+        refer(arm, twin)
+    # what was measured over the sleep is not taken for the arm's speed
+    assert jogged_deg(arm, twin, -1.0) == pytest.approx(as_before_deg, rel=0.2)
 
 
 def test_a_lost_answer_makes_a_robko_no_slower():
@@ -142,7 +133,8 @@ def test_bytes_of_a_round_of_usual_length_are_sent(arm, said):
     handle = moving(arm)
     arm.engine.round_s = lambda: arm.engine.controller.abilities.order_s - 0.01
     said.clear()
-    handle.wait()
+    arm.sleep(0.6)
+    assert not handle.done
     assert len(said) > 50
 
 

@@ -17,9 +17,10 @@ from armdrive.motion import execute as pausing
 from armdrive.moves import Jog
 from armdrive.programs import running
 from armdrive.programs.acts import Say
+from armdrive.runtime import overrides
 from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
 from armdrive.runtime.engine import Engine
-from armdrive.runtime.overrides import LONGEST_PAUSE_S, LONGEST_SIMULATED_PAUSE_S, NAPS
+from armdrive.runtime.overrides import LONGEST_PAUSE_S, NAPS
 from armdrive.status import State
 from armdrive.tasks import ReadPosition, RequestRejected, SleepUntil
 
@@ -125,12 +126,12 @@ def test_every_wait_of_a_call_has_an_end(monkeypatch, kind, call):
 
 def test_only_a_wait_for_an_input_without_a_deadline_is_for_as_long_as_that_takes(monkeypatch):
     arm, pace = noted(monkeypatch, SimulatedRealPace)
-    arm.twin.device.at(pace.now_s() + 100.0, arm.request_stop)
+    arm.twin.device.at(pace.now_s() + 30.0, arm.request_stop)
     pace.waits.clear()
     with pytest.raises(ArmError, match="stop"):
         arm.wait_inputs(high=7)
     assert pace.waits == [math.inf]
-    assert pace.now_s() >= 100.0
+    assert pace.now_s() >= 30.0
 
 
 def test_a_pause_in_real_time_costs_a_waiting_call_nothing(monkeypatch):
@@ -166,6 +167,7 @@ def test_eight_hours_are_what_is_waited_in_real_time():
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 def test_a_pause_on_simulated_time_that_cannot_end_does_not_hang(monkeypatch, dialect):
     breaths = []
+    monkeypatch.setattr(overrides, "LONGEST_SIMULATED_PAUSE_S", 60.0)
     monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", breaths.append)
     arm = Arm.connect(f"sim:{dialect}")
     arm.enable()
@@ -177,7 +179,7 @@ def test_a_pause_on_simulated_time_that_cannot_end_does_not_hang(monkeypatch, di
     stood, began_s = arm.twin.world.motors, arm.pace.now_s()
     with pytest.raises(WrongState, match="still paused"):
         handle.wait()
-    assert arm.pace.now_s() - began_s == pytest.approx(LONGEST_SIMULATED_PAUSE_S, abs=3.0)
+    assert arm.pace.now_s() - began_s == pytest.approx(60.0, abs=3.0)
     assert len(breaths) == NAPS
     assert arm.status.paused
     assert arm.twin.world.motors == stood

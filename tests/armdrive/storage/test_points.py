@@ -87,14 +87,15 @@ def test_an_invalid_name_is_refused(book, name):
     assert not book.path.exists()
 
 
-def test_a_point_that_could_not_be_read_again_leaves_the_file_as_it_is(book):
+def test_a_point_that_could_not_be_read_again_leaves_the_file_as_it_is(book, monkeypatch):
+    monkeypatch.setattr("armdrive.storage.point_file.LARGEST_BYTES", 4000)
     book["pick"] = THERE
     before = book.path.read_bytes()
     of_another_arm = replace(THERE, joints=replace(THERE.joints, names=tuple("abcde")))
     with pytest.raises(BadRequest, match="nothing was written: unknown key 'a'"):
         book["place"] = of_another_arm
-    with pytest.raises(BadRequest, match="more than 4000000 bytes: not written"):
-        book["place"] = replace(THERE, note="x" * 4_000_000)
+    with pytest.raises(BadRequest, match="more than 4000 bytes: not written"):
+        book["place"] = replace(THERE, note="x" * 4000)
     assert book.path.read_bytes() == before
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import socket
@@ -145,49 +146,45 @@ every_writer = pytest.mark.parametrize("what", WRITERS)
 
 
 @every_writer
-def test_a_link_in_the_place_of_a_file_or_of_its_successor_leads_nothing_away(what, precious):
-    write, path_of = WRITERS[what]
-    path = path_of("bench")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    for name in (path.name, f"{path.name}.new", f"{path.name}.bad"):
-        path.with_name(name).symlink_to(precious)
-    write()
-    assert path.is_file()
-    assert not path.is_symlink()
-
-
-@every_writer
-def test_a_link_to_nothing_creates_nothing(what, tmp_path):
+@pytest.mark.parametrize("exists", [True, False])
+def test_a_link_in_the_place_of_a_file_leads_nothing_away(what, exists, precious, tmp_path):
     write, path_of = WRITERS[what]
     path, nowhere = path_of("bench"), tmp_path / "nowhere"
     path.parent.mkdir(parents=True, exist_ok=True)
-    for name in (path.name, f"{path.name}.new"):
-        path.with_name(name).symlink_to(nowhere)
+    for name in (path.name, f"{path.name}.new", f"{path.name}.bad"):
+        path.with_name(name).symlink_to(precious if exists else nowhere)
     write()
+    assert path.is_file()
+    assert not path.is_symlink()
     assert not nowhere.exists()
 
 
-@every_writer
-@pytest.mark.parametrize("mask", [0o000, 0o077, 0o777])
-def test_every_file_is_its_users_alone_whatever_the_umask(what, mask):
-    write, _ = WRITERS[what]
+@contextlib.contextmanager
+def umask(mask):
     before = os.umask(mask)
     try:
-        path = write()
+        yield
     finally:
         os.umask(before)
+
+
+@every_writer
+@pytest.mark.parametrize("mask", [0o000, 0o777])
+def test_every_file_is_its_users_alone_whatever_the_umask(what, mask):
+    write, _ = WRITERS[what]
+    with umask(mask):
+        path = write()
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
-@pytest.mark.parametrize("mask", [0o000, 0o022, 0o777])
-def test_a_folder_that_is_made_is_its_users_alone(tmp_path, mask):
-    before = os.umask(mask)
-    try:
+@pytest.mark.parametrize("mask", [0o000, 0o777])
+def test_a_folder_or_a_lock_that_is_made_is_its_users_alone(tmp_path, mask):
+    with umask(mask):
         replace_file(tmp_path / "one" / "two" / "file", "text")
-    finally:
-        os.umask(before)
+        hold("bench").release()
     for folder in (tmp_path / "one", tmp_path / "one" / "two"):
         assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    assert stat.S_IMODE(notice_path("bench", "lock").stat().st_mode) == 0o600
 
 
 GUESSED = "00" * 8
@@ -400,38 +397,22 @@ def test_a_lock_empties_no_file_that_was_there(precious):
     assert path.read_text() == PRECIOUS
 
 
-def test_a_lock_is_its_users_alone():
-    before = os.umask(0)
-    try:
-        hold("bench").release()
-    finally:
-        os.umask(before)
-    assert stat.S_IMODE(notice_path("bench", "lock").stat().st_mode) == 0o600
-
-
-def test_nothing_but_a_dead_programs_socket_is_removed_for_a_new_one(shared):
+def test_nothing_but_a_dead_programs_socket_is_removed_for_a_new_one(shared, arm):
     shared.chmod(0o700)
-    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
-        first = hold("bench")
+    with hold("bench") as first:
         serve(first, arm)
         address = Path(str(first._listener.address))
-        first.release()
-        address.write_text(PRECIOUS)
-        second = hold("bench")
+    address.write_text(PRECIOUS)
+    with hold("bench") as second:
         serve(second, arm)
         assert ask_holder("bench", "status")["state"] == "standby"
-        second.release()
     assert address.read_text() == PRECIOUS
 
 
-def test_another_users_program_is_asked_nothing(monkeypatch):
-    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
-        holding = hold("bench")
-        serve(holding, arm)
-        monkeypatch.setattr("armdrive.storage.lock_client.is_ours", lambda fileno: False)
-        with pytest.raises(ArmError, match="another user's program"):
-            ask_holder("bench", "stop")
-        holding.release()
+def test_another_users_program_is_asked_nothing(monkeypatch, holding):
+    monkeypatch.setattr("armdrive.storage.lock_client.is_ours", lambda fileno: False)
+    with pytest.raises(ArmError, match="another user's program"):
+        ask_holder("bench", "stop")
 
 
 # -- points, which a person may keep elsewhere ----------------------------------------------------

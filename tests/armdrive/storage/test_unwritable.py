@@ -65,7 +65,7 @@ def a_read_only_disk(monkeypatch, tmp_path):
     def refused(*words, **named):
         raise OSError(30, "Read-only file system", str(words[-1]))
 
-    places.states().mkdir(parents=True)
+    places.states().mkdir(parents=True, exist_ok=True)
     for name in ("create", "make_folder", "replace", "remove"):
         monkeypatch.setattr(StateFiles, name, refused)
     monkeypatch.setattr(StateFiles, "may_change", lambda files, folder: False)
@@ -137,7 +137,7 @@ def test_without_a_writable_folder_the_position_is_unknown_and_nothing_moves(mon
         world = arm.twin.save()
     before = path.read_bytes()
     with monkeypatch.context() as patched:
-        a_read_only_disk_of_this(patched)
+        a_read_only_disk(patched, tmp_path)
         with Arm(
             connect_simulated(config, twin=simulate(config, world), recorder=FileRecorder(path))
         ) as arm:
@@ -148,15 +148,6 @@ def test_without_a_writable_folder_the_position_is_unknown_and_nothing_moves(mon
                 arm.jog_j(base_deg=1.0)
             assert arm.twin.world.motors == motors
     assert path.read_bytes() == before
-
-
-def a_read_only_disk_of_this(patched):
-    def refused(*words):
-        raise OSError(30, "Read-only file system", str(words[-1]))
-
-    for name in ("create", "replace", "remove"):
-        patched.setattr(StateFiles, name, refused)
-    patched.setattr(StateFiles, "may_change", lambda files, folder: False)
 
 
 @pytest.mark.skipif(

@@ -128,11 +128,11 @@ MARKED = """
     import pytest
 
     @pytest.mark.armdrive(dialect="grbl")
-    def test_marked(sim_arm):
-        assert sim_arm.status.dialect == "grbl"
+    def test_marked(arm_world):
+        assert arm_world.twin.dialect == "grbl"
 
-    def test_unmarked(sim_arm):
-        assert sim_arm.status.dialect == "{}"
+    def test_unmarked(arm_world):
+        assert arm_world.twin.dialect == "{}"
 """
 
 
@@ -189,9 +189,23 @@ def test_a_mark_that_says_nothing_right_is_an_error_that_shows_how(mark, passes)
     ended.stdout.re_match_lines([".*(armdrive\\(dialect=|not both)"])
 
 
-def test_an_unknown_dialect_is_one_sentence(passes):
-    ended = passes(MARKED.format("x"), "--armdrive-dialect=gerbil", passed=1, errors=1)
-    ended.stdout.re_match_lines([".*gerbil.*grbl"])
+def test_an_unknown_arm_is_one_sentence_even_for_a_test_that_never_connects(passes):
+    source = """
+        import pytest
+
+        @pytest.mark.armdrive(dialect="gerbil")
+        def test_marked(arm_world):
+            pass
+
+        @pytest.mark.armdrive(file="none.toml")
+        def test_filed(arm_world):
+            pass
+
+        def test_unmarked(arm_world):
+            pass
+    """
+    ended = passes(source, "--armdrive-dialect=robko", passed=0, errors=3)
+    ended.stdout.re_match_lines([".*gerbil.*grbl", ".*none.toml", ".*robko.*robko01"])
 
 
 def test_a_coroutine_may_use_them_too(passes):

@@ -108,42 +108,40 @@ def test_a_stop_is_noted_once_and_a_dead_one_says_so(arm, tmp_path):
     assert stops == ["normal stop", "emergency stop"]
 
 
-def test_a_fault_is_written_by_itself_at_once(tmp_path):
-    arm = recorded_arm(folder=tmp_path / "records")
-    arm.home()
-    arm.estop()
-    arm.tracer.close()
-    (file,) = written(tmp_path / "records")
-    assert file.name.endswith("-001-error-stop.jsonl")
-    arm.close()
-    assert len(written(tmp_path / "records")) == 1
-
-
-def test_a_wire_that_is_lost_is_written_and_a_closed_one_is_not(tmp_path):
-    arm = recorded_arm(folder=tmp_path / "lost")
+def lose_the_wire(arm):
     arm.twin.link.unplug()
     with pytest.raises(LinkLost):
         arm.read_inputs()
-    arm.close()
-    (file,) = written(tmp_path / "lost")
-    assert file.name.endswith("-link-lost.jsonl")
-    recorded_arm(folder=tmp_path / "closed").close()
-    assert written(tmp_path / "closed") == []
 
 
-def test_a_flaw_of_the_driver_is_written(tmp_path):
-    arm = recorded_arm(folder=tmp_path / "records")
-
+def run_into_a_flaw(arm):
     def flawed():
         yield from ()
         raise ZeroDivisionError("one of ours")
 
     with pytest.raises(ZeroDivisionError):
         run_blocking(arm.runner.perform(flawed()))
+
+
+@pytest.mark.parametrize(
+    ("fail", "why", "words"),
+    [
+        (lambda arm: arm.estop(), "error-stop", "emergency stop"),
+        (lose_the_wire, "link-lost", "LinkLost: "),
+        (run_into_a_flaw, "engine-failed", "ZeroDivisionError: one of ours"),
+    ],
+)
+def test_a_fault_is_written_by_itself_at_once_and_a_closed_arm_is_not(fail, why, words, tmp_path):
+    arm = recorded_arm(folder=tmp_path / "failed")
+    fail(arm)
+    arm.tracer.close()
+    (file,) = written(tmp_path / "failed")
+    assert file.name.endswith(f"-001-{why}.jsonl")
+    assert words in file.read_text()
     arm.close()
-    (file,) = written(tmp_path / "records")
-    assert "engine-failed" in file.name
-    assert "ZeroDivisionError: one of ours" in file.read_text()
+    assert written(tmp_path / "failed") == [file]
+    recorded_arm(folder=tmp_path / "closed").close()
+    assert written(tmp_path / "closed") == []
 
 
 def test_only_so_many_files_are_left_and_the_oldest_go(tmp_path, monkeypatch):

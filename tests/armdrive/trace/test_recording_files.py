@@ -21,6 +21,9 @@ from armdrive.trace.log import BACK, KEPT, MOST, Narrator, Topic, heading, lines
 from armdrive.trace.replay import config_of, replay
 
 text_kinds = st.sampled_from([kind for kind in EntryKind if kind not in WIRE])
+texts = st.text('a7"\\\n\x00\x7fé\u0394\u2028\U0001f916', max_size=20)
+"""Of the characters that a line of JSON could get wrong."""
+
 times = st.lists(st.floats(-LATEST_S, LATEST_S), max_size=12).map(sorted)
 
 
@@ -29,7 +32,7 @@ def entry_lists(draw):
     return tuple(
         TraceEntry(time_s, draw(st.sampled_from(sorted(WIRE))), draw(st.binary(max_size=20)))
         if draw(st.booleans())
-        else TraceEntry(time_s, draw(text_kinds), draw(st.text(max_size=20)))
+        else TraceEntry(time_s, draw(text_kinds), draw(texts))
         for time_s in draw(times)
     )
 
@@ -102,8 +105,8 @@ def test_a_spoilt_recording_is_read_or_refused_and_its_replay_ends(text, data):
 
 
 json_values = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=2) | st.dictionaries(st.text(max_size=3), inner),
+    st.none() | st.booleans() | st.integers() | st.floats() | texts,
+    lambda inner: st.lists(inner, max_size=2) | st.dictionaries(texts, inner),
     max_leaves=4,
 )
 

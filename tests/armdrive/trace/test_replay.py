@@ -16,7 +16,7 @@ from armdrive.trace.entries import EntryRing
 from armdrive.trace.files import read_recording
 from armdrive.trace.log import lines
 from armdrive.trace.recorder import FlightRecorder
-from armdrive.trace.replay import replay, replayed_view
+from armdrive.trace.replay import ReplayBench, replay, replayed_view
 
 SMALL = ("teachmover", "armdroid", "grbl")
 """The dialects whose recordings are short: a Robko is asked for its position all the time."""
@@ -24,13 +24,13 @@ SMALL = ("teachmover", "armdroid", "grbl")
 
 def work(arm):
     referenced(arm)
-    arm.move_j(shoulder_deg=30)
+    arm.move_j(base_deg=6)
     arm.jog_j(base=1.0, duration_s=0.3)
-    handle = arm.move_j(elbow_deg=-60, speed=0.3, wait=False)
+    handle = arm.move_j(base_deg=30, speed=0.3, wait=False)
     arm.sleep(0.4)
     arm.stop()
     assert handle.done
-    arm.sleep(0.5)
+    arm.sleep(0.2)
 
 
 @pytest.fixture(scope="module")
@@ -63,12 +63,15 @@ def replays(days):
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_a_twin_repeats_what_a_simulated_arm_said_to_the_byte_and_the_moment(replays, dialect):
-    replayed, _ = replays[dialect]
+def test_a_twin_repeats_what_a_simulated_arm_said_to_the_byte_and_the_moment(
+    days, replays, dialect
+):
+    replayed, stood = replays[dialect]
     assert replayed.divergence is None
     assert replayed.compared > 30
     assert replayed.late_s == pytest.approx(0.0, abs=1e-9)
     assert replayed.notes == ()
+    assert stood == tuple(days[dialect][1])
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
@@ -78,12 +81,15 @@ def test_the_timeline_tells_every_entry_and_reads_every_message(days, dialect):
     assert len(told) == len(recording.entries)
     unreadable = [text for text in told if "unreadable" in text]
     assert len(unreadable) <= 1, unreadable  # the first line to a TeachMover is one on purpose
-    assert any("call: move_j(shoulder_deg=30)" in text for text in told)
+    assert any("call: move_j(base_deg=6)" in text for text in told)
 
 
-def test_the_twin_ends_where_the_arm_physically_stood(days, replays):
-    for dialect, (_, motors) in days.items():
-        assert replays[dialect][1] == tuple(motors)
+def test_a_twin_is_placed_by_the_counts_and_by_where_the_motors_are():
+    bench = ReplayBench(simulated_config("teachmover"))
+    counts, motors = (1, 2, 3, 4, 5, 6), (10, 20, 30, 40, 50, 60)
+    bench.place(counts, motors)
+    assert tuple(bench.device.registers) == counts
+    assert tuple(bench.device.world.motors) == motors
 
 
 def test_a_slower_twin_gets_its_bytes_later_and_still_agrees(days):
@@ -171,9 +177,9 @@ def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dial
     kept_s = 1.5
     arm = recorded_arm(dialect, ring=EntryRing(longest_s=kept_s))
     placed(arm)
-    arm.move_j(shoulder_deg=50)
+    arm.move_j(base_deg=8)
     arm.sleep(1.0)
-    arm.move_j(base_deg=3, speed=0.7)
+    arm.move_j(base_deg=5)
     recording = saved(arm, tmp_path)
     arm.close()
     replayed = replay(recording)

@@ -33,6 +33,8 @@ HERE = Path(__file__).parent
 @pytest.fixture(autouse=True)
 def short_patience(monkeypatch):
     monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", 0.1)
+    for interval_s in ("STATE_S", "LOOK_S", "ASK_AGAIN_S"):  # how often an adapter is asked
+        monkeypatch.setattr(can_threads, interval_s, 0.01)
 
 
 @pytest.fixture

@@ -142,18 +142,6 @@ def test_a_version_tells_that_a_given_up_motion_is_over():
     assert events(host) == [Stray(OFFSETS), Completed(Version(), VersionReported("1.3", None))]
 
 
-def test_what_came_before_a_command_never_answers_it():
-    host = Host()
-    host.receive_data(OFFSETS_LINE + b"offsets = 9,9,9,")
-    host.send(ReportOffsets())
-    host.receive_data(b"9,9,9\r\n" + OFFSETS_LINE)
-    stray, begun, answer = events(host)
-    assert stray == Stray(OFFSETS)
-    assert isinstance(begun, Unreadable)
-    assert "began before" in begun.reason
-    assert answer == Completed(ReportOffsets(), OFFSETS)
-
-
 def test_a_welcome_is_told_and_answers_nothing():
     host = Host()
     host.send(Version())
@@ -180,15 +168,6 @@ def test_a_number_that_the_board_repeats_is_compared():
     assert not Completed(SetSpeed(100), SpeedReported(7100)).as_asked
     assert not Completed(Torque(False), TorqueReported(True)).as_asked
     assert Completed(DriveOne(1, 5), OFFSETS).as_asked
-
-
-def test_a_discard_begins_a_new_line_and_keeps_the_command():
-    host = Host()
-    host.receive_data(b"offsets = 1")
-    host.send(ReportOffsets())
-    host.discard()
-    host.receive_data(OFFSETS_LINE)
-    assert events(host) == [Completed(ReportOffsets(), OFFSETS)]
 
 
 @given(ANSWERS)

@@ -80,7 +80,12 @@ UNREADABLE = [
         b"<1|MPos:0>",
     ),
     *(b"<Idle|MPos:1|WPos:1>", b"<Idle|MPos:1e3>", b"<Idle|MPos:nan>", b"<Idle|MPos:1|Bf:1>"),
-    *(b"<Idle|MPos:0|Ov:1,2>", b"<Idle|MPos:0<Idle|MPos:0>", b"<Idle|MPos:0|F:1|FS:1,2>"),
+    *(
+        b"<Idle|MPos:0|Ov:1,2>",
+        b"<Idle|MPos:0<Idle|MPos:0>",
+        b"<Idle|MPos:0|F:1|FS:1,2>",
+        b"<Idle|MPos:0|F:1,2>",
+    ),
     *(b"[MSG:open", b"[OPT:V,x,128]", b"[AXS:x:XYZ]", b"[GC:]", b"[G54:]", b"[PRB:0,0:2]", b"$5"),
     *(b"Grbl 1.1h", b"Grbl 1.1h ['$' for hel", b">G54", b"\xffok", b"ok\x80", b"$100=\x01"),
 ]

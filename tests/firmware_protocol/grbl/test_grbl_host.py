@@ -145,33 +145,6 @@ def test_forgotten_lines_are_returned_and_their_late_answers_unexpected():
     assert heard(host, b"error:9\r\n") == [grbl.Stray(grbl.Error(9))]
 
 
-@pytest.mark.parametrize("cut", range(1, 3))
-def test_an_answer_that_had_begun_before_a_line_is_never_that_lines(cut):
-    host = grbl.Host()
-    host.receive_data(b"ok"[:cut])
-    host.send(X1)
-    assert heard(host, b"ok"[cut:] + b"\r\n") == [grbl.Stray(grbl.Ok())]
-    assert heard(host, b"ok\r\n") == [grbl.Acknowledged(X1)]
-
-
-def test_an_answer_received_before_a_line_is_never_that_lines():
-    host = grbl.Host()
-    host.receive_data(b"ok\r\n")
-    host.send(X1)
-    assert events(host) == [grbl.Stray(grbl.Ok())]
-    assert host.outstanding_lines == (X1,)
-
-
-def test_an_endless_line_is_told_once_and_takes_no_memory():
-    host = sent(grbl.QuerySettings())
-    found = []
-    for _ in range(300):
-        found += heard(host, b"<" * 100)
-        assert host.buffered <= 512 + 32
-    assert [type(event) for event in found] == [grbl.Unreadable]
-    assert heard(host, b"\nok\n") == [grbl.Acknowledged(grbl.QuerySettings())]
-
-
 def test_a_flood_that_nobody_fetches_is_bounded_and_told():
     host = grbl.Host()
     for _ in range(2000):

@@ -169,7 +169,7 @@ def test_a_frame_that_is_no_answer_says_why(kind, op, rest, reason):
         (lambda: robko01.Axes((0,) * 5), "positions_steps"),
         (lambda: robko01.Axes((0, 0, 32768, 0, 0, 0)), r"positions_steps\[2\]"),
         (lambda: robko01.Axes((0,) * 6, (0, 1.0, 0, 0, 0, 0)), r"speeds_steps_s\[1\]"),
-        (lambda: robko01.SetRobotId(b"x" * 27), "robot_id"),
+        (lambda: robko01.SetRobotId(b"x" * 27), "payload"),
         (lambda: robko01.RobotId(robko01.Op.PING), "op"),
         (lambda: robko01.Busy(17, 0), "op"),
         (lambda: robko01.Busy(robko01.Op.STOP, 256), "moving"),

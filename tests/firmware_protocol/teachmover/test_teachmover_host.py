@@ -180,22 +180,6 @@ def test_a_late_answer_to_a_given_up_command_is_stray():
     assert events(host, b"1\r") == [Stray(Status.DONE)]
 
 
-def test_a_line_received_before_a_command_is_never_its_answer():
-    host = Host()
-    host.receive_data(b"1\r")
-    host.send(STEP)
-    assert events(host) == [Stray(Status.DONE)]
-    assert host.outstanding == STEP
-
-
-def test_a_line_begun_before_a_command_is_never_its_answer():
-    host = Host()
-    host.receive_data(b"1")
-    host.send(STEP)
-    assert events(host, b"\r") == [Unreadable(b"1", "the line began before the command was sent")]
-    assert events(host, b"1\r") == [Completed(STEP, Status.DONE)]
-
-
 def test_padding_before_a_command_does_not_spoil_its_answer():
     host = Host()
     assert events(host, b"\0\n ") == []
@@ -206,28 +190,9 @@ def test_padding_before_a_command_does_not_spoil_its_answer():
     assert found == [Completed(Read(), Status.DONE, REGISTERS)]
 
 
-def test_discarded_bytes_and_events_are_gone():
-    host = Host()
-    host.receive_data(b"1\r0\r2")
-    host.send(STEP)
-    host.discard()
-    assert host.buffered == 0
-    assert events(host, b"1\r") == [Completed(STEP, Status.DONE)]
-
-
 def test_garbage_is_told_and_reading_goes_on_at_the_next_carriage_return():
     host = asked(STEP)
     garbled, completed = events(host, b"\xff\x80garbage\r1\r")
     assert isinstance(garbled, Unreadable)
     assert garbled.data == b"\xff\x80garbage"
     assert completed == Completed(STEP, Status.DONE)
-
-
-def test_an_endless_line_is_told_once_and_takes_no_memory():
-    host = asked(STEP)
-    found = []
-    for _ in range(500):
-        found += events(host, b"1" * 100)
-        assert host.buffered <= 256
-    assert [type(event) for event in found] == [Unreadable]
-    assert events(host, b"\r1\r") == [Completed(STEP, Status.DONE)]

@@ -89,12 +89,12 @@ def test_registers_hold_the_last_key_and_the_inputs_in_one_number():
     assert registers.numbers == (1, -2, 3, -4, 5, -6, 1857)
 
 
-@pytest.mark.parametrize("key", range(256))
-def test_a_key_without_a_name_stays_a_number(key):
-    registers = Registers.from_numbers((*ZERO, key * 256))
-    assert registers.key == key
-    assert isinstance(registers.key, Key) == (key <= 14)
-    assert Registers.from_numbers(registers.numbers) == registers
+def test_a_key_without_a_name_stays_a_number():
+    for key in range(256):
+        registers = Registers.from_numbers((*ZERO, key * 256))
+        assert registers.key == key
+        assert isinstance(registers.key, Key) == (key <= 14)
+        assert Registers.from_numbers(registers.numbers) == registers
 
 
 @pytest.mark.parametrize(

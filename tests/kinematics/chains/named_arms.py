@@ -1,6 +1,7 @@
 """Link tables of real arms and of every structure, as published or near to it (mm and rad)."""
 
 import math
+from dataclasses import replace
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink
@@ -112,3 +113,22 @@ ARMS = FORWARDS | {
     for name, chain in FORWARDS.items()
     if len(chain) < 7
 }
+
+
+def calibrated(chain, by):
+    """The arm as measured: every length, distance and twist a little off."""
+    off = iter(range(1, 100))
+
+    def changed(value, scale=1.0):
+        return value + by * scale * math.sin(7.0 * next(off))
+
+    links = tuple(
+        replace(
+            link,
+            a_mm=changed(link.a_mm, 300.0),
+            d_mm=changed(link.d_mm, 300.0) if link.d_mm else 0.0,
+            alpha_rad=changed(link.alpha_rad),
+        )
+        for link in chain.links
+    )
+    return replace(chain, links=links)

@@ -18,6 +18,7 @@ from named_arms import (
     PUMA_560,
     THOR,
     UR5,
+    calibrated,
 )
 
 from kinematics.chains.arm import ChainArm
@@ -242,25 +243,6 @@ def test_a_straight_wrist_shares_its_turn_so_that_both_joints_keep_their_limits(
     found = solve_goal(chain, goal, seed)
     assert found.ok
     assert not chain.violations(found.joints)
-
-
-def calibrated(chain, by):
-    """The arm as measured: every length, distance and twist a little off."""
-    off = iter(range(1, 100))
-
-    def changed(value, scale=1.0):
-        return value + by * scale * math.sin(7.0 * next(off))
-
-    links = tuple(
-        replace(
-            link,
-            a_mm=changed(link.a_mm, 300.0),
-            d_mm=changed(link.d_mm, 300.0) if link.d_mm else 0.0,
-            alpha_rad=changed(link.alpha_rad),
-        )
-        for link in chain.links
-    )
-    return replace(chain, links=links)
 
 
 @pytest.mark.parametrize("name", ["Puma 560", "KUKA KR 6", "AR4", "UR5", "SCORBOT"])

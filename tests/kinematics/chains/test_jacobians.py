@@ -17,7 +17,6 @@ from kinematics.chains.jacobians import (
     dimensionless,
     geometric_jacobian,
     joint_rates,
-    manipulability,
 )
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.rates import task_jacobian
@@ -57,21 +56,6 @@ def test_the_task_jacobian_is_the_derivative_of_the_pose(case):
                for turn in ("pitch", "roll")]
         )  # fmt: skip
     assert gap(transposed(task_jacobian(arm, joints)), columns) < 1e-4
-
-
-@given(arm_and_posture)
-def test_the_determinant_in_the_task_space_is_as_derived(case):
-    arm, joints = case
-    pose = arm.fk(joints)
-    expected = (
-        math.hypot(pose.x_mm, pose.y_mm)
-        * arm.upper_arm_mm
-        * arm.forearm_mm
-        * abs(math.sin(joints["elbow"]))
-    )
-    scale = 500.0**3
-    found = manipulability(task_jacobian(arm, joints))
-    assert found / scale == pytest.approx(expected / scale, rel=1e-6, abs=1e-9)
 
 
 matrices = st.tuples(st.integers(1, 6), st.integers(1, 6)).flatmap(

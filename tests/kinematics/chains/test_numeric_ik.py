@@ -6,7 +6,7 @@ import sys
 from dataclasses import replace
 
 import pytest
-from chain_cases import ALPHA_II, ASKEW, MINI_MOVER, PUMA, gap
+from chain_cases import ALPHA_II, MINI_MOVER, PUMA, gap
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,7 +14,7 @@ from kinematics import FiveAxisArm, JointRange, KinematicsError, Pose
 from kinematics.chains.chain import Chain
 from kinematics.chains.goals import ALL_PARTS, Part
 from kinematics.chains.inverse import PITCH_FIRST, Effort, Reason, solve_frame_ik, solve_pose_ik
-from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.nearest import nearest
 from kinematics.frames.rotations import rot_x
 from kinematics.frames.transforms import compose, position_of, transform
@@ -64,19 +64,6 @@ def test_slides_are_solved_like_turning_joints(values):
     solution = solve_frame_ik(SLIDER, SLIDER.fk(values), parts=frozenset({Part.POSITION}))
     assert solution.ok
     assert distance(position_of(solution.frame), position_of(SLIDER.fk(values))) < 1e-4
-
-
-def test_the_other_convention_a_base_and_a_tool_change_nothing():
-    craig = Chain(
-        (DHLink(), DHLink(alpha_rad=-math.pi / 2), DHLink(a_mm=431.8),
-         DHLink(0.0, 431.8, -20.3, -math.pi / 2), DHLink(alpha_rad=math.pi / 2),
-         DHLink(alpha_rad=-math.pi / 2)),
-        Convention.CRAIG, ASKEW, ASKEW,
-    )  # fmt: skip
-    goal = craig.fk((0.2, -0.4, 0.3, 0.5, 0.6, -0.7))
-    solution = solve_frame_ik(craig, goal)
-    assert solution.ok
-    holds(craig, solution, goal)
 
 
 @given(postures(MINI_MOVER, inset=0.95), st.floats(-0.05, 0.05))

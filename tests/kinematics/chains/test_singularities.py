@@ -104,15 +104,7 @@ def test_what_is_found_is_singular_and_as_far_as_said(case):
 
 
 def test_slides_alone_are_never_singular():
-    cartesian = Chain(
-        (
-            DHLink(alpha_rad=-math.pi / 2, kind=JointKind.PRISMATIC),
-            DHLink(
-                theta_rad=math.pi / 2, alpha_rad=math.pi / 2, d_mm=9.0, kind=JointKind.PRISMATIC
-            ),
-            DHLink(kind=JointKind.PRISMATIC),
-        )
-    )
+    cartesian = SYSTEMS["cartesian"].chain()
     assert condition(cartesian, (10.0, 20.0, 30.0)).smallest == pytest.approx(1.0)
     assert nearest_singularity(cartesian, (10.0, 20.0, 30.0)) is None
 

@@ -136,11 +136,6 @@ def test_the_inverse_by_cofactors_undoes_any_basis(matrix):
     assert gap(multiply(matrix, inverse(matrix)), IDENTITY) < 1e-10
 
 
-@given(rotations)
-def test_the_inverse_of_a_rotation_is_its_transpose(m):
-    assert gap(inverse(m), transpose(m)) < 1e-13
-
-
 @given(skew, skew, vectors)
 def test_a_vector_keeps_its_place_when_its_basis_changes(old, new, seen):
     there = rotate(change_of_basis(old, new), seen)

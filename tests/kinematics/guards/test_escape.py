@@ -36,7 +36,7 @@ def allowed(guards, pose, seed=None, arm=TEACHMOVER):
 )
 def test_a_hand_in_a_box_comes_out_by_the_nearest_side(goal, nearest):
     found = nearest_allowed(TEACHMOVER, BOXED, Pose(*map(float, goal), -math.pi / 2))
-    assert (found.x_mm, found.y_mm, found.z_mm) == pytest.approx(nearest, abs=1e-6)
+    assert found.position_mm == pytest.approx(nearest, abs=1e-6)
     assert found.pitch_rad == -math.pi / 2
 
 
@@ -94,7 +94,7 @@ def test_where_nothing_near_is_free_the_way_from_the_seed_gives_the_answer():
 def test_an_arm_of_six_joints_comes_out_of_a_box_too():
     radii = (60.0,) * len(PUMA.moving_points)
     pose = PUMA.fk(START)
-    x, y, z = pose.x_mm, pose.y_mm, pose.z_mm
+    x, y, z = pose.position_mm
     crate = Box("crate", (x - 50, y - 50, z - 200), (x + 50, y + 50, z - 30))
     guards = replace(TABLE, radii_mm=radii, boxes=(crate,))
     assert guards.violation(PUMA, START).guard == "box crate"

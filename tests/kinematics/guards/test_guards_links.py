@@ -6,12 +6,9 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import LOOSE, TEACHMOVER, VICE, postures
+from kinematics_cases import LOOSE, PUMA, TEACHMOVER, VICE, postures
 
-from kinematics import PRESETS, Guards, Joints, KinematicsError, Pose, preset, system
-from kinematics.chains.arm import ChainArm
-from kinematics.chains.chain import Chain
-from kinematics.frames.transforms import translation
+from kinematics import PRESETS, Guards, Joints, KinematicsError, Pose, preset
 from kinematics.guards import AngleSum, link_names
 from kinematics.guards.shapes import Box
 
@@ -133,36 +130,30 @@ def test_the_base_turns_without_bringing_the_arm_nearer_to_itself(joints):
 
 
 def test_a_chain_of_six_joints_has_capsules_along_its_links():
-    puma = replace_base(system("puma").chain(), 660.0)
-    names = link_names(puma)
+    names = link_names(PUMA)
     assert names[-1] == "hand"
     radii = (60.0,) * len(names)
-    upright = puma.joints_of((0.0, -math.pi / 2, math.pi / 2, 0.0, 0.0, 0.0))
+    upright = PUMA.joints_of((0.0, -math.pi / 2, math.pi / 2, 0.0, 0.0, 0.0))
     guards = replace(OPEN, radii_mm=radii, base_radius_mm=90.0, base_top_mm=500.0)
-    assert guards.violations(puma, upright) == ()
+    assert guards.violations(PUMA, upright) == ()
     crate = Box("crate", (-1000.0, -1000.0, 0.0), (1000.0, 1000.0, 2000.0))
-    everything = replace(guards, boxes=(crate,)).violations(puma, upright)
+    everything = replace(guards, boxes=(crate,)).violations(PUMA, upright)
     assert {one.quantity for one in everything} == set(names)
 
 
 def test_folding_a_chain_onto_its_base_is_seen():
-    puma = replace_base(system("puma").chain(), 660.0)
-    radii = (60.0,) * len(puma.moving_points)
+    radii = (60.0,) * len(PUMA.moving_points)
     guards = replace(OPEN, radii_mm=radii, base_radius_mm=90.0, base_top_mm=500.0)
     found = [
         one.guard
         for shoulder in (60.0, 80.0, 90.0)
         for elbow in (-60.0, -120.0, 120.0, 180.0, 220.0)
         for one in guards.violations(
-            puma,
-            puma.joints_of(map(math.radians, (0.0, shoulder, elbow, 0.0, 0.0, 0.0))),
+            PUMA,
+            PUMA.joints_of(map(math.radians, (0.0, shoulder, elbow, 0.0, 0.0, 0.0))),
         )
     ]
     assert "base column" in found
-
-
-def replace_base(chain: Chain, height_mm: float) -> ChainArm:
-    return ChainArm(replace(chain, base=translation(0.0, 0.0, height_mm)))
 
 
 def test_radii_must_fit_the_links():

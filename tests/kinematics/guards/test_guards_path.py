@@ -87,15 +87,16 @@ def test_a_path_that_breaks_a_guard_deeply_is_never_called_free(start, goal, gua
 
 
 @pytest.mark.parametrize(
-    ("name", "start", "goal"),
+    ("name", "start", "goal", "share"),
     [
-        ("box wall", (230, 130, 120), (230, 190, 120)),
-        ("box lamp", (230, -90, 180), (250, -150, 180)),
-        ("box vice", (280, 0, 20), (240, 0, 20)),
-        ("table", (250, 100, 20), (250, 100, -20)),
+        ("box wall", (230, 130, 120), (230, 190, 120), 0.7),
+        ("box lamp", (230, -90, 180), (250, -150, 180), 0.5),
+        ("box vice", (280, 0, 20), (240, 0, 20), 0.5),
+        ("table", (250, 100, 20), (250, 100, -20), 0.5),
+        ("table", (250, -100, 120), (250, -100, -80), 0.6),
     ],
 )
-def test_the_first_guard_on_a_straight_line_is_named(name, start, goal):
+def test_the_first_guard_on_a_straight_line_is_named_where_it_begins(name, start, goal, share):
     before, behind = (
         Pose.of(**dict(zip(("x_mm", "y_mm", "z_mm"), one, strict=True)), pitch_deg=-80)
         for one in (start, goal)
@@ -103,8 +104,8 @@ def test_the_first_guard_on_a_straight_line_is_named(name, start, goal):
     waypoints = line_path(TEACHMOVER, TEACHMOVER.ik(before), behind)
     fraction, violation = first_violation(TEACHMOVER, ONLY_BOXES, waypoints)
     assert violation.guard == name
-    assert 0.0 < fraction <= 1.0
-    assert violation.excess_mm <= 1.0 + 2.0
+    assert fraction == pytest.approx(share, abs=0.15)
+    assert 1.0 < violation.excess_mm <= 1.0 + 2.0
 
 
 def test_a_sum_of_joints_is_found_where_it_leaves_its_range():

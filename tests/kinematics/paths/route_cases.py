@@ -37,7 +37,7 @@ def tip(arm, joints):
 
 
 def point(pose):
-    return pose.x_mm, pose.y_mm, pose.z_mm
+    return pose.position_mm
 
 
 def directions(corners):

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, UNEVEN, deviation_mm, same_pose, turn_between
+from route_cases import START as FRONT
+from route_cases import pose, poses
 
 from kinematics import (
     BadNumber,
@@ -20,8 +22,6 @@ from kinematics import (
     line_path,
 )
 
-FRONT = TEACHMOVER.ik(Pose.of(x_mm=250, y_mm=-100, z_mm=120, pitch_deg=-90))
-
 
 def test_a_joint_path_turns_every_joint_in_proportion_and_ends_exactly():
     start, goal = Joints.of(0, 10, -20, 30, 40), Joints.of(90, 20, -40, 0, 40)
@@ -32,17 +32,7 @@ def test_a_joint_path_turns_every_joint_in_proportion_and_ends_exactly():
     assert path.changes_rad[0] == pytest.approx(math.pi / 2)
 
 
-near = st.builds(
-    lambda r, angle, z, pitch, roll: Pose(r * math.cos(angle), r * math.sin(angle), z, pitch, roll),
-    st.floats(150, 330),
-    st.floats(-1.4, 1.4),
-    st.floats(30, 250),
-    st.floats(-1.5, 0.0),
-    st.floats(-3.1, 3.1),
-)
-
-
-@given(near, near, st.sampled_from((0.05, 0.5, 2.0)))
+@given(poses, poses, st.sampled_from((0.05, 0.5, 2.0)))
 def test_a_line_stays_within_its_tolerance(first, goal, tolerance):
     start = TEACHMOVER.solve(first)
     if start is None:
@@ -62,43 +52,43 @@ def test_a_line_stays_within_its_tolerance(first, goal, tolerance):
 
 
 def test_pitch_and_roll_change_in_proportion_to_the_way():
-    goal = Pose.of(x_mm=300, y_mm=80, z_mm=220, pitch_deg=0, roll_deg=170)
+    goal = pose(300, 80, 220, 0, 170)
     waypoints = line_path(TEACHMOVER, FRONT, goal)
     origin = TEACHMOVER.fk(FRONT)
     for joints in waypoints[1:]:
-        pose = TEACHMOVER.fk(joints)
-        share = (pose.x_mm - origin.x_mm) / (goal.x_mm - origin.x_mm)
-        assert pose.pitch_deg == pytest.approx(-90 + 90 * share, abs=1e-6)
-        assert pose.roll_deg == pytest.approx(170 * share, abs=1e-6)
+        here = TEACHMOVER.fk(joints)
+        share = (here.x_mm - origin.x_mm) / (goal.x_mm - origin.x_mm)
+        assert here.pitch_deg == pytest.approx(-90 + 90 * share, abs=1e-6)
+        assert here.roll_deg == pytest.approx(170 * share, abs=1e-6)
 
 
 def test_a_finer_tolerance_takes_more_waypoints():
-    goal = Pose.of(x_mm=250, y_mm=100, z_mm=120, pitch_deg=-90)
+    goal = pose(250, 100, 120)
     coarse, fine = (line_path(TEACHMOVER, FRONT, goal, mm) for mm in (2.0, 0.02))
     assert len(coarse) < len(fine)
 
 
 def test_roll_takes_the_shorter_way_unless_the_range_forbids_it():
-    start = UNEVEN.ik(Pose.of(x_mm=200, y_mm=0, z_mm=150, pitch_deg=0, roll_deg=150))
+    start = UNEVEN.ik(pose(200, 0, 150, 0, 150))
     start = start.replace(wrist_roll=math.radians(150))
-    goal = Pose.of(x_mm=200, y_mm=50, z_mm=150, pitch_deg=0, roll_deg=-150)
+    goal = pose(200, 50, 150, 0, -150)
     assert line_path(UNEVEN, start, goal)[-1].deg["wrist_roll"] == pytest.approx(-150)
     free = FRONT.replace(wrist_roll=math.radians(150))
-    goal = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90, roll_deg=-150)
+    goal = pose(250, 0, 120, -90, -150)
     assert line_path(TEACHMOVER, free, goal)[-1].deg["wrist_roll"] == pytest.approx(210)
 
 
 def test_the_turn_of_the_roll_is_kept():
     start = FRONT.replace(wrist_roll=math.radians(300))
-    goal = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90, roll_deg=-50)
+    goal = pose(250, 0, 120, -90, -50)
     assert line_path(TEACHMOVER, start, goal)[-1].deg["wrist_roll"] == pytest.approx(310)
 
 
 @pytest.mark.parametrize(
     ("goal", "reason"),
     [
-        (Pose.of(x_mm=600, y_mm=100, z_mm=300, pitch_deg=-20), "355.6 mm that the arm spans"),
-        (Pose.of(x_mm=60, y_mm=0, z_mm=120, pitch_deg=-90), "elbow would pass its limit of -149"),
+        (pose(600, 100, 300, -20), "355.6 mm that the arm spans"),
+        (pose(60, 0, 120), "elbow would pass its limit of -149"),
     ],
 )
 def test_a_line_that_leaves_the_reach_says_where_and_why(goal, reason):
@@ -195,20 +185,11 @@ def test_a_line_to_where_the_arm_stands_goes_nowhere():
 
 
 def test_a_tolerance_must_be_a_length():
-    goal = Pose.of(x_mm=250, y_mm=100, z_mm=120, pitch_deg=-90)
+    goal = pose(250, 100, 120)
     with pytest.raises(KinematicsError, match="tolerance_mm must be more than 0"):
         line_path(TEACHMOVER, FRONT, goal, 0.0)
     with pytest.raises(BadNumber, match="tolerance_mm"):
         line_path(TEACHMOVER, FRONT, goal, math.nan)
-
-
-def test_the_first_violation_on_a_path_is_found_where_it_is():
-    goal = Pose.of(x_mm=250, y_mm=-100, z_mm=-80, pitch_deg=-90)
-    waypoints = line_path(TEACHMOVER, FRONT, goal)
-    fraction, violation = first_violation(TEACHMOVER, Guards(), waypoints)
-    assert violation.guard == "table"
-    assert 1.0 < violation.excess_mm < 1.0 + 2.0
-    assert fraction == pytest.approx(121 / 200, abs=0.15)
 
 
 def test_a_path_through_the_body_is_found_though_its_ends_are_free():
@@ -225,7 +206,7 @@ def test_a_path_through_the_body_is_found_though_its_ends_are_free():
 
 
 def test_a_path_of_one_posture_or_none_is_judged_by_what_there_is():
-    below = TEACHMOVER.ik(Pose.of(x_mm=250, y_mm=0, z_mm=-20, pitch_deg=-90))
+    below = TEACHMOVER.ik(pose(250, 0, -20))
     assert first_violation(TEACHMOVER, Guards(), (FRONT,)) is None
     assert first_violation(TEACHMOVER, Guards(), ()) is None
     assert first_violation(TEACHMOVER, Guards(), (FRONT, FRONT)) is None

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from kinematics.chains.chain import chain_of_rows
-from kinematics.frames.rotations import multiply, transpose
+from kinematics.frames.rotations import determinant, multiply, transpose
 from kinematics.frames.transforms import rotation_of
 from kinematics.textbook.study import (
     chain_rows,
@@ -63,10 +63,7 @@ def test_the_determinant_is_the_textbooks(name, values, product):
     )
     rows = own_jacobian(system, joints)
     (a, b), (c, d) = rows[0][:2], rows[1][:2]
-    size = a * d - b * c
-    if len(rows) == 3:
-        (e, f, g), (h, i, j), (k, m, n) = rows
-        size = e * (i * n - j * m) - f * (h * n - j * k) + g * (h * m - i * k)
+    size = determinant(rows) if len(rows) == 3 else a * d - b * c
     lengths = system.lengths()
     assert set(lengths.values()) <= {200.0, 150.0, 80.0}
     assert abs(size) == pytest.approx(abs(product(joints)))

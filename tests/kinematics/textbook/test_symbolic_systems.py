@@ -35,21 +35,26 @@ def postures(system, low_rad=-3.0, high_rad=3.0):
     )
 
 
-def joints_at(system, joints):
-    """The values of the joints' and lengths' names."""
-    names = [next(iter(symbol.names())) for symbol in joint_symbols(system.chain())]
-    return {**dict(zip(names, joints, strict=True)), **system.lengths()}
+def named(symbols, numbers):
+    """Numbers by the names of symbols."""
+    return {next(iter(one.names())): number for one, number in zip(symbols, numbers, strict=True)}
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
 @given(data=st.data())
 @settings(max_examples=8)
 def test_symbolic_forward_kinematics_has_the_values_of_the_numeric_one(name, data):
+    """Both the closed form and the product of the A matrices, which name lengths by their link."""
     system = SYSTEMS[name]
-    joints = data.draw(postures(system))
-    frame = symbolic_system(system).fk(joint_symbols(system.chain()))
-    values = joints_at(system, joints)
-    assert symbols_gap(frame, system.fk(joints), values) < 1e-9
+    joints, symbols = data.draw(postures(system)), joint_symbols(system.chain())
+    values = named(symbols, joints)
+    frame = symbolic_system(system).fk(symbols)
+    assert symbols_gap(frame, system.fk(joints), values | system.lengths()) < 1e-9
+    chain = symbolic_chain(system.chain())
+    for link, plain in zip(chain.links, system.chain().links, strict=True):
+        for made, number in ((link.a_mm, plain.a_mm), (link.d_mm, plain.d_mm)):
+            values |= dict.fromkeys(as_symbol(made).names(), number)
+    assert symbols_gap(chain.fk(symbols), system.fk(joints), values) < 1e-9
 
 
 @cache
@@ -67,8 +72,7 @@ def test_symbolic_solutions_have_the_values_of_the_numeric_ones(name, data):
     system = SYSTEMS[name]
     goal = system.goal_of(system.fk(data.draw(postures(system, 0.2, 1.2))))
     symbols = symbolic_goal(system.coordinates)
-    values = {next(iter(symbol.names())): n for symbol, n in zip(symbols, goal, strict=True)}
-    values |= system.lengths()
+    values = named(symbols, goal) | system.lengths()
     compared = 0
     for branch in {found.name for found in system.ik(goal)} & set(system.signs):
         plain = system.solution(goal, branch).joints
@@ -80,20 +84,6 @@ def test_symbolic_solutions_have_the_values_of_the_numeric_ones(name, data):
             assert off == pytest.approx(0.0, abs=1e-5)
         compared += 1
     assert compared
-
-
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_the_product_of_the_a_matrices_is_the_closed_form(name):
-    system = SYSTEMS[name]
-    chain = symbolic_chain(system.chain())
-    joints = joint_symbols(system.chain())
-    given_names = [next(iter(symbol.names())) for symbol in joints]
-    values = dict(zip(given_names, [0.3, 0.5, -0.7, 0.9, 1.1, -1.3], strict=False))
-    for link, plain in zip(chain.links, system.chain().links, strict=True):
-        for made, number in ((link.a_mm, plain.a_mm), (link.d_mm, plain.d_mm)):
-            values |= dict.fromkeys(as_symbol(made).names(), number)
-    numeric = system.fk([values[one] for one in given_names])
-    assert symbols_gap(chain.fk(joints), numeric, values) < 1e-9
 
 
 def test_the_revolute_transporters_end_point_reads_as_equation_2_35():
@@ -179,8 +169,7 @@ def test_following_the_written_steps_leads_to_the_joint_values(name):
         if branch.name not in {found.name for found in system.ik(goal)}:
             continue
         symbols = symbolic_goal(system.coordinates)
-        known = {next(iter(one.names())): n for one, n in zip(symbols, goal, strict=True)}
-        known |= system.lengths()
+        known = named(symbols, goal) | system.lengths()
         for step in branch.steps:
             known[step.name] = step.symbol.value(known)
         joints = [known[next(iter(one.names()))] for one in joint_symbols(system.chain())]

@@ -14,7 +14,6 @@ from kinematics.textbook.systems import SYSTEMS, system
 from kinematics.textbook.worked_example import (
     frame_text,
     number_text,
-    plain,
     sections,
     symbolic_example,
     symbolic_sections,
@@ -146,9 +145,6 @@ def test_example_postures_keep_to_the_limits():
 
 
 def test_numbers_are_written_without_noise():
-    assert plain(-0.0001, 2) == "0"
-    assert plain(12.5, 2) == "12.5"
-    assert plain(100.0, 0) == "100"
     assert number_text(math.pi / 2, "rad") == "90°"
     assert number_text(12.346, "mm") == "12.35 mm"
     assert number_text(0.25, "") == "0.25"

@@ -8,7 +8,7 @@ from typing import Generic, TypeAlias, TypeVar
 
 from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.events import Unreadable
-from firmware_protocol.fields import checks, row_of, whole_from
+from firmware_protocol.fields import message, row_of, whole_from
 from firmware_protocol.lines import LineSplitter
 
 MOTORS = 6
@@ -17,8 +17,7 @@ _COUNT_MAX = (1 << 31) - 1
 STEPS = row_of(whole_from(-_COUNT_MAX, _COUNT_MAX), MOTORS, f"{MOTORS} whole numbers")
 
 
-@dataclass(frozen=True, slots=True)
-@checks(rate_hz=whole_from(1, RATE_MAX_HZ), steps=STEPS)
+@message(rate_hz=whole_from(1, RATE_MAX_HZ), steps=STEPS)
 class Move:
     """Turn all motors by `steps`, the busiest one at `rate_hz` steps a second."""
 
@@ -41,8 +40,7 @@ class Failed:
     """The device did not understand the line."""
 
 
-@dataclass(frozen=True, slots=True)
-@checks(steps=STEPS)
+@message(steps=STEPS)
 class Positions:
     """The positions of all motors, counted from power-on."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from itertools import count
@@ -89,6 +90,17 @@ def test_an_arm_without_a_holder_can_be_neither_paused_nor_resumed_nor_stopped(c
     assert f"nothing to {word}" in call(word, code=0).out
     assert call(word, "--json", code=0).json == {done: 0, "failures": []}
     assert f"no program holds {ARM}" in call(word, "--sim", "teachmover", code=1).out
+
+
+@pytest.mark.parametrize("word", ["watch", "record"])
+@pytest.mark.parametrize("named", [(), ("--sim", "teachmover")])
+def test_an_arm_without_a_holder_is_neither_watched_nor_recorded_and_nothing_was_stopped(
+    call, word, named
+):
+    told = json.loads(call(word, *named, "--json", code=1).err.splitlines()[-1])
+    assert told["code"] == "E410"
+    assert told["message"].startswith("no program")
+    assert told["effect"].startswith("None.")
 
 
 def closing(held, monkeypatch, states):

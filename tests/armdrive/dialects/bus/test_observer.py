@@ -33,12 +33,12 @@ def observer(count: int = 2) -> Observer:
 
 
 def ask(found: Observer, node: int, now_s: float) -> None:
-    found.sent(node, now_s, owes=True)
+    found.sent(found[node], now_s, owes=True)
     found[node].ledger.asked(now_s)
 
 
 def tell(found: Observer, node: int, count: int, now_s: float) -> None:
-    found.replied(node, now_s, settles=True)
+    found.replied(found[node], now_s, settles=True)
     found[node].read(count, now_s)
 
 
@@ -63,7 +63,7 @@ def happen(found: Observer, line: str) -> None:
         case "ordered", node, "to", goal, "at", speed:
             order(found, int(node), int(goal), float(speed), now_s)
         case "order-unanswered", node:
-            found.sent(int(node), now_s, owes=True)
+            found.sent(found[int(node)], now_s, owes=True)
         case "confirms", node:
             found[int(node)].rejections.taken(now_s)
         case "resumes", node:
@@ -73,7 +73,7 @@ def happen(found: Observer, line: str) -> None:
         case "reads", node, count:
             tell(found, int(node), int(count), now_s)
         case "reports", node:
-            found.replied(int(node), now_s, settles=False, asked=False)
+            found.replied(found[int(node)], now_s, settles=False, asked=False)
         case "silent-for", seconds:
             assert found.silent_s(now_s) == pytest.approx(float(seconds)), line
         case "outage", word:
@@ -81,7 +81,7 @@ def happen(found: Observer, line: str) -> None:
         case "rereads", "nothing":
             assert not found.to_reread, line
         case "rereads", node:
-            assert found.to_reread == (int(node),), line
+            assert found.to_reread == (found[int(node)],), line
         case "expect", node, finding:
             verdict = found[int(node)].verdict
             assert verdict is not None
@@ -91,7 +91,7 @@ def happen(found: Observer, line: str) -> None:
         case "ends", node, finding:
             verdict = found.judge()
             assert verdict is not None, line
-            assert (verdict.node, verdict.finding.value) == (int(node), finding), line
+            assert (verdict.drive.node, verdict.finding.value) == (int(node), finding), line
         case _:
             raise ValueError(line)
 
@@ -172,7 +172,7 @@ def test_a_drive_on_a_slow_link_is_not_taken_to_have_been_away(wait_s: float) ->
     for moment in range(1, 2000):
         now_s = 0.001 * moment
         polled = [node for node in (1, 2) if moment % 100 == 50 * node % 100]
-        for node in (*polled, *found.to_retry(now_s)):
+        for node in (*polled, *(each.node for each in found.to_retry(now_s))):
             ask(found, node, now_s)
             replies.append((now_s + wait_s, node))
             asked += 1
@@ -204,7 +204,7 @@ def test_a_drive_that_lags_alone_is_off_its_path_at_the_second_look() -> None:
     assert found.compare(path, 0.8, 0.04, 0.8) is None
     verdict = found.compare(path, 0.9, 0.04, 0.9)
     assert verdict is not None
-    assert (verdict.node, verdict.finding) == (2, DriveFinding.OFF_PATH)
+    assert (verdict.drive.node, verdict.finding) == (2, DriveFinding.OFF_PATH)
 
 
 @given(

@@ -86,7 +86,7 @@ def looked_at(call, *words, drives=0):
 
 
 @needs_pty
-def test_a_bus_is_looked_at_without_a_word_that_changes_anything(call, tmp_path, monkeypatch):
+def test_a_bus_is_looked_at_and_connected_to_and_nothing_changes(call, tmp_path, monkeypatch):
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
     path = tmp_path / "can0"
     port = f"can:slcan:{path}?bitrate=500000"
@@ -102,6 +102,9 @@ def test_a_bus_is_looked_at_without_a_word_that_changes_anything(call, tmp_path,
         assert bus.state() == before
         said = looked_at(call, "--arm", "bench", "--ids", "1-6", "--mend", "--yes").out
         assert "the controller's settings are what the arm file expects" in said
+        with Arm.connect(port, dialect="cia402") as arm:
+            assert arm.status.state is State.STANDBY
+        assert not bus.state()["moving"]
 
 
 @needs_pty
@@ -113,15 +116,6 @@ def test_devices_that_are_no_drives_are_reported(call, tmp_path, monkeypatch):
         write_arm_file("bench", ARM.format(port=port))
         said = call("doctor", "--arm", "bench", "--ids", "1-6", code=1).out
         assert "node 1 of the arm file is not a CiA 402 drive (CiA 401, an I/O module)" in said
-
-
-@needs_pty
-def test_an_arm_on_a_bus_of_another_process_is_found_and_moves_nothing(tmp_path):
-    path = tmp_path / "can0"
-    with SimProcess(path, "cia402") as bus:
-        with Arm.connect(f"can:slcan:{path}?bitrate=500000", dialect="cia402") as arm:
-            assert arm.status.state is State.STANDBY
-        assert not bus.state()["moving"]
 
 
 def test_a_bus_that_this_computer_does_not_have_is_refused_in_words():

@@ -34,7 +34,7 @@ def comes_free(rig: Rig) -> None:
     """See that nothing turns when the shaft can."""
     stood = rig.positions
     rig.twin.world.stalled.clear()
-    rig.run(1.0)
+    rig.run(0.5)
     assert rig.positions == stood
 
 
@@ -53,16 +53,27 @@ def test_a_blocked_shaft_is_held_where_it_stands_once_its_drive_answers_again(st
     comes_free(rig)
 
 
-@pytest.mark.parametrize("blocked_s", [0.005, 0.03, 0.1, 0.5])
-@pytest.mark.parametrize("rate_hz", [20_000.0, 1000.0], ids=["fast", "slow"])
+@pytest.mark.parametrize(
+    ("strategy", "rate_hz", "blocked_s"),
+    [
+        ("cyclic", 20_000.0, 0.005),
+        ("cyclic", 20_000.0, 0.1),
+        ("cyclic", 1000.0, 0.03),
+        ("cyclic", 1000.0, 0.5),
+        ("profile", 20_000.0, BLOCKED_S),
+    ],
+)
 def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_time(
-    blocked_s, rate_hz
+    strategy, rate_hz, blocked_s
 ):
     """Its error is smaller than the one at which drives fault, so only its standing shows it."""
-    rig, released = Rig().ready(), []
-    jog = (MoveBy(steps(1000, -500), rate_hz) for _ in range(40))
-    rig.begin(MoveAlong(jog, 0.3, released=lambda: bool(released)))
-    rig.run(0.3)
+    rig, released = Rig({"strategy": strategy}).ready(), []
+    if strategy == "cyclic":
+        jog = (MoveBy(steps(1000, -500), rate_hz) for _ in range(40))
+        rig.begin(MoveAlong(jog, 0.3, released=lambda: bool(released)))
+    else:
+        rig.begin(MoveBy(steps(6000, -3000), rate_hz, lambda: bool(released)))
+    rig.run(0.2)
     rig.twin.world.stalled.add(0)
     rig.run(blocked_s)
     released.append(True)
@@ -72,7 +83,7 @@ def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_
     comes_free(rig)
 
 
-@pytest.mark.parametrize("rate_hz", [20_000.0, 2000.0, 300.0])
+@pytest.mark.parametrize("rate_hz", [20_000.0, 300.0])
 def test_a_blocked_shaft_is_found_in_the_same_time_at_any_speed(rate_hz):
     """A slow drive's error grows slowly, so that its own limit would take seconds."""
     rig = Rig().ready()
@@ -96,19 +107,6 @@ def test_a_drive_that_sends_no_reports_but_answers_questions_ends_the_motion():
     assert reply.silent
     assert "drive 1 (base)" in reply.reason
     assert rig.now_s < began_s + 1.0
-
-
-def test_a_shaft_that_blocks_the_last_burst_of_a_jog_is_held_where_it_stands():
-    rig, released = Rig({"strategy": "profile"}).ready(), []
-    rig.begin(MoveBy(steps(6000, -3000), 20_000.0, lambda: bool(released)))
-    rig.run(0.2)
-    rig.twin.world.stalled.add(0)
-    rig.run(BLOCKED_S)
-    released.append(True)
-    rig.run(rig.controller.stopping(0.3).silent_s)
-    assert rig.reply() == Halted()
-    assert not rig.alerts()
-    comes_free(rig)
 
 
 def test_a_silent_drive_is_not_turned_back_to_its_last_reading():

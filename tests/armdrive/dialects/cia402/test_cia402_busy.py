@@ -10,7 +10,7 @@ import math
 import random
 
 import pytest
-from amounts import in_pairs
+from amounts import amount, in_pairs
 from cia402_rig import Rig, steps
 
 from armdrive.dialects.exchange import ListenedTime
@@ -26,12 +26,12 @@ MISSED_BEAT = "has stopped by itself, and holds: a heartbeat or life guard is mi
 
 
 class BusyRig(Rig):
-    """A controller that is called late, and hears late what its drives say, while it is busy."""
+    """A controller that is called late, or hears late what its drives say, while it is busy."""
 
-    def __init__(self, seed: int, *, program: bool, wire: bool, settings=None) -> None:
+    def __init__(self, late: str, seed: int, **settings) -> None:
         super().__init__(settings)
         self.busy = False
-        self._program, self._wire = program, wire
+        self._program, self._wire = "program" in late, "wire" in late
         self._random = random.Random(seed)
         self._frames = Unpacker()
         self._came_s = self._last_s = 0.0
@@ -67,20 +67,9 @@ class BusyRig(Rig):
         super()._step(end_s)
 
 
-def busy_program(seed: int, **settings) -> BusyRig:
-    return BusyRig(seed, program=True, wire=False, settings=settings)
-
-
-def busy_wire(seed: int, **settings) -> BusyRig:
-    return BusyRig(seed, program=False, wire=True, settings=settings)
-
-
-def busy_both(seed: int, **settings) -> BusyRig:
-    return BusyRig(seed, program=True, wire=True, settings=settings)
-
-
-MADE, SEEDS = [busy_program, busy_wire, busy_both], range(4)
-KINDS = pytest.mark.parametrize("made", MADE)
+LATE, SEEDS = ["program", "wire", "program and wire"], range(amount(2, 4))
+STEADY = {"heartbeat_ms": 2000, "period_ms": 40}
+"""With these, drives miss no heartbeat of a program that is so late."""
 
 
 def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
@@ -94,9 +83,9 @@ def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
     return False
 
 
-@in_pairs("how, made, seed", ["stop", "release", "end"], MADE, SEEDS)
-def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, how):
-    rig, released = made(seed, heartbeat_ms=2000, period_ms=40).ready(), []
+@in_pairs("how, late, seed", ["stop", "release", "end"], LATE, SEEDS)
+def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(late, seed, how):
+    rig, released = BusyRig(late, seed, **STEADY).ready(), []
     before = rig.positions
     line = LINE[:10] if how == "end" else LINE
     rig.begin(MoveAlong(iter(line), 0.3, released=lambda: bool(released)))
@@ -117,9 +106,9 @@ def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, ho
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@KINDS
-def test_a_released_jog_reports_drives_that_miss_a_heartbeat(made, seed):
-    rig, released = made(seed).ready(), []
+@pytest.mark.parametrize("late", LATE)
+def test_a_released_jog_reports_drives_that_miss_a_heartbeat(late, seed):
+    rig, released = BusyRig(late, seed).ready(), []
     rig.begin(MoveAlong(iter(LINE), 0.3, released=lambda: bool(released)))
     rig.run(0.4)
     rig.busy = True
@@ -129,9 +118,9 @@ def test_a_released_jog_reports_drives_that_miss_a_heartbeat(made, seed):
     assert not any(alert.kind is AlertKind.OFF_PATH for alert in rig.alerts())
 
 
-@KINDS
-def test_a_drive_that_is_read_off_its_target_is_blamed_however_late_the_report_is(made):
-    rig = made(0, heartbeat_ms=2000, period_ms=40).ready()
+@pytest.mark.parametrize("late", LATE)
+def test_a_drive_that_is_read_off_its_target_is_blamed_however_late_the_report_is(late):
+    rig = BusyRig(late, 0, **STEADY).ready()
     rig.begin(MoveAlong(iter(LINE[:10]), 0.3))
     while rig.positions[0] < 9700:
         rig.run(0.002)

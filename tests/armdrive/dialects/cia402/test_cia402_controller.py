@@ -77,7 +77,7 @@ def test_another_master_on_the_bus_refuses_contact():
     assert "another program" in reply.reason
 
 
-@pytest.mark.parametrize("when_s", [0.001 * ms for ms in range(0, 40, amount(4, 2))])
+@pytest.mark.parametrize("when_s", [0.001 * ms for ms in range(0, 40, amount(8, 2))])
 @pytest.mark.parametrize("for_s", [1.5, 30.0])
 def test_a_program_that_is_suspended_while_it_looks_for_the_drives_finds_them(when_s, for_s):
     rig = Rig()
@@ -115,22 +115,40 @@ def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(del
     assert reply == Done()
 
 
-def test_switching_off_ends_the_heartbeat_watch_without_an_alarm():
-    rig = Rig().ready()
-    assert rig.do(DropCurrent()) == Done()
-    rig.run(2.0)
-    assert rig.states() == {canopen.DriveState.DISABLED}
-    assert not any(node.states.watch_stops for node in rig.device.board.nodes)
-    assert not rig.frames(canopen.Service.HEARTBEAT, rig.now_s - 1.9)
+@pytest.mark.parametrize("ends", ["switched off", "in order", "in mid-motion"])
+def test_only_an_end_in_mid_motion_leaves_the_drives_to_their_watch(ends):
+    rig = Rig().ready() if ends != "in mid-motion" else moving(steps(60_000), 0.3)
+    if ends == "switched off":
+        assert rig.do(DropCurrent()) == Done()
+    else:
+        last_frames = rig.controller.farewell()
+        assert bool(last_frames) is (ends == "in order")
+        rig.link.write(last_frames, rig.now_s)
+        rig.dead = True
+    rig.run(1.0)
+    stopped = any(node.states.watch_stops for node in rig.device.board.nodes)
+    assert stopped is (ends == "in mid-motion")
+    assert rig.states() == {{
+        "switched off": canopen.DriveState.DISABLED,
+        "in order": canopen.DriveState.ENABLED,
+        "in mid-motion": canopen.DriveState.QUICK_STOP,
+    }[ends]}  # fmt: skip
+    assert not rig.frames(canopen.Service.HEARTBEAT, rig.now_s - 0.9)
+
+
+def takes_over(rig, after_s=0.0):
+    """Return another program on the same drives."""
+    again = Rig()
+    again.twin, again.device, again.link = rig.twin, rig.device, rig.link
+    again.now_s = rig.now_s + after_s
+    return again
 
 
 def test_a_second_program_takes_drives_over_that_hold_and_none_sags_or_moves():
     rig = Rig().ready()
     rig.along(MOVE)
     there = rig.positions
-    again = Rig()
-    again.twin, again.device, again.link = rig.twin, rig.device, rig.link
-    again.now_s = rig.now_s + 0.05
+    again = takes_over(rig, 0.05)
     assert isinstance(again.do(ReadPosition()), Registers)
     assert all(node.motor.holding for node in rig.device.board.nodes)
     again.ready()
@@ -144,28 +162,11 @@ def test_drives_that_an_earlier_program_left_running_are_waited_for_and_then_sto
     for node in rig.device.board.nodes:  # it had them mind no heartbeat
         node.objects.keep(canopen.CONSUMER_HEARTBEAT, 0)
         node.watch()
-    again = Rig()
-    again.twin, again.device, again.link = rig.twin, rig.device, rig.link
-    again.now_s = rig.now_s
+    again = takes_over(rig)
     there = rig.positions[0]
     assert isinstance(again.do(ReadPosition()), Registers)
     assert there + 15_000 < rig.positions[0] < 60_000
     again.check_stands(1.0)
-
-
-def test_an_orderly_end_leaves_every_drive_holding_without_an_alarm():
-    rig = Rig().ready()
-    rig.along(MOVE)
-    rig.link.write(rig.controller.farewell(), rig.now_s)
-    rig.dead = True
-    rig.run(2.0)
-    assert rig.states() == {canopen.DriveState.ENABLED}
-    assert not any(node.states.watch_stops for node in rig.device.board.nodes)
-
-
-def test_an_end_in_mid_motion_leaves_the_drives_to_their_watch():
-    rig = moving(steps(60_000), 0.3)
-    assert rig.controller.farewell() == b""
 
 
 # -- the heartbeat --------------------------------------------------------------------------------
@@ -174,10 +175,10 @@ def test_an_end_in_mid_motion_leaves_the_drives_to_their_watch():
 def test_the_heartbeat_goes_on_at_rest_while_motors_are_on():
     rig = Rig().ready()
     began_s = rig.now_s
-    rig.run(5.0)
+    rig.run(2.0)
     beats = [at_s for at_s, _ in rig.frames(canopen.Service.HEARTBEAT, began_s)]
     gaps = [b - a for a, b in itertools.pairwise(beats)]
-    assert len(beats) >= 99
+    assert len(beats) >= 39
     assert max(gaps) < 0.0501
     assert rig.states() == {canopen.DriveState.ENABLED}
 
@@ -208,17 +209,6 @@ def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_
     assert rig.states() == {canopen.DriveState.ENABLED}
 
 
-def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
-    rig = moving(steps(60_000))
-    rig.suspend(0.4)
-    reply = rig.finish()
-    assert isinstance(reply, RequestRejected)
-    assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
-    assert [alert.kind for alert in rig.alerts()] == [AlertKind.ALARM]
-    assert rig.do(ClearFault()) == Done()
-    rig.check_stands(0.3)
-
-
 @in_pairs(
     "strategy, late_s, quirk", ["cyclic", "profile"], [0.32, 0.5, 0.9], ["hold", "extrapolate"]
 )
@@ -231,6 +221,7 @@ def test_a_program_that_is_later_than_the_heartbeat_timeout_finds_the_motion_end
     reply = rig.finish()
     assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.ALARM]
+    assert rig.do(ClearFault()) == Done()
     rig.run(0.5)
     assert rig.positions == there
 
@@ -238,9 +229,7 @@ def test_a_program_that_is_later_than_the_heartbeat_timeout_finds_the_motion_end
 def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_motion_go_on(
     monkeypatch,
 ):
-    rig, late = Rig().ready(), []
-    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, -30_000), 20_000.0)]), 10.0))
-    rig.run(0.5)
+    rig, late = moving(FAR), list[bytes]()
     with monkeypatch.context() as held_up:
         held_up.setattr(rig.link, "write", lambda data, _: late.append(data))
         rig.run(0.011)
@@ -393,30 +382,22 @@ def connected() -> Arm:
     return Arm(connect_simulated(config, twin=simulate(config)))
 
 
-def test_drives_that_are_found_switched_off_are_reported_as_off():
+def test_the_current_follows_what_is_asked_for():
     arm = connected()
     assert arm.status.state is State.DISABLED
     assert arm.status.current is Current.OFF
-
-
-def test_drives_that_hold_are_reported_as_held_whichever_program_enabled_them():
-    rig = Rig()
-    assert rig.do(ReadPosition()).held is False
-    assert rig.ready().do(ReadPosition()).held is True
-
-
-def test_drives_that_hold_but_have_to_be_enabled_first_are_not_reported_as_held():
-    rig = Rig().ready()
-    rig.controller.group.on = False  # as behind a wire that was lost
-    assert rig.do(ReadPosition()).held is None
-
-
-def test_the_current_follows_what_is_asked_for():
-    arm = connected()
     arm.enable()
     assert arm.status.current is Current.HELD
     arm.disable()
     assert arm.status.current is Current.OFF
+
+
+def test_drives_that_hold_are_reported_as_held_unless_they_have_to_be_enabled_first():
+    rig = Rig()
+    assert rig.do(ReadPosition()).held is False
+    assert rig.ready().do(ReadPosition()).held is True
+    rig.controller.group.on = False  # as behind a wire that was lost
+    assert rig.do(ReadPosition()).held is None
 
 
 def test_drives_in_different_states_are_not_reported_as_held():

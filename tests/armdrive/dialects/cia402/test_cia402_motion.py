@@ -6,7 +6,7 @@ import itertools
 import math
 
 import pytest
-from cia402_rig import Rig, steps
+from cia402_rig import Rig, moving, steps
 
 from armdrive.dialects.bus.paths import PlannedPath
 from armdrive.errors import Refused
@@ -64,27 +64,24 @@ def test_smoothing_makes_ramps_of_jumps_in_speed():
 # -- cyclic ---------------------------------------------------------------------------------------
 
 
-def test_targets_come_with_every_sync_and_never_jump():
+def test_targets_come_with_every_sync_never_jump_and_keep_the_motors_in_proportion():
     rig = Rig().ready()
     began_s, before = rig.now_s, rig.positions
-    assert rig.along(*LINE) == Done()
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    while (reply := rig.reply()) is None:
+        rig.run(0.007)
+        base, shoulder, *_ = rig.positions - before
+        assert abs(base + 2 * shoulder) <= 12
+    assert reply == Done()
     assert rig.positions == before + steps(12_000, -6000)
     syncs = [at_s for at_s, _ in rig.frames(Service.SYNC, began_s)]
     gaps = [b - a for a, b in itertools.pairwise(syncs)]
     assert max(gaps) <= PERIOD_S + 1e-6
-    changes = differences(rig.targets(1, began_s))
-    assert max(map(abs, changes)) <= 20_000 * PERIOD_S + 1
+    check_targets_never_jump(rig, began_s)
 
 
-def test_the_motors_keep_in_proportion_all_the_way():
-    rig = Rig().ready()
-    before = rig.positions
-    rig.begin(MoveAlong(iter(LINE), 0.3))
-    while rig.reply() is None:
-        rig.run(0.007)
-        base, shoulder, *_ = rig.positions - before
-        assert abs(base + 2 * shoulder) <= 12
-    assert (rig.positions - before)[:2] == (12_000, -6000)
+def check_targets_never_jump(rig, since_s):
+    assert max(map(abs, differences(rig.targets(1, since_s)))) <= 20_000 * PERIOD_S + 1
 
 
 def test_a_drive_that_stands_while_others_turn_gets_its_target_too():
@@ -95,31 +92,27 @@ def test_a_drive_that_stands_while_others_turn_gets_its_target_too():
     assert rig.positions == before + steps(30_000, -15_000)
 
 
-def test_a_late_host_slows_down_and_does_not_jump_ahead():
-    rig = Rig().ready()
-    began_s = rig.now_s
-    rig.begin(MoveAlong(iter(LINE), 0.3))
-    rig.run(0.2)
-    rig.dead = True
-    rig.run(0.08)  # less than the drives' patience
-    rig.dead = False
-    assert rig.finish() == Done()
-    assert max(map(abs, differences(rig.targets(1, began_s)))) <= 20_000 * PERIOD_S + 1
-    assert rig.controller.underruns
+def be_late(rig):
+    """Suspend the program for less than the drives' patience."""
+    rig.suspend(0.08)
 
 
-def test_the_motion_waits_for_a_drive_that_is_silent_for_a_moment():
-    rig = Rig().ready()
-    before = rig.positions
-    rig.begin(MoveAlong(iter(LINE), 0.3))
-    rig.run(0.2)
-    began_s = rig.now_s
+def mute_one(rig):
     rig.device.board.drives.mute(1, True)
     rig.run(0.1)
     rig.device.board.drives.mute(1, False)
+
+
+@pytest.mark.parametrize("fail", [be_late, mute_one])
+def test_a_motion_slows_down_for_a_moment_of_silence_and_does_not_jump_ahead(fail):
+    rig = Rig().ready()
+    began_s, before = rig.now_s, rig.positions
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig.run(0.2)
+    fail(rig)
     assert rig.finish() == Done()
     assert rig.positions == before + steps(12_000, -6000)
-    assert max(map(abs, differences(rig.targets(1, began_s)))) <= 20_000 * PERIOD_S + 1
+    check_targets_never_jump(rig, began_s)
     assert rig.controller.underruns
 
 
@@ -136,23 +129,23 @@ def test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few
 ):
     rig = Rig().ready()
     before = rig.positions
-    rig.begin(MoveAlong(iter(LINE * 4), 0.3))
+    rig.begin(MoveAlong(iter(LINE * 2), 0.3))
     rig.run(0.2)
     rig.loses = lost
     rig.at_s[rig.now_s + lasts_s] = lambda: setattr(rig, "loses", lambda *_: False)
     there, ways = rig.positions, []
-    for _ in range(80):
+    for _ in range(60):
         rig.run(PERIOD_S)
         ways.append((rig.positions - there).largest)
         there = rig.positions
     assert max(ways) <= turns * 20_000 * PERIOD_S + 1
-    assert all(sum(ways[i : i + 20]) <= 1.2 * 20_000 * 20 * PERIOD_S for i in range(60))
+    assert all(sum(ways[i : i + 20]) <= 1.2 * 20_000 * 20 * PERIOD_S for i in range(40))
     assert rig.finish() == Done()
-    assert rig.positions == before + steps(48_000, -24_000)
+    assert rig.positions == before + steps(24_000, -12_000)
 
 
 @pytest.mark.parametrize("fault", ["alone", "mute"])
-@pytest.mark.parametrize("lasts_s", [0.04, 0.08, 0.12, 0.15, 0.18, 0.25])
+@pytest.mark.parametrize("lasts_s", [0.04, 0.12, 0.15, 0.25])
 def test_drives_that_were_cut_off_for_a_moment_do_not_jump_far(fault, lasts_s):
     """At most over what they were told, and did not hear, until that was noticed."""
     rig = Rig().ready()
@@ -171,13 +164,18 @@ def test_drives_that_were_cut_off_for_a_moment_do_not_jump_far(fault, lasts_s):
         assert sum(ways[12:]) == 0
 
 
-def test_a_stop_is_a_quick_stop_and_the_drives_hold_and_obey_again():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter(LINE * 4), 1.0))
-    rig.run(0.5)
-    rig.stop()
-    asked_s, there = rig.now_s, rig.positions[0]
-    assert rig.finish() == Halted()
+@pytest.mark.parametrize(
+    ("strategy", "hard"), [("cyclic", False), ("cyclic", True), ("profile", False)]
+)
+def test_a_stop_is_a_quick_stop_that_keeps_the_current_and_the_drives_obey_again(strategy, hard):
+    rig = moving(steps(20_000, -10_000), 0.4, {"strategy": strategy})
+    rig.stop(hard=hard)
+    asked_s, there, reply = rig.now_s, rig.positions[0], None
+    while reply is None:
+        rig.run(0.002)
+        assert all(node.motor.holding for node in rig.device.board.nodes)
+        reply = rig.reply()
+    assert reply == Halted()
     stopping = rig.controller.stopping(0.3)
     assert rig.now_s - asked_s <= stopping.asked_s
     assert rig.positions[0] - there <= 20_000 * stopping.asked_motion_s
@@ -185,19 +183,8 @@ def test_a_stop_is_a_quick_stop_and_the_drives_hold_and_obey_again():
     assert rig.states() == {DriveState.ENABLED}
     held = rig.positions
     rig.check_stands(1.0)
-    assert rig.along(*LINE) == Done()
-    assert rig.positions == held + steps(12_000, -6000)
-
-
-@pytest.mark.parametrize("hard", [False, True])
-def test_no_stop_takes_the_current_away(hard):
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter(LINE * 4), 1.0))
-    rig.run(0.5)
-    rig.stop(hard=hard)
-    while rig.reply() is None:
-        rig.run(0.002)
-        assert all(node.motor.holding for node in rig.device.board.nodes)
+    assert (rig.along(*LINE[:1]) if strategy == "cyclic" else rig.do(LINE[0])) == Done()
+    assert rig.positions == held + LINE[0].steps
 
 
 def test_a_released_jog_slows_down_on_its_path():
@@ -270,20 +257,6 @@ def test_a_burst_lasts_as_long_as_announced():
     assert rig.now_s - began_s <= rig.controller.duration_s(6000, 20_000.0) + 0.15
 
 
-def test_a_burst_is_stopped_by_a_quick_stop_and_does_not_go_on():
-    rig = Rig({"strategy": "profile"}).ready()
-    rig.begin(MoveBy(steps(20_000), 20_000.0))
-    rig.run(0.4)
-    rig.stop()
-    there = rig.positions[0]
-    assert rig.finish() == Halted()
-    assert rig.positions[0] - there <= 20_000 * 0.2
-    rig.check_stands(1.0)
-
-
-# -- a drive that is held -------------------------------------------------------------------------
-
-
 # -- homing and settings --------------------------------------------------------------------------
 
 
@@ -337,7 +310,7 @@ def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
 
 def test_a_program_that_falls_silent_stops_the_arm_within_the_announced_time():
     rig = Rig({}, hold_after_loss="extrapolate").ready()
-    rig.begin(MoveAlong(iter(LINE * 8), 5.0))
+    rig.begin(MoveAlong(iter(LINE * 4), 5.0))
     rig.run(0.5)
     rig.dead = True
     there, bound = rig.positions[0], rig.controller.stopping(0.3)

@@ -41,19 +41,16 @@ class Pause:
         self.rig.device.board.drives.mute(1, False)
 
 
-WHILE_NOT_HEARD = (0.04, 0.08, 0.12)
-JUST_HEARD = (MUTE_S + 0.005, MUTE_S + 0.02, MUTE_S + 0.05, MUTE_S + 0.1)
-JUST_BEFORE = (-0.02, -0.01, 0.0, 0.02)
-WAITED_IN = (*WHILE_NOT_HEARD, MUTE_S + 0.005)
+WAITED_IN = (0.04, 0.12, MUTE_S + 0.005)
 """The motion itself waits, since that drive is not heard."""
 
 
-@pytest.mark.parametrize("pause_s", [*JUST_BEFORE, *WHILE_NOT_HEARD, *JUST_HEARD])
+@pytest.mark.parametrize("pause_s", [-0.02, 0.0, *WAITED_IN, MUTE_S + 0.05])
 def test_a_paused_arm_stands_within_the_announced_time_and_resumes(pause_s):
     pause = Pause(pause_s)
     rig, stood = pause.rig, pause.rig.positions
     assert stood != pause.before
-    rig.run(2.0)
+    rig.run(0.5)
     assert rig.positions == stood
     ended, pause.paused = rig.reply(), False
     waits = ended is None

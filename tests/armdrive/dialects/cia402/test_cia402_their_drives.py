@@ -121,7 +121,7 @@ class Bus(DriverBench):
         super().__init__(Cia402Controller(abilities, simulated_config("cia402")))
 
     def _step(self, end_s: float) -> None:
-        self._pass_to(end_s, [at_s for at_s, _ in self.due])
+        self._pass_to(self._due_s(end_s, *(at_s for at_s, _ in self.due)))
         ready = [frame for at_s, frame in self.due if at_s <= self.now_s]
         self.due = [entry for entry in self.due if entry[0] > self.now_s]
         for frame in ready:

@@ -11,7 +11,7 @@ from faults import arm_config, driven
 from armdrive import Arm
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import ArmError, DeviceFault, Stopped
-from armdrive.motion.context import _evidence, _refused_words
+from armdrive.motion.context import refused_motion
 from armdrive.status import Evidence, Trust
 from armdrive.tasks import RequestRejected
 from kinematics import Joints, Pose
@@ -129,8 +129,9 @@ def test_a_mode_that_is_still_wrong_after_a_reset_keeps_the_arm_from_moving():
     ],
 )
 def test_the_reason_why_a_motion_ended_is_reported(reply, evidence, words):
-    assert _evidence(reply) is evidence
-    assert words in _refused_words(reply)
+    learnt, why = refused_motion(reply)
+    assert learnt is evidence
+    assert words in why
 
 
 def test_a_mode_that_changes_while_a_burst_is_stored_is_the_reason_that_is_kept():

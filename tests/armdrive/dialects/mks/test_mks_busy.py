@@ -84,22 +84,22 @@ def comes_through(moves, late, for_s, after_s, **begins):
 @in_pairs(
     "late, for_s, after_s",
     [*HOLD_UPS, send_late, suspended],
-    [0.12, 0.14, 0.2, 0.3, 0.45],
-    [0.0, 0.01, 0.31, 0.42, 1.9],
+    [0.12, 0.14, 0.2, 0.45],
+    [0.01, 0.31, 0.42, 0.9],
 )
 def test_a_short_outage_of_bus_or_program_blames_no_drive(late, for_s, after_s):
-    comes_through(straight(20), late, for_s, after_s)
+    comes_through(straight(10), late, for_s, after_s)
 
 
 LATE = [
-    *((straight(20), late, 0.9, after_s, {}) for late in HOLD_UPS for after_s in (0.01, 1.9)),
+    *((straight(10), late, 0.9, after_s, {}) for late in HOLD_UPS for after_s in (0.01, 0.9)),
     *((CORNER, suspended, for_s, 0.5, {}) for for_s in (0.2, 0.5, 0.6)),
     *((straight(20, (2500, 400, 0, 0, 0, 0)), suspended, for_s, 0.12, {"starts": NEAR_ZERO})
       for for_s in (0.1, 0.15, 0.3)),
     # it is late before its slow end, with so little sent ahead that it stands meanwhile
     *((segments(*([FAST] * 6 + [CREEPING] * tail)), partial(held, sides=sides), 0.05, after_s,
        {"ahead_s": 0.06, "segment_s": 0.02})
-      for tail, after_s in ((0, 0.48), (1, 0.49), (6, 0.5), (0, 0.51), (1, 0.52), (6, 0.48))
+      for tail, after_s in ((0, 0.48), (1, 0.52), (6, 0.5))
       for sides in (BOTH, ORDERS)),
 ]  # fmt: skip
 
@@ -110,7 +110,7 @@ def test_a_short_outage_in_other_motions_blames_no_drive(moves, late, for_s, aft
 
 
 @pytest.mark.parametrize("late", HOLD_UPS)
-@pytest.mark.parametrize("for_s", [0.2, 0.5, 0.9])
+@pytest.mark.parametrize("for_s", [0.2, 0.9])
 def test_a_burst_is_waited_for(for_s, late):
     bench = MksBench(starts=FAR_FROM_ZERO, settings=BURSTS).ready()
     bench.begin(BURST)
@@ -158,7 +158,7 @@ BACK_AT_SPEED = 186
 """In this one a drive turns fast as the bus returns, and only two readings tell how fast."""
 
 
-@pytest.mark.parametrize("seed", [*range(amount(6, 20)), BACK_AT_SPEED])
+@pytest.mark.parametrize("seed", [*range(amount(3, 20)), BACK_AT_SPEED])
 @pytest.mark.parametrize(("ways", "well_s", "late_s", "lates"), RANDOM)
 def test_repeated_delays_make_no_drive_seem_elsewhere_or_weak(seed, ways, well_s, late_s, lates):
     dice = random.Random(seed)
@@ -210,38 +210,34 @@ def oddities(bench):
     return [event.text for event in bench.heard if isinstance(event, ProtocolWarning)]
 
 
-def test_one_late_answer_is_expected_for_each_question_that_was_given_up():
+def test_one_late_answer_is_expected_for_each_question_that_was_given_up_and_for_a_bounded_time():
     owed = LateReplies()
     owed.give_up(2, 0x31, 1.0)
     assert not owed.takes(3, 0x31, 1.1)
     assert not owed.takes(2, 0xF1, 1.1)
     assert owed.takes(2, 0x31, 1.1)
     assert not owed.takes(2, 0x31, 1.1)
-
-
-def test_a_late_reply_is_expected_for_a_bounded_time():
-    owed = LateReplies()
     owed.give_up(2, 0x31, 1.0)
     assert not owed.takes(2, 0x31, 1.1 + LATE_REPLY_MAX_S)
 
 
 @pytest.mark.parametrize("settings", [{}, BURSTS])
-@pytest.mark.parametrize("wire_s", [0.002, 0.005, 0.008])
+@pytest.mark.parametrize("wire_s", [0.002, 0.008])
 def test_a_slow_wire_causes_no_warning(wire_s, settings):
-    bench = MksBench(starts=(50_000,) * 6, settings=settings).ready()
+    bench = MksBench(starts=FAR_FROM_ZERO, settings=settings).ready()
     bench.heard.clear()
     bench.waits_s = lambda frame, host: wire_s * (frame.can_id if host else 1)
-    burst = MoveBy(Motors([20 * each for each in WAY]), 30_000.0)
-    assert isinstance(bench.do(burst if settings else along(straight(20, WAY))), Done)
+    moves = straight(10, WAY)
+    assert isinstance(bench.do(MoveBy(total(moves), 30_000.0) if settings else along(moves)), Done)
     assert not oddities(bench)
 
 
 @pytest.mark.parametrize("every_s", [0.07, 0.15])
 def test_a_program_that_is_sometimes_late_causes_no_warning(every_s):
-    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench = MksBench(starts=FAR_FROM_ZERO).ready()
     bench.heard.clear()
-    bench.begin(along(straight(20, WAY)))
-    for _ in range(8):
+    bench.begin(along(straight(12, WAY)))
+    for _ in range(4):
         bench.run(0.15)
         bench.suspend(every_s)
     assert isinstance(bench.finish(), Done)
@@ -257,7 +253,7 @@ def test_an_unexpected_answer_causes_a_warning():
 
 
 def test_a_failed_report_next_to_a_new_target_belongs_to_the_old_one():
-    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench = MksBench(starts=FAR_FROM_ZERO).ready()
     bench.heard.clear()
     began_s = bench.now_s
     bench.begin(along(straight(10, WAY)))
@@ -274,7 +270,7 @@ def test_a_failed_report_next_to_a_new_target_belongs_to_the_old_one():
     ("late_s", "sides"), [(0.02, ANSWERS), (0.025, ANSWERS), (0.04, BOTH), (0.08, ANSWERS)]
 )
 def test_an_outage_ends_also_if_every_reply_is_late_afterwards(late_s, sides):
-    moves = [MoveBy(Motors(WAY), 3000.0)] * 3
+    moves = [MoveBy(Motors(WAY), 3000.0)] * 2
     bench = begun(moves, 0.5)
     bench.delay_frames(0.4)
     bench.run(0.4)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import LATEST, MksBench, homing_at
+from mks_bench import HOMES_RPM, LATEST, MksBench, homing_at
 
 from armdrive.dialects.mks.compare import parsed_line
 from armdrive.errors import Refused
@@ -51,28 +51,22 @@ def test_contact_tells_the_encoders_and_sends_nothing_that_moves_or_switches():
 
 
 @pytest.mark.parametrize(
-    ("firmware", "taken_for", "queued"),
-    [((1, 0, 9), "1.0.9", 3), ((1, 0, 8), "1.0.8", 3), ((1, 0, 6), "1.0.6", 3),
-     ((1, 0, 4), "1.0.4", 0)],
-)  # fmt: skip
-def test_abilities_are_those_that_the_drives_tell(firmware, taken_for, queued):
-    bench = MksBench(firmware)
+    ("firmware", "settings", "taken_for", "queued"),
+    [
+        ((1, 0, 9), {}, "1.0.9", 3),
+        ((1, 0, 8), {}, "1.0.8", 3),
+        ((1, 0, 6), {}, "1.0.6", 3),
+        ((1, 0, 4), {}, "1.0.4", 0),
+        ([LATEST] * 2 + [(1, 0, 4)] + [LATEST] * 3, {}, "1.0.4", 0),  # the oldest drive decides
+        (LATEST, {"firmware": "1.0.5"}, "1.0.5", 3),  # or the arm file
+    ],
+)
+def test_abilities_are_those_of_the_oldest_firmware(firmware, settings, taken_for, queued):
+    bench = MksBench(firmware, settings)
     bench.do(ReadPosition())
     assert bench.controller.firmware == taken_for
     assert bench.controller.abilities.queued_segments == queued
     assert bench.controller.abilities.coordinated == bool(queued)
-
-
-def test_the_arm_file_may_say_the_firmware():
-    bench = MksBench((1, 0, 9), {"firmware": "1.0.5"})
-    bench.do(ReadPosition())
-    assert bench.controller.firmware == "1.0.5"
-
-
-def test_the_oldest_drive_decides():
-    bench = MksBench([LATEST, LATEST, (1, 0, 4), LATEST, LATEST, LATEST])
-    bench.do(ReadPosition())
-    assert bench.controller.abilities.queued_segments == 0
 
 
 def test_frames_that_are_lost_now_and_then_are_asked_for_again():
@@ -199,18 +193,14 @@ def test_homing_on_a_bus_that_falls_silent_blames_no_drive(for_s, words):
     assert reply == Done() if not words else words in reply.reason
 
 
-def test_homing_that_finds_nothing_is_ended():
-    bench = MksBench(settings={"homing_s": 1.0}).ready()
-    bench.node(5).sim.motor.switch.at = 10**9
-    words = denied(bench.do(HomeDevice(((4,),))))
-    assert "drive 5 (left wrist) found no switch" in words
-
-
-def test_a_search_goes_no_farther_than_the_joints():
-    bench = MksBench().ready()
-    node = bench.node(5)
-    node.sim.motor.switch.at = 10**9
-    node.sim.flash.put(homing_at(3000))
-    words = denied(bench.do(HomeDevice(((4,),))))
-    assert "within its joints' limits" in words
+@pytest.mark.parametrize(
+    ("rpm", "homing_s", "words"),
+    [(HOMES_RPM, 1.0, "no switch in time"), (3000, 60.0, "no switch within its joints' limits")],
+)
+def test_a_search_that_finds_no_switch_is_ended(rpm, homing_s, words):
+    bench = MksBench(settings={"homing_s": homing_s}).ready()
+    drive = bench.node(5).sim
+    drive.motor.switch.at = 10**9
+    drive.flash.put(homing_at(rpm))
+    assert f"drive 5 (left wrist) found {words}" in denied(bench.do(HomeDevice(((4,),))))
     bench.check_stands(1.0)

@@ -39,25 +39,34 @@ from armdrive.tasks import (
 from firmware_protocol import mks
 from kinematics import Motors
 
+FAST = (6000, -3000, 1500, 0, 700, 20)
+
 
 def test_a_thread_that_wakes_late_does_not_put_off_what_comes_after():
     bench = MksBench().ready()
     next_s = bench.controller.next_s
     bench.controller.next_s = lambda: next_s() + 0.003
     began_s = bench.now_s
-    moves = segments(*([(1200, -600, 300, 0, 140, 4)] * 100), duration_s=0.02)
+    moves = segments(*([(1200, -600, 300, 0, 140, 4)] * 60), duration_s=0.02)
     assert isinstance(bench.do(along(moves)), Done)
     orders = [at_s for at_s, frame in bench.sent if frame.can_id == 1 and frame.data[0] == 0xF5]
     # later orders may be left out: by then the target is the end of the path
-    orders = [at_s for at_s in orders if began_s < at_s < began_s + 1.7]
+    orders = [at_s for at_s in orders if began_s < at_s < began_s + 0.9]
     periods = [after - before for before, after in pairwise(orders)]
     assert sum(periods) / len(periods) == pytest.approx(0.04, abs=0.0005)
     assert min(periods) > 0.02
 
 
-def test_a_motion_ends_where_it_should_in_its_time():
+@pytest.mark.parametrize(
+    ("way", "says_done"),
+    [(FAST, True), (FAST, False), ((20, 0, 0, 0, 0, 3), True)],
+)
+def test_a_motion_ends_where_it_should_in_its_time(way, says_done):
+    """Also if no drive says "done": it has arrived when it stands."""
     bench = MksBench(starts=(5, -5, 0, 100, 0, 0)).ready()
-    moves = straight()
+    for node in bench.nodes:
+        node.sim.port.withheld = not says_done
+    moves = straight(way=way)
     start, began_s = bench.positions, bench.now_s
     assert isinstance(bench.do(along(moves)), Done)
     assert bench.positions == start + total(moves)
@@ -65,16 +74,7 @@ def test_a_motion_ends_where_it_should_in_its_time():
     assert bench.controller.underruns == 0
 
 
-def test_drives_that_never_say_done_have_arrived_when_they_stand():
-    bench = MksBench().ready()
-    for node in bench.nodes:
-        node.sim.port.withheld = True
-    moves = straight(3)
-    assert isinstance(bench.do(along(moves)), Done)
-    assert bench.positions == total(moves)
-
-
-GENTLE = settings(max_examples=6, deadline=None, phases=(Phase.generate,), derandomize=True)
+GENTLE = settings(max_examples=4, deadline=None, phases=(Phase.generate,), derandomize=True)
 
 
 @GENTLE
@@ -113,47 +113,35 @@ def out_of_proportion(bench) -> float:
     return max(abs(at - share * way) for at, way in zip(bench.positions, WAY, strict=True))
 
 
-def worst_proportion(bench, look_s=0.005) -> float:
-    """Let the motion end; return how far the motors were out of proportion."""
+def out_of_proportion_until(bench, end_s) -> float:
+    """Let the motion go on until a time or its end; return how far it was out of proportion."""
     worst = 0.0
-    while bench.controller.busy:
-        bench.run(look_s)
+    while bench.controller.busy and bench.now_s < end_s:
+        bench.run(0.005)
         worst = max(worst, out_of_proportion(bench))
     return worst
 
 
-def test_motors_keep_in_proportion():
-    bench = MksBench().ready()
-    bench.begin(along(ramped(WAY)))
-    assert worst_proportion(bench, 0.01) < 30  # what 2.5 rpm are in a period
-
-
-def test_motors_that_are_stopped_stay_in_proportion():
-    bench = MksBench().ready()
-    bench.begin(along(ramped(WAY)))
-    bench.run(0.45)
-    bench.controller.stop(hard=False)
-    assert worst_proportion(bench) < 60
-    assert 0 < bench.positions[0] < WAY[0]
-
-
-def test_a_motion_that_is_held_back_ends_at_what_was_drawn_and_in_proportion():
-    bench = MksBench().ready()
-    held = [False]
-    bench.begin(along(ramped(WAY), held_back=lambda: held[0]))
-    bench.run(0.3)
-    held[0] = True
-    assert worst_proportion(bench) < 60
-    assert bench.finish() == Done()
-    assert 0 < bench.positions[0] < WAY[0]
-
-
-def test_a_slow_motion_is_no_faster_than_asked():
-    bench = MksBench().ready()
-    began_s = bench.now_s
-    bench.do(along(segments(*[(20, 0, 0, 0, 0, 3)] * 20)))
-    assert bench.now_s - began_s == pytest.approx(2.0, abs=0.2)
-    assert bench.positions == Motors((400, 0, 0, 0, 0, 60))
+@pytest.mark.parametrize(
+    ("end", "reply", "most"),
+    [
+        ("by itself", Done(), 30),  # what 2.5 rpm are in a period
+        ("stopped", Halted(), 60),
+        ("held back", Done(), 60),  # at the end of what was drawn
+    ],
+)
+def test_motors_keep_in_proportion_however_the_motion_ends(end, reply, most):
+    bench, held = MksBench().ready(), []
+    bench.begin(along(ramped(WAY), held_back=lambda: bool(held)))
+    worst = out_of_proportion_until(bench, bench.now_s + 0.3)
+    if end == "stopped":
+        bench.controller.stop(hard=False)
+    elif end == "held back":
+        held.append(True)
+    worst = max(worst, out_of_proportion_until(bench, math.inf))
+    assert worst < most
+    assert bench.finish() == reply
+    assert (0 < bench.positions[0] < WAY[0]) if end != "by itself" else bench.positions == WAY
 
 
 def test_the_next_segment_is_drawn_no_earlier_than_announced():
@@ -172,10 +160,10 @@ def test_the_next_segment_is_drawn_no_earlier_than_announced():
 
 
 @pytest.mark.parametrize("firmware", [(1, 0, 9), (1, 0, 5)])
-@pytest.mark.parametrize("dies_s", [0.05, 0.31, 0.62])
+@pytest.mark.parametrize("dies_s", [0.05, 0.62])
 def test_a_dead_host_leaves_no_motion_beyond_the_bound(firmware, dies_s):
     bench = MksBench(firmware, {"firmware": ".".join(map(str, firmware))}).ready()
-    bench.begin(along(straight(30, (15000, -3000, 1500, 0, 700, 20))))
+    bench.begin(along(straight(12, (15000, -3000, 1500, 0, 700, 20))))
     bench.run(dies_s)
     bench.dead, died_s = True, bench.now_s
     bound = bench.controller.stopping(AHEAD_S)
@@ -205,34 +193,27 @@ def test_the_drives_watchdog_stops_what_was_sent_far_ahead():
     bench.check_stands()
 
 
-@pytest.mark.parametrize("hard", [False, True])
+@pytest.mark.parametrize("end", ["stop", "hard stop", "release"])
 @pytest.mark.parametrize("after_s", [0.05, 0.33, 0.71])
-def test_a_stop_ends_the_motion_within_the_bound_and_reports_where(hard, after_s):
-    bench = MksBench().ready()
-    bench.begin(along(straight(30)))
+def test_a_motion_that_is_stopped_ends_within_the_bound_and_reports_where(end, after_s):
+    bench, released = MksBench().ready(), []
+    bench.begin(along(straight(30), jog=end == "release", released=lambda: bool(released)))
     bench.run(after_s)
-    bench.controller.stop(hard=hard)
+    if end == "release":
+        released.append(True)
+    else:
+        bench.controller.stop(hard=end == "hard stop")
     asked_s = bench.now_s
     assert bench.finish() == Halted()
     assert bench.now_s - asked_s <= bench.controller.stopping(AHEAD_S).asked_s
     here = bench.positions
+    assert 0 < here[0] < 60_000
     assert bench.do(ReadPosition()) == Registers(here)
-    bench.run(1.0)
-    assert bench.positions == here
-    assert bool(requests(bench, mks.EmergencyStop)) == hard
+    bench.check_stands(1.0)
+    assert bool(requests(bench, mks.EmergencyStop)) == (end == "hard stop")
 
 
-def test_a_jog_that_is_released_stops():
-    bench = MksBench().ready()
-    held = [True]
-    bench.begin(along(straight(50), jog=True, released=lambda: not held[0]))
-    bench.run(0.5)
-    held[0] = False
-    assert bench.finish() == Halted()
-    assert 0 < bench.positions[0] < 60_000
-
-
-@pytest.mark.parametrize("seed", [4, 6, 7, 18, 31])
+@pytest.mark.parametrize("seed", [4, 18, 31])
 def test_lost_frames_delay_nothing_and_lose_nothing(seed):
     starts = Motors([50_000] * 6)  # near zero a drive that was gone may have begun anew
     bench = MksBench(starts=tuple(starts)).ready()

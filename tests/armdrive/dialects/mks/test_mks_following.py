@@ -44,11 +44,6 @@ def moving(moves, after_s, ahead_s=SHORT_AHEAD_S, **settings):
     return begun(moves, after_s, ahead_s, segment_s=0.02, **settings)
 
 
-def block(bench, number):
-    """Have a shaft stand where it is, whatever its drive is told."""
-    bench.node(number).block()
-
-
 def run_until_told(bench):
     """Let time pass until something has alarmed."""
     while not bench.alerts():
@@ -67,7 +62,7 @@ def run_until_told(bench):
 def test_the_motion_waits_for_a_drive_that_is_behind_and_makes_progress(speed, for_s, poll_s):
     way = (speed, -speed // 3, 0, 0, 0, 0)
     bench = moving(straight(20, way), 0.5, 0.3, poll_s=poll_s)
-    block(bench, 1)  # then it springs to where its drive wants it
+    bench.node(1).block()  # then it springs to where its drive wants it
     bench.at_s[bench.now_s + for_s] = bench.node(1).free
     check_done(bench)
     assert bench.positions == Motors(50_000 + 20 * each for each in way)
@@ -76,13 +71,13 @@ def test_the_motion_waits_for_a_drive_that_is_behind_and_makes_progress(speed, f
 @in_pairs(
     "counts_s, poll_s, after_s",
     [9000, 30_000, 90_000],
-    [0.02, 0.03, 0.1, 0.2],
-    [0.3, 0.33, 0.36, 0.4],
+    [0.02, 0.1, 0.2],
+    [0.3, 0.33, 0.36],
 )
 def test_a_blocked_shaft_is_reported_within_the_documented_time(counts_s, poll_s, after_s):
     way = (counts_s // 10, 0, 0, 0, 0, 0)
     bench = moving(straight(40, way), after_s, 0.3, poll_s=poll_s)
-    block(bench, 1)
+    bench.node(1).block()
     began_s = bench.now_s
     run_until_told(bench)
     (alert,) = bench.alerts()
@@ -92,14 +87,14 @@ def test_a_blocked_shaft_is_reported_within_the_documented_time(counts_s, poll_s
     assert bench.now_s - began_s <= behind_s + 2.0 * poll_s + LOOK_S + 4.0 * LATE_S
 
 
-@in_pairs("counts_s, after_s, paused_s", [-200, 600, -2458], [0.0, 0.3], [0.05, 0.3, 0.5, 9.0])
+@in_pairs("counts_s, after_s, paused_s", [-200, 600, -2458], [0.0, 0.3], [0.05, 0.5, 9.0])
 def test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause(counts_s, after_s, paused_s):
     """Its targets stay near it, within its corridor, and it would spring there at any time."""
     bench, paused = MksBench(starts=FAR_FROM_ZERO).ready(), []
     moves = straight(20, (6000, -3000, 1500, counts_s // 10, 700, 20))
     bench.begin(MoveAlong(iter(moves), AHEAD_S, held_back=lambda: bool(paused)))
     bench.run(after_s)
-    block(bench, 4)
+    bench.node(4).block()
     began_s = bench.now_s
     bench.at_s[began_s + paused_s] = lambda: paused.append(True)
     check_blamed(bench, "drive 4 (right wrist)", AlertKind.OFF_PATH)
@@ -112,7 +107,7 @@ def test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause(counts_s, afte
 def test_a_blocked_shaft_is_reported_although_its_path_comes_back_halfway():
     there, back = (9000, 0, 0, 0, 0, 0), (-3000, 0, 0, 0, 0, 0)
     bench = moving(segments(*([there] * 5 + [back] * 10)), 0.2, 0.3)
-    block(bench, 1)
+    bench.node(1).block()
     run_until_told(bench)
     assert bench.now_s < 1.0
     check_blamed(bench)
@@ -152,8 +147,7 @@ def beside(bench, way):
     return min(max(abs(a - b) for a, b in zip(gone, place, strict=True)) for place in places)
 
 
-@pytest.mark.parametrize("share", [0.2, 0.3, 0.4, 0.8])
-@pytest.mark.parametrize("speed", [3000, 9000])
+@pytest.mark.parametrize(("speed", "share"), [(3000, 0.2), (3000, 0.4), (9000, 0.3), (9000, 0.8)])
 def test_a_slow_drive_never_leads_the_arm_far_off_its_path(speed, share):
     way = (speed, -speed, 0, 0, 0, 0)
     bench = weakened(straight(40, way), share)
@@ -183,6 +177,6 @@ def test_a_drive_that_lags_a_little_arrives():
     assert bench.positions == Motors((230_000, -130_000, *[50_000] * 4))
 
 
-@pytest.mark.parametrize("acceleration", [100, 200, 252])
+@pytest.mark.parametrize("acceleration", [100, 200])
 def test_drives_with_gentle_ramps_that_are_late_together_are_not_blamed(acceleration):
-    check_done(begun(straight(20, (3000, -1500, 900, 0, 0, 0)), acceleration=acceleration))
+    check_done(begun(straight(12, (3000, -1500, 900, 0, 0, 0)), acceleration=acceleration))

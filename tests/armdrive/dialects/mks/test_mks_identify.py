@@ -6,8 +6,7 @@ import pytest
 from can_setup_bench import Bench
 
 from armdrive.dialects.bus.ledger import SurplusAnswers
-from armdrive.dialects.mks.contact import firmware_of
-from armdrive.dialects.mks.survey import is_shared
+from armdrive.dialects.mks.survey import is_shared, known
 from firmware_protocol.mks import Code
 
 
@@ -29,7 +28,7 @@ def on_bus(*motors, **settings):
     ],
 )
 def test_firmware_is_reported_or_concluded_from_answers(settings, words, told):
-    found = on_bus(0, **settings).script(firmware_of, (1,))[1]
+    found = on_bus(0, **settings).script(known, 1).firmware
     assert (str(found), found.reported) == (words, told)
     assert (found.read is None) is (words < "1.0.8")
 

@@ -54,13 +54,14 @@ def comes_to_rest(device):
     return device.world.motors
 
 
-def ends(arm, motion, device, tip, error, code, words):
-    """Check that it ended in words, stands within what was announced, and trusts nothing."""
-    world = device.world
-    most_mm = arm.status.silent_distance_mm
+def fails_and_ends(arm, device, fail, error, words):
+    """Check that a motion ends in words, within what was announced, and trusts nothing."""
+    world, motion = device.world, in_motion(arm, device)
+    fail()
+    tip, most_mm = world.tip, arm.status.silent_distance_mm
     with pytest.raises(error, match=words):
         motion.wait(FOREVER_S)
-    assert arm.status.error_code == code
+    assert arm.status.error_code == ("E407" if error is LinkLost else "E502")
     assert re.search(words, arm.status.error), arm.status.error
     comes_to_rest(device)
     assert math.dist(tip, world.tip) <= most_mm
@@ -94,6 +95,18 @@ def goes_on(arm, device):
     assert arm.status.trust is Trust.REFERENCED
 
 
+def check_ends_and_goes_on(port, device, fail, error, words, mend, refused=""):
+    """Check that a motion ends, and that the same program goes on once the bus is there again."""
+    with Arm.connect(port, dialect="mks") as arm:
+        fails_and_ends(arm, device, fail, error, words)
+        if refused:
+            with pytest.raises(PortUnavailable, match=refused):
+                arm.reconnect()
+            assert arm.status.state is State.DISCONNECTED
+        mend()
+        goes_on(arm, device)
+
+
 # -- an interface of the kernel -------------------------------------------------------------------
 
 
@@ -109,7 +122,7 @@ def can0(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("falls", "words", "reconnecting"),
+    ("falls", "words", "refused"),
     [
         (Interface.down, "interface is down", "sudo ip link set can0 up type can bitrate"),
         # the thread that speaks may be told of it before the one that hears
@@ -119,19 +132,17 @@ def can0(monkeypatch):
     ids=["down", "down as an order is sent", "unplugged"],
 )
 def test_an_interface_that_falls_away_ends_a_motion_and_is_found_when_it_is_up(
-    can0, falls, words, reconnecting
+    can0, falls, words, refused
 ):
-    device = can0.device
-    with Arm.connect("can:socketcan:can0", dialect="mks") as arm:
-        motion = in_motion(arm, device)
-        falls(can0)
-        ends(arm, motion, device, device.world.tip, LinkLost, "E407", words)
-        if reconnecting:
-            with pytest.raises(PortUnavailable, match=reconnecting):
-                arm.reconnect()
-            assert arm.status.state is State.DISCONNECTED
-        can0.bring_up()
-        goes_on(arm, device)
+    check_ends_and_goes_on(
+        "can:socketcan:can0",
+        can0.device,
+        lambda: falls(can0),
+        LinkLost,
+        words,
+        can0.bring_up,
+        refused,
+    )
 
 
 # -- an adapter with slcan firmware ---------------------------------------------------------------
@@ -144,15 +155,6 @@ class SerialBus(ServedDevice):
         super().__init__(make_server(slcan=path), simulate_device(simulated_config("mks")))
         self.port = self.server.can_address
 
-    def restart(self, *, mute: bool) -> None:
-        """Have the adapter restart, its USB port left as it is: its channel is closed."""
-        self.server.adapter.restart()
-        self.server.adapter.faults.mute = mute
-
-    def hang(self, on: bool) -> None:
-        """Have the adapter hang, or be well."""
-        self.server.adapter.faults.dead = on
-
 
 @pytest.fixture
 def bus(tmp_path):
@@ -161,50 +163,49 @@ def bus(tmp_path):
     served.end()
 
 
-@needs_pty
-def test_a_serial_adapter_that_is_unplugged_ends_a_motion_and_is_found_again(bus):
-    device = bus.device
-    with Arm.connect(bus.port, dialect="mks") as arm:
-        motion = in_motion(arm, device)
-        bus.tell("fault unplug")
-        ends(arm, motion, device, device.world.tip, LinkLost, "E407", "gone|lost")
-        with pytest.raises(PortUnavailable):
-            arm.reconnect()
-        bus.tell("fault replug")
-        goes_on(arm, device)
+def unplug(bus):
+    bus.tell("fault unplug")
+
+
+def restart(bus):
+    """Have the adapter restart, its USB port left as it is: its channel is closed."""
+    bus.server.adapter.restart()
+
+
+def hang(bus):
+    bus.server.adapter.faults.dead = True
+
+
+def mend(bus):
+    """Plug the adapter in again, or have it answer again."""
+    bus.tell("fault replug")
+    bus.server.adapter.faults.dead = False
 
 
 @needs_pty
-def test_a_serial_adapter_whose_channel_is_closed_ends_a_motion_and_is_opened_again(bus):
-    device = bus.device
-    with Arm.connect(bus.port, dialect="mks") as arm:
-        motion = in_motion(arm, device)
-        bus.restart(mute=False)
-        words = "refuses frames: .* restarted"
-        ends(arm, motion, device, device.world.tip, LinkLost, "E407", words)
-        goes_on(arm, device)
-
-
-@needs_pty
-def test_a_serial_adapter_that_hangs_ends_a_motion_and_goes_on_when_it_is_well(bus):
-    device = bus.device
-    with Arm.connect(bus.port, dialect="mks") as arm:
-        motion = in_motion(arm, device)
-        bus.hang(True)
-        ends(arm, motion, device, device.world.tip, NoAnswer, "E502", "answer")
-        bus.hang(False)
-        goes_on(arm, device)
+@pytest.mark.parametrize(
+    ("fail", "error", "words", "refused"),
+    [
+        (unplug, LinkLost, "gone|lost", "."),
+        (restart, LinkLost, "refuses frames: .* restarted", ""),
+        (hang, NoAnswer, "answer", ""),
+    ],
+)
+def test_a_serial_adapter_that_fails_ends_a_motion_and_goes_on_when_it_is_well(
+    bus, fail, error, words, refused
+):
+    check_ends_and_goes_on(
+        bus.port, bus.device, lambda: fail(bus), error, words, lambda: mend(bus), refused
+    )
 
 
 @needs_pty
 def test_an_adapter_that_closes_its_channel_silently_is_reopened_by_the_next_connection(bus):
     """A CANable's first firmware refuses no frame: what it drops looks like drives that are off."""
-    device = bus.device
+    bus.server.adapter.faults.mute = True
     with Arm.connect(bus.port, dialect="mks") as arm:
-        motion = in_motion(arm, device)
-        bus.restart(mute=True)
-        ends(arm, motion, device, device.world.tip, NoAnswer, "E502", "answer")
+        fails_and_ends(arm, bus.device, lambda: restart(bus), NoAnswer, "answer")
         with pytest.raises(NoAnswer):
             arm.reset()
     with Arm.connect(bus.port, dialect="mks") as arm:
-        goes_on(arm, device)
+        goes_on(arm, bus.device)

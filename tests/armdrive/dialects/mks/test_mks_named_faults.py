@@ -22,8 +22,10 @@ from kinematics import Joints
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
-@pytest.mark.parametrize("fault", ["brown-out", "reset"])
-@pytest.mark.parametrize("base_deg", [-3.0, -1.0, 0.0, 0.5])
+@pytest.mark.parametrize(
+    ("fault", "base_deg"),
+    [("brown-out", -3.0), ("brown-out", 0.0), ("reset", -1.0), ("reset", 0.5)],
+)
 def test_all_drives_that_lose_their_power_near_zero_are_found_out(fault, base_deg):
     arm = driven(arm_config("mks"), at=Joints.of(base_deg, 0.0, 0.0, 0.0, 0.0))
     said, _ = fail_in_motion(arm, fault, {"base_deg": 40})

@@ -26,11 +26,11 @@ def apart(bench: MksBench) -> int:
     return abs(bench.positions[3] - bench.positions[4])
 
 
-@pytest.mark.parametrize("after_s", [0.2, 0.23, 0.31, 0.4, 0.47])
+@pytest.mark.parametrize("after_s", [0.2, 0.23, 0.31])
 def test_a_wrist_motor_that_rejects_orders_stops_the_other_one_at_once(after_s):
     bench = MksBench().ready()
     bench.at_s[bench.now_s + after_s] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC)
-    reply = bench.do(along(straight(20, way=TOGETHER)))
+    reply = bench.do(along(straight(10, way=TOGETHER)))
     assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
     noticed_s = 2.0 * PERIOD_S + 2.0 * START_WINDOW_S + 0.01
@@ -38,7 +38,7 @@ def test_a_wrist_motor_that_rejects_orders_stops_the_other_one_at_once(after_s):
 
 
 def test_a_silent_wrist_motor_stops_the_other_one_once_it_is_mute():
-    bench = begun(straight(20, way=TOGETHER), 0.3)
+    bench = begun(straight(10, way=TOGETHER), 0.3)
     bench.node(5).sim.port.mute = True
     farthest = 0
     while bench.reply() is None:
@@ -51,7 +51,7 @@ def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_rejects_orders():
     """Its answers are lost for a while, and the arm is stopped meanwhile."""
     bench = MksBench().ready()
     bench.loses = lambda frame, host: not host and frame.can_id == 5 and frame.data[0] in WHY
-    bench.begin(along(straight(20, way=TOGETHER)))
+    bench.begin(along(straight(10, way=TOGETHER)))
     bench.run(0.2)
     bench.node(5).set_mode(Mode.PULSE_FOC)
     bench.run(2.0 * PERIOD_S + 2.0 * START_WINDOW_S + 0.01)
@@ -64,11 +64,11 @@ def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_rejects_orders():
 
 def test_an_unchanged_order_is_repeated():
     bench = MksBench().ready()
-    at_60_rpm = Motors(12 * count for count in (8192, 0, 0, 8192, 8192, 0))
+    at_60_rpm = Motors(4 * count for count in (8192, 0, 0, 8192, 8192, 0))
     bench.do(along([MoveBy(at_60_rpm, 16_384.0)]))
     at_s = [at_s for at_s, *_ in requests(bench, MoveAbsoluteAxis, node=5)]
     assert max(b - a for a, b in pairwise(at_s)) <= 2.0 * PERIOD_S + 1e-3
-    assert at_s[-1] - at_s[0] > 5.0
+    assert at_s[-1] - at_s[0] > 1.5
 
 
 def test_a_burst_ends_soon_if_a_drive_rejects_its_order():

@@ -7,10 +7,9 @@ show it.
 from __future__ import annotations
 
 import random
-from itertools import product
 
 import pytest
-from amounts import in_pairs
+from amounts import amount, in_pairs
 from mks_bench import (
     BURSTS,
     MksBench,
@@ -40,6 +39,11 @@ ALONE = (300, 0, 0, 0, 0, 0)
 BURST = MoveBy(Motors((30_000, 300, 0, 0, 0, 0)), 30_000.0)
 
 
+def others_at_zero(start, **more) -> MksBench:
+    """Return drives of which the first counts so much, and the others zero."""
+    return MksBench(starts=(start, 0, 0, 0, 0, 0), **more).ready()
+
+
 # -- far from zero: its count has leapt ------------------------------------------------------------
 
 
@@ -53,8 +57,8 @@ def moving(start, speed, after_s, turns=False):
 @in_pairs(
     "start_speed, after_s, dead_s",
     [(9000, 9000), (-3000, 9000), (0, 3000), (20_000, 3000), (20_000, -3000), (60_000, 300)],
-    [0.21, 0.47, 0.6],
-    [0.0, 0.02, 0.05],
+    [0.21, 0.47],
+    [0.0, 0.05],
 )
 def test_a_short_restart_is_found_and_the_drive_goes_no_farther_than_sent(
     start_speed, after_s, dead_s
@@ -70,6 +74,20 @@ def test_a_short_restart_is_found_and_the_drive_goes_no_farther_than_sent(
     assert bench.now_s - 1.0 < began_s + dead_s + 2.0
 
 
+@in_pairs(
+    "start, after_s, dead_s",
+    [-20_000, -450, 0, 20_000],
+    [0.47, 0.49, 0.5, 0.52],
+    [0.1, 0.15, 0.4],
+)
+def test_a_drive_that_restarts_gets_no_order_from_its_new_zero(start, after_s, dead_s):
+    bench = moving(start, 9000, after_s)
+    back_s = bench.now_s + dead_s
+    restart(bench, 1, dead_s=dead_s)
+    check_blamed(bench)
+    assert not requests(bench, MoveAbsoluteAxis, since_s=back_s)  # nor does any other drive
+
+
 def test_a_restarted_drive_that_keeps_its_angle_is_found_by_its_missing_turns():
     bench = moving(40_000, 3000, 0.47)
     restart(bench, 1, keeps_angle=True)
@@ -82,10 +100,9 @@ def test_a_standing_drive_that_restarts_is_found():
     check_blamed(bench, "drive 3 (elbow)")
 
 
-@pytest.mark.parametrize("after_s", [0.02, 0.2, 0.5])
-@pytest.mark.parametrize("start", [9000, -20_000, 2 * GIVE])
+@pytest.mark.parametrize(("start", "after_s"), [(9000, 0.02), (-20_000, 0.2), (2 * GIVE, 0.5)])
 def test_a_restart_in_a_burst_is_found(start, after_s):
-    bench = MksBench(settings=BURSTS, starts=(start, 0, 0, 0, 0, 0)).ready()
+    bench = others_at_zero(start, settings=BURSTS)
     bench.begin(MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0))
     bench.run(after_s)
     restart(bench, 1)
@@ -93,31 +110,23 @@ def test_a_restart_in_a_burst_is_found(start, after_s):
 
 
 @pytest.mark.parametrize("after_s", [0.0, 0.02, 0.06])
-def test_a_restart_while_the_drives_brake_is_found(after_s):
-    bench = moving(9000, 9000, 0.5)
+@pytest.mark.parametrize("start", [9000, -13])
+def test_a_restart_while_the_drives_brake_is_found(start, after_s):
+    bench = moving(start, 9000, 0.5)
     bench.controller.stop(hard=False)
     bench._send()
     bench.run(after_s)
     restart(bench, 1)
     assert isinstance(bench.finish(), Halted)
-    assert "drive 1 (base)" in bench.alerts()[0].text
-
-
-def test_the_count_of_a_drive_that_restarts_while_it_stops_is_not_trusted():
-    bench = begun(straight(30), 0.6, starts=(-13, 0, 0, 0, 0, 0))
-    bench.controller.stop(hard=False)
-    bench._send()
-    bench.node(1).reset()
-    bench.finish()
-    (alert,) = bench.alerts()
+    alert = bench.alerts()[0]
     assert alert.kind is AlertKind.RESTARTED
     assert "drive 1 (base) was reset or lost its power" in alert.text
 
 
 @pytest.mark.parametrize("hard", [False, True])
-@pytest.mark.parametrize("after_s", [0.05, 0.3, 0.9, 1.9])
+@pytest.mark.parametrize("after_s", [0.05, 0.3, 0.9])
 def test_drives_that_stop_as_they_should_raise_no_alert(hard, after_s):
-    check_halted(begun(straight(20), after_s, starts=(-13, 0, 0, 0, 0, 0)), hard=hard)
+    check_halted(begun(straight(10), after_s, starts=(-13, 0, 0, 0, 0, 0)), hard=hard)
 
 
 @pytest.mark.parametrize("late_s", [0.05, 0.3])
@@ -139,11 +148,6 @@ def test_a_late_answer_is_no_restart(late_s):
 # -- near zero: it counts near where it counted ----------------------------------------------------
 
 
-def near_zero(start, **more) -> MksBench:
-    """Return drives of which the first stands near its zero."""
-    return MksBench(starts=(start, 0, 0, 0, 0, 0), **more).ready()
-
-
 def begins_anew(bench, number, after_s, dead_s=DEAD_S):
     """Have a drive lose its supply for a moment: mute and deaf, then holding, with a count of 0."""
     node = bench.node(number)
@@ -158,23 +162,19 @@ def begin_anew(bench, drives, after_s, dead_s):
 
 
 @pytest.mark.parametrize("start", [0, -2000, 900])
-@pytest.mark.parametrize("after_s", [0.09, 0.12, 0.15, 0.17])
+@pytest.mark.parametrize("after_s", [0.09, 0.15])
 def test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion(start, after_s):
-    bench = near_zero(start)
+    bench = others_at_zero(start)
     begins_anew(bench, 1, after_s)
     bench.begin(along(straight(20, SLOWLY)))
     check_blamed(bench, kind=AlertKind.RESTARTED)
 
 
-ONE = [(1, after_s, 0.15, start) for after_s in (0.1, 0.2, 0.4, 0.6) for start in (-3000, 60_000)]
-ALL = [(6, *row) for row in product((0.1, 0.3, 0.5), (0.15, 0.5), (0, -3000))]
-
-
-@pytest.mark.parametrize(("drives", "after_s", "dead_s", "start"), [*ONE, *ALL])
+@in_pairs("drives, after_s, dead_s, start", [1, 6], [0.1, 0.5], [0.15, 0.5], [-3000, 0, 60_000])
 def test_drives_that_restarted_in_a_burst_do_not_get_their_order_again(
     drives, after_s, dead_s, start
 ):
-    bench = near_zero(start, settings=BURSTS)
+    bench = others_at_zero(start, settings=BURSTS)
     begin_anew(bench, drives, after_s, dead_s)
     assert isinstance(bench.do(BURST), RequestRejected)
     if drives == 1:
@@ -211,7 +211,7 @@ def test_a_drive_that_was_mute_for_long_is_called_reset_only_if_no_order_took_it
         assert not bench.alerts()
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(amount(4, 8)))
 @pytest.mark.parametrize("stopped", [False, True])
 def test_lost_frames_are_no_restart(seed, stopped):
     dice, starts = random.Random(seed), (-300, 0, 0, 0, 0, 0)
@@ -228,7 +228,7 @@ def test_lost_frames_are_no_restart(seed, stopped):
 
 @pytest.mark.parametrize("start", [0, -2000, 900])
 def test_a_drive_that_answers_when_it_is_asked_again_at_once_was_there(start):
-    bench = near_zero(start)
+    bench = others_at_zero(start)
     began_s = bench.now_s
 
     def lost(frame, _host):
@@ -241,7 +241,7 @@ def test_a_drive_that_answers_when_it_is_asked_again_at_once_was_there(start):
 
 
 def test_a_shaft_that_slips_a_little_near_zero_is_no_restart():
-    bench = near_zero(17, settings=BURSTS)
+    bench = others_at_zero(17, settings=BURSTS)
     bench.at_s[bench.now_s + 0.004] = lambda: bench.node(1).load(-12)
     bench.at_s[bench.now_s + 0.05] = lambda: bench.node(1).load(0)
     bench.begin(MoveBy(Motors((2, 0, 3000, 0, 0, 0)), 9_000.0))
@@ -250,7 +250,7 @@ def test_a_shaft_that_slips_a_little_near_zero_is_no_restart():
 
 @in_pairs("start, slow, after_s", [0, -900], [60, 150], [0.16, 0.19, 0.22, 0.25])
 def test_a_restart_of_a_fast_drive_that_is_slow_afterwards_is_found(start, slow, after_s):
-    bench = near_zero(start)
+    bench = others_at_zero(start)
     fast, later = (700, 300, 0, 0, 0, 0), (slow, slow, 0, 0, 0, 0)
     begins_anew(bench, 1, after_s)
     began_s = bench.now_s
@@ -261,12 +261,8 @@ def test_a_restart_of_a_fast_drive_that_is_slow_afterwards_is_found(start, slow,
     check_blamed(bench, kind=AlertKind.RESTARTED)
 
 
-@in_pairs("hard, start, stop_s, dead_s", [False, True], [4, -450], [0.0, 0.02], [0.1, 0.5])
-def test_a_restart_around_a_stop_of_a_drive_that_moves_alone_is_found(hard, start, stop_s, dead_s):
-    bench = near_zero(start)
-    begins_anew(bench, 1, 0.11, dead_s)
-    bench.begin(along(straight(20, ALONE)))
-    bench.run(0.11 + stop_s)
+def check_restart_found(bench, *, hard=False):
+    """Stop the motion; check that the first drive, and no other, is reported to have restarted."""
     bench.controller.stop(hard=hard)
     assert isinstance(bench.finish(), Halted)
     (alert,) = bench.alerts()
@@ -274,17 +270,21 @@ def test_a_restart_around_a_stop_of_a_drive_that_moves_alone_is_found(hard, star
     assert "drive 1 (base)" in alert.text
 
 
-@pytest.mark.parametrize("dead_s", [0.3, 0.5, 0.6])
-@pytest.mark.parametrize("speed", [100, 1000])
+@in_pairs("hard, start, stop_s, dead_s", [False, True], [4, -450], [0.0, 0.02], [0.1, 0.5])
+def test_a_restart_around_a_stop_of_a_drive_that_moves_alone_is_found(hard, start, stop_s, dead_s):
+    bench = others_at_zero(start)
+    begins_anew(bench, 1, 0.11, dead_s)
+    bench.begin(along(straight(20, ALONE)))
+    bench.run(0.11 + stop_s)
+    check_restart_found(bench, hard=hard)
+
+
+@pytest.mark.parametrize(("speed", "dead_s"), [(100, 0.3), (100, 0.6), (1000, 0.5)])
 def test_a_restart_near_zero_just_before_a_stop_is_found(speed, dead_s):
     bench = begun(straight(30, (speed, 3000, 0, 0, 0, 0)), 0.5, starts=(0, 50_000, 0, 0, 0, 0))
     restart(bench, 1, dead_s=dead_s)
     bench.run(0.2)
-    bench.controller.stop(hard=False)
-    bench.finish()
-    (alert,) = bench.alerts()
-    assert alert.kind is AlertKind.RESTARTED
-    assert "drive 1 (base)" in alert.text
+    check_restart_found(bench)
 
 
 @pytest.mark.parametrize("stop_s", [0.0, 0.02])
@@ -301,7 +301,7 @@ def test_a_restart_of_all_drives_as_they_are_stopped_is_found(stop_s):
 
 @pytest.mark.parametrize("for_s", [0.05, 0.1, 0.3])
 def test_an_outage_after_a_stop_near_zero_blames_no_drive(for_s):
-    bench = near_zero(-300)
+    bench = others_at_zero(-300)
     bench.begin(along(straight(20, ALONE)))
     bench.run(0.11)
     bench.controller.stop(hard=False)

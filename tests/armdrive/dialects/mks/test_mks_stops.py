@@ -7,7 +7,6 @@ from driver_bench import ANSWERS
 from mks_bench import MksBench, along, begun, check_halted, requests, straight
 
 from armdrive.dialects.mks.stops import STOP_POLL_S
-from armdrive.tasks import Halted
 from firmware_protocol.mks import EmergencyStop, Stop, decode_request
 
 WAY = (0, 0, 0, 3000, -3000, 0)
@@ -20,13 +19,13 @@ def stops_of(bench, number):
     return [at_s for at_s, *_ in requests(bench, Stop, EmergencyStop, node=number)]
 
 
-def stopping(*, hard, loses):
-    """Have a wrist in motion be told to stop, and some frames be lost."""
-    bench = begun(straight(30, WAY), 0.8)
-    bench.loses = loses
-    bench.controller.stop(hard=hard)
-    assert isinstance(bench.finish(), Halted)
-    return bench
+def wrist_in_motion():
+    return begun(straight(12, WAY), 0.8)
+
+
+def is_stop(frame):
+    """Return whether a frame of the host is a stop."""
+    return isinstance(decode_request(frame), Stop | EmergencyStop)
 
 
 @pytest.mark.parametrize("hard", [False, True])
@@ -35,12 +34,13 @@ def test_the_other_motor_of_a_joint_is_not_left_running(number, hard):
     lost = []
 
     def loses(frame, host):
-        asked = decode_request(frame) if host and frame.can_id == number else None
-        strikes = isinstance(asked, Stop | EmergencyStop) and not lost
+        strikes = host and frame.can_id == number and is_stop(frame) and not lost
         lost.extend([frame] if strikes else [])
         return strikes
 
-    bench = stopping(hard=hard, loses=loses)
+    bench = wrist_in_motion()
+    bench.loses = loses
+    check_halted(bench, hard=hard)
     first_s, second_s = stops_of(bench, number)
     assert second_s <= first_s + SOON_S
     apart = bench.positions[3] - 50_000 + bench.positions[4] - 50_000
@@ -48,29 +48,38 @@ def test_the_other_motor_of_a_joint_is_not_left_running(number, hard):
 
 
 @pytest.mark.parametrize("hard", [False, True])
-def test_a_stop_is_repeated_although_answers_are_lost_too(hard):
-    began, lost = [], []
-
-    def loses(frame, host):
-        began.extend([] if began else [bench.now_s])
-        if frame.can_id != 4 or bench.now_s > began[0] + 0.3:
-            return False
-        strikes = host and isinstance(decode_request(frame), Stop | EmergencyStop) and not lost
-        lost.extend([frame] if strikes else [])
-        return strikes or not host
-
-    bench = begun(straight(30, WAY), 0.8)
-    bench.loses = loses
-    bench.controller.stop(hard=hard)
-    assert isinstance(bench.finish(), Halted)
-    first_s, second_s = stops_of(bench, 4)[:2]
-    assert second_s <= first_s + STOP_POLL_S + SOON_S
+def test_drives_that_brake_get_the_stop_once(hard):
+    bench = wrist_in_motion()
+    check_halted(bench, hard=hard)
+    assert [len(stops_of(bench, number)) for number in (4, 5)] == [1, 1]
 
 
 @pytest.mark.parametrize("hard", [False, True])
-def test_drives_that_brake_get_the_stop_once(hard):
-    bench = stopping(hard=hard, loses=lambda *_: False)
-    assert [len(stops_of(bench, number)) for number in (4, 5)] == [1, 1]
+@pytest.mark.parametrize(
+    ("lost_s", "of_host"),
+    [(0.01, True), (0.055, True), (0.105, True), (0.3, False)],
+    ids=["0.01 s of orders", "0.055 s of orders", "0.105 s of orders", "first stop, then answers"],
+)
+def test_a_stop_is_repeated_until_the_drive_answers(lost_s, of_host, hard):
+    bench, lost = wrist_in_motion(), []
+    until_s = bench.now_s + lost_s
+
+    def loses(frame, host):
+        if frame.can_id != 4 or bench.now_s >= until_s:
+            return False
+        if of_host or not host:
+            return host is of_host
+        strikes = is_stop(frame) and not lost
+        lost.extend([frame] if strikes else [])
+        return strikes
+
+    bench.loses = loses
+    check_halted(bench, hard=hard)
+    unheard_until_s = until_s if of_host else stops_of(bench, 4)[0] + 1e-9
+    heard_s = next(at_s for at_s in stops_of(bench, 4) if at_s >= unheard_until_s)
+    assert heard_s <= unheard_until_s + STOP_POLL_S + SOON_S
+    # the other one has said that it brakes, and is told no more
+    assert len([at_s for at_s in stops_of(bench, 5) if at_s < until_s]) == 1
 
 
 @pytest.mark.parametrize("silent_s", [0.06, 0.1, 0.15])
@@ -83,35 +92,12 @@ def test_a_late_drive_in_a_stop_near_zero_is_no_restart(silent_s):
     check_halted(bench)
 
 
-@pytest.mark.parametrize("hard", [False, True])
-@pytest.mark.parametrize("lost_s", [0.01, 0.055, 0.105])
-def test_a_stop_is_repeated_until_the_drive_answers(lost_s, hard):
-    began = []
-
-    bench = MksBench(starts=(50_000,) * 6).ready()
-
-    def loses(frame, host):
-        began.extend([] if began else [bench.now_s])
-        return host and frame.can_id == 4 and bench.now_s < began[0] + lost_s
-
-    bench.begin(along(straight(30, WAY)))
-    bench.run(0.8)
-    bench.loses = loses
-    bench.controller.stop(hard=hard)
-    assert isinstance(bench.finish(), Halted)
-    times = stops_of(bench, 4)
-    heard_s = next(at_s for at_s in times if at_s >= began[0] + lost_s)
-    assert heard_s <= began[0] + lost_s + STOP_POLL_S + SOON_S
-    # the other one has said that it brakes, and is told no more
-    assert len([at_s for at_s in stops_of(bench, 5) if at_s < began[0] + lost_s]) == 1
-
-
 def test_the_stop_because_of_a_silent_drive_is_repeated_to_one_that_missed_it():
-    bench, lost = begun(straight(30), 0.5), list[float]()
+    bench, lost = begun(straight(30), 0.5, ahead_s=1.0), list[float]()
     bench.node(3).mute = True
 
     def loses(frame, host):
-        if lost or not host or frame.can_id != 1 or not isinstance(decode_request(frame), Stop):
+        if lost or not host or frame.can_id != 1 or not is_stop(frame):
             return False
         lost.append(bench.now_s)
         return True

@@ -129,9 +129,10 @@ class Ground(Stand):
 
 def trials(dialect: str, seed: int, count: int) -> Iterator[Outcome]:
     """Jog an arm into limits, guards and past the singularity over its base, in turn."""
-    ground, over_base = Ground(dialect, seed), Ground(dialect, seed, over_base=True)
+    ground, over_base = Ground(dialect, seed), None
     for number in range(count):
         if number % 10 == 9:
+            over_base = over_base or Ground(dialect, seed, over_base=True)
             yield over_base.outcome(*over_base.over_base())
         elif number % 2:
             yield ground.outcome(*ground.into_limit())
