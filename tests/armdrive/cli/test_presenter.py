@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from argparse import Namespace
+from pathlib import Path
 
 import pytest
 from cli_calls import Terminal
@@ -136,7 +137,7 @@ def test_a_simulator_answers_in_lines_that_fit_the_terminal(call, monkeypatch):
         replies.append(reply)
 
     monkeypatch.setattr(serving, "run_device", run_device)
-    with open(os.devnull, encoding="utf-8") as stdin:
+    with Path(os.devnull).open(encoding="utf-8") as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         call("sim", "teachmover", "--tcp", "127.0.0.1:0", code=0)
     assert replies == [say_lines]
