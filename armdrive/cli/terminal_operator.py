@@ -13,7 +13,7 @@ from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment, PostureDrawing
-from armdrive.status import Trust
+from armdrive.status import State, Trust
 from armdrive.text.numbers import number
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
@@ -100,6 +100,7 @@ class TerminalOperator:
 
     def __init__(self, *, terminal: bool) -> None:
         self.wants_desk = False
+        self._began = State.DISCONNECTED
         self._terminal = terminal
         self._help = HELP if terminal else HELP.replace(f"{DESK}\n", "")
 
@@ -126,8 +127,8 @@ class TerminalOperator:
         say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
         say_lines(self._help)
-        began = request.arm.status.state
-        while (line := typed("> ")) is not None and request.arm.status.state is began:
+        self._began = request.arm.status.state
+        while (line := typed("> ")) is not None and self._lasts(request):
             words = line.lower().split()
             if words == ["done"]:
                 return True
@@ -139,6 +140,10 @@ class TerminalOperator:
             self._obey(request, words)
         return False
 
+    def _lasts(self, request: PostureRequest) -> bool:
+        """Return whether the arm is still as it was when the request came: nothing has ended it."""
+        return request.arm.status.state is self._began
+
     def _obey(self, request: PostureRequest, words: list[str]) -> None:
         if not words:
             return
@@ -147,7 +152,8 @@ class TerminalOperator:
             return
         try:
             for name, amount in parse_jogs(words, axes_of(request.arm)):
-                say(jogged(request.arm, name, amount))
+                if self._lasts(request):  # a stop ends the line that was being obeyed, too
+                    say(jogged(request.arm, name, amount))
         except (ArmError, KinematicsError) as error:
             say(str(error))
             if isinstance(error, BadRequest):

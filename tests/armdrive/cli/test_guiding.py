@@ -199,6 +199,21 @@ def test_a_stop_from_elsewhere_ends_the_guiding_before_the_next_line_moves_anyth
     assert arm.twin.world.motors == before
 
 
+def test_a_stop_in_the_middle_of_a_line_ends_the_line(typing, monkeypatch):
+    arm, jogs = Arm.connect(ARM), []
+
+    def stopped(_, name: str, amount: float) -> str:
+        jogs.append(name)
+        arm.stop()
+        return f"{name} {amount}: the jog was stopped"
+
+    monkeypatch.setattr(terminal_operator, "jogged", stopped)
+    typing("shoulder 5 elbow 5", "elbow 5", "done")
+    with arm, pytest.raises(Stopped, match="homing was stopped"):
+        arm.home(operator=TerminalOperator(terminal=False))
+    assert jogs == ["shoulder"]
+
+
 # -- declaring ------------------------------------------------------------------------------------
 
 
