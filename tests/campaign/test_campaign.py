@@ -58,9 +58,11 @@ def test_no_promise_is_broken_in_a_sample(dialect):
         ("cia402", 78000053),
         ("cia402", 78000296),
         ("cia402", 131000836),
+        # a drive that lost an order makes up for it before a pause ends
+        ("mks", 510001923),
     ],
 )
-def test_no_promise_is_broken_in_a_mission_that_was_once_misjudged(dialect, seed):
+def test_no_promise_is_broken_in_a_mission_that_once_ended_badly(dialect, seed):
     result = run_mission(dialect, seed)
     assert result.outcome is not Outcome.VIOLATION, story(result)
 

@@ -164,9 +164,9 @@ class Steering:
         fastest = trip.path.fastest(motor, trip.time_s - KEPT_S, trip.time_s + ahead_s)
         most = max(rpm, catch_up_rpm(fastest / COUNTS_S_PER_RPM))
         left = self._left(drive, target)
-        needed = math.ceil(left / ahead_s / COUNTS_S_PER_RPM)
-        if needed <= most:
-            return target, max(rpm, needed)
+        if math.ceil(left / ahead_s / COUNTS_S_PER_RPM) <= most:
+            needed = math.ceil(left / self._left_s(trip) / COUNTS_S_PER_RPM)
+            return target, max(rpm, min(needed, most))
         ahead = math.copysign(1.0, target - drive.course.place)
         nearer = round(target - ahead * (left - most * COUNTS_S_PER_RPM * ahead_s))
         read_s = self._wire.now_s - drive.asked_s  # it may have moved as fast as that since
@@ -229,6 +229,14 @@ class Steering:
 
     def _ahead_s(self, trip: Trip) -> float:
         return max(trip.ahead_s, 1.5 * self._wire.settings.segment_s)
+
+    def _left_s(self, trip: Trip) -> float:
+        """Return how long a drive that is behind may take to its target.
+
+        Where the path ends, that is until its end: a pause is over when the others stand there.
+        """
+        ahead_s, least_s = self._ahead_s(trip), 1.5 * self._wire.settings.segment_s
+        return min(max(trip.path.end_s - trip.time_s, least_s), ahead_s) if trip.ending else ahead_s
 
     def _to_rest(self, drive: ObservedDrive, heading: Heading) -> tuple[int, int] | None:
         """Return the order that ends at a standing motor's place; None if that is the target."""
