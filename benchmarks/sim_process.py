@@ -39,8 +39,7 @@ class SimProcess:
             text=True,
             bufsize=1,
         )
-        address = self._heard().partition(f" speaks {dialect} at ")[2].partition(";")[0]
-        self.port = address if port is not None else f"socket://{address}"
+        self.port = self.told_port(dialect)
 
     def __enter__(self) -> Self:
         return self
@@ -51,6 +50,10 @@ class SimProcess:
                 self.process.communicate("quit\n", timeout=PATIENCE_S)
         finally:
             self.process.kill()
+
+    def told_port(self, dialect: str) -> str:
+        """Return the port that the first line tells programs to open."""
+        return self._heard().partition(f" speaks {dialect} at ")[2].partition(";")[0]
 
     def state(self) -> dict[str, Any]:
         """Return the physical state of the arm at this moment."""

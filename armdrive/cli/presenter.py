@@ -27,7 +27,7 @@ from typing import Any, TextIO
 
 from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.errors import BadRequest
-from armdrive.errors.actions import COMMAND_LINE, presented
+from armdrive.errors.actions import COMMAND_LINE, Words, presented
 from armdrive.errors.printable import encodable, printable, printable_lines
 from kinematics.text import folded
 
@@ -122,9 +122,9 @@ def say_lines(text: str) -> None:
         say(line)
 
 
-def complain(text: str) -> None:
-    """Print on the error output, in the words of the command line. It may be several lines."""
-    put_error(f"{fit(printable_lines(presented(text, COMMAND_LINE)), sys.stderr)}\n")
+def complain(text: str, words: Words = COMMAND_LINE) -> None:
+    """Print on the error output, in the words of an interface. It may be several lines."""
+    put_error(f"{fit(printable_lines(presented(text, words)), sys.stderr)}\n")
 
 
 def emit(document: Mapping[str, Any]) -> None:

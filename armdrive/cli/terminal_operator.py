@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 
 from armdrive.arm import Arm
@@ -12,7 +13,7 @@ from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment, PostureDrawing
-from armdrive.status import Trust
+from armdrive.status import State, Trust
 from armdrive.text.numbers import number
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
@@ -21,12 +22,16 @@ PICTURE_WIDTH, PICTURE_HEIGHT = 39, 14  # two of them fit on a line of 80 column
 
 
 def posture_pictures(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[str]:
-    """Draw a posture from the side and, to the right of that, from above."""
+    """Draw a posture from the side and, to the right of that or else below it, from above."""
+    columns = shutil.get_terminal_size().columns
+    width = min(PICTURE_WIDTH, columns)
     moment = Moment(joints, opening_mm)
     drawing = PostureDrawing(arm.model, braille=can_braille(sys.stdout.encoding, os.environ))
-    side = drawing.side(moment, PICTURE_WIDTH, PICTURE_HEIGHT)
-    top = drawing.top(moment, PICTURE_WIDTH, PICTURE_HEIGHT)
-    return [f"{a:<{PICTURE_WIDTH}} {b}".rstrip() for a, b in zip(side, top, strict=True)]
+    side = drawing.side(moment, width, PICTURE_HEIGHT)
+    top = drawing.top(moment, width, PICTURE_HEIGHT)
+    if columns < 2 * PICTURE_WIDTH + 1:
+        return [line.rstrip() for line in (*side, *top)]
+    return [f"{a:<{width}} {b}".rstrip() for a, b in zip(side, top, strict=True)]
 
 
 def show_posture(request: PostureRequest) -> None:
@@ -78,11 +83,12 @@ MOST_DEG = MOST_MM = 20.0
 SPEED = 0.25
 TIP_AXES = ("x", "y", "z")
 
-HELP = """\
+DESK = "  desk                    open the desk, to use keys"
+HELP = f"""\
   shoulder -2 gripper 3   turn a joint by degrees, open the fingers by mm
   z -5                    move the tip by mm, once the position is known (x, y, z)
   show                    draw the posture again
-  desk                    open the desk, to use keys
+{DESK}
   done                    confirm: the arm stands in the posture
   quit                    leave without confirming"""
 CLEAR, MOTORS_ON = "ok", "on"
@@ -94,7 +100,9 @@ class TerminalOperator:
 
     def __init__(self, *, terminal: bool) -> None:
         self.wants_desk = False
+        self._began = State.DISCONNECTED
         self._terminal = terminal
+        self._help = HELP if terminal else HELP.replace(f"{DESK}\n", "")
 
     def prepare(self, arm: Arm, *, off: bool) -> bool:
         """Go through what comes before the first jog; False where the person wants no more."""
@@ -112,11 +120,15 @@ class TerminalOperator:
         return True
 
     def __call__(self, request: PostureRequest) -> bool:
-        """Let the person jog the arm to the posture until they say that it is there."""
+        """Let the person jog the arm to the posture until they say that it is there.
+
+        A stop from elsewhere, an error or a lost link ends the request, and with it the jogging.
+        """
         say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
-        say_lines(HELP)
-        while (line := typed("> ")) is not None:
+        say_lines(self._help)
+        self._began = request.arm.status.state
+        while (line := typed("> ")) is not None and self._lasts(request):
             words = line.lower().split()
             if words == ["done"]:
                 return True
@@ -128,6 +140,10 @@ class TerminalOperator:
             self._obey(request, words)
         return False
 
+    def _lasts(self, request: PostureRequest) -> bool:
+        """Return whether the arm is still as it was when the request came: nothing has ended it."""
+        return request.arm.status.state is self._began
+
     def _obey(self, request: PostureRequest, words: list[str]) -> None:
         if not words:
             return
@@ -136,12 +152,13 @@ class TerminalOperator:
             return
         try:
             for name, amount in parse_jogs(words, axes_of(request.arm)):
-                say(jogged(request.arm, name, amount))
+                if self._lasts(request):  # a stop ends the line that was being obeyed, too
+                    say(jogged(request.arm, name, amount))
         except (ArmError, KinematicsError) as error:
             say(str(error))
             if isinstance(error, BadRequest):
                 say("Type one of these lines:")
-                say_lines(HELP)
+                say_lines(self._help)
         self._say_rest(request)
 
     def _show(self, request: PostureRequest) -> None:
@@ -196,7 +213,9 @@ def parse_jogs(words: list[str], axes: tuple[str, ...]) -> list[tuple[str, float
 def _axis(word: str, axes: tuple[str, ...]) -> str:
     plain = word.replace("-", "_")
     found = [axis for axis in axes if axis == plain] or [a for a in axes if a.startswith(plain)]
-    if len(found) != 1:
+    if len(found) > 1:
+        raise BadRequest(f"{word!r} may be {' or '.join(found)}: write more of the name")
+    if not found:
         raise BadRequest(f"{word!r} is none of {', '.join(axes)}")
     return found[0]
 

@@ -14,7 +14,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import Recogniser, comes_back, says_something_readable
 from armdrive.errors import ArmError, DeviceFault, LinkLost, PortUnavailable
-from armdrive.errors.printable import reason_of
+from armdrive.errors.printable import quoted, reason_of
 from armdrive.motion.context import MotionContext, without_reset
 from armdrive.motion.standing import recover
 from armdrive.registry import DIALECTS, dialect
@@ -152,7 +152,9 @@ def _doctor(port: str) -> str:
         return (
             f"`armdrive doctor --can '{bus}'` finds out which drives are there, and moves nothing."
         )
-    where, which = (port, "") if port else ("PORT", ", for the port that `armdrive ports` shows,")
+    where, which = (
+        (quoted(port), "") if port else ("PORT", ", for the port that `armdrive ports` shows,")
+    )
     return f"`armdrive doctor {where}`{which} finds out what is there, and moves nothing."
 
 

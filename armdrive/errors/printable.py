@@ -9,6 +9,7 @@ escape.
 from __future__ import annotations
 
 import os
+import shlex
 
 LONGEST_LINE = 2_000
 """Characters. A longer line of a message quotes its input at length, and loses its middle."""
@@ -65,6 +66,11 @@ def in_words(error: OSError) -> OSError:
         f"{file} cannot be used ({error.strerror}): free some space, make its folder writable, or "
         "set ARMDRIVE_HOME to a writable folder"
     )
+
+
+def quoted(word: object) -> str:
+    """Return a file's or port's name, quoted for a shell, in a command that a person may copy."""
+    return shlex.quote(str(word)) if os.name == "posix" else str(word)
 
 
 def encodable(text: str, encoding: str | None) -> str:

@@ -5,8 +5,6 @@ The findings of a bus, of settings and of this computer are here too.
 
 from __future__ import annotations
 
-import os
-import shlex
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -18,6 +16,7 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.bus.tools import RESISTORS, Listened, numbers
 from armdrive.dialects.recognition import Identity, says_something_readable
 from armdrive.dialog.conversation import Finding, any_problem, note, ok, problem
+from armdrive.errors.printable import quoted
 from armdrive.registry import DIALECTS, likely
 from armdrive.runtime.engine import excerpt
 from armdrive.setup import prober
@@ -172,11 +171,6 @@ def arm_file_lines(port: str, found: Examination, usb_serial: str = "") -> list[
     if found.restarted and found.baud is not None:
         lines += ["raise_dtr = true", "keep_dtr_on_close = true"]
     return lines
-
-
-def quoted(port: str) -> str:
-    """Return a port's name, quoted for a shell."""
-    return shlex.quote(port) if os.name == "posix" else port
 
 
 # A CAN bus: its traffic, its adapter, and the drives that answer.

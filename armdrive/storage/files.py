@@ -21,7 +21,7 @@ import socket
 import stat
 import struct
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from armdrive.errors import BadRequest
@@ -171,9 +171,11 @@ def replace_durably(
     files.make_folder(path.parent)
     # In the same folder, because a file cannot be renamed from one file system to another.
     temporary = path.with_name(f"{path.name}.{os.urandom(_RANDOM_BYTES).hex()}{UNFINISHED}")
-    handle = files.create(temporary)  # if this fails, a file of that name is not ours to remove
+    with _naming(path):  # if this fails, a file of that name is not ours to remove
+        handle = files.create(temporary)
     try:
-        _write_whole(files, handle, (data,) if isinstance(data, bytes) else data)
+        with _naming(path):
+            _write_whole(files, handle, (data,) if isinstance(data, bytes) else data)
         _require(wanted, path)
         if aside is not None:
             put_aside(files, path, aside)
@@ -249,8 +251,9 @@ def append_line(path: Path, line: str) -> None:
         _require_one_name(os.fstat(handle), path)
         _set_mode(handle)
         left = memoryview(line.encode() + b"\n")
-        while left:
-            left = left[os.write(handle, left) :]
+        with _naming(path):
+            while left:
+                left = left[os.write(handle, left) :]
     finally:
         os.close(handle)
 
@@ -309,6 +312,16 @@ def remove_durably(files: StateFiles, path: Path) -> None:
 def _require(wanted: Callable[[], bool], path: Path) -> None:
     if not wanted():
         raise NotWanted(errno.ECANCELED, "the new file is no longer wanted", str(path))
+
+
+@contextlib.contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Name a file in the errors of what is done to write it, such as those of a full disk."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = str(path)
+        raise
 
 
 def _write_whole(files: StateFiles, handle: int, pieces: Iterable[bytes]) -> None:

@@ -6,6 +6,7 @@ import io
 import json
 import os
 import threading
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ class ServedDevice:
         ear, self._mouth = os.pipe()
         self._thread = threading.Thread(
             target=run_device,
-            args=(self.device, self.server, ear, self.out),
+            args=(self.device, self.server, ear, partial(print, file=self.out)),
             kwargs={"faults": [parse_option(each) for each in faults]},
             daemon=True,
         )
@@ -62,15 +63,13 @@ class Served(ServedDevice):
         tcp: str | None = None,
         udp: str | None = None,
     ) -> None:
-        self._scheme = "socket" if udp is None else "udp"
         device = simulate_device(simulated_config(dialect))
         super().__init__(make_server(pty=pty, tcp=tcp, udp=udp), device)
 
     @property
     def port(self) -> str:
         """What a driver opens."""
-        address = self.server.address
-        return address if address.startswith("/") else f"{self._scheme}://{address}"
+        return str(self.server.address)
 
     def tell(self, line: str) -> str:
         """Give a command of the console and return the first line of its answer."""

@@ -54,7 +54,7 @@ posix = pytest.mark.skipif(os.name != "posix", reason="files have modes and owne
 def test_a_door_is_open_to_this_computer_alone_unless_a_host_is_named(server):
     made = server()
     try:
-        assert made.address.startswith("127.0.0.1:")
+        assert made.address.startswith(f"{server.scheme}127.0.0.1:")
     finally:
         made.close()
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 import tomllib
+from functools import partial
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
@@ -45,7 +46,8 @@ def main(path: str, *words: str) -> None:
     offered = server.can_address if isinstance(server, SlcanServer) else server.address
     sys.stdout.write(f"it speaks {config.connection.dialect} at {offered}; and waits\n")
     sys.stdout.flush()
-    run_device(simulate_device(config, settings=chosen), server, sys.stdin.fileno(), sys.stdout)
+    say = partial(print, flush=True)
+    run_device(simulate_device(config, settings=chosen), server, sys.stdin.fileno(), say)
 
 
 if __name__ == "__main__":

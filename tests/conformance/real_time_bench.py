@@ -125,10 +125,6 @@ class RealTimeBench(Bench):
             self._folder.cleanup()
 
 
-SCHEMES = {"--pty": "", "--slcan": "", "--tcp": "socket://", "--udp": "udp://"}
-"""The prefix that makes the address of a device a port, by the option of `armdrive sim`."""
-
-
 class DeviceProcess(SimProcess):
     """A program that serves a device by one option and address; a driver opens its `port`.
 
@@ -144,9 +140,7 @@ class DeviceProcess(SimProcess):
             text=True,
             bufsize=1,
         )
-        where, _ = door
-        told = self._heard().partition(f" speaks {dialect} at ")[2].partition(";")[0]
-        self.port = SCHEMES[where] + told
+        self.port = self.told_port(dialect)
 
 
 class ProcessBench(RealTimeBench):

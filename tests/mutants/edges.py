@@ -116,6 +116,28 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a stop ends only one jog of a line",
+        promise="after a stop nothing moves until a person asks again",
+        path="armdrive/cli/terminal_operator.py",
+        old="                if self._lasts(request):",
+        new="                if True:",
+        tests=tests_of(
+            "tests/armdrive/cli/test_guiding.py",
+            "test_a_stop_in_the_middle_of_a_line_ends_the_line",
+        ),
+    ),
+    Mutant(
+        name="a place is taught from a position that nobody confirmed",
+        promise="a position is trusted only on evidence",
+        path="armdrive/cli/drive/move.py",
+        old="allow_restored=options.allow_restored) as arm:\n",
+        new="allow_restored=True) as arm:\n",
+        tests=tests_of(
+            "tests/armdrive/cli/test_cli_simulated.py",
+            "test_a_place_is_taught_only_once_the_arm_is_known_to_stand_there",
+        ),
+    ),
+    Mutant(
         name="a refused preview ends well",
         promise="a preview ends as the motion would",
         path="armdrive/cli/drive/move.py",

@@ -388,6 +388,7 @@ def _point_run(action: argparse.ArgumentParser) -> None:
 
 
 def _point_save(action: argparse.ArgumentParser) -> None:
+    add_allow_restored(action)
     action.add_argument("--note", default="", help="what the point is for")
     add_switches(action, {"--again": "overwrite a point of that name"})
 

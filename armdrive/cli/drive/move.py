@@ -141,7 +141,8 @@ def _goal(here: Pose, options: argparse.Namespace) -> Pose:
 
 def save_point(options: argparse.Namespace) -> Result:
     """Save the place where the arm is."""
-    with opened_arm(options, allow_restored=True, enabled=True) as arm:
+    with opened_arm(options, allow_restored=options.allow_restored) as arm:
+        settle_trust(arm)
         point = arm.points.teach(options.name, note=options.note, again=options.again)
     return Result({"name": options.name, **point_view(point)}, f"{options.name}: {point.joints}")
 

@@ -225,6 +225,7 @@ def _retime_words(action: argparse.ArgumentParser) -> None:
 
 
 def _here_words(action: argparse.ArgumentParser) -> None:
+    add_allow_restored(action)
     action.add_argument("--point", metavar="NAME", help="name of the point")
     add_switches(action, {"--line": "go there along a straight line"})
     action.add_argument("--speed", type=parse_speed, default=1.0, help="0.5 or 50%%")

@@ -18,7 +18,7 @@ from typing import NoReturn, Self
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import agreed, as_json, forget_typed, put, put_error, tell
+from armdrive.cli.presenter import agreed, as_json, complain, forget_typed, put, tell
 from armdrive.cli.program.run_common import (
     LOOK_EVERY_S,
     Pressed,
@@ -32,7 +32,7 @@ from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.cli.terminal_operator import ask_operator, settle_trust
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import ArmError, BadRequest, NotReferenced, OperatorNeeded
-from armdrive.errors.actions import SHELL, presented
+from armdrive.errors.actions import SHELL
 from armdrive.errors.printable import in_words
 from armdrive.errors.table import tagged
 from armdrive.programs.acts import Say
@@ -218,7 +218,7 @@ class ShellTerminal:
         except ArmError as error:
             silent = self.shell.typing or self.output.as_json
             if not (silent or isinstance(error, ProgramError)):
-                put_error(f"{SourceMark(position, 1, INPUT)}\n")
+                complain(str(SourceMark(position, 1, INPUT)))
             raise
 
     def _carry_out(self, entry: PromptEntry) -> None:
@@ -256,12 +256,13 @@ class ShellTerminal:
     def complain(self, error: BaseException) -> None:
         """Say what went wrong, and what can be typed now."""
         said = in_words(error) if isinstance(error, OSError) else error
-        put_error(f"armdrive: {presented(tagged(said), SHELL)}\n")
+        complain(f"armdrive: {tagged(said)}", SHELL)
         ways = [WAYS_OUT.get(self.shell.arm.status.state, "")]
         ways += [REFERENCE] * isinstance(error, NotReferenced | OperatorNeeded)
-        put_error("".join(f"{way}\n" for way in ways if way))
+        for way in filter(None, ways):
+            complain(way, SHELL)
         if self.shell.session.unfinished:
-            put_error("the line was not taken; Ctrl-C leaves the block\n")
+            complain("the line was not taken; Ctrl-C leaves the block")
 
 
 # Taking lines until they end: of a pipe up to the first error, at a prompt through every error.
@@ -385,5 +386,5 @@ class _PromptLoop:
         where = NEWS.get(status.state)
         news = f"the arm is {where}: {status.error}" if where else ""
         if news and news != self._told:
-            put_error(f"{presented(news, SHELL)}\n")
+            complain(news, SHELL)
         self._told = news

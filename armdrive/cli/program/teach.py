@@ -15,6 +15,7 @@ from armdrive.cli.presenter import Result, show, tell
 from armdrive.cli.terminal_operator import settle_trust
 from armdrive.connect.target import find
 from armdrive.errors import BadRequest, HolderError, Refused
+from armdrive.motion.plan import audit_opening
 from armdrive.programs.teaching import steps as editing
 from armdrive.programs.teaching.sequence import Choices, Stepper, StepRecorder, seen_in
 from armdrive.programs.teaching.steps import Edited, parse_step
@@ -121,14 +122,22 @@ def _appended(steps: StepList, step: Step) -> StepList:
 
 def add(options: argparse.Namespace) -> Result:
     """Add a step at the end."""
-    step = parse_step(" ".join(options.step))
+    step = _typed_step(options)
     return _changed(options, lambda steps: _appended(steps, step), new=True)
 
 
 def insert(options: argparse.Namespace) -> Result:
     """Put a step before another."""
-    step = parse_step(" ".join(options.step))
+    step = _typed_step(options)
     return _changed(options, lambda steps: editing.inserted(steps, options.at, (step,)))
+
+
+def _typed_step(options: argparse.Namespace) -> Step:
+    """Return the step of the options. Raises `OutOfBounds` for an opening beyond the fingers."""
+    step = parse_step(" ".join(options.step))
+    if isinstance(step.gripper, float):
+        audit_opening(chosen_target(options).config, step.gripper)
+    return step
 
 
 def remove(options: argparse.Namespace) -> Result:
@@ -158,7 +167,8 @@ def reverse(options: argparse.Namespace) -> Result:
 
 def here(options: argparse.Namespace) -> Result:
     """Name the place where the arm stands, as the next step."""
-    with opened_arm(options, allow_restored=True, enabled=True) as arm:
+    with opened_arm(options, allow_restored=options.allow_restored) as arm:
+        settle_trust(arm)
         taught = arm.points.read()
         point = options.point or _free_name(options.name, taught.points)
         arm.points.teach(point)

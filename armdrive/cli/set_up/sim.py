@@ -77,7 +77,7 @@ def _serve(options: argparse.Namespace) -> int:
     if warning:
         put_error(f"armdrive: {warning}\n")
     commands = None if sys.stdin.closed else sys.stdin.fileno()
-    serving.run_device(device, server, commands, sys.stdout, faults=faults)
+    serving.run_device(device, server, commands, say_lines, faults=faults)
     return 0
 
 

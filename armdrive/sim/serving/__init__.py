@@ -11,7 +11,6 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from types import FrameType
-from typing import TextIO
 
 from armdrive.errors.printable import printable_lines
 from armdrive.sim.bus.line import BITRATE, BusLine
@@ -66,7 +65,7 @@ def run_device(
     device: SimDevice,
     server: Server,
     commands: int | None,
-    out: TextIO,
+    say: Callable[[str], object],
     *,
     faults: Iterable[FaultRequest] = (),
     clock: Callable[[], float] = time.monotonic,
@@ -77,11 +76,11 @@ def run_device(
     fault that this device cannot have.
 
     `commands` is a file descriptor with one-line commands, or None; its end does not end the
-    device. Replies go to `out`.
+    device. `say` is called with each reply, of one line or several.
     """
     bell = Bell()
     try:
-        loop = _ServeLoop(device, server, out, bell, clock)
+        loop = _ServeLoop(device, server, say, bell, clock)
         loop.begin(faults)
         with _ending_signals(loop.end):
             if commands is not None:
@@ -101,7 +100,7 @@ class _ServeLoop:
         self,
         device: SimDevice,
         server: Server,
-        out: TextIO,
+        say: Callable[[str], object],
         bell: Bell,
         clock: Callable[[], float],
     ) -> None:
@@ -109,7 +108,7 @@ class _ServeLoop:
         self._line = _line_to(device, server)
         self._console = Console(device, server, self._line)
         self._server = server
-        self._out = out
+        self._reply = say
         self._bell = bell
         self._clock = clock
 
@@ -154,8 +153,7 @@ class _ServeLoop:
 
     def _say(self, line: str) -> None:
         with contextlib.suppress(OSError, ValueError):  # the reader of the replies is gone
-            self._out.write(printable_lines(line) + "\n")
-            self._out.flush()
+            self._reply(printable_lines(line))
 
 
 def _line_to(device: SimDevice, server: Server) -> PacedDevice:

@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from armdrive.errors import PortUnavailable
 from armdrive.errors.printable import reason_of
@@ -183,6 +183,9 @@ class NetworkServer(ABC):
     Anybody who reaches the port can move the simulated arm.
     """
 
+    scheme: ClassVar[str]
+    """What an address begins with."""
+
     def __init__(self, host: str = LOOPBACK, port: int = 0) -> None:
         self._host = host
         self._port = port
@@ -191,8 +194,8 @@ class NetworkServer(ABC):
 
     @property
     def address(self) -> str:
-        """Host and port, as URLs take them."""
-        return f"{self._host}:{self._port}"
+        """The address for the other program to open."""
+        return f"{self.scheme}{self._host}:{self._port}"
 
     @property
     def port(self) -> int:
@@ -228,6 +231,7 @@ class NetworkServer(ABC):
 class TcpServer(NetworkServer):
     """A TCP port for one client at a time; a second one is rejected."""
 
+    scheme = "socket://"
     paced = True
     _client: socket.socket | None = None
 
@@ -299,6 +303,7 @@ MOST = 65535
 class UdpServer(NetworkServer):
     """A UDP port: passes each datagram on by itself, and replies to the last sender."""
 
+    scheme = "udp://"
     paced = False
     _peer: tuple[Any, ...] | None = None
 

@@ -221,3 +221,17 @@ def test_the_next_command_goes_on_from_where_home_left_the_arm(call, served, mon
     asked = call("move", "--arm", "bench", "--shoulder", "31", "--speed", "1", code=0).out
     assert "Does the arm stand like this?" in asked
     assert served.world.joints.deg["shoulder"] > moved + 1.0
+
+
+@pytest.mark.parametrize("words", [("points", "save", "pick"), ("teach", "here", "tour")])
+def test_a_place_is_taught_only_once_the_arm_is_known_to_stand_there(
+    call, served, monkeypatch, words
+):
+    call("home", "--arm", "bench", "--yes", code=0)
+    words = (*words, "--arm", "bench")
+    assert "add `--allow-restored`" in call.refused(*words, code=3)
+    monkeypatch.setattr(sys, "stdin", Terminal("no\n"))
+    call(*words, code=3)
+    assert "pick" not in call("points", "list", "--arm", "bench", code=0).out
+    monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
+    assert "Does the arm stand like this?" in call(*words, code=0).out

@@ -15,7 +15,7 @@ from armdrive.cli.terminal_operator import (
     posture_pictures,
 )
 from armdrive.connect.target import simulated_config
-from armdrive.errors import BadRequest
+from armdrive.errors import BadRequest, Stopped
 from armdrive.status import State, Trust
 from armdrive.storage.record import logbook_file
 from kinematics import preset
@@ -111,6 +111,27 @@ def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
     assert "base -5." in difference(request)
 
 
+@pytest.mark.parametrize("terminal", [True, False])
+def test_the_desk_is_offered_only_where_it_can_be_opened(typing, capsys, terminal):
+    arm = Arm.connect(ARM)
+    guide = TerminalOperator(terminal=terminal)
+    typing("desk", "quit")
+    guide(arm.reference_request())
+    assert guide.wants_desk is terminal
+    assert ("open the desk" in capsys.readouterr().out) is terminal
+
+
+@pytest.mark.parametrize("columns", [10, 30, 78, 79, 200])
+def test_the_pictures_fit_on_a_narrow_terminal_one_below_the_other(monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    arm = Arm.connect(ARM)
+    request = arm.reference_request()
+    lines = posture_pictures(arm, request.joints, request.opening_mm)
+    assert max(map(len, lines)) <= columns
+    views = 1 if columns >= 79 else 2
+    assert len(lines) == views * terminal_operator.PICTURE_HEIGHT
+
+
 def test_the_arm_stays_where_it_was_when_the_guide_only_looked(typing):
     arm = Arm.connect(ARM)
     before = arm.twin.world.motors
@@ -130,6 +151,11 @@ def test_the_arm_stays_where_it_was_when_the_guide_only_looked(typing):
 )
 def test_lines_are_read_as_they_are_meant(line, jogs):
     assert parse_jogs(line.split(), AXES) == jogs
+
+
+def test_a_name_cut_too_short_is_answered_with_what_it_may_be():
+    with pytest.raises(BadRequest, match="'wrist' may be wrist_pitch or wrist_roll"):
+        parse_jogs(["wrist", "2"], AXES)
 
 
 @pytest.mark.parametrize("line", ["wrist 2", "shoulder", "2 shoulder", "shoulder inf", "base 21"])
@@ -156,6 +182,36 @@ def test_the_desk_may_be_opened_in_between(call, typing, monkeypatch):
     typing("ok", "desk", "base -1", "done")
     assert "referenced: tip" in call("home", "--guide", code=0).out
     assert opened == [State.STANDBY]
+
+
+def test_a_stop_from_elsewhere_ends_the_guiding_before_the_next_line_moves_anything(monkeypatch):
+    arm = Arm.connect(ARM)
+    before = arm.twin.world.motors
+    lines = iter(("shoulder 2", "done"))
+
+    def line_after_a_stop(prompt: str) -> str | None:
+        arm.stop()
+        return next(lines, None)
+
+    monkeypatch.setattr(terminal_operator, "typed", line_after_a_stop)
+    with arm, pytest.raises(Stopped, match="homing was stopped"):
+        arm.home(operator=TerminalOperator(terminal=False))
+    assert arm.twin.world.motors == before
+
+
+def test_a_stop_in_the_middle_of_a_line_ends_the_line(typing, monkeypatch):
+    arm, jogs = Arm.connect(ARM), []
+
+    def stopped(_, name: str, amount: float) -> str:
+        jogs.append(name)
+        arm.stop()
+        return f"{name} {amount}: the jog was stopped"
+
+    monkeypatch.setattr(terminal_operator, "jogged", stopped)
+    typing("shoulder 5 elbow 5", "elbow 5", "done")
+    with arm, pytest.raises(Stopped, match="homing was stopped"):
+        arm.home(operator=TerminalOperator(terminal=False))
+    assert jogs == ["shoulder"]
 
 
 # -- declaring ------------------------------------------------------------------------------------

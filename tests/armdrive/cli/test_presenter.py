@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from argparse import Namespace
+from pathlib import Path
 
 import pytest
 from cli_calls import Terminal
@@ -27,6 +28,7 @@ from armdrive.cli.presenter import (
     with_arm,
 )
 from armdrive.cli.program.run_output import RunOutput
+from armdrive.sim import serving
 
 if sys.platform != "win32":
 
@@ -125,6 +127,21 @@ def test_colours_are_left_out_where_they_are_not_wanted(terminal, monkeypatch, n
 
 
 # A terminal gets lines folded at spaces. Its own way is to break them in the middle of a word.
+
+
+def test_a_simulator_answers_in_lines_that_fit_the_terminal(call, monkeypatch):
+    replies = []
+
+    def run_device(device, server, commands, reply, **named):
+        server.close()
+        replies.append(reply)
+
+    monkeypatch.setattr(serving, "run_device", run_device)
+    with Path(os.devnull).open(encoding="utf-8") as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        call("sim", "teachmover", "--tcp", "127.0.0.1:0", code=0)
+    assert replies == [say_lines]
+
 
 LONG = "the arm stands, and what is longer than a line goes on below"
 FOLDED = "the arm stands, and\n  what is longer than\n  a line goes on below"

@@ -22,6 +22,7 @@ from armdrive.connect.parts import assemble
 from armdrive.connect.port import explained, explaining
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault
+from armdrive.errors.printable import quoted
 from armdrive.registry import DIALECTS
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.trace.recorder import FlightRecorder
@@ -118,7 +119,12 @@ def test_a_banner_in_mid_stream_does_no_harm(asked):
 
 
 @pytest.mark.parametrize(
-    ("port", "named"), [(PORT, f"`armdrive doctor {PORT}` finds"), ("", "`armdrive ports` shows")]
+    ("port", "named"),
+    [
+        (PORT, f"`armdrive doctor {PORT}` finds"),
+        ("/dev/my arm", f"`armdrive doctor {quoted('/dev/my arm')}` finds"),
+        ("", "`armdrive ports` shows"),
+    ],
 )
 def test_an_arm_that_is_found_by_its_number_alone_has_no_port_to_name(port, named):
     wire = Connection("teachmover", port, usb_serial="A50285BI")

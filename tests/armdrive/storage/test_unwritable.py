@@ -17,7 +17,7 @@ from armdrive.errors import StateFileError
 from armdrive.registry import simulate
 from armdrive.status import Trust
 from armdrive.storage import files as places
-from armdrive.storage.files import StateFiles
+from armdrive.storage.files import UNFINISHED, StateFiles
 from armdrive.storage.record import FileRecorder
 
 DRIVING = [
@@ -90,6 +90,26 @@ def test_a_command_that_needs_the_folder_fails_with_one_sentence(call, unwritabl
     assert os.environ["ARMDRIVE_HOME"] in said
     assert "writable" in said
     assert "no arm can be locked" in said or words in WRITING or "--fresh" in words
+
+
+@pytest.mark.parametrize("words", [("home",), ("points", "save", "pick")], ids=" ".join)
+@pytest.mark.parametrize("operation", ["create", "write"])
+def test_a_command_on_a_full_disk_names_the_file_that_has_no_room(
+    call, monkeypatch, operation, words
+):
+    create = StateFiles.create
+
+    def no_room(files, what, *_) -> int:
+        if operation == "create" and not what.name.endswith(UNFINISHED):
+            return create(files, what)  # an empty file still fits
+        raise OSError(28, "No space left on device", *([what] if operation == "create" else []))
+
+    monkeypatch.setattr(StateFiles, operation, no_room)
+    said = call.refused(*words, code=1)
+    assert "Errno" not in said
+    assert f"{os.environ['ARMDRIVE_HOME']}{os.sep}" in said
+    assert UNFINISHED not in said
+    assert "(No space left on device): free some space" in said
 
 
 @pytest.mark.parametrize("words", HOLDING_NOTHING, ids=" ".join)

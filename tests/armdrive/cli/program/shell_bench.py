@@ -26,7 +26,7 @@ CTRL_C, CTRL_D = "\x03", "\x04"
 class Prompt:
     """The terminal of a shell: types keys, and reads what is shown."""
 
-    def __init__(self, *words: str) -> None:
+    def __init__(self, *words: str, columns: int = 200) -> None:
         self._number, slave = pty.openpty()
         self.process = subprocess.Popen(
             [sys.executable, "-c", _OWN_TERMINAL, *words],
@@ -34,7 +34,7 @@ class Prompt:
             stdout=slave,
             stderr=slave,
             start_new_session=True,
-            env={**os.environ, "TERM": "xterm", "COLUMNS": "200"},
+            env={**os.environ, "TERM": "xterm", "COLUMNS": str(columns)},
         )
         os.close(slave)
         self._raw = ""

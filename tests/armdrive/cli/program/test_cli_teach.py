@@ -46,6 +46,13 @@ def test_steps_are_added_inserted_moved_retimed_and_removed(call, book):
     assert shown(call) == ["to above", "gripper grasp", "delay 1 s"]
 
 
+@pytest.mark.parametrize("action", [("add", "fetch"), ("insert", "fetch", "1")])
+def test_a_step_to_an_opening_that_the_fingers_do_not_have_is_not_written(call, book, action):
+    before = shown(call)
+    assert "opens from 0 to 76" in call.refused("teach", *action, "gripper", "900", code=3)
+    assert shown(call) == before
+
+
 def test_a_new_sequence_begins_with_its_first_step(call, book):
     printed = call("teach", "add", "tour", "to above line at 20%", "--json", code=0).json
     assert printed["steps"] == ["to above along a line at 20%"]

@@ -22,8 +22,8 @@ def begin(call):
     """Begin shells; `call` is another terminal."""
     begun = []
 
-    def start(*words):
-        begun.append(Prompt(*words))
+    def start(*words, **named):
+        begun.append(Prompt(*words, **named))
         begun[-1].until()
         return begun[-1]
 
@@ -58,8 +58,11 @@ def test_what_is_typed_is_taken_line_by_line_and_remembered_from_day_to_day(begi
     assert "\n7\n" in prompt.enter("elev\t")
     prompt.type("quit\r")
     assert prompt.end() == 0
-    prompt = begin()
-    prompt.type("\x1b[A\x1b[A\x1b[A")  # three lines up
+    prompt = begin(columns=44)
+    refused = prompt.enter("move at(9999, 0, 0, 0)")
+    assert "\n  " in refused  # folded between words
+    assert all(len(line) <= 44 for line in refused.split("\n"))
+    prompt.type("\x1b[A\x1b[A\x1b[A\x1b[A")  # four lines up
     assert "elevation = 7" in prompt.until("elevation = 7")
     prompt.interrupt()  # clears the line
     assert "leaves" not in prompt.until()

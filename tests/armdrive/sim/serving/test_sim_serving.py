@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import json
 import os
 import select
@@ -112,7 +111,7 @@ class TestTcp:
 
     def test_unplugged_and_plugged_in_again(self, serve):
         running = serve(TcpServer())
-        address = f"127.0.0.1:{running.server.port}"
+        address = f"socket://127.0.0.1:{running.server.port}"
         with dial(running.server) as client:
             assert said(client, NOTHING) == b"1\r"
             assert running.tell("unplug") == "unplugged"
@@ -135,7 +134,7 @@ class TestTcp:
 
     def test_it_listens_on_this_computer_alone_unless_told_otherwise(self):
         with contextlib.closing(make_server(tcp="0")) as server:
-            assert server.address.startswith("127.0.0.1:")
+            assert server.address.startswith("socket://127.0.0.1:")
 
 
 class TestUdp:
@@ -211,15 +210,15 @@ class TestConsole:
         ear, mouth = os.pipe()
         os.write(mouth, b"state\nput A 200 0")
         os.close(mouth)
-        device, out = SimDevice(TeachMoverBoard()), io.StringIO()
+        device, replies = SimDevice(TeachMoverBoard()), []
         put = lambda: "A" in device.world.scene.blocks  # noqa: E731
         ending = threading.Thread(target=_end_once, args=(put,))
         ending.start()
-        run_device(device, TcpServer(), ear, out)
+        run_device(device, TcpServer(), ear, replies.append)
         ending.join()
         os.close(ear)
         assert "A" in device.world.scene.blocks
-        assert len(out.getvalue().splitlines()) == 2
+        assert len(replies) == 2
 
     @needs_signals
     @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -230,7 +229,7 @@ class TestConsole:
         taken = lambda: signal.getsignal(number) is not before  # noqa: E731
         ending = threading.Thread(target=_end_once, args=(taken, number))
         ending.start()
-        run_device(SimDevice(TeachMoverBoard()), server, None, io.StringIO())
+        run_device(SimDevice(TeachMoverBoard()), server, None, print)
         ending.join()
         assert not link.is_symlink()
         assert signal.getsignal(number) is before
