@@ -13,8 +13,8 @@ import math
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.observer import MAX_DELAY_S, DriveFinding, ObservedDrive
-from armdrive.dialects.bus.paths import KEPT_S, Course, Heading, PlannedPath, SegmentFeed
-from armdrive.dialects.mks.stops import shared_acc
+from armdrive.dialects.bus.paths import KEPT_S, Heading, PlannedPath, SegmentFeed
+from armdrive.dialects.mks.stops import ramp_to, shared_acc
 from armdrive.dialects.mks.wire import MksWire
 from armdrive.tasks import MoveAlong, RequestRejected
 from firmware_protocol.mks import (
@@ -22,7 +22,6 @@ from firmware_protocol.mks import (
     SPEED_MAX_RPM,
     TARGET_MAX,
     MoveAbsoluteAxis,
-    acc_of,
     slope_of,
 )
 from kinematics.spaces import Motors
@@ -36,10 +35,6 @@ CATCH_UP, CATCH_UP_RPM = 1.1, 1
 limit, coupled motors may add twice as much, and 1 rpm is the rounding error of a slow drive."""
 REFRESH_PERIODS = 1.5
 """An unchanged order is repeated after this many periods, so that a drive can reject it."""
-BRAKING_MARGIN = 1.1
-"""How much steeper than necessary a drive brakes at its target."""
-ORDER_DELAY_S = 0.003
-"""The longest time until an order takes effect: its frame, those before it, a late loop."""
 
 
 class Trip:
@@ -260,21 +255,6 @@ class Steering:
 def path_from_here(wire: MksWire) -> PlannedPath:
     """Return a path that begins where the drives stand."""
     return PlannedPath(Motors(drive.goal for drive in wire.drives))
-
-
-def ramp_to(course: Course, target: int, acc: int, share: float, kept: int = 0) -> int:
-    """Return a drive's ramp to a target: its share, or a steeper one if it must brake harder.
-
-    A ramp gentler than the one that gave it its speed would make it overshoot. So would one gentler
-    than that by which it already brakes (`kept`), since its course may be ahead of it.
-    """
-    shared = max(shared_acc(acc, share), min(kept, acc))
-    left = abs(target - course.place) - abs(course.speed) * ORDER_DELAY_S
-    brakes = BRAKING_MARGIN * course.speed**2 / (2.0 * max(left, 1.0))
-    if not acc or brakes <= slope_of(shared):
-        return shared
-    needed = acc_of(brakes / COUNTS_S_PER_RPM)
-    return min(needed + (slope_of(needed) < brakes), acc)
 
 
 def beyond(drive: ObservedDrive, target: int) -> RequestRejected | None:

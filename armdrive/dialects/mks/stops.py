@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.observer import MUTE_POLLS, ObservedDrive
+from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
 from armdrive.dialects.mks.wire import MksWire, WireScript
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
@@ -33,6 +34,7 @@ from firmware_protocol.mks import (
     Stop,
     acc_of,
     ramp_rpm_s,
+    slope_of,
 )
 from kinematics.text import counted
 
@@ -46,6 +48,10 @@ RELIEF_TRIES = 2
 """How often a drive is asked for its angle error: firmware without that answer costs the wait."""
 MIN_RAMP_SHARE = 0.1
 """A slow drive's ramp is at least this share of the steepest: it has corners to follow."""
+BRAKING_MARGIN = 1.1
+"""How much steeper than necessary a drive brakes at its target."""
+ORDER_DELAY_S = 0.003
+"""The longest time until an order takes effect: its frame, those before it, a late loop."""
 RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED)
 """A drive that reports one of these after a stop has not received it."""
 
@@ -147,7 +153,10 @@ class MksStops:
         """How long the arm's fastest drive brakes."""
 
     def send(self, drives: Iterable[ObservedDrive], *, hard: bool) -> None:
-        """Send drives a stop, with ramps in proportion to their speeds: all stop together."""
+        """Send drives a stop, with ramps in proportion to their speeds: all stop together.
+
+        One that would pass its target brakes harder.
+        """
         wire = self._wire
         for each in wire.drives:
             each.course.advance(wire.now_s)
@@ -159,7 +168,8 @@ class MksStops:
                 wire.put(drive, EmergencyStop(), "EMERGENCY STOP")
             else:
                 share = speed / fastest if speed else 1.0
-                ramp = 0 if immediate else shared_acc(wire.settings.acceleration, share)
+                most = wire.settings.acceleration
+                ramp = 0 if immediate else ramp_to(drive.course, drive.goal, most, share)
                 wire.put(drive, Stop(Code.ABSOLUTE_AXIS, ramp), "STOP")
 
     def brake(
@@ -241,6 +251,21 @@ def shared_acc(acc: int, share: float) -> int:
     So all drives reach their speeds, and come to rest, in the same time and stay in proportion.
     """
     return acc_of(max(share, MIN_RAMP_SHARE) * ramp_rpm_s(acc)) if acc else 0
+
+
+def ramp_to(course: Course, target: int, acc: int, share: float, kept: int = 0) -> int:
+    """Return a drive's ramp to a target: its share, or a steeper one if it must brake harder.
+
+    A ramp gentler than the one that gave it its speed would make it overshoot. So would one gentler
+    than that by which it already brakes (`kept`), since its course may be ahead of it.
+    """
+    shared = max(shared_acc(acc, share), min(kept, acc))
+    left = abs(target - course.place) - abs(course.speed) * ORDER_DELAY_S
+    brakes = BRAKING_MARGIN * course.speed**2 / (2.0 * max(left, 1.0))
+    if not acc or brakes <= slope_of(shared):
+        return shared
+    needed = acc_of(brakes / COUNTS_S_PER_RPM)
+    return min(needed + (slope_of(needed) < brakes), acc)
 
 
 def pushing_words(drive: ObservedDrive, off: int) -> str:

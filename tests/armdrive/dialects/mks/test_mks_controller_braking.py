@@ -8,7 +8,7 @@ import pytest
 from mks_bench import MksBench, along
 
 from armdrive.dialects.bus.paths import Course
-from armdrive.dialects.mks.steering import ramp_to
+from armdrive.dialects.mks.stops import ramp_to
 from armdrive.tasks import Done, MoveBy
 from firmware_protocol.mks import COUNTS_S_PER_RPM, slope_of
 from kinematics import Motors

@@ -109,3 +109,13 @@ def test_the_stop_because_of_a_silent_drive_is_repeated_to_one_that_missed_it():
     bench.controller.stop(hard=False)
     bench.finish()
     assert stops_of(bench, 1)[1] < lost[0] + 2.0 * STOP_POLL_S
+
+
+@pytest.mark.parametrize("after_s", [0.42, 0.45, 0.48, 0.485, 0.49, 0.495, 0.5, 0.505])
+def test_a_stop_near_the_end_of_a_motion_takes_no_drive_past_it(after_s):
+    """A drive that brakes at its target already brakes no gentler after a stop."""
+    way = (6000, -3000, 1500, 0, 700, 20)
+    bench = begun(straight(5, way), after_s)
+    check_halted(bench, hard=False)
+    gone = [here - 50_000 for here in bench.positions]
+    assert all(abs(count) <= 5 * abs(each) + 1 for count, each in zip(gone, way, strict=True))
