@@ -39,11 +39,6 @@ class Mutant:
         return text.replace(self.old, self.new)
 
 
-def tests_of(path: str, *names: str) -> tuple[str, ...]:
-    """Return the node ids of some tests of one file."""
-    return tuple(f"{path}::{name}" for name in names)
-
-
 @contextmanager
 def applied(mutant: Mutant, folder: Path, stamp: int) -> Iterator[None]:
     """Apply a fault to a copy of the project, and remove it at the end.

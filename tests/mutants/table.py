@@ -1,30 +1,31 @@
-"""All mutants, by subject."""
+"""All mutants: the rows of the TOML files beside this one, by subject, and scaled stop bounds."""
 
 from __future__ import annotations
 
-from . import (
-    bounds,
-    devices,
-    edges,
-    jogs,
-    mathematics,
-    motions,
-    positions,
-    remembering,
-    simulated,
-    stops,
-)
+import tomllib
+from pathlib import Path
+
+from . import bounds
 from .mutant import Mutant
 
-MUTANTS: tuple[Mutant, ...] = (
-    *stops.MUTANTS,
-    *jogs.MUTANTS,
-    *positions.MUTANTS,
-    *motions.MUTANTS,
-    *remembering.MUTANTS,
-    *devices.MUTANTS,
-    *mathematics.MUTANTS,
-    *simulated.MUTANTS,
-    *edges.MUTANTS,
-    *bounds.MUTANTS,
+SUBJECTS = (
+    "stops",
+    "jogs",
+    "positions",
+    "motions",
+    "remembering",
+    "devices",
+    "mathematics",
+    "simulated",
+    "edges",
 )
+
+
+def read(subject: str) -> tuple[Mutant, ...]:
+    """Return the rows of a file, each of which has the fields of a `Mutant`."""
+    text = Path(__file__).with_name(f"{subject}.toml").read_text(encoding="utf-8")
+    rows = tomllib.loads(text)["mutant"]
+    return tuple(Mutant(**{**row, "tests": tuple(row["tests"])}) for row in rows)
+
+
+MUTANTS = (*(row for subject in SUBJECTS for row in read(subject)), *bounds.MUTANTS)
