@@ -253,7 +253,7 @@ class AsyncArm(AsyncConnection):
     ) -> Jogged:
         """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`."""
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for `for_s` seconds, unless another `hold` extends the jog; returns at once."""
+        """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once."""
     def nudge(self, jog: Jog, *, speed: float) -> None:
         """Jog by one increment and return at once."""
     def release(self) -> None:

@@ -552,7 +552,7 @@ class Arm:
         return await self._jogging.jog(Jog(Space.CARTESIAN, named, frame), speed, duration_s)
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for `for_s` seconds, at most 1 s, unless another `hold` extends it; returns at once.
+        """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once.
 
         If the jog is refused, the status's `notice` says why until the next motion begins.
         """

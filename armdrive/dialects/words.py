@@ -71,7 +71,7 @@ def standing(names: Sequence[str], counts: Iterable[int]) -> str:
 
 def named(name: str, value: object, message: str = "") -> str:
     """Return a field in words, without its name if the message ends with it; empty if unset."""
-    if value is None or value == () or value == "":
+    if value is None or (isinstance(value, str | tuple) and not value):
         return ""
     if name == "on":
         return "on" if value else "off"
@@ -94,7 +94,7 @@ def valued(value: object) -> str:
     if is_dataclass(value) or isinstance(value, Frame):
         return plain(value)
     if isinstance(value, Mapping):
-        return ", ".join(named(name, each) for name, each in value.items())
+        return ", ".join(named(str(name), each) for name, each in value.items())
     if isinstance(value, list | tuple):
         return " ".join(map(valued, value))
     return f"{value:g}" if isinstance(value, float) else str(value)

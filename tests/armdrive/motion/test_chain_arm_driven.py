@@ -130,7 +130,7 @@ def test_six_joints_jog_along_and_about_the_axes(six):
 
 
 def test_a_missing_or_extra_yaw_is_an_error(six, tmp_path):
-    with pytest.raises(KinematicsError, match="give yaw_deg"):
+    with pytest.raises(KinematicsError, match="need a yaw: yaw_deg in Python"):
         six.move_to(Pose.of(x_mm=450, y_mm=250, z_mm=500, pitch_deg=-50))
     five = five_joints(tmp_path).model.arm
     with pytest.raises(KinematicsError, match="five joints"):

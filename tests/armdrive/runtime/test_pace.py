@@ -119,9 +119,9 @@ def test_in_real_time_a_lost_wire_ends_the_thread_and_every_later_wait_returns_a
     arm.twin.link.cut()
     arm.pace.wake()
     until(lambda: not thread.is_alive())
-    returns(arm.stop)
-    with pytest.raises(ArmError):
-        returns(arm.read_inputs)
+    for call in (arm.stop, arm.read_inputs):
+        with pytest.raises(ArmError):
+            returns(call)
     returns(arm.close)
 
 

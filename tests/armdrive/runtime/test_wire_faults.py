@@ -184,7 +184,8 @@ def test_a_pulled_cable_is_seen_at_once_in_words(moment):
     assert arm.status.state is State.DISCONNECTED
     assert "pulled" in arm.status.error
     assert (arm.status.trust is Trust.REFERENCED) == (moment == "idle")
-    arm.stop()
+    with pytest.raises(LinkLost, match="did not reach the arm"):
+        arm.stop()
     arm.estop()
     arm.close()
     with pytest.raises(ArmError):
