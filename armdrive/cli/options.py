@@ -85,7 +85,7 @@ class CommandParser(argparse.ArgumentParser):
     """An argument parser whose errors are exceptions, which the runner prints as any other."""
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
-        """Read a value; what refuses it is said in its own words, which argparse would hide."""
+        """Read a value. A refusal keeps its own words, which argparse would hide."""
         try:
             return super()._get_value(action, arg_string)
         except argparse.ArgumentError as error:

@@ -82,10 +82,10 @@ class MotionContext:
         try:
             reply: Reply = yield Exchange(request)
         except NoAnswer as error:
-            # a controller that reports its motion and was heard since has obeyed, then fell silent
+            # a controller that reports its motion and has replied since obeyed, then fell silent
             reports = self.core.controller.abilities.reports_while_moving
-            heard = reports and self.engine.received_s > sent_s
-            unanswered = isinstance(request, MoveBy | MoveAlong | HomeDevice) and not heard
+            replied = reports and self.engine.received_s > sent_s
+            unanswered = isinstance(request, MoveBy | MoveAlong | HomeDevice) and not replied
             self.core.learn(Evidence.ANSWER_LOST if unanswered else Evidence.SILENT, self.now_s)
             self.core.fault(error)
             raise

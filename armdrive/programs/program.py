@@ -411,7 +411,7 @@ def checked_program(program: Program, problems: Iterable[Problem] = ()) -> Progr
     body, known = program.tree.body, program.context
     own = tuple(line for line in body if isinstance(line, Define))
     rest = tuple(line for line in body if not isinstance(line, Define))
-    # known subprograms are compiled anew: this program may replace what they call
+    # known subprograms are compiled again: this program may replace what they call
     code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)
     if problems or wrong:
         raise program.error([*problems, *wrong])

@@ -476,7 +476,7 @@ class Engine:
         self.tracer.requested(request)
         self._asked = True
         self.requests_sent += 1
-        if self.stop_asked:  # the controller has just begun, and has not been told yet
+        if self.stop_asked:  # the controller has just begun, and does not know of the stop yet
             self.controller.stop(hard=self.stop_hard)
         self._talk()
 

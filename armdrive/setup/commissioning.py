@@ -362,7 +362,7 @@ class MotorTrial:
             way, at = self.motor.run_and_fall_silent(counts)
         finally:
             restored = self._restore_watchdog(at_hand)
-        # the motor goes back from wherever it stopped, before anything is said of it
+        # the motor goes back from wherever it stopped, before its report
         self.motor.turn_to(start, counts)
         if at is None:
             self.dialog.say(f"Drive {self.drive.node} {_SILENT}.")

@@ -350,7 +350,7 @@ class PacedDevice:
     def exchange(self, now_s: float) -> None:
         """Do what is due now. Nothing may have been due earlier."""
         self._advanced_s = now_s
-        # Late messages go first: whatever is sent now was said after them.
+        # Late messages go first: what is sent now was written after them.
         for lane, message in self.faults.late.due(now_s):
             self._carry(lane, message, now_s)
         self._deliver(now_s)

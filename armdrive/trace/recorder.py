@@ -450,8 +450,8 @@ def _event_text(event: Event) -> tuple[EntryKind, str]:
 
 def _call_text(name: str, arguments: tuple[Any, ...], named_ones: Mapping[str, Any]) -> str:
     """Return a call in words: `hold shoulder +1, speed 0.25, for 0.25 s`."""
-    said = (*map(valued, arguments), *(named(key, value) for key, value in named_ones.items()))
-    return f"{name} {', '.join(filter(None, said))}".rstrip()
+    words = (*map(valued, arguments), *(named(key, value) for key, value in named_ones.items()))
+    return f"{name} {', '.join(filter(None, words))}".rstrip()
 
 
 def _error_text(error: BaseException) -> str:

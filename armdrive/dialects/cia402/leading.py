@@ -243,7 +243,7 @@ class MotionLead:
         if math.isinf(drive.still_s):
             return 0.0
         since_s, cycle_s = max(drive.still_s, self.began_s), self.io.cycle_s
-        # either its reports show that it stands, or none came for so long that it may
+        # either its reports show that it stands, or none came for long enough that it may
         seen = drive.shaft.read_s - since_s > (WAIT_CYCLES - 0.5) * cycle_s
         lost = self.io.now_s - since_s > LOST_CYCLES * cycle_s
         return self.io.now_s - since_s if seen or lost else 0.0

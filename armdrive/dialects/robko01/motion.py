@@ -138,7 +138,7 @@ class RobkoMotion:
             answer = yield from self.exchange.ask(message, tries=1, text=text, may_break=True)
             if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
                 return self._disabled()
-            if self.io.stop_asked:  # whether it was heard or not, the motors may be moving
+            if self.io.stop_asked:  # received or not, the motors may be moving
                 return (yield from self._halt(way))
             if answer is not None:
                 return (yield from self._paced(way, rate_hz))

@@ -36,7 +36,7 @@ class FrameWire:
     """The bus: a sender waits until it is free and frames with lower ids have passed.
 
     The host's adapter sends its frames in their order, whatever their ids. A node offers all that
-    it has to send; frames with one id keep their order. Whoever pushes has pulled up to that time.
+    it has to send; frames with one id keep their order. Pull up to a time before pushing at it.
     """
 
     def __init__(self, bitrate: int) -> None:

@@ -506,7 +506,7 @@ class GrblBoard(Board):
 
     def receive(self, data: bytes) -> None:
         """Receive bytes, as the receive interrupt does."""
-        if self.now_s < self.deaf_until_s:  # the interrupts are off: not even a reset is heard
+        if self.now_s < self.deaf_until_s:  # the interrupts are off: even a reset is ignored
             self.ring.lost += len(data)
             return
         start = 0
