@@ -16,6 +16,24 @@ BYTE_S = 10 / 9600
 GRASP_PITCH_DEG = -90.0
 
 
+class SilentDevice:
+    """A device that sends nothing, and keeps what it receives with the time."""
+
+    byte_gap_s = 0.0
+
+    def __init__(self) -> None:
+        self.received: list[tuple[float, bytes]] = []
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        self.received.append((now_s, data))
+
+    def transmit(self, now_s: float) -> bytes:
+        return b""
+
+    def next_s(self) -> float:
+        return math.inf
+
+
 @dataclass
 class Bench:
     """Sends one command at a time, and lets simulated time pass until the reply."""

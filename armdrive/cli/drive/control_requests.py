@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Result
@@ -24,7 +25,10 @@ def chosen_holders(options: argparse.Namespace) -> list[str]:
 
 
 def one_holder(options: argparse.Namespace) -> str:
-    """Return the one arm that is being driven. Raises `HolderError` if there is none."""
+    """Return the one arm that is being driven.
+
+    Raises `HolderError` if there is none, and `BadRequest` if there are several.
+    """
     names = chosen_holders(options)
     if len(names) == 1:
         return names[0]
@@ -39,6 +43,13 @@ def ask(name: str, request: str, **words: object) -> Mapping[str, object]:
     if "error" in answer and "state" not in answer:
         raise HolderError(str(answer["error"]))
     return answer
+
+
+def watched(view: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a status that the program sent. Raises `HolderError` if it refused to be watched."""
+    if "state" not in view:
+        raise HolderError(str(view.get("error", "the program cannot be watched")))
+    return view
 
 
 def _ask_all(

@@ -18,12 +18,12 @@ from typing import Any
 import tui
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.drive.control_requests import ask, one_holder
+from armdrive.cli.drive.control_requests import ask, one_holder, watched
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find
-from armdrive.errors import ArmInUse, HolderError
+from armdrive.errors import ArmInUse
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
 from armdrive.status import (
@@ -61,13 +61,11 @@ def watch(options: argparse.Namespace) -> int:
             return watch_on_screen(chosen_target(options).config)
         spoken = str(ask(name, "status")["dialect"])  # an arm that is named by its port has no file
         return watch_on_screen(find(name, dialect_name=spoken).config)
-    watched = Watched()
+    lines = Watched()
     tell(options, f"watching {name}; Ctrl-C ends the watching and stops nothing")
     with contextlib.suppress(KeyboardInterrupt):
-        for view in watch_holder(name, options.every):
-            if "state" not in view:
-                raise HolderError(str(view.get("error", "the program cannot be watched")))
-            show(Result(view, watched.lines(view)), options)
+        for view in map(watched, watch_holder(name, options.every)):
+            show(Result(view, lines.lines(view)), options)
     return 0
 
 

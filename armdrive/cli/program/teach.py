@@ -10,11 +10,11 @@ from functools import partial
 
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.drive.control_requests import one_holder
+from armdrive.cli.drive.control_requests import one_holder, watched
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.cli.terminal_operator import settle_trust
 from armdrive.connect.target import find
-from armdrive.errors import BadRequest, HolderError, Refused
+from armdrive.errors import BadRequest, Refused
 from armdrive.motion.plan import audit_opening
 from armdrive.programs.teaching import steps as editing
 from armdrive.programs.teaching.sequence import Choices, Stepper, StepRecorder, seen_in
@@ -41,9 +41,7 @@ def record(options: argparse.Namespace) -> Result:
     tell(options, f"{what}; Ctrl-C ends it")
     keep = partial(_keep, options, book, recorder)
     try:
-        for view in watch_holder(name, LOOK_EVERY_S):
-            if "state" not in view:
-                raise HolderError(str(view.get("error", "the program cannot be watched")))
+        for view in map(watched, watch_holder(name, LOOK_EVERY_S)):
             if view["state"] == "disconnected":
                 break
             keep(recorder.see(seen_in(view, config.model.arm.joint_names), time.monotonic()))

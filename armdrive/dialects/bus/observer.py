@@ -483,13 +483,14 @@ class ObservedDrive:
     def may_have_restarted(self, now_s: float) -> bool:
         """Whether its next order might turn it from a new zero.
 
-        It is silent, or out of reach, or it still owes replies and may count from zero.
+        It is silent, or out of reach, or still owes replies: then it was not read since, or may
+        count from zero.
         """
         if self.is_doubted or self.ledger.silent:
             return True
         away_s = self.ledger.suspected_s
-        return self.read_s < away_s < math.inf or (
-            self.ledger.pending and self.counts_from_zero(away_s, now_s)
+        return self.ledger.pending and (
+            self.read_s < away_s or self.counts_from_zero(away_s, now_s)
         )
 
     @property

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 from armdrive.dialects.bus.observer import MAX_DELAY_S, DriveFinding, ObservedDrive
 from armdrive.dialects.bus.paths import KEPT_S, Heading, PlannedPath, SegmentFeed
-from armdrive.dialects.mks.stops import ramp_to, shared_acc
+from armdrive.dialects.mks.stops import ramp_to, rpm_within, shared_acc
 from armdrive.dialects.mks.wire import MksWire
 from armdrive.tasks import MoveAlong, RequestRejected
 from firmware_protocol.mks import (
@@ -159,9 +159,8 @@ class Steering:
         fastest = trip.path.fastest(motor, trip.time_s - KEPT_S, trip.time_s + ahead_s)
         most = max(rpm, catch_up_rpm(fastest / COUNTS_S_PER_RPM))
         left = self._left(drive, target)
-        if math.ceil(left / ahead_s / COUNTS_S_PER_RPM) <= most:
-            needed = math.ceil(left / self._left_s(trip) / COUNTS_S_PER_RPM)
-            return target, max(rpm, min(needed, most))
+        if rpm_within(left, ahead_s) <= most:
+            return target, max(rpm, min(rpm_within(left, self._left_s(trip)), most))
         ahead = math.copysign(1.0, target - drive.course.place)
         nearer = round(target - ahead * (left - most * COUNTS_S_PER_RPM * ahead_s))
         read_s = self._wire.now_s - drive.asked_s  # it may have moved as fast as that since
@@ -223,6 +222,7 @@ class Steering:
         return (round(place + heading.direction * room), rpm) if room > 0.5 else None
 
     def _ahead_s(self, trip: Trip) -> float:
+        """Return how long a drive turns at most if no further order reaches it."""
         return max(trip.ahead_s, 1.5 * self._wire.settings.segment_s)
 
     def _left_s(self, trip: Trip) -> float:
@@ -230,8 +230,8 @@ class Steering:
 
         Where the path ends, that is until its end: a pause is over when the others stand there.
         """
-        ahead_s, least_s = self._ahead_s(trip), 1.5 * self._wire.settings.segment_s
-        return min(max(trip.path.end_s - trip.time_s, least_s), ahead_s) if trip.ending else ahead_s
+        left_s = trip.path.end_s - trip.time_s if trip.ending else math.inf
+        return max(min(trip.ahead_s, left_s), 1.5 * self._wire.settings.segment_s)
 
     def _to_rest(self, drive: ObservedDrive, heading: Heading) -> tuple[int, int] | None:
         """Return the order that ends at a standing motor's place; None if that is the target."""
@@ -248,7 +248,7 @@ class Steering:
             return None
         left_s = max(path.end_s - trip.time_s, 1e-3)
         planned = abs(end - path.at(motor, trip.time_s)) / left_s / COUNTS_S_PER_RPM
-        needed = math.ceil(abs(end - drive.course.place) / left_s / COUNTS_S_PER_RPM)
+        needed = rpm_within(abs(end - drive.course.place), left_s)
         return end, min(max(needed, MIN_FINAL_RPM), catch_up_rpm(planned))
 
 

@@ -227,7 +227,7 @@ class MksStops:
             if abs(here) > TARGET_MAX:  # no target can be commanded there
                 continue
             pushing[drive] = off
-            rpm = min(math.ceil(abs(off) / RELIEF_S / COUNTS_S_PER_RPM), RELIEF_MAX_RPM)
+            rpm = min(rpm_within(abs(off), RELIEF_S), RELIEF_MAX_RPM)
             drive.rejections.forget()
             wire.send(drive, MoveAbsoluteAxis(here, rpm, wire.settings.acceleration))
         return pushing
@@ -251,6 +251,11 @@ def shared_acc(acc: int, share: float) -> int:
     So all drives reach their speeds, and come to rest, in the same time and stay in proportion.
     """
     return acc_of(max(share, MIN_RAMP_SHARE) * ramp_rpm_s(acc)) if acc else 0
+
+
+def rpm_within(counts: float, time_s: float) -> int:
+    """Return the lowest whole rpm at which a drive turns this far in a time, ramps excluded."""
+    return math.ceil(counts / time_s / COUNTS_S_PER_RPM)
 
 
 def ramp_to(course: Course, target: int, acc: int, share: float, kept: int = 0) -> int:

@@ -11,7 +11,7 @@ from faults import arm_config, driven
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from robko_bench import RobkoBench, axes
-from sim_bench import Bench
+from sim_bench import Bench, SilentDevice
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
@@ -246,32 +246,14 @@ def test_a_setting_of_the_wrong_kind_is_refused(value):
         Options(TABLE, {"pace": value})
 
 
-class Heard:
-    """A device that only remembers what came at once."""
-
-    byte_gap_s = 0.0
-
-    def __init__(self):
-        self.pieces = []
-
-    def receive(self, data, now_s):
-        self.pieces.append((now_s, data))
-
-    def transmit(self, now_s):
-        return b""
-
-    def next_s(self):
-        return float("inf")
-
-
 def test_without_a_pace_messages_arrive_at_once_and_each_by_itself():
-    device: WireDevice = Heard()
+    device: WireDevice = SilentDevice()
     line = PacedDevice(device, None)
     line.send(b"one", 1.0)
     line.send(b"two", 1.0)
     line.send(b"three", 2.0)
     line.advance(2.0)
-    assert device.pieces == [(1.0, b"one"), (1.0, b"two"), (2.0, b"three")]
+    assert device.received == [(1.0, b"one"), (1.0, b"two"), (2.0, b"three")]
 
 
 def test_the_command_line_lists_settings_and_faults(call):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import random
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sim_bench import SilentDevice
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
@@ -315,33 +315,15 @@ def test_the_nth_byte_is_that_byte_however_it_comes(data, number):
     assert through(lost, Nth(number), data) == whole[: number - 1] + whole[number:]
 
 
-class Listener:
-    """A device that only notes what it receives, and when."""
-
-    byte_gap_s = 0.0
-
-    def __init__(self):
-        self.heard = []
-
-    def receive(self, data, now_s):
-        self.heard.append((data, now_s))
-
-    def transmit(self, now_s):
-        return b""
-
-    def next_s(self):
-        return math.inf
-
-
 @given(messages, st.floats(0.01, 5.0), st.floats(0, 1), seeds)
 def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
-    line = PacedDevice(Listener(), None)
+    line = PacedDevice(SilentDevice(), None)
     line.faults.host.rules.append(Rule(late(delay_s), share_of(share, seed)))
     for number, one in enumerate(data):
         line.send(one, 0.3 * number)
     line.advance(0.3 * len(data) + delay_s)
-    assert [one for one, _ in line.device.heard] == data
-    for number, (_, time_s) in enumerate(line.device.heard):
+    assert [one for _, one in line.device.received] == data
+    for number, (time_s, _) in enumerate(line.device.received):
         assert 0.3 * number <= time_s <= 0.3 * number + delay_s
 
 
