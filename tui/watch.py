@@ -50,8 +50,6 @@ from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLin
 
 # What the screen says about the arm, made from the plain data of its status.
 
-STOPPING_KEYS = ("state", "stop_distance_mm", "stop_time_s")
-
 PERCENTS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
 

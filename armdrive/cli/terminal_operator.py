@@ -77,8 +77,8 @@ def confirm_simulated(arm: Arm) -> None:
 # Jogging an arm to a posture, line by line: a picture, small jogs, and `done`. Lines come from the
 # terminal or a pipe; the end of input confirms nothing.
 
-MOST_DEG = MOST_MM = 20.0
-"""A slip of the finger, `shoulder -200`, is no small jog."""
+MOST_AMOUNT = 20.0
+"""Degrees or mm of one jog. A slip of the finger, `shoulder -200`, is no small jog."""
 
 SPEED = 0.25
 TIP_AXES = ("x", "y", "z")
@@ -222,8 +222,8 @@ def _axis(word: str, axes: tuple[str, ...]) -> str:
 
 def _amount(word: str) -> float:
     amount = number(word)
-    if abs(amount) > MOST_DEG:
-        raise BadRequest(f"jog by at most {MOST_DEG:g} degrees or mm at a time, not {word}")
+    if abs(amount) > MOST_AMOUNT:
+        raise BadRequest(f"jog by at most {MOST_AMOUNT:g} degrees or mm at a time, not {word}")
     return amount
 
 

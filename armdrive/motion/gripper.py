@@ -147,16 +147,22 @@ def _slide_until_switch(
     while bool(core.readings.gripping) is not closing:
         _raise_if_stopped(wire)
         if (core.position.coordinates.opening_mm - furthest_mm) * steps > 0.0:
-            key = f"{core.config.connection.dialect}.grip_bit"
-            raise DeviceFault(
-                f"the gripper is closed and its switch did not trip: check {key} and "
-                "gripper.trip_force_n in the arm file"
-                if closing
-                else "the gripper is open and its switch did not release: look at the switch, and "
-                f"check {key} in the arm file"
-            )
+            raise DeviceFault(_broken_switch_words(core, closing=closing))
         yield from _slide(wire, speeds, steps)
         yield from wire.verify()
+
+
+def _broken_switch_words(core: Core, *, closing: bool) -> str:
+    key = f"{core.config.connection.dialect}.grip_bit"
+    if closing:
+        return (
+            f"the gripper is closed and its switch did not trip: check {key} and "
+            "gripper.trip_force_n in the arm file"
+        )
+    return (
+        "the gripper is open and its switch did not release: look at the switch, and "
+        f"check {key} in the arm file"
+    )
 
 
 def _slide(wire: MotionContext, speeds: SpeedLimits, steps: int) -> TaskBody[None]:
