@@ -180,7 +180,8 @@ class RobkoMotion:
                 if self.io.now_s >= until_s and (freed or start != first):
                     return RequestRejected("it is still moving", moved=False)
                 if self.io.now_s >= until_s:
-                    freed = yield from self._free(answer.moving)
+                    yield from self._free(answer.moving)
+                    freed = True
                 yield from self.io.pause(self.io.now_s + POLL_S)
             elif isinstance(answer, Acknowledged):
                 refused = answer.status is not Status.OK
@@ -206,7 +207,7 @@ class RobkoMotion:
         self.exchange.stood = seen
         return seen
 
-    def _free(self, moving: int) -> Script[HostEvent, bool]:
+    def _free(self, moving: int) -> Script[HostEvent, None]:
         """Free axes that hang as "moving" by setting all speeds to 0, which moves nothing."""
         yield from self.exchange.ask(MoveSpeed(STANDSTILL))
         names = ", ".join(name for axis, name in enumerate(AXIS_NAMES) if moving >> axis & 1)
@@ -215,7 +216,6 @@ class RobkoMotion:
                 f"freed axes that another program's speed of 0 had left hanging: {names}"
             )
         )
-        return True
 
     def _check_counts(self, start: Motors) -> Script[HostEvent, Motors | Reply]:
         """Return the start after checking that the board's counters are within 16 bits.
@@ -242,8 +242,8 @@ class RobkoMotion:
         """Refuse a motion while the motors are disabled; alert if the driver had enabled them."""
         words = "its motors are disabled: call `enable()`"
         if self.power.on:
-            told = "the controller has switched its motors off: it was reset, or its watchdog did"
-            self.power.lost(AlertKind.SWITCHED_OFF, told)
+            why = "the controller has switched its motors off: it was reset, or its watchdog did"
+            self.power.lost(AlertKind.SWITCHED_OFF, why)
         return RequestRejected(words, moved=False)
 
     # -- watching a motion ---------------------------------------------------------------------
@@ -318,9 +318,8 @@ class RobkoMotion:
             if seen is None or mask is None:
                 return self.io.silence(began_s)
             self.io.notify(Progress(Registers(seen)))
-            if (
-                mask or self.exchange.turning or seen != last
-            ):  # the mask has gaps when an axis runs by speed
+            # the mask has gaps when an axis runs by speed
+            if mask or self.exchange.turning or seen != last:
                 looks, since_s, last = 0, self.io.now_s, seen
                 overdue += asked_s > given_up_s  # a single late reading may be this program's fault
                 if overdue > 1:
