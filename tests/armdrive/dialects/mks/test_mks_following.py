@@ -167,6 +167,24 @@ def test_the_path_waits_for_a_drive_that_missed_orders(count, after_s, for_s):
             assert abs(turned[0]) <= 1.1 * 2.0 * SHARED_HZ * WINDOW_S
 
 
+@pytest.mark.parametrize("way", [(300, -3000, 1500, 0, 700, 20), (1500, -1500, 0, 0, 0, 0)])
+def test_a_drive_that_missed_an_order_makes_up_for_it_before_a_pause_ends(way):
+    bench, paused = MksBench(starts=FAR_FROM_ZERO).ready(), []
+    leg, began_s = eased(way, 12), bench.now_s
+    bench.begin(MoveAlong(iter(leg * 2), 0.3, held_back=lambda: bool(paused)))
+    bench.loses = lambda frame, host: (
+        host
+        and frame.can_id == 1
+        and frame.data[0] == Code.ABSOLUTE_AXIS
+        and 0.1 <= bench.now_s - began_s < 0.2
+    )
+    bench.at_s[began_s + 0.33] = lambda: paused.append(True)  # all of the first leg has been sent
+    bench.run(0.6 + STALL_S)
+    bench.check_stands()
+    assert bench.positions == Motors(FAR_FROM_ZERO) + total(leg)
+    check_done(bench)
+
+
 # -- one that lags, all that are late --------------------------------------------------------------
 
 
