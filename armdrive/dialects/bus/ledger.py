@@ -81,6 +81,8 @@ class Ledger:
         """Since when the drive may have been away; infinity if it has answered everything since."""
         self._suspicion_ends_s = math.inf
         self._owed_before_suspicion = 0
+        self._left_out = self._lost = 0
+        """How many replies it had left out when it was suspected, and of these has lost at most."""
 
     # -- events -------------------------------------------------------------------------------
 
@@ -134,7 +136,8 @@ class Ledger:
         if not self.pending and (unheard or self.silent):
             self.suspect(now_s + REPLY_GRACE_S)
         # what it owed before is of earlier losses, so it need not answer that
-        if self.pending and self._owed <= self._owed_before_suspicion:
+        self._lost = min(self._lost, self._owed - self._owed_before_suspicion)
+        if self.pending and self._lost <= 0:
             self.suspected_s = math.inf  # it has answered everything, so it had power throughout
         if asked:
             self._missed, self._unproven, self.open_s = 0, False, math.inf
@@ -147,13 +150,20 @@ class Ledger:
         """
         if not self.pending:
             self.suspected_s, self._owed_before_suspicion = self.open_s, self._owed_before
+            self._left_out = self._lost = self._owed - self._owed_before
             self._suspicion_ends_s = until_s
         self._suspicion_ends_s = max(self._suspicion_ends_s, until_s)
 
     def conclude(self, now_s: float) -> None:
-        """Conclude that the drive was away if owed replies are overdue."""
+        """Conclude that the drive was away if most of the owed replies are overdue.
+
+        On a link that has become slow, a drive always owes its latest replies. But it has answered
+        what it left out at first, and a drive that was away never does, whatever it is asked later.
+        """
         if self.pending and now_s >= self._suspicion_ends_s:
-            self.away_s, self.suspected_s = min(self.away_s, self.suspected_s), math.inf
+            if self._lost > self._left_out // 2:
+                self.away_s = min(self.away_s, self.suspected_s)
+            self.suspected_s = math.inf
 
     def acquit(self) -> None:
         """Drop the conclusion that the drive was away: its count shows that it kept its power."""

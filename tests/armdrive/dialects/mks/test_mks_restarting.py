@@ -240,6 +240,24 @@ def test_a_drive_that_answers_when_it_is_asked_again_at_once_was_there(start):
     check_done(bench)
 
 
+def slowed_in_motion(seed):
+    """Return drives near zero in a rough motion, and on a link that has just become slow."""
+    dice = random.Random(seed)
+    speeds, start = (9000, -6000, 3000, -1000, 300, 0), dice.choice((-9000, -2000, 0, 300))
+    ways = [tuple(dice.choice(speeds) for _ in range(6)) for _ in range(4)]
+    moves = segments(*(way for way in ways for _ in range(6)))
+    bench = begun(moves, dice.uniform(0.05, 1.8), starts=(start,) * 6)
+    late_s, late_host = dice.uniform(0.06, 0.09), dice.random() < 0.5
+    bench.waits_s = lambda _frame, host: late_s if host is late_host else 0.0
+    return bench
+
+
+@pytest.mark.parametrize("seed", [14, 17, 24, 37])
+def test_a_link_that_becomes_slow_in_motion_is_no_restart(seed):
+    """Every drive owes its latest replies from then on, but answers those that it owed."""
+    check_done(slowed_in_motion(seed))
+
+
 def test_a_shaft_that_slips_a_little_near_zero_is_no_restart():
     bench = others_at_zero(17, settings=BURSTS)
     bench.at_s[bench.now_s + 0.004] = lambda: bench.node(1).load(-12)
