@@ -133,7 +133,7 @@ class Ledger:
         """
         self._owed -= settles
         unheard = self.braking and now_s >= self.open_s + BRAKING_SILENCE_S
-        if not self.pending and (unheard or self.silent):
+        if unheard or self.silent:
             self.suspect(now_s + REPLY_GRACE_S)
         # what it owed before is of earlier losses, so it need not answer that
         self._lost = min(self._lost, self._owed - self._owed_before_suspicion)
@@ -150,8 +150,8 @@ class Ledger:
         """
         if not self.pending:
             self.suspected_s, self._owed_before_suspicion = self.open_s, self._owed_before
-            self._left_out = self._lost = self._owed - self._owed_before
             self._suspicion_ends_s = until_s
+        self._left_out = self._lost = self._owed - self._owed_before_suspicion
         self._suspicion_ends_s = max(self._suspicion_ends_s, until_s)
 
     def conclude(self, now_s: float) -> None:
