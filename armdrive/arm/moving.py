@@ -274,6 +274,7 @@ class Moving:
         asked = runner.stops if stops is None else stops
         with self._parts.pace.lock:
             self._require(move)
+            after(self._core.state, Event.MOVE)
             # planning may take a second, and a stop waits for no lock
             made = prepare(move, self.ground())
             if runner.stops != asked:
@@ -347,7 +348,7 @@ class Moving:
         )
 
     def _require(self, move: Move) -> None:
-        """Raise `Refused` if a move of this kind may not start now, whatever its goal."""
+        """Raise `Refused` if a move of this kind is not possible now, whatever its goal."""
         core = self._core
         if is_cartesian(move):
             core.require_geometry()
@@ -357,7 +358,6 @@ class Moving:
                 check_increment(core, each.jog)
             elif not self._commanded(each):
                 core.require_reference()
-        after(core.state, Event.MOVE)
 
     def _require_fingers(self, move: SingleMove) -> None:
         if isinstance(move, GraspMove):
@@ -375,6 +375,7 @@ class Moving:
         try:
             self._require(move)
             self._core.require_settings()
+            after(self._core.state, Event.MOVE)  # last: switching the motors on mends just this
         except Refused as refusal:
             return refusal
         return None

@@ -194,7 +194,7 @@ def _say(words: str) -> None:
 def connect_to_run(options: argparse.Namespace, *, pace: PaceChoice = None) -> Arm:
     """Connect to the arm that the options name, and settle whether its position can be trusted."""
     require_table(chosen_target(options), options.put)
-    arm = connect_chosen(options, pace=options.pace or pace, allow_restored=options.allow_restored)
+    arm = connect_chosen(options, pace=options.pace or pace)
     try:
         put_blocks(arm, options.put)
         options.put = []  # once, however often a script connects
