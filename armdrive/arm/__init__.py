@@ -583,21 +583,29 @@ class Arm:
         await self.runner.stop()
         if stopped is not None and isinstance(stopped.error, NoAnswer):
             raise stopped.error
-        if self.engine.broken is not None and not self.closed:
-            raise LinkLost(
-                f"the stop did not reach the arm ({self.engine.broken}): look at the arm, and stop "
-                "it at its own switch"
-            )
+        self._require_stoppable()
 
     def estop(self) -> None:
         """Stop, latch error-stop, and return at once. Only `reset` leaves error-stop.
 
-        A device that can stop without a ramp does so, even if it loses its position.
+        A device that can stop without a ramp does so, even if it loses its position. The call does
+        not wait for the device; `stop` waits until the arm stands, and can follow. Raises
+        `LinkLost` if the connection is lost: nothing can be sent, and error-stop latches if the
+        connection comes back.
         """
         self.request_stop(hard=True)  # before taking the lock, because the engine may hold it
         with self.pace.lock:
             self.core.fault("emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP)
             self.request_stop(hard=True)
+        self._require_stoppable()
+
+    def _require_stoppable(self) -> None:
+        """Raise `LinkLost` if a stop cannot reach the arm."""
+        if self.engine.broken is not None and not self.closed:
+            raise LinkLost(
+                f"the stop did not reach the arm ({self.engine.broken}): look at the arm, and stop "
+                "it at its own switch"
+            )
 
     def request_stop(self, *, hard: bool = False) -> None:
         """Request a stop and return at once. A signal handler may call nothing but this."""
