@@ -23,14 +23,31 @@ KinematicsError            base class
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, TypeVar
+
+RaisedError = TypeVar("RaisedError", bound=BaseException)
+
+
+def remade(
+    kind: type[RaisedError], words: tuple[object, ...], further: Mapping[str, object]
+) -> RaisedError:
+    """Return an error with this message and these attributes, as a copy or another process needs.
+
+    `__init__` is not called: many errors write their message there.
+    """
+    made = kind.__new__(kind, *words)
+    vars(made).update(further)
+    return made
 
 
 class KinematicsError(ValueError):
     """Base class of the kinematics' errors."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return remade, (type(self), self.args, vars(self))
 
 
 class BadNumber(KinematicsError):

@@ -182,8 +182,8 @@ class Joints:
     @classmethod
     def of(cls, *angles_deg: float, names: tuple[str, ...] = JOINT_NAMES) -> Joints:
         """Make joint angles from degrees, in the order of the joints."""
-        given = enumerate(angles_deg)
-        return cls(tuple(math.radians(finite(f"angles_deg[{i}]", angle)) for i, angle in given), names)
+        named = ((f"angles_deg[{index}]", angle) for index, angle in enumerate(angles_deg))
+        return cls(tuple(math.radians(finite(name, angle)) for name, angle in named), names)
 
     @property
     def deg(self) -> dict[str, float]:

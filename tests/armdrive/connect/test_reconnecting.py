@@ -9,7 +9,7 @@ import pytest
 from faults import as_it_stands
 from pages import page
 
-from armdrive import Arm, LinkLost, WrongState
+from armdrive import Arm, JointMove, LinkLost, WrongState
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.port import PAUSES_S
 from armdrive.connect.target import simulated_config
@@ -405,3 +405,37 @@ def test_a_standing_arm_that_falls_silent_is_given_up_as_soon_as_the_page_says(d
 def test_the_page_tells_those_times():
     times = " | ".join(f"{time_s} s" for time_s in GIVEN_UP_AFTER_S.values())
     assert f"| at rest | {times} |" in page("sharing")
+
+
+AFTER_A_LOSS = {
+    "move_j": lambda arm: arm.move_j(base_deg=10),
+    "preview": lambda arm: arm.run(arm.preview(JointMove({"base_deg": 10})).resolved),
+    "jog_j": lambda arm: arm.jog_j(base_deg=1),
+    "jog_l": lambda arm: arm.jog_l(x_mm=1),
+    "move_motors": lambda arm: arm.move_motors(1, 0, 0, 0, 0, 0),
+    "grasp": lambda arm: arm.gripper.grasp(),
+    "home": lambda arm: arm.home(),
+    "enable": lambda arm: arm.enable(),
+    "disable": lambda arm: arm.disable(),
+    "reset": lambda arm: arm.reset(),
+    "set_output": lambda arm: arm.set_output(1),
+    "read_inputs": lambda arm: arm.read_inputs(),
+    "wait_inputs": lambda arm: arm.wait_inputs(high=1),
+    "confirm_reference": lambda arm: arm.confirm_reference(),
+    "read_pendant_program": lambda arm: arm.read_pendant_program(),
+}
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_every_call_after_a_loss_says_why_the_link_is_lost_and_what_to_do(connected, moving):
+    arm = connected()
+    arm.move_j(base_deg=80, wait=not moving)
+    unplug(arm)
+    assert arm.preview(JointMove({"base_deg": 10})).refusal is not None
+    for call in AFTER_A_LOSS.values():
+        with pytest.raises(LinkLost, match="unplugged: plug it in and connect again"):
+            call(arm)
+    arm.close()
+    for call in AFTER_A_LOSS.values():
+        with pytest.raises(LinkLost, match="connect again"):
+            call(arm)
