@@ -12,7 +12,7 @@ from types import MappingProxyType, ModuleType
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, put_error, say, tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
-from armdrive.connect.target import find, simulation_forced
+from armdrive.connect.target import find, require_real_ports
 from armdrive.dialog.conversation import Finding
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
@@ -122,10 +122,7 @@ def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | 
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
     """Return the arm that is expected at the port, or None."""
-    if simulation_forced():
-        raise PortUnavailable(
-            "ARMDRIVE_FORCE_SIM is set, so no port is opened: clear that variable first"
-        )
+    require_real_ports()
     if bool(options.port) == bool(options.arm) and (options.port or options.can is None):
         raise BadRequest(
             "name one port, or an arm file with --arm; `armdrive ports` lists the ports"
