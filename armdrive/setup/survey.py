@@ -33,6 +33,12 @@ CHECK_WIRING = (
     "check that the arm is switched on, that the cable carries data, and that transmit and "
     "receive are not swapped"
 )
+OPENING_RISK = (
+    "Opening {port} can restart the board behind it: its motors lose their current, and a raised "
+    "arm sags. Support it, or park it first. Nothing that is sent moves it."
+)
+"""The warning before a port is opened."""
+
 NEVER_RESET = "in the arm file, under [connection]: raise_dtr = true and keep_dtr_on_close = true"
 
 

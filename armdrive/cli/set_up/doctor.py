@@ -17,18 +17,20 @@ from armdrive.dialog.conversation import Finding
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
 from armdrive.setup.ports import look_at, port_of
-from armdrive.setup.survey import Diagnosis, Report, measured_jitter, of_jitter, survey_port
+from armdrive.setup.survey import (
+    OPENING_RISK,
+    Diagnosis,
+    Report,
+    measured_jitter,
+    of_jitter,
+    survey_port,
+)
 from armdrive.tasks import DeviceSettings
 from armdrive.transports.address import PREFIX, is_can
 from kinematics.text import counted
 
 EXIT_CODES: Mapping[Diagnosis, int] = MappingProxyType(
     {Diagnosis.FINE: 0, Diagnosis.PROBLEM: 1, Diagnosis.CLOSED: 4, Diagnosis.NO_ARM: 6}
-)
-
-WARNING = (
-    "Opening {port} can restart the board behind it: its motors lose their current, and a raised "
-    "arm sags. Support it, or park it first. Nothing that is sent moves it."
 )
 
 
@@ -153,8 +155,8 @@ def _agree(port: str, options: argparse.Namespace) -> None:
     if options.yes:
         return
     if as_json(options) or not sys.stdin.isatty():
-        raise OperatorNeeded(f"{WARNING.format(port=port)} Add --yes if that may happen now")
-    say(WARNING.format(port=port))
+        raise OperatorNeeded(f"{OPENING_RISK.format(port=port)} Add --yes if that may happen now")
+    say(OPENING_RISK.format(port=port))
     if not agreed(f"Open {port}? Type yes: "):
         raise OperatorNeeded(f"{port} was not opened, and nothing was sent")
 

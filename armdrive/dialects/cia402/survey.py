@@ -62,6 +62,7 @@ from firmware_protocol.canopen.objects import (
 )
 from firmware_protocol.canopen.sdo import Aborted, SdoClient, Uploaded
 from firmware_protocol.canopen.services import (
+    HEARTBEAT_MISSING,
     NODE_MAX,
     Heartbeat,
     NodeState,
@@ -276,7 +277,6 @@ def _value(answer: Uploaded) -> Value | None:
 
 # The result of a survey, as findings: the nodes that answer, their states, their faults.
 
-HEARTBEAT_MISSING = 0x8130
 """The error of a drive that missed its master's heartbeat; it has stopped and holds."""
 _BROKEN = (DriveState.FAULT, DriveState.FAULT_REACTION)
 
