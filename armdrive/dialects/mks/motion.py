@@ -17,7 +17,7 @@ from armdrive.dialects.bus.drives import (
     absent_words,
     not_heard_words,
 )
-from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
+from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S, TRIES
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
     DriveFinding,
@@ -30,7 +30,7 @@ from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.steering import Steering, Trip, path_from_here
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
-from armdrive.dialects.mks.wire import TRIES, MksWire, Script, WireScript
+from armdrive.dialects.mks.wire import MksWire, Script, WireScript
 from armdrive.tasks import (
     Alert,
     AlertKind,
