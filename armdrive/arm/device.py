@@ -15,7 +15,7 @@ from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import RealPace
 from armdrive.runtime.states import Event
-from armdrive.status import State, Trust
+from armdrive.status import BELIEVED, State
 
 if TYPE_CHECKING:
     from armdrive.dialects import PendantTools
@@ -179,5 +179,4 @@ def _pendant_memory(parts: Parts) -> PendantTools[PendantProgram]:
 
 def _origin(core: Core) -> tuple[int, ...] | None:
     """Return the offset from registers to motor positions; None if it is not trusted."""
-    trusted = core.belief.trust in (Trust.REFERENCED, Trust.RESTORED)
-    return tuple(core.position.offset) if trusted else None
+    return tuple(core.position.offset) if core.belief.trust in BELIEVED else None

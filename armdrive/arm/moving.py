@@ -135,8 +135,8 @@ def _together(moved: Sequence[Moved]) -> Moved:
 BEFORE = "before the motion started"
 """When a stop was requested that keeps a motion from starting."""
 
-LONGEST_HOLD_S = 1.0  # a held jog that is not renewed within this time ends
-LONGEST_WAIT_S = 1.0  # an increment that starts later than this would surprise the operator
+LONGEST_LEASE_S = 1.0  # a held jog that is not renewed within this time ends
+LATEST_START_S = 1.0  # an increment that starts later than this would surprise the operator
 
 
 class Jogging:
@@ -182,7 +182,7 @@ class Jogging:
         """Jog for a time, unless another call extends the jog; returns at once."""
         pace = self._parts.pace
         with pace.lock:
-            until_s = pace.now_s() + min(for_s, LONGEST_HOLD_S)
+            until_s = pace.now_s() + min(for_s, LONGEST_LEASE_S)
             self._go_on(ContinuousJog(jog, speed_fraction(speed), until_s))
         pace.wake()
 
@@ -190,7 +190,7 @@ class Jogging:
         """Jog by one increment, unless another one is already waiting; returns at once."""
         pace = self._parts.pace
         with pace.lock:
-            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LONGEST_WAIT_S)
+            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
             if not self._core.nudges:
                 self._go_on(nudge)
         pace.wake()

@@ -150,12 +150,6 @@ class Referencing:
 
     async def confirm_restored(self) -> None:
         """Confirm that the arm stands at the restored position; planned motion is allowed again."""
-        trust = self._parts.status.trust
-        if trust is not Trust.RESTORED:
-            todo = "" if trust is Trust.REFERENCED else ": call `home()`"
-            raise Refused(
-                f"there is no restored position to confirm; the position is {trust.value}{todo}"
-            )
         await self._parts.runner.perform(reference_tasks.confirm_record(self._parts.wire))
 
     def request(self) -> PostureRequest:

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import NewLink, Reconnector
-from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
+from armdrive.connect.target import DEFAULT_TARGET, find, require_real_ports, state_file
 from armdrive.dialog.operator import Operator
-from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, PortUnavailable, Stopped
+from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, Stopped
 from armdrive.motion import standing
 from armdrive.motion.context import MotionContext, alerted
 from armdrive.motion.plan import SpeedLimits
@@ -427,11 +427,7 @@ async def connect_real(
     """
     from armdrive.connect.port import PortOpening, explaining  # a simulated arm has no port
 
-    if simulation_forced():
-        raise PortUnavailable(
-            f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "
-            "simulated twin, or clear that variable"
-        )
+    require_real_ports()
     wiring = PortOpening(config)
     lock = hold(config.name, wiring.find())
     recorder = FlightRecorder(places.recordings())

@@ -41,7 +41,7 @@ from pages import ROOT
 from waiting import LONG_S
 
 from armdrive.config.sections import is_model_file
-from armdrive.programs.scripts import FORCE_SIM
+from armdrive.connect.target import FORCE_SIM
 from armdrive.registry import DIALECTS
 from armdrive.storage import files as places
 

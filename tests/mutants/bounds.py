@@ -80,7 +80,7 @@ DERIVATIONS = {
     ),
     "mks": Derivation(
         "armdrive/dialects/mks/controller.py",
-        ("begun_s + brakes_s", "asked[0]", "silent_s + brakes_s + HOST_S", "silent[0]"),
+        ("begun_s + brakes_s", "asked[0]", "silent_s + brakes_s + HOST_DELAY_S", "silent[0]"),
         **LINES,
     ),
     "cia402": Derivation(

@@ -78,7 +78,7 @@ async def test_the_desk_is_left_for_the_arm_of_the_new_file_by_two_presses():
         await new_file(session)
         assert isinstance(session.stage, Written)
         assert "enter, twice: leaves this arm, and opens the desk on lab3" in session.words
-        assert "raised sags" in session.words
+        assert "a raised arm sags" in session.words
         await session.press("enter")
         session.clock.now_s += 2.0
         await session.settle()
