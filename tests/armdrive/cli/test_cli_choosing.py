@@ -71,35 +71,6 @@ def test_forced_simulation_remembers_the_twin_apart_from_the_real_arm(call, monk
     assert arm_of(call("status", "--arm", "bench", "--json", code=0)) == "sim:bench"
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("status", "--arm", ""),
-        ("status", "--port", "", "--dialect", "robko01"),
-        ("stop", "--arm", " "),
-        ("doctor", ""),
-        ("doctor", "--arm", ""),
-        ("config", "show", ""),
-        ("config", "signs", "", "--sim", "--yes"),
-        ("can", "monitor", ""),
-    ],
-)
-def test_an_unset_variable_names_no_arm_and_not_the_default_one(call, words):
-    assert "the name is empty" in call.refused(*words, code=2)
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("watch", "--port", "sim:", "--dialect", "robko01"),
-        ("status", "--arm", "sim:"),
-        ("config", "set-default", "sim:"),
-    ],
-)
-def test_half_the_name_of_a_simulated_arm_is_refused_with_the_whole_one(call, words):
-    assert "write sim:DIALECT, one of teachmover, robko01" in call.refused(*words, code=2)
-
-
 # The command line with arms of model files, and a hand that has a heading.
 
 
@@ -161,8 +132,3 @@ def test_ik_of_a_six_joint_model_takes_a_yaw(on_models):
     assert found["met"] == ["heading", "pitch", "position", "roll"]
     free = on_models("ik", "--model", model, *goal[:6], "--yaw", "50", "--json", code=0).json
     assert free["met"] == ["heading", "position"]
-
-
-def test_ik_of_a_five_joint_preset_takes_no_yaw(on_models):
-    goal = ("--x", "250", "--y", "0", "--z", "100", "--pitch", "-60", "--yaw", "5")
-    assert "six joints" in on_models("ik", *goal, code=2).err

@@ -180,22 +180,6 @@ def test_a_wrong_option_is_named_with_where_to_find_help(call, words, named):
     assert call(*words).out == ""
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["move"], "where to?"),
-        (["move", "--x", "250", "--shoulder", "40"], "not two of them"),
-        (["move", "--park", "--elbow", "-60"], "not two of them"),
-        (["move", "--line", "--shoulder", "40"], "--line needs a pose"),
-        (["status", "--sim", "teachmover", "--port", "/dev/ttyX"], "name one arm"),
-        (["jog"], "needs a terminal"),
-        (["fk", "0", "0", "0", "0", "0", "--model", "teachmoover"], "did you mean 'teachmover'"),
-    ],
-)
-def test_words_that_contradict_each_other_are_a_usage_error(call, words, said):
-    assert said in call.refused(*words, code=2)
-
-
 def test_the_help_imports_nothing_heavy():
     program = (
         "import sys; from armdrive.cli import main; code = main(['--help'])\n"
@@ -293,20 +277,6 @@ def test_what_is_declared_of_a_command_is_carried_out(name):
     else:
         assert ":" not in function
         assert all(callable(load(action.function)) for action in WITH_ACTIONS[name].values())
-
-
-def test_the_package_itself_is_the_command_line():
-    ended = subprocess.run(
-        [sys.executable, "-m", "armdrive", "mvoe"], capture_output=True, text=True, check=False
-    )
-    assert ended.returncode == 2
-    assert "`armdrive move`" in ended.stderr
-
-
-def test_a_reader_that_goes_away_ends_a_command_quietly():
-    command = f"'{sys.executable}' -m armdrive ik --x 250 --y 0 --z 120 --pitch -90 | true"
-    ended = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False)
-    assert ended.stderr == ""
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no shell that closes streams")

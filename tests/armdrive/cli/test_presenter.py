@@ -222,8 +222,3 @@ def test_a_command_names_the_arm_that_was_named(given, sentence, added):
     command = "doctor" if sentence is MEND else "home"
     named = sentence.replace(f"armdrive {command}", f"armdrive {command}{added}")
     assert with_arm(sentence, Namespace(**given)) == named
-
-
-def test_a_refused_command_says_so(call):
-    sentence = call.refused("move", "--sim", "cia402", "--base", "5", code=3)
-    assert "`armdrive home --sim cia402`" in sentence

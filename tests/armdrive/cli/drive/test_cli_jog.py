@@ -207,21 +207,6 @@ def test_without_a_name_all_models_are_listed(call):
     assert [one["name"] for one in listed] == list(MODEL_NAMES)
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["scra.toml"], ["scra.toml"]),
-        (["minimover"], ["did you mean 'minimover5'", *MODEL_NAMES]),
-        (["puma", "--sim", "teachmover"], ["--model has no arm"]),
-        (["puma", "--gamepad"], ["leave out --gamepad"]),
-        (["puma"], ["armdrive explain"]),  # works without a terminal
-    ],
-)
-def test_a_model_that_cannot_be_jogged_is_refused_with_what_can(call, words, said):
-    refused = call("jog", "--model", *words, code=2).err
-    assert all(each in refused for each in said)
-
-
 def test_a_model_is_shown_and_no_arm_is_opened(call, opened, monkeypatch):
     monkeypatch.setattr(jog, "connect_chosen", no_arm)
     call("jog", "--model", "puma", "--ascii", code=0)

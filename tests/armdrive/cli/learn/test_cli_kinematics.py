@@ -117,20 +117,6 @@ def test_ik_leaves_pitch_and_roll_free_where_they_are_not_given(call):
     assert "roll" not in found.json["met"]
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("fk", "1", "2"), "5 joint angles are required"),
-        (("fk", "--model", "puma", "1", "2"), "6 joint values are required"),
-        (("fk", "--model", "pumo", "1"), "did you mean 'puma'"),
-        (("ik", "--x", "1", "--y", "2", "--z", "3"), "--pitch is needed"),
-        (("ik", "--model", "x.toml", "--x", "1", "--y", "2", "--z", "3"), "cannot be read"),
-    ],
-)
-def test_a_wrong_word_is_named(call, words, said):
-    assert said in call.refused(*words, code=2)
-
-
 # One name, one model: whatever takes the name of a model takes the same joint values for it.
 
 
@@ -319,18 +305,6 @@ def test_pitch_and_azimuth_choose_the_section(call):
     down = call(*WORKSPACE, "--json", code=0).json
     assert level["views"][0]["box_mm"] != down["views"][0]["box_mm"]
     assert down["views"][0]["curves"]
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("--model", "pumo"), "did you mean 'puma'"),
-        (("--model", "puma", "--pitch", "0"), "other arms are drawn whole"),
-        (("--output", "reach.jpg"), "should end in .png or .svg"),
-    ],
-)
-def test_a_wrong_word_of_a_plot_is_named(call, words, said):
-    assert said in call.refused(*WORKSPACE, *words, code=2)
 
 
 def test_without_matplotlib_the_extra_is_named(call, monkeypatch, tmp_path):

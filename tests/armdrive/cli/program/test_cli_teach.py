@@ -187,10 +187,6 @@ def test_a_name_that_is_taken_is_refused_before_anything_is_recorded(call, views
     assert "fetch already" in call.refused("teach", "follow", "fetch", code=2)
 
 
-def test_teaching_without_a_held_arm_is_refused(call):
-    assert "no program of yours is driving" in call.refused("teach", "follow", "tour", code=1)
-
-
 def test_the_status_of_an_arm_is_what_a_recording_reads():
     with connect_remembered(simulated_config("teachmover")) as arm:
         arm.confirm_reference()
@@ -287,10 +283,6 @@ def test_no_points_say_how_one_is_made_and_need_no_port(call):
     assert not places.points_file("bench").exists()
 
 
-def test_the_place_of_an_unreferenced_arm_is_not_taught(call):
-    call.refused("points", "save", "pick", "--fresh", code=3)
-
-
 # `armdrive pendant`: a program out of the arm, into a file, and back.
 
 
@@ -337,10 +329,6 @@ def test_a_file_that_cannot_be_used_is_named_with_its_line(call, tmp_path):
     assert "cannot be read" in call.refused("pendant", "write", str(path), code=2)
     path.write_text(f"{FIRST_LINE}\nmove 1\n", encoding="utf-8")
     assert "line 2" in call.refused("pendant", "write", str(path), code=2)
-
-
-def test_an_arm_without_a_memory_says_so(call):
-    assert "keeps no program" in call.refused("pendant", "show", "--sim", "mks", "--json", code=3)
 
 
 def test_a_program_of_a_homed_arm_becomes_points_that_can_be_gone_to(call, tmp_path):

@@ -200,22 +200,6 @@ def test_a_busy_adapter_is_reported_with_an_alternative(call, bus):
     assert "a second adapter" in said
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "sentence"),
-    [
-        ((), 2, "name one bus"),
-        (("/dev/ttyUSB0",), 2, "no CAN bus"),
-        (("can:nothing:0",), 4, "python-can has no interface"),
-    ],
-)
-def test_a_bus_that_cannot_be_monitored_is_reported(call, words, code, sentence):
-    assert sentence in call.refused("can", "monitor", *words, code=code)
-
-
-def test_an_id_is_a_number(call):
-    assert "an id is a number" in call("can", "monitor", "can:virtual:x", "--id", "x", code=2).err
-
-
 # `armdrive can setup`: the command around the talk, and the file that it writes.
 
 
@@ -298,19 +282,6 @@ def test_a_file_that_is_there_is_taken_as_it_is_and_its_old_text_kept(call, driv
     assert path.with_name("bench.toml.before").read_text() == old
     type_in(monkeypatch)
     assert "contains all this already" in call("can", "setup", "bench", code=1).out
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "sentence"),
-    [
-        (("bench",), 3, "run this in a terminal, or give --sim"),
-        (("bench", "--yes"), 3, "plug real drives in"),
-        (("bench", "--sim", "--yes", "--port", PORT), 2, "--sim needs no --port"),
-        (("../x", "--sim", "--yes"), 2, "cannot name a file"),
-    ],
-)
-def test_impossible_options_are_refused(call, words, code, sentence):
-    assert sentence in call.refused("can", "setup", *words, code=code)
 
 
 def test_another_kind_of_arm_is_refused(call):

@@ -75,21 +75,6 @@ def test_a_person_is_asked_first(call, port, lead_to, monkeypatch, answer, code,
     assert len(opened) == times
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        ((), "armdrive ports"),
-        (("/dev/ttyX", "--arm", "bench"), "name one port"),
-        (("--arm", "bench", "--dialect", "teachmover"), "leave out --dialect"),
-        (("/dev/ttyX", "--mend"), "--mend needs"),
-        (("--arm", "sim:teachmover"), "is simulated"),
-        (("/dev/ttyX", "--can", "socketcan:can0"), "leave the port out"),
-    ],
-)
-def test_a_wrong_command_says_what_to_write(call, words, sentence):
-    assert sentence in call.refused("doctor", *words, code=2)
-
-
 def test_where_no_port_can_be_meant_nothing_is_opened(call, port, monkeypatch):
     write_arm_file("bench", 'model = "teachmover"\n')
     assert "`armdrive ports`" in call.refused("doctor", "--arm", "bench", "--yes", code=4)
@@ -583,12 +568,6 @@ def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, serv
     assert "another program commands drives (drive 2: read encoder" in called.out
     assert "answer" not in called.out.replace("answers", "")
     assert served.server.adapter.refused == 0
-
-
-@pytest.mark.parametrize("words", [("doctor", "--yes", "--can"), ("status", "--port")])
-def test_a_controller_that_is_not_on_a_bus_is_not_looked_for_there(call, words):
-    sentence = call.refused(*words, "can:socketcan:can0", "--dialect", "teachmover", code=4)
-    assert "can:socketcan:can0 is a CAN bus, but a controller that speaks teachmover" in sentence
 
 
 def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):

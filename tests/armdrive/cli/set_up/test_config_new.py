@@ -100,14 +100,6 @@ def test_an_arm_file_of_that_name_is_mentioned_before_the_questions(call, typing
     assert path.read_text() == PLAIN
 
 
-def test_a_question_without_a_default_is_named_with_its_key(call):
-    said = call.refused("config", "new", "bench", "--yes", code=2)
-    assert "'Which template does it begin from?' has no default" in said
-    assert "--template" in said
-    said = call.refused("config", "new", "bench", "--yes", "--template", "own", code=2)
-    assert "put the answer 'links.file' into the file of --answers" in said
-
-
 class Interrupted(io.StringIO):
     """A person who presses Ctrl-C at the end."""
 
