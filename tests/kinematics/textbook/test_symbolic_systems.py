@@ -100,6 +100,15 @@ def test_the_revolute_transporters_end_point_reads_as_equation_2_35():
     ("name", "lines"),
     [
         (
+            "two-link-1",
+            [
+                "[ C12  -S12  0  l1 C1 + l2 C12 ]",
+                "[ S12  C12   0  l1 S1 + l2 S12 ]",
+                "[ 0    0     1  0              ]",
+                "[ 0    0     0  1              ]",
+            ],
+        ),
+        (
             "two-link-2",
             [
                 "[ C1 C2  -C1 S2  S1   l2 C1 C2   ]",
