@@ -1,7 +1,5 @@
 """A dialect is three subpackages and a row of the registry: no other file names one."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator, Mapping

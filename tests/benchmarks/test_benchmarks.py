@@ -1,7 +1,5 @@
 """Each part of the benchmarks runs, with counts too small to measure anything."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import math

@@ -6,8 +6,6 @@
 Exit code 1 where the world is not as it should be afterwards.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

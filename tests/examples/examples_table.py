@@ -1,7 +1,5 @@
 """The examples that run on every arm: one table, of which the tests and the page are made."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 

@@ -1,7 +1,5 @@
 """The table on the page about the examples: which ran on which arm, and how long that took."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 

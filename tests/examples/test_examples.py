@@ -1,7 +1,5 @@
 """Every example runs as it stands, and by the command at its top; so does the design's own."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

@@ -1,7 +1,5 @@
 """Which arm a command is about: options, the environment, the default arm file."""
 
-from __future__ import annotations
-
 import pytest
 from chain_files import shown_files, six_arm, six_links
 from cli_calls import Caller, write_arm_file

@@ -1,7 +1,5 @@
 """Commands on the simulated arm: each goes on from where the one before it left the arm."""
 
-from __future__ import annotations
-
 import json
 import sys
 

@@ -1,7 +1,5 @@
 """The command line's own words: help, unknown commands, wrong options, and what it imports."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

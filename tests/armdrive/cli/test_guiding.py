@@ -1,7 +1,5 @@
 """`armdrive home` and `verify` with typed answers, on a simulated twin."""
 
-from __future__ import annotations
-
 import pytest
 from cli_calls import write_arm_file
 

@@ -1,7 +1,5 @@
 """What commands return, printed for people or for programs."""
 
-from __future__ import annotations
-
 import os
 import sys
 from argparse import Namespace

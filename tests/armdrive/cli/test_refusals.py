@@ -1,7 +1,5 @@
 """What is typed wrongly: one sentence names the mistake, and the exit code says its kind."""
 
-from __future__ import annotations
-
 import shlex
 
 import pytest

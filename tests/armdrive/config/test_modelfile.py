@@ -1,7 +1,5 @@
 """The model file: a link table or joint axes become a chain, and what is wrong is named."""
 
-from __future__ import annotations
-
 import math
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """The catalogue of errors: every kind has a row, no code stands twice, everybody is shown it."""
 
-from __future__ import annotations
-
 import ast
 import functools
 import importlib

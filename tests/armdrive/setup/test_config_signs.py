@@ -1,7 +1,5 @@
 """Directions found by looking: on twins whose motors really count the other way."""
 
-from __future__ import annotations
-
 import io
 import tomllib
 from dataclasses import replace

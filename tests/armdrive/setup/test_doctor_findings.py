@@ -1,7 +1,5 @@
 """Who is recognised by what was heard, and which findings come of it."""
 
-from __future__ import annotations
-
 import pytest
 from can_setup_bench import arm
 from canopen_nodes import Device, NodesBus

@@ -1,7 +1,5 @@
 """A disk that takes its time, in real time: it delays motion, never a stop, and never the wire."""
 
-from __future__ import annotations
-
 import io
 import math
 import os

@@ -1,7 +1,5 @@
 """Frames in frames, bases of either hand, graphs of named frames, and loops with one unknown."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

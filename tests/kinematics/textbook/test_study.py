@@ -1,7 +1,5 @@
 """Studying a model with no arm: postures against the textbook, steps against the Jacobian."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Named systems run on symbols: the formulas have the values of the same code on numbers."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

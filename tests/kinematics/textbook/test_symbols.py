@@ -1,7 +1,5 @@
 """Symbols: their value is what the same code gives on numbers, and they read as the notes do."""
 
-from __future__ import annotations
-
 import math
 import operator
 

@@ -1,7 +1,5 @@
 """A model jogged with no arm: every key, what is shown beside it, and how little can go wrong."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """`armdrive jog`: an arm whose link may be lost, and a model with no arm."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

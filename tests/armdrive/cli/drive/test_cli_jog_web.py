@@ -1,7 +1,5 @@
 """The desk in a browser: who gets access, and that closing the page stops the arm."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json

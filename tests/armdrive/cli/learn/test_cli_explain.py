@@ -1,7 +1,5 @@
 """`armdrive explain`: the worked example of a named system or of the reader's own link table."""
 
-from __future__ import annotations
-
 import re
 from xml.etree import ElementTree as ET
 

@@ -1,7 +1,5 @@
 """`armdrive fk` and `ik`: of a built-in arm, a model of the reader's own, or a named system."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest

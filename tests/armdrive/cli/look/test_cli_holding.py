@@ -1,7 +1,5 @@
 """An arm that another program holds: its holder, its status, and a stop from outside."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """The demonstration: it stacks simulated blocks, and prints text, JSON or a drawing."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -1,7 +1,5 @@
 """What passes on a bus in words, and the command that listens."""
 
-from __future__ import annotations
-
 import contextlib
 import sys
 import threading

@@ -1,7 +1,5 @@
 """`armdrive doctor`: asks before it opens, and says what it found."""
 
-from __future__ import annotations
-
 import os
 import socket
 import sys

@@ -1,7 +1,5 @@
 """`armdrive config new` as a command: from a pipe, from a file of answers, interrupted."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import re
