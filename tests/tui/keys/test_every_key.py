@@ -7,7 +7,7 @@ import pytest
 from desk_fake import END, MODEL, FakeArm, FakeHolder
 from desk_logged import busy_arm
 from desk_planner import CONFIG, PlannerArm
-from desk_session import Session
+from desk_session import AppSession, Session
 from textual import events
 from textual.drivers.headless_driver import HeadlessDriver
 
@@ -63,9 +63,8 @@ async def at_dialog(name, memory):
 
 @asynccontextmanager
 async def running(app, rows):
-    async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.pause()
-        yield app, pilot, rows
+    async with AppSession(app) as session:
+        yield app, session.pilot, rows
 
 
 def place(name, memory):
