@@ -82,7 +82,9 @@ REFUSED = [
     ("explain --axes puma --symbolic", 2, "leave out --symbolic, --latex and --urdf"),
     ("explain puma --convention craig", 2, "--convention is for --axes"),
     ("explain --axes puma --convention paul", 2, "'paul' is none of standard, craig"),
-    # setting up
+    # programs, and setting up
+    ("run none.arm", 2, "cannot be read"),
+    ("run none.txt", 2, "is no"),
     ("doctor", 2, "armdrive ports"),
     ("doctor /dev/ttyX --arm bench", 2, "name one port"),
     ("doctor --arm bench --dialect teachmover", 2, "leave out --dialect"),

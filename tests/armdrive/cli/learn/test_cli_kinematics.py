@@ -321,11 +321,6 @@ def test_files_are_written(call, tmp_path, model, ending, begins):
     assert path.read_bytes().startswith(begins)
 
 
-def test_an_unwritable_file_is_reported(call, tmp_path):
-    pytest.importorskip("matplotlib", reason="drawing files needs the extra `plot`")
-    call.refused(*WORKSPACE, "--output", str(tmp_path / "no" / "reach.png"), code=1)
-
-
 def test_every_point_of_a_section_is_in_its_box_and_reached():
     arm = preset("minimover5").arm
     sketch = section_sketch(arm, -90.0, 0.0)
