@@ -16,9 +16,8 @@ from pathlib import Path
 from armdrive.registry import DIALECTS
 
 from . import worlds
-from .examples_table import EXAMPLES
+from .examples_table import EXAMPLES, cell, table, with_table
 from .on_arms import Example, run_example
-from .page import cell, table, with_table
 
 
 def tried(example: Example, dialect: str) -> tuple[str, list[str]]:
