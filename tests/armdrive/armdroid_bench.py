@@ -1,7 +1,5 @@
 """A small host for a simulated Armdroid."""
 
-from __future__ import annotations
-
 from armdrive.connect.target import simulated_config
 from armdrive.sim.armdroid import ArmdroidBoard, ArmdroidQuirks
 from armdrive.sim.device import SimDevice

@@ -1,7 +1,5 @@
 """A small host for a simulated TeachMover, and functions that move a simulated arm."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 
