@@ -17,7 +17,10 @@ from armdrive import (
     Arm, AsyncArm, GraspMove, Grasped, Handle, Jog, Jogged, JointMove, LineMove, Moved, Pose,
     SimulatedClock,
 )
+from armdrive import Armm  # wrong
 from armdrive.moves import ContinuousJog
+from armdrive.testing import ArmWorl  # wrong
+from kinematics import nonsense  # wrong
 
 clock = SimulatedClock()
 goal = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -22,6 +23,7 @@ import pytest
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
 
+from pages import page
 from waiting import suspended, until
 from watched_sim import WatchedSim
 
@@ -133,7 +135,7 @@ arm = Arm.connect(sys.argv[1], dialect=sys.argv[2])
 arm.enable()
 arm.confirm_reference()
 arm.move_j(base_deg=60, speed=0.3, wait=False)
-print(arm.status.stop_time_s, flush=True)
+print(arm.status.stop_time_s, arm.status.silent_time_s, flush=True)
 os.read(0, 1)
 if os.fork() == 0:
     sys.exit()
@@ -142,22 +144,34 @@ assert not arm.closed
 """
 """A script that forgets to close its arm; the exit of a forked child closes nothing."""
 
+(AT_SIGTERM,) = re.findall(r"(?s)```python\n(import signal.*?)```", page("python"))
+"""What the page tells a script to do to end well at SIGTERM."""
 
-def test_a_script_that_forgets_to_close_its_arm_stops_it_and_its_position_is_remembered(tmp_path):
+FORGOTTEN = (
+    (FORGETFUL, None, 0, Trust.RESTORED),
+    (AT_SIGTERM + FORGETFUL, signal.SIGTERM, 128 + signal.SIGTERM, Trust.RESTORED),
+    (FORGETFUL, signal.SIGTERM, -signal.SIGTERM, Trust.SUSPECT),
+)
+
+
+def test_a_script_that_forgets_to_close_its_arm_ends_as_the_page_says(tmp_path):
     with WatchedSim(tmp_path / "arm", "teachmover") as sim:
-        script = subprocess.Popen(
-            [sys.executable, "-c", FORGETFUL, sim.port, "teachmover"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-        )
-        bound_s = float(script.stdout.readline())
-        sim.watch.moves_by(UNDER_WAY)
-        _, errors = script.communicate(b"\n")
-        sim.watch.stands_within(bound_s)
-        assert (script.returncode, errors) == (0, b"")
-        with Arm.connect(sim.port, dialect="teachmover") as arm:
-            assert arm.status.trust is Trust.RESTORED
+        for text, number, code, trust in FORGOTTEN:
+            script = subprocess.Popen(
+                [sys.executable, "-c", text, sim.port, "teachmover"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+            )
+            bound_s = max(map(float, script.stdout.readline().split()))
+            sim.watch.moves_by(UNDER_WAY)
+            if number is not None:
+                script.send_signal(number)
+            _, errors = script.communicate(b"\n" if number is None else None)
+            sim.watch.stands_within(bound_s)
+            assert (script.returncode, errors) == (code, b"")
+            with Arm.connect(sim.port, dialect="teachmover") as arm:
+                assert arm.status.trust is trust
 
 
 ENDINGS = (
