@@ -10,7 +10,7 @@ from pathlib import Path
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.errors.printable import quoted
+from armdrive.errors.printable import command_line
 from armdrive.registry import DEFAULT, DIALECTS, dialect
 from armdrive.registry.arm_files import ENDING, arm_path, arm_paths, load_arm, preset_arm
 from armdrive.storage import files as places
@@ -51,7 +51,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
     if dialect_name is None:
         raise BadRequest(
             f"which dialect does the arm on {name} speak? Give dialect= (or --dialect), one of "
-            f"{', '.join(DIALECTS)}; `armdrive doctor {quoted(name)}` finds it out without moving "
+            f"{', '.join(DIALECTS)}; `{command_line('doctor', name)}` finds it out without moving "
             "anything"
         )
     row = dialect(dialect_name)

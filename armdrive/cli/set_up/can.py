@@ -33,6 +33,7 @@ from armdrive.connect.target import find, simulation_forced
 from armdrive.dialects import Language
 from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import BadRequest, HolderError, OperatorNeeded, PortInUse
+from armdrive.errors.printable import command_line
 from armdrive.registry import LANGUAGES, USUAL, language_of, simulate
 from armdrive.registry.arm_files import (
     ENDING,
@@ -252,7 +253,7 @@ def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Na
     notes = kept.read(plan.name, config.calibration)
     with _opened(config, port) as link:
         keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
-        person = TerminalPerson(f"armdrive can setup {plan.name}")
+        person = TerminalPerson(command_line("can", "setup", plan.name))
         dialog = drive_dialog(link, plan.scripts(), dialog_runner.RealClock(), person, keep)
         outcome = walk(dialog, plan, notes, again=options.again)
     _end(config, plan, outcome, port, options)
@@ -282,7 +283,7 @@ def _practise(
     if options.port:
         raise BadRequest("--sim needs no --port: the drives are in this program")
     twin = simulate(config, factory=True)
-    terminal = TerminalPerson(f"armdrive can setup {plan.name} --sim")
+    terminal = TerminalPerson(command_line("can", "setup", plan.name, "--sim"))
     person = SimulatedPerson(twin, partial(tell, options), None if alone else terminal.answer)
     person.unplug_all(len(plan.drives))
     tell(options, "These drives are simulated, and new; nothing is written.")
