@@ -14,6 +14,7 @@ from armdrive.errors.printable import command_line
 from armdrive.registry import DEFAULT, DIALECTS, dialect
 from armdrive.registry.arm_files import ENDING, arm_path, arm_paths, load_arm, preset_arm
 from armdrive.storage import files as places
+from armdrive.text.reading import is_there
 from armdrive.transports.address import is_can
 from kinematics.errors import suggestion
 
@@ -105,7 +106,7 @@ def state_file(arm: str) -> Path:
 def _arm_file(name: str) -> Path | None:
     path = arm_path(name)
     named_by_path = name.endswith(ENDING)
-    in_folder = path.parent == places.arm_files() and path.is_file()
+    in_folder = path.parent == places.arm_files() and is_there(path)
     return path if named_by_path or in_folder else None
 
 

@@ -16,6 +16,7 @@ from armdrive.errors import ArmError, NoSuchPort, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry.arm_files import arm_paths, load_arm
 from armdrive.storage.lock_client import ask_holder
+from armdrive.text.reading import is_there
 from armdrive.text.toml import value as toml
 from armdrive.transports import ports as system
 from armdrive.transports.address import is_can, scheme
@@ -180,7 +181,7 @@ def look_at(
     known = replace(known, owners=owners, strangers=strangers)
     if scheme(port):
         return known
-    if not Path(port).exists() and os.name == "posix":
+    if not is_there(Path(port)) and os.name == "posix":
         absent = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
         return ClosedPort(port, (_refused(port, absent),), openable=False)
     info = info_of(port, system.list_ports() if listed is None else listed)

@@ -53,6 +53,7 @@ from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import require_writable
 from armdrive.storage.lock_client import holder_words, notice_of, overhear_holder
+from armdrive.text.reading import is_there
 from armdrive.transports import opening, ports
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.link import Link
@@ -224,7 +225,7 @@ def set_up(options: argparse.Namespace) -> Outcome:
         )
     config = _config(options.name)
     plan = plan_of(config)
-    if not arm_path(options.name).is_file():
+    if not is_there(arm_path(options.name)):
         tell(
             options,
             f"There is no arm file named {options.name} yet: the arm is taken for a "
@@ -238,7 +239,7 @@ def set_up(options: argparse.Namespace) -> Outcome:
 def _config(name: str) -> ArmConfig:
     """Return the arm of a file, or the preset's if there is no such file yet."""
     path = arm_path(name)
-    if path.is_file():
+    if is_there(path):
         return load_arm(path)
     require_name(name.removesuffix(ENDING))
     row = commissionable()[0]
