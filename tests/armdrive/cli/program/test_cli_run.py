@@ -238,6 +238,14 @@ def test_a_real_arm_that_is_not_there_is_checked_all_the_same(call, write):
     assert call("run", write(CARRY), "--arm", "bench", code=4).err.startswith("armdrive: ")
 
 
+def test_a_width_that_is_assumed_of_a_simulated_arm_says_that_it_changes_nothing(homed, write):
+    program = ("run", write(CARRY), "--check")
+    plain = homed(*program).out
+    assert "assumed" not in plain
+    widened = homed(*program, "--assume-width", "30").out
+    assert "line 8: the fingers find what the simulated world has there" in widened
+
+
 def test_a_program_that_references_the_arm_first_needs_no_reference(call, write):
     assert "assumed" not in call("run", write("home\nready\n"), "--check", "--fresh", code=0).out
 
