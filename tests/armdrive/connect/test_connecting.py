@@ -10,7 +10,7 @@ from armdrive.arm import State
 from armdrive.connect.parts import connect_real
 from armdrive.connect.target import find, simulated_config, state_file
 from armdrive.dialects.teachmover.controller import FIRST_LINE
-from armdrive.errors.printable import quoted
+from armdrive.errors.printable import command_line
 from armdrive.runtime.clock import RealPace, SimulatedPace
 from firmware_protocol import armdroid
 from firmware_protocol.armdroid import Device as ArmdroidDevice
@@ -42,7 +42,7 @@ def test_an_arm_is_found_by_its_dialect_its_file_or_its_port(tmp_path):
     ("target", "options", "error", "words"),
     [
         (NOWHERE, {}, BadRequest, rf"teachmover.*armdrive doctor {NOWHERE}"),
-        ("/dev/my arm", {}, BadRequest, f"armdrive doctor {quoted('/dev/my arm')}"),
+        ("/dev/my arm", {}, BadRequest, command_line("doctor", "/dev/my arm")),
         (NOWHERE, {"dialect": "teachmoover"}, BadRequest, "did you mean 'teachmover'"),
         ("sim:teachmoover", {}, BadRequest, "did you mean 'teachmover'"),
         ("bnech", {}, ArmFileError, "sim:teachmover.*did you mean 'bench'"),

@@ -22,7 +22,7 @@ from armdrive.connect.parts import assemble
 from armdrive.connect.port import explained, explaining
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault
-from armdrive.errors.printable import quoted
+from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.trace.recorder import FlightRecorder
@@ -122,7 +122,7 @@ def test_a_banner_in_mid_stream_does_no_harm(asked):
     ("port", "named"),
     [
         (PORT, f"`armdrive doctor {PORT}` finds"),
-        ("/dev/my arm", f"`armdrive doctor {quoted('/dev/my arm')}` finds"),
+        ("/dev/my arm", f"`{command_line('doctor', '/dev/my arm')}` finds"),
         ("", "`armdrive ports` shows"),
     ],
 )
