@@ -10,7 +10,7 @@ from functools import partial
 
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.drive.control_requests import one_holder, watched
+from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.cli.terminal_operator import settle_trust
 from armdrive.connect.target import find
@@ -41,7 +41,7 @@ def record(options: argparse.Namespace) -> Result:
     tell(options, f"{what}; Ctrl-C ends it")
     keep = partial(_keep, options, book, recorder)
     try:
-        for view in map(watched, watch_holder(name, LOOK_EVERY_S)):
+        for view in watch_holder(name, LOOK_EVERY_S):
             if view["state"] == "disconnected":
                 break
             keep(recorder.see(seen_in(view, config.model.arm.joint_names), time.monotonic()))
