@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import argparse
+import contextlib
 import os
 import shutil
 import sys
+from collections.abc import Iterator
 
 from armdrive.arm import Arm
+from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import agreed, confirmation, say, say_lines, typed
 from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
@@ -63,6 +67,21 @@ def settle_trust(arm: Arm) -> None:
     if not agreed("Does the arm stand like this? Type yes: "):
         raise OperatorNeeded("not confirmed: run `armdrive home`")
     arm.confirm_restored()
+
+
+@contextlib.contextmanager
+def settled_arm(options: argparse.Namespace) -> Iterator[Arm]:
+    """Open the arm, and settle whether its position can be trusted, which switches nothing on."""
+    with opened_arm(options) as arm:
+        settle_trust(arm)
+        yield arm
+
+
+@contextlib.contextmanager
+def ready_arm(options: argparse.Namespace) -> Iterator[Arm]:
+    """Open the arm, and switch its motors on once it is settled where it stands."""
+    with settled_arm(options) as arm, arm:
+        yield arm
 
 
 def confirm_simulated(arm: Arm) -> None:

@@ -58,7 +58,7 @@ class Point:
         rules.text("note", self.note)
         _DATE("taught", self.taught)
         if self.opening_mm is not None:
-            object.__setattr__(self, "opening_mm", checked_number("gripper_mm", self.opening_mm))
+            object.__setattr__(self, "opening_mm", checked_number("opening_mm", self.opening_mm))
 
 
 def point_view(point: Point) -> dict[str, Any]:

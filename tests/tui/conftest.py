@@ -54,6 +54,13 @@ def _time_stands_still(monkeypatch):
     monkeypatch.setattr(app_module, "_time", SimpleNamespace(get_time=lambda: 0.0))
 
 
+@pytest.fixture(autouse=True)
+def _keys_do_not_wait(monkeypatch):
+    """Let a test press keys one after the other at once; a test of pasted text lets them wait."""
+    monkeypatch.setattr("tui.desk.PERSON_S", 0.0)
+    monkeypatch.setattr("tui.watch.PERSON_S", 0.0)
+
+
 @pytest.fixture
 def snap_compare(snap_compare):
     """Take each picture, and press each key, when the app is at rest.

@@ -6,6 +6,7 @@ from desk_fake import Clock, FakeArm
 from desk_planner import at_rest, laid_out
 from waiting import until_seen
 
+from armdrive.motion.dead_man import GATE_S
 from tui.desk import Desk
 from tui.safety import SafetyPanel
 from tui.startup import SCREENS
@@ -24,7 +25,6 @@ class Session:
         self.desk = Desk(self.arm, screens=SCREENS, braille=braille, clock=self.clock, **more)
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
-        self.desk.input.person_s = 0.0  # and at once, one after the other
         self._running = self.desk.run_test(size=size)
 
     async def __aenter__(self):
@@ -46,6 +46,14 @@ class Session:
         for key in keys:
             self.clock.now_s += after_s
             await self.pilot.press(key)
+
+    async def tap(self, *keys, after_s=0.0):
+        """Press keys, and let each time pass in which another key would take it back."""
+        for key in keys:
+            await self.press(key, after_s=after_s)
+            self.clock.now_s += GATE_S
+            if self.desk.screens.hand is not None:
+                self.tick()
 
     async def keys(self, line, after_s=0.0):
         """Press the keys of a line, one after the other; a word after a quote is typed.
@@ -105,10 +113,8 @@ class Session:
     async def hold(self, key="w"):
         """Arm the keys, and hold one until it moves the arm."""
         await self.arm_keys()
-        await self.press(key)
-        await self.press(key, after_s=0.4)
-        self.clock.now_s += 0.03
-        self.tick()
+        await self.tap(key)
+        await self.tap(key, after_s=0.4)
         assert self.arm.asked("hold")
 
     async def resize(self, width, height):

@@ -193,7 +193,7 @@ class DeskJogging:
     def release(self) -> None:
         """End a held jog: it was begun with other settings."""
         self.lift()
-        self._apply(self._deadman.release_all(self._clock()))
+        self._apply(self._deadman.release_all())
 
     def disarm_idle(self) -> None:
         """Disarm keys that have not been used for a while."""

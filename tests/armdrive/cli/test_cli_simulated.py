@@ -235,3 +235,26 @@ def test_a_place_is_taught_only_once_the_arm_is_known_to_stand_there(
     assert "pick" not in call("points", "list", "--arm", "bench", code=0).out
     monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
     assert "Does the arm stand like this?" in call(*words, code=0).out
+
+
+@pytest.mark.parametrize("words", [("move", "--shoulder", "29"), ("points", "go", "reference")])
+def test_motors_stay_off_in_a_preview_and_until_the_person_has_confirmed(
+    call, served, monkeypatch, words
+):
+    bench = ("--arm", "bench")
+    call("home", *bench, "--yes", code=0)
+    call("points", "save", "reference", "--allow-restored", *bench, code=0)
+    call("move", "--shoulder", "28", "--allow-restored", *bench, code=0)
+    for drive in getattr(served.board, "nodes", ()):
+        drive.enabled = False
+        drive.motor.recall(False)
+    served.world.energised = False
+    call(*words, *bench, "--preview", "--allow-restored", code=0)
+    monkeypatch.setattr(sys, "stdin", Terminal("no\n"))
+    asked = "Does the arm stand like this?"
+    assert asked not in call(*words, *bench, "--preview", code=3).out
+    assert asked in call(*words, *bench, code=3).out
+    assert not served.world.energised
+    monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
+    call(*words, *bench, code=0)
+    assert served.world.energised

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import importlib
 import json
+import pickle
 import pkgutil
 import re
 import signal
@@ -24,7 +26,7 @@ from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, err
 from armdrive.runtime.states import RESULTS
 from armdrive.status import Evidence, Trust
 from firmware_protocol.errors import ProtocolError
-from kinematics.errors import KinematicsError
+from kinematics.errors import KinematicsError, remade
 
 NAMES = {row.name for row in ENTRIES}
 NO_ERRORS = {
@@ -51,6 +53,15 @@ def below(kind: type) -> set[type]:
 
 
 ROOMS = ("armdrive", "kinematics", "firmware_protocol")
+
+
+def test_every_error_can_be_copied_and_sent_to_another_process():
+    """Without this, a pool of processes waits for ever for the result of a worker that raised."""
+    for kind in below(ArmError) | below(KinematicsError):
+        error = remade(kind, ("what is wrong",), {"nearest": 3.0})
+        error.add_note("by whom")
+        for again in (pickle.loads(pickle.dumps(error)), copy.copy(error), copy.deepcopy(error)):
+            assert (type(again), again.args, vars(again)) == (kind, error.args, vars(error))
 
 
 def test_every_error_of_armdrive_has_the_code_of_its_row():

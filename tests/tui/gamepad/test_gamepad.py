@@ -184,7 +184,7 @@ ENDS = {
     "another pad": lambda s: s.tell(Came("Other", {LEFT_X: -1.0})),
     "link lost": lambda s: s.lose(),
     "disarmed": lambda s: s.desk.disarm("x"),
-    "suspended": lambda s: s.desk.resumed(3.0),
+    "suspended": lambda s: s.desk.disarm("suspended"),
     "its stop button": lambda s: s.tell(pressed(BUTTONS["east"])),
     "other settings": lambda s: s.tell(pressed(BUTTONS["north"])),
     "the focus is lost": lambda s: s.desk.on_app_blur(),

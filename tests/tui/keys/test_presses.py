@@ -8,7 +8,7 @@ from textual import events
 from textual.drivers.headless_driver import HeadlessDriver
 
 from tui.app import action_call
-from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, UrgentKeys
+from tui.keys.presses import ASKED_FOR_S, PERSON_S, QUIET_S, Confirmation, UrgentKeys
 from tui.terminal import lasting_driver
 
 PAUSE_S = QUIET_S + 0.1
@@ -104,6 +104,8 @@ async def test_a_stop_reaches_the_arm_before_the_app_and_what_it_overtook_moves_
         await session.arm_keys()  # keys behind it count again
         read(session, "w", "w")
         await session.pilot.pause()
+        session.clock.now_s += PERSON_S
+        session.tick()
         assert session.arm.calls[-1][0] == "nudge"
 
 

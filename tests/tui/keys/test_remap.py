@@ -96,7 +96,7 @@ def test_a_file_that_is_not_there_may_have_been_meant_for_a_layout():
 async def test_the_desk_hears_and_shows_the_keys_of_the_layout():
     async with Session(keys=load_keys("azerty")) as session:
         await session.arm_keys()
-        await session.press("a", "q", "z", after_s=3.0)
+        await session.tap("a", "q", "z", after_s=3.0)
         jogs = [call[1] for call in session.arm.asked("nudge")]
         assert jogs == [Jog.joint(base=2.0), Jog.joint(base=-2.0), Jog.joint(shoulder=2.0)]
         assert " a  q   base" in session.text("joints")
@@ -113,7 +113,7 @@ async def test_every_jog_key_of_every_layout_moves_its_own_axis(layout):
         await session.arm_keys()
         ids = [f"axis-{row}-{way}" for row in range(1, 7) for way in ("plus", "minus")]
         for name in ids:
-            await session.press(keyboard.of(name)[0], after_s=3.0)
+            await session.tap(keyboard.of(name)[0], after_s=3.0)
         wanted = [Jog.joint(**{p.joint: s}) for p in JOG_PAIRS[:6] for s in (2.0, -2.0)]
         assert [call[1] for call in session.arm.asked("nudge")] == wanted
 

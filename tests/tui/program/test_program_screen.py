@@ -330,7 +330,7 @@ LEAVING = {
     "a dialog": lambda session: session.press("question_mark"),
     "the focus is lost": lambda session: session.send(events.AppBlur()),
     "pasted text": lambda session: session.send(events.Paste("r")),
-    "a suspension": lambda session: session.desk.resumed(3.0),
+    "a suspension": lambda session: session.desk.disarm("this program was suspended for 3.0 s"),
     "a lost link": lambda session: session.desk.link.take(
         replace(session.arm.status, state=State.DISCONNECTED)
     ),

@@ -97,17 +97,15 @@ async def test_a_key_that_is_held_turns_once_and_nothing_else_turns_at_all():
 async def test_the_first_letter_of_a_paste_that_nothing_marks_turns_no_motor():
     async with SetupSession() as session:
         await session.choose("4 check")
+        session.desk.input.person_s = math.inf  # all comes at once
         for letters in ("tw", "tt", "ty", "twy"):
-            session.clock.now_s += 20.0
-            await session.settle()
-            await session.press(letters[0])
-            session.desk.input.person_s = math.inf  # all that follows comes at once
-            await session.press(*letters[1:])
-            session.clock.now_s += 0.5
-            await session.settle()
-            await session.settle()
+            await session.press(*letters)
+            for _ in range(2):
+                session.clock.now_s += 20.0
+                await session.settle()
             assert session.simulated.asked == [], letters
-            session.desk.input.person_s = 0.0
+    async with SetupSession() as session:
+        await session.choose("4 check")
         await session.turn()
         assert len(session.simulated.asked) == 1, "a person presses it"
 
