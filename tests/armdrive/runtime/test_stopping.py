@@ -13,8 +13,8 @@ from armdrive import Jog, JogMove
 from armdrive.connect.control_socket import answered
 from armdrive.errors import ArmError, DeviceFault, LinkLost, OperatorNeeded, Stopped, WrongState
 from armdrive.motion.context import alerted
+from armdrive.motion.device import set_outputs
 from armdrive.motion.resolve import prepare
-from armdrive.motion.standing import set_outputs
 from armdrive.status import State, Trust
 from armdrive.tasks import Alert, AlertKind, MoveBy
 from firmware_protocol.teachmover import Key

@@ -6,7 +6,7 @@ import pytest
 from cli_calls import Terminal
 
 from armdrive.dialects.teachmover.pendant import FIRST_LINE
-from armdrive.motion import standing as program_memory
+from armdrive.motion import device as program_memory
 
 ROWS = "move 1 240 100 -200 300 -400 500 -600\nraw 2 1 2 3 4 5 6 7\n"
 WORDS = [[1, 3841, 14436, 28716, 43252, 65280, 65025, 64769], [2, 1, 2, 3, 4, 5, 6, 7]]
