@@ -633,7 +633,7 @@ class HoldAlarm:
     If the app was too busy to ring in time, it handles waiting events before it rings.
     """
 
-    def __init__(self, app: KeyApp, call: Callable[[], None]) -> None:
+    def __init__(self, app: KeyApp, call: Callable[[], object]) -> None:
         self._app = app
         self._call = call
         self._timer: Timer | None = None
