@@ -19,10 +19,10 @@ from armdrive.connect.target import DEFAULT_TARGET, find, require_real_ports, st
 from armdrive.dialog.operator import Operator
 from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, Stopped
 from armdrive.motion import connecting
-from armdrive.motion.context import MotionContext, alerted
+from armdrive.motion.context import MotionContext
 from armdrive.motion.plan import SpeedLimits
 from armdrive.registry import dialect, simulate
-from armdrive.runtime.arm_state import Core
+from armdrive.runtime.arm_state import Core, alerted
 from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
 from armdrive.runtime.engine import Engine, Received, call_limit_s
 from armdrive.runtime.states import Event, after
