@@ -1,5 +1,11 @@
 """`Arm`: the calls of a program. Each call delegates to the collaborator that does the work.
 
+    moving      planned moves, increments, held jogs and their lease, deadlines, the gripper
+    reference   home, confirmations, verification
+    device      inputs, outputs, and a program in the controller's memory
+    connected   closing, reconnecting, the log, handles of motions
+    arguments   the checks of arguments, by annotation
+
 Every call is safe from any thread; `stop`, `estop` and `status` also work while another call waits.
 """
 
