@@ -15,8 +15,8 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import Recogniser, comes_back, says_something_readable
 from armdrive.errors import ArmError, DeviceFault, LinkLost, PortUnavailable
 from armdrive.errors.printable import command_line, reason_of
+from armdrive.motion.connecting import recover
 from armdrive.motion.context import MotionContext, without_reset
-from armdrive.motion.standing import recover
 from armdrive.registry import DIALECTS, dialect
 from armdrive.runtime.engine import NOT_THE_ANSWER, Engine, excerpt
 from armdrive.tasks import TaskBody
@@ -157,7 +157,7 @@ def _doctor(port: str) -> str:
 
 # Reconnecting a lost link: attempts to open it again, with increasing pauses. The engine then gets
 # the new link and a new controller, which repeats no request of the old one. Afterwards the arm is
-# in a state in which nothing moves (motion/standing.py).
+# in a state in which nothing moves (motion/connecting.py).
 
 PAUSES_S = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
 """The pauses before each attempt; the last one repeats. Opening a port can reset a board."""

@@ -11,7 +11,7 @@ from armdrive import Arm, InputTimeout, LinkLost, State, Stopped
 from armdrive.arm import device as signalling
 from armdrive.dialects.grbl.settings import PINS
 from armdrive.errors import BadRequest, Refused, WrongState
-from armdrive.motion.standing import INPUTS_POLL_S
+from armdrive.motion.connecting import INPUTS_POLL_S
 from armdrive.registry import dialect
 
 

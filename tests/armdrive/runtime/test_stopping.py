@@ -12,9 +12,9 @@ from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, 
 from armdrive import Jog, JogMove
 from armdrive.connect.control_socket import answered
 from armdrive.errors import ArmError, DeviceFault, LinkLost, OperatorNeeded, Stopped, WrongState
-from armdrive.motion.context import alerted
+from armdrive.motion.device import set_outputs
 from armdrive.motion.resolve import prepare
-from armdrive.motion.standing import set_outputs
+from armdrive.runtime.arm_state import alerted
 from armdrive.status import State, Trust
 from armdrive.tasks import Alert, AlertKind, MoveBy
 from firmware_protocol.teachmover import Key

@@ -9,7 +9,7 @@ from pages import page_path
 from armdrive.blocking import run_blocking
 from armdrive.connect.parts import CLOSING_S
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
-from armdrive.motion import standing
+from armdrive.motion import connecting
 from armdrive.motion.context import LONGEST_S
 from armdrive.motion.reference import confirmed_posture, take_reference
 from armdrive.runtime.position import ArmCoordinates
@@ -319,7 +319,7 @@ def test_the_page_shows_a_record_that_can_be_read():
 
 def test_the_page_gives_the_times_and_names_of_the_code():
     text = PAGE.read_text(encoding="utf-8")
-    assert standing.STILL_S == 2.0
+    assert connecting.STILL_S == 2.0
     assert "two seconds" in text
     assert f"{LONGEST_S:g} s" in text
     assert f"{CLOSING_S:g} s" in text

@@ -61,7 +61,7 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
     with pytest.raises(SettingsDiffer, match=r"\$1=255"):
         arm.move_j(base_deg=3)
-    from armdrive.motion.standing import mend_settings
+    from armdrive.motion.device import mend_settings
 
     lines = tuple(each.mend for each in arm.core.differences)
     run_blocking(arm.runner.perform(mend_settings(arm.wire, lines)))
