@@ -3,7 +3,6 @@
 from binascii import crc_hqx
 from dataclasses import FrozenInstanceError
 from enum import IntEnum
-from itertools import pairwise
 
 import pytest
 from chunks import chunked, events
@@ -106,16 +105,6 @@ def test_every_frame_is_read_back_from_its_text_and_from_its_record(frame):
     assert Unpacker().feed(pack(frame)) == [frame]
 
 
-@given(st.lists(FRAMES, max_size=6), st.data())
-def test_the_chunks_of_frames_make_no_difference(frames, data):
-    unpacker = Unpacker()
-    found = []
-    for chunk in data.draw(chunked(b"".join(map(pack, frames)))):
-        found += unpacker.feed(chunk)
-    assert found == frames
-    assert (unpacker.buffered, unpacker.skipped) == (0, 0)
-
-
 @given(st.binary(max_size=100), FRAMES, st.data())
 def test_after_any_garbage_a_frame_is_found_once_a_silence_follows(garbage, frame, data):
     unpacker = Unpacker()
@@ -167,11 +156,6 @@ def drained(splitter: LineSplitter) -> list[bytes | Unreadable]:
     return found
 
 
-def chunks_of(data: bytes, cuts: list[int]) -> list[bytes]:
-    at = sorted({min(cut, len(data)) for cut in cuts} | {0, len(data)})
-    return [data[a:b] for a, b in pairwise(at)]
-
-
 def test_a_line_appears_when_its_terminator_does():
     splitter = LineSplitter(b"\r")
     splitter.feed(b"one")
@@ -204,16 +188,6 @@ def test_a_line_of_the_greatest_length_passes_and_one_byte_more_does_not():
     ]
 
 
-def test_an_endless_line_is_reported_once_and_at_once_and_takes_no_memory():
-    splitter = LineSplitter(b"\r", max_length=100)
-    for _ in range(1000):
-        splitter.feed(b"x" * 77)
-        assert splitter.buffered <= 100 + SHOWN_BYTES
-    assert [type(line) for line in drained(splitter)] == [Unreadable]
-    splitter.feed(b"tail\rgood\r")
-    assert drained(splitter) == [b"good"]
-
-
 def test_a_flood_of_lines_is_bounded_and_says_where_it_lost_some():
     splitter = LineSplitter(b"\r", max_length=10, max_lines=4)
     splitter.feed(b"".join(b"%d\r" % n for n in range(1000)))
@@ -232,21 +206,6 @@ def test_discarding_makes_the_next_byte_begin_a_line():
         assert splitter.buffered == 0
         splitter.feed(b"new\r")
         assert drained(splitter) == [b"new"]
-
-
-@given(
-    st.lists(st.binary(max_size=30), max_size=12).map(b"\r".join),
-    st.lists(st.integers(0, 400), max_size=12),
-)
-def test_the_chunks_of_lines_make_no_difference(data: bytes, cuts: list[int]):
-    whole, split, bytewise = (LineSplitter(b"\r\n", max_length=20, max_lines=8) for _ in range(3))
-    whole.feed(data)
-    for chunk in chunks_of(data, cuts):
-        split.feed(chunk)
-    for byte in data:
-        bytewise.feed(bytes([byte]))
-    assert whole.partial == split.partial == bytewise.partial
-    assert drained(whole) == drained(split) == drained(bytewise)
 
 
 @given(st.lists(st.binary(min_size=1, max_size=20).filter(lambda b: b"\r" not in b), max_size=20))

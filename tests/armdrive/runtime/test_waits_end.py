@@ -70,6 +70,7 @@ class Wire(Link):
         self.engine: Engine | None = None
         self.twin = twin
         self.now: Link = twin.link
+        self.closed = False
 
     def spoil(self, kind: str | None) -> None:
         """Make it a wire of a kind from now on; None makes it a good one again."""
@@ -91,6 +92,7 @@ class Wire(Link):
         self.now.wake()
 
     def close(self) -> None:
+        self.closed = True
         self.now.close()
 
 
@@ -264,6 +266,11 @@ def test_connecting_ends_on_time_and_quotes_what_was_received(dialect, kind):
             connected(dialect, wire, pace)
         told(silence.value, pace.now_s())
         assert "reset()" not in str(silence.value)
+        assert wire.closed
+        if kind == "silent" and not DIALECTS[dialect].can:
+            assert "Check that the arm is switched on and its cable plugged in" in str(
+                silence.value
+            )
     assert pace.now_s() <= CALL_LIMIT_S + 0.05
 
 

@@ -183,14 +183,6 @@ def test_every_answer_reads_back_as_itself_in_one_short_line(answer):
     assert decode_answer(line[:-2]) == answer
 
 
-@given(st.binary(max_size=400))
-def test_after_any_garbage_the_second_answer_is_read(garbage):
-    host = Host()
-    host.receive_data(garbage)
-    host.receive_data(OFFSETS_LINE * 2)
-    assert events(host)[-1] == Stray(OFFSETS)
-
-
 REFUSED = [
     (lambda: DriveOne(0, 5), "motor"),
     (lambda: DriveOne(7, 5), "motor"),

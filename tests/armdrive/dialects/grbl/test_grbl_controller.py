@@ -7,7 +7,6 @@ from amounts import in_pairs
 from backlash_bench import arm_with_play, off_steps
 from faults import OVER_THE_TABLE, Rule, lost, without_byte
 from grbl_arm import (
-    BEGINNINGS,
     begin_line,
     begin_planned,
     config,
@@ -35,15 +34,6 @@ def test_many_ways_in_degrees_come_back_to_the_same_steps():
         arm.move_j(base_deg=7.77, wrist_roll_deg=3.3)
         arm.move_j(base_deg=0.0, wrist_roll_deg=0.0)
     assert arm.twin.world.motors == began
-
-
-@pytest.mark.parametrize(("speed", "turn_deg"), [(1.0, 10), (0.3, 10), (0.02, 3)])
-def test_a_motion_is_never_faster_than_asked_and_not_much_slower(speed, turn_deg):
-    arm = ready()
-    began_s = arm.status.time_s
-    arm.move_j(base_deg=turn_deg, speed=speed)
-    asked_s = math.radians(turn_deg) / (0.37 * speed)
-    assert asked_s <= arm.status.time_s - began_s <= asked_s * 1.15 + 0.4
 
 
 def test_joints_that_share_motors_are_no_slower_together_than_alone():
@@ -87,20 +77,6 @@ def test_a_stop_brakes_and_does_not_only_send_no_more(begin):
         ways_mm.append(tip_mm(arm, tip))
     stopped_mm, sent_ahead_mm = ways_mm
     assert 0.0 < stopped_mm < 0.6 * sent_ahead_mm
-
-
-@pytest.mark.parametrize(
-    ("begin", "ramp_s"), [*((begin, 0.1) for begin in BEGINNINGS), (begin_line, 0.4)]
-)
-def test_a_board_whose_driver_dies_stops_in_the_announced_time_and_way(begin, ramp_s):
-    for after_s in (0.04, 0.11, 0.83):
-        arm = ready(config(device={"ramp_s": ramp_s}))
-        begin(arm)
-        arm.sleep(0.07 + after_s)
-        status, tip = arm.status, arm.twin.world.tip
-        assert status.state is State.MOVING
-        assert killed(arm) <= status.silent_time_s
-        assert tip_mm(arm, tip) <= status.silent_distance_mm
 
 
 def test_a_stop_of_an_arm_that_stands_sends_nothing():

@@ -31,7 +31,7 @@ from armdrive.sim.device import SimDevice
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.robko01 import RobkoQuirks, SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
-from armdrive.status import Current, State, Trust
+from armdrive.status import State, Trust
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -278,17 +278,6 @@ class TestArm:
             status = arm.status
             arm.stop()
             assert arm.status.time_s - status.time_s <= status.stop_time_s
-
-    def test_disabling_lets_it_sag_and_enabling_moves_nothing(self):
-        arm = ready_robko()
-        arm.disable()
-        assert arm.status.state is State.DISABLED
-        assert arm.status.current is Current.OFF
-        assert arm.status.trust is Trust.SUSPECT
-        assert arm.twin.world.pose.z_mm < 150
-        before = arm.twin.world.motors
-        arm.enable()
-        assert arm.twin.world.motors == before
 
     def test_one_that_is_reset_with_its_positions_at_zero_is_found_out_by_its_refusal(self):
         arm = ready_robko()

@@ -35,23 +35,6 @@ def test_increments_out_and_back_end_on_the_same_steps():
     assert arm.twin.world.motors == before
 
 
-@pytest.mark.parametrize("error", [0.0, 0.6])
-@pytest.mark.parametrize("held_s", [0.05, 0.2, 0.45])
-def test_a_hold_that_is_not_renewed_ends_by_itself(held_s, error):
-    arm = ready_arm(speed_error=error)
-    arm.sleep(0.01)
-    began_s, bound_s = arm.status.time_s, arm.status.stop_time_s
-    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=held_s)
-    last, moved_s = arm.twin.world.motors, began_s
-    for _ in range(300):
-        arm.sleep(0.005)
-        if arm.twin.world.motors != last:
-            last, moved_s = arm.twin.world.motors, arm.status.time_s
-    assert moved_s > began_s
-    assert moved_s - began_s <= held_s + bound_s + 0.006
-    assert arm.status.state is State.STANDBY
-
-
 def test_a_jog_that_is_refused_in_a_motion_is_refused_no_longer_than_the_motion_lasts():
     arm = ready_arm()
     motion = arm.start(JointMove({"base_deg": 20.0}, 1.0))

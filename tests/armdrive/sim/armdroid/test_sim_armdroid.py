@@ -80,10 +80,6 @@ class TestMotion:
 
 
 class TestCharacters:
-    def test_another_dialects_read_repeats_the_last_motion_of_motors_1_to_5(self, bench):
-        bench.ask("5,6,7,8,9,200D", 4.0)
-        assert moved(bench, lambda: bench.ask("@READ\r")) == (0, 9, 8, 7, 6, 5)
-
     def test_a_lost_comma_makes_a_motion_of_a_thousand_steps(self, bench):
         bench.send("0,0,0,11,11,12D".replace("11,11", "1111"))
         assert bench.hear(13.0) == ""

@@ -63,14 +63,6 @@ def test_a_lost_byte_is_silent_and_moves_twelve_where_twelve_and_a_half_was_mean
     assert bench.x == 12.0
 
 
-def test_a_lost_line_end_gives_one_answer_too_few_and_then_an_error():
-    bench = Bench()
-    bench.put("G1X1F3000")
-    bench.put("G1X2F3000\n")
-    assert bench.wait(1.0) == ["error:24"]
-    assert bench.x == 0.0
-
-
 def test_a_mega_takes_lines_of_two_hundred_characters():
     assert Bench(firmware="mega5x").say("G1F300X" + "0" * 200 + "1", 3.0) == ["ok"]
 
@@ -80,15 +72,6 @@ def test_a_line_that_is_too_long_is_refused_whole(firmware, most):
     bench = Bench(firmware=firmware)
     assert bench.say("G1F300" + "X" + "0" * (most - 8) + "1", 3.0) == ["ok"]
     assert bench.say("G1F300" + "X" + "0" * (most - 7) + "1", 3.0) == ["error:11"]
-
-
-def test_real_time_bytes_are_picked_out_of_the_middle_of_a_line():
-    bench = Bench()
-    bench.put("G1X5?F3000\n")
-    said = bench.wait(2.0)
-    assert [line for line in said if line == "ok"] == ["ok"]
-    assert bench.reports[-1].state is State.IDLE
-    assert bench.x == 5.0
 
 
 def test_the_rate_of_short_segments_is_the_measured_one():
