@@ -10,8 +10,7 @@ from cli_calls import Caller
 from faults import arm_config, driven
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robko_bench import RobkoBench, axes
-from sim_bench import Bench, SilentDevice
+from sim_bench import RobkoBench, SilentDevice, TeachMoverBench, axes
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
@@ -185,7 +184,7 @@ def test_settings_reach_the_device():
 
 
 HOSTS = {
-    "teachmover": (Bench, lambda move: Step(240, move)),
+    "teachmover": (TeachMoverBench, lambda move: Step(240, move)),
     "robko01": (lambda: RobkoBench().enabled(), lambda move: MoveRelative(axes(*move))),
 }
 

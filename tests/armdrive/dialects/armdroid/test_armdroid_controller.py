@@ -6,11 +6,11 @@ import math
 
 import pytest
 from amounts import amount
-from armdroid_bench import CONFIG
 from faults import arm_config, driven, honest
 
 from armdrive import Arm, DeviceFault, Refused
 from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.dialects.armdroid.controller import ArmdroidController
 from armdrive.registry import dialect, simulate
 from armdrive.status import State, Trust
@@ -37,6 +37,7 @@ from armdrive.tasks import (
 )
 from kinematics import Motors
 
+CONFIG = simulated_config("armdroid")
 VERSION = "firmware version = 2.0/protocol = 1.0a"
 STEPS = Motors((12, -3, 0, 0, 0, 7))
 NUMBERS = "7,0,0,0,3-,12"

@@ -6,6 +6,7 @@ import math
 
 import pytest
 from amounts import amount, in_pairs
+from driver_bench import DriverBench
 from faults import Rule, garbled, late_by, lost, stand_still_s, twice
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -52,36 +53,36 @@ from kinematics.errors import KinematicsError
 MOVES = (Op.MOVE_RELATIVE, Op.MOVE_ABSOLUTE, Op.MOVE_SPEED)
 
 
-class Script:
-    """A controller on a twin's wire, one request at a time."""
+class Script(DriverBench):
+    """A controller on the wire of a simulated device, one request at a time."""
 
     def __init__(self, **options):
+        super().__init__(RobkoController(dialect("robko01").abilities, robko_config()))
         self.device = SimDevice(SimRobkoBoard(**options))
         self.link = link_to(self.device)
-        self.controller = RobkoController(dialect("robko01").abilities, robko_config())
-        self.now_s = 0.0
-        self.events = []
-        self.oddities = []
+
+    @property
+    def events(self):
+        """What was told on the way to the replies."""
+        return [event for event in self.heard if isinstance(event, Progress | Alert)]
+
+    @property
+    def oddities(self):
+        return [event for event in self.heard if isinstance(event, ProtocolWarning)]
 
     def ask(self, request, *, stop_after_s=math.inf):
-        """Return the reply; what was told on the way is in `events`."""
-        self.controller.begin(request, self.now_s)
-        stop_s = self.now_s + stop_after_s
-        while True:
-            if data := self.controller.advance(self.now_s):
-                self.link.write(data, self.now_s)
-            while (event := self.controller.next_event()) is not None:
-                if isinstance(event, ProtocolWarning):
-                    self.oddities.append(event)
-                    continue
-                if not isinstance(event, Progress | Alert):
-                    return event
-                self.events.append(event)
-            self.now_s = max(self.now_s, min(self.controller.next_s(), self.link.next_s(), stop_s))
-            if self.now_s >= stop_s:
-                self.controller.stop(hard=False)
-                stop_s = math.inf
-            self.controller.receive(self.link.read(self.now_s), self.now_s)
+        """Return the reply."""
+        self.at_s[self.now_s + stop_after_s] = lambda: self.controller.stop(hard=False)
+        return self.do(request)
+
+    def _step(self, end_s):
+        self._pass_to(self._due_s(end_s, self.link.next_s()))
+        self.controller.receive(self.link.read(self.now_s), self.now_s)
+        self._send()
+
+    def _send(self):
+        if data := self.controller.advance(self.now_s):
+            self.link.write(data, self.now_s)
 
 
 def enabled(**options):
@@ -151,7 +152,7 @@ class TestRequests:
     def test_axes_that_rest_do_not_move_and_are_not_left_hanging(self):
         script = enabled()
         script.ask(MOVE)
-        script.events.clear()
+        script.heard.clear()
         for steps in ((20, 0, 0, 0, 0, 0), (0, 20, 0, 0, 0, 0), (-20, 0, 0, 0, 0, 0)):
             assert script.ask(MoveBy(Motors(steps), 60.0)) == Done()
         seen = {event.registers.positions[2:] for event in script.events}

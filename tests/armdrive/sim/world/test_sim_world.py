@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sim_bench import Bench, descend, grasp, lift, reach, spread
+from sim_bench import TeachMoverBench, descend, grasp, lift, reach, spread
 
 import armdrive.sim.world as world_module
 from armdrive.errors import BadRequest, StateFileError
@@ -348,7 +348,7 @@ def test_a_block_held_when_saved_is_still_carried():
 
 
 def test_a_device_comes_back_with_what_it_knew():
-    bench = Bench(TeachMoverBoard(lived_in()))
+    bench = TeachMoverBench(TeachMoverBoard(lived_in()))
     bench.ask(QWrite(ProgramRow.move(3, 200, (1, -2, 3, -4, 5, -6))))
     bench.ask(Step(240, (12, 0, 0, 0, 0, 0), 9))
     bench.board.press(Key.FREE)
