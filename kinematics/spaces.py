@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, overload
 
 from kinematics.errors import (
@@ -22,8 +21,8 @@ from kinematics.errors import (
 )
 from kinematics.text import counted, rounded
 
-_UNITS = MappingProxyType({"deg": math.degrees(1.0), "rad": 1.0})
-"""What an angle in rad is multiplied by."""
+_UNITS = ("deg", "rad")
+"""The endings of a joint's name that state the unit of its angle."""
 
 JOINT_NAMES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll")
 """Joints of the Mini-mover's build, from the table to the hand."""
@@ -81,9 +80,9 @@ class Pose:
             x_mm,
             y_mm,
             z_mm,
-            math.radians(finite("pitch_deg", pitch_deg)),
-            math.radians(finite("roll_deg", roll_deg)),
-            None if yaw_deg is None else math.radians(finite("yaw_deg", yaw_deg)),
+            hand_angle("pitch_deg", pitch_deg),
+            hand_angle("roll_deg", roll_deg),
+            None if yaw_deg is None else hand_angle("yaw_deg", yaw_deg),
         )
 
     @property
@@ -141,7 +140,8 @@ class Joints:
     Of the Mini-mover's build: base; shoulder, the elevation of the upper arm, up positive;
     elbow, forearm elevation minus upper-arm elevation; wrist pitch, hand elevation minus forearm
     elevation; wrist roll. Iterates over the angles. `joints["base"]` and `joints.base_rad` are a
-    joint's angle in rad, `joints.base_deg` in degrees; of any name that the arm's joints have.
+    joint's angle in rad, `joints.base_deg` in degrees; of any name that the arm's joints have. An
+    index and `replace` take the names with units as well.
     """
 
     angles_rad: tuple[float, ...]
@@ -182,7 +182,8 @@ class Joints:
     @classmethod
     def of(cls, *angles_deg: float, names: tuple[str, ...] = JOINT_NAMES) -> Joints:
         """Make joint angles from degrees, in the order of the joints."""
-        return cls(tuple(math.radians(finite("angle_deg", angle)) for angle in angles_deg), names)
+        named = ((f"angles_deg[{index}]", angle) for index, angle in enumerate(angles_deg))
+        return cls(tuple(math.radians(finite(name, angle)) for name, angle in named), names)
 
     @property
     def deg(self) -> dict[str, float]:
@@ -192,18 +193,17 @@ class Joints:
             for name, angle in zip(self.names, self.angles_rad, strict=True)
         }
 
-    def replace(self, **angles_rad: float) -> Joints:
-        """Return these joints with the named ones at new angles in rad."""
-        unknown = angles_rad.keys() - set(self.names)
-        if unknown:
-            raise self._unknown(min(unknown))
-        return Joints(
-            tuple(
-                angles_rad.get(name, angle)
-                for name, angle in zip(self.names, self.angles_rad, strict=True)
-            ),
-            self.names,
-        )
+    def replace(self, **angles: float) -> Joints:
+        """Return these joints with the named ones at new angles.
+
+        `base=` and `base_rad=` are in rad, `base_deg=` is in degrees. Raises `KinematicsError` for
+        an unknown joint, and `BadNumber`.
+        """
+        new = list(self.angles_rad)
+        for name, angle in angles.items():
+            index, unit = self._named(name)
+            new[index] = math.radians(finite(name, angle)) if unit == "deg" else angle
+        return Joints(tuple(new), self.names)
 
     def __iter__(self) -> Iterator[float]:
         return iter(self.angles_rad)
@@ -214,9 +214,8 @@ class Joints:
     def __getitem__(self, joint: int | str) -> float:
         if not isinstance(joint, str):
             return self.angles_rad[joint]
-        if joint not in self.names:
-            raise self._unknown(joint)
-        return self.angles_rad[self.names.index(joint)]
+        index, unit = self._named(joint)
+        return math.degrees(self.angles_rad[index]) if unit == "deg" else self.angles_rad[index]
 
     if not TYPE_CHECKING:  # else a type checker would take any name for an attribute
 
@@ -224,22 +223,25 @@ class Joints:
             """Return a joint's angle: `base_deg`, `turret_rad`. Raises `AttributeError`."""
             joint, _, unit = name.rpartition("_")
             if unit in _UNITS and joint in self.names:
-                return self[joint] * _UNITS[unit]
-            known = [f"{each}_{unit}" for each in self.names for unit in _UNITS] if joint else []
-            raise AttributeError(
-                f"Joints has no attribute {name!r}{suggestion(name, known) if known else ''}",
-                name=name,
-                obj=self,
-            )
+                return self[name]
+            hint = suggestion(name, self._with_units) if joint else ""
+            raise AttributeError(f"Joints has no attribute {name!r}{hint}", name=name, obj=self)
 
     def __dir__(self) -> list[str]:
-        angles = [f"{name}_{unit}" for name in self.names for unit in _UNITS]
-        return [*object.__dir__(self), *angles]
+        return [*object.__dir__(self), *self._with_units]
 
-    def _unknown(self, name: str) -> KinematicsError:
-        return KinematicsError(
+    @property
+    def _with_units(self) -> tuple[str, ...]:
+        return tuple(f"{name}_{unit}" for name in self.names for unit in _UNITS)
+
+    def _named(self, name: str) -> tuple[int, str]:
+        """Return the index of the joint that a name means, and the unit of its angle."""
+        joint, _, unit = (name, "", "rad") if name in self.names else name.rpartition("_")
+        if joint in self.names and unit in _UNITS:
+            return self.names.index(joint), unit
+        raise KinematicsError(
             f"no joint is named {name!r}; this arm has {', '.join(self.names)}"
-            f"{suggestion(name, self.names)}"
+            f"{suggestion(name, (*self.names, *self._with_units))}"
         )
 
     def __str__(self) -> str:

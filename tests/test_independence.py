@@ -4,8 +4,6 @@ What has to be waited for is waited for by `waiting.py`, until it is seen. This 
 does otherwise, by the syntax of every file under `tests/`.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

@@ -56,11 +56,11 @@ from armdrive.moves import (
 )
 from armdrive.runtime.arm_state import EMERGENCY_STOP
 from armdrive.runtime.clock import PaceChoice
-from armdrive.runtime.states import Event, after
+from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage.files import require_free
 from armdrive.storage.point_file import Points
-from armdrive.tasks import DeviceSettings, never
+from armdrive.tasks import DeviceSettings
 from armdrive.trace.recorder import traced
 from kinematics.paths.routes import PathPart
 from kinematics.presets import ArmModel
@@ -107,6 +107,12 @@ class Arm:
         self._gripper = Gripper(self, parts)
         if parts.lock is not None:
             serve(parts.lock, self)
+
+    def __repr__(self) -> str:  # takes no lock: a debugger may ask in mid-motion
+        kind = "SIMULATED" if self.simulated else "REAL"
+        state = "closed" if self.closed else self.core.state.value
+        trust = self.core.belief.trust.value
+        return f"<{type(self).__name__} {self.config.name}, {kind}: {state}, position {trust}>"
 
     # -- connecting -----------------------------------------------------------------------------
 
@@ -208,7 +214,7 @@ class Arm:
 
         Afterwards the position is suspect. A TeachMover receives `@RESET`.
         """
-        after(self.core.state, Event.DISABLE)
+        self.runner.require(Event.DISABLE)
         await self.runner.perform(standing.disable(self.wire))
 
     @blocking
@@ -217,7 +223,7 @@ class Arm:
 
         In standby, or while the motors are off, `reset` unlocks a locked device.
         """
-        after(self.core.state, Event.RESET)
+        self.runner.require(Event.RESET)
         await self.runner.stop()
         await self.runner.perform(standing.reset(self.wire))
 
@@ -583,21 +589,29 @@ class Arm:
         await self.runner.stop()
         if stopped is not None and isinstance(stopped.error, NoAnswer):
             raise stopped.error
-        if self.engine.broken is not None and not self.closed:
-            raise LinkLost(
-                f"the stop did not reach the arm ({self.engine.broken}): look at the arm, and stop "
-                "it at its own switch"
-            )
+        self._require_stoppable()
 
     def estop(self) -> None:
         """Stop, latch error-stop, and return at once. Only `reset` leaves error-stop.
 
-        A device that can stop without a ramp does so, even if it loses its position.
+        A device that can stop without a ramp does so, even if it loses its position. The call does
+        not wait for the device; `stop` waits until the arm stands, and can follow. Raises
+        `LinkLost` if the connection is lost: nothing can be sent, and error-stop latches if the
+        connection comes back.
         """
         self.request_stop(hard=True)  # before taking the lock, because the engine may hold it
         with self.pace.lock:
             self.core.fault("emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP)
             self.request_stop(hard=True)
+        self._require_stoppable()
+
+    def _require_stoppable(self) -> None:
+        """Raise `LinkLost` if a stop cannot reach the arm."""
+        if self.engine.broken is not None and not self.closed:
+            raise LinkLost(
+                f"the stop did not reach the arm ({self.engine.broken}): look at the arm, and stop "
+                "it at its own switch"
+            )
 
     def request_stop(self, *, hard: bool = False) -> None:
         """Request a stop and return at once. A signal handler may call nothing but this."""
@@ -612,12 +626,13 @@ class Arm:
     async def sleep(self, time_s: float) -> None:
         """Wait on the arm's own clock, for at most 1,000,000 s.
 
-        Raises `Stopped` if the program or its computer was suspended during the wait: an arm that
-        moved on after such a gap would surprise the people around it.
+        Raises `Stopped` if a stop is requested, or if the program or its computer was suspended
+        during the wait: an arm that moved on after such a gap would surprise the people around it.
         """
-        absences = self.runner.absences()
-        await Wait(self.pace, never, time_s)
+        absences, stops = self.runner.absences(), self.runner.known_stops
+        await Wait(self.pace, lambda: self.runner.stops != stops, time_s)
         self.runner.require_present(absences)
+        self.runner.require_no_stop(stops, "while the program slept")
 
     def pause(self) -> None:
         """Pause the arm after its current burst or segment, until `resume` or a stop.

@@ -121,6 +121,11 @@ class Handle(Generic[T_co]):
         self._task = task
         self._timeout_s = timeout_s
 
+    def __repr__(self) -> str:
+        error = self._task.error
+        end = "done" if error is None else f"ended by {type(error).__name__}"
+        return f"<{type(self).__name__}: {end if self.done else 'under way'}>"
+
     @property
     def done(self) -> bool:
         """Whether the motion has ended, successfully or not."""
@@ -138,7 +143,7 @@ class Handle(Generic[T_co]):
             return await self._runner.finish(self._task, self._timeout_s)
         if not await Wait(self._runner.pace, lambda: self._task.done, timeout_s):
             raise WaitTimeout(f"the motion had not ended after {timeout_s:g} s")
-        return self._task.result()
+        return self._runner.result(self._task)
 
     @blocking
     async def cancel(self) -> None:

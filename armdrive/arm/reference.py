@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from armdrive.arm.connected import finished
-from armdrive.arm.moving import Moving
+from armdrive.arm.moving import BEFORE, Moving
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
 from armdrive.dialog.operator import JoggedArm, MarkRequest, Operator, PostureRequest
@@ -27,7 +27,7 @@ from armdrive.motion.reference import (
 from armdrive.motion.resolve import above_mark
 from armdrive.moves import ParkMove
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.runtime.states import Event, after
+from armdrive.runtime.states import Event
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage.record import last_entry, write_down
 from kinematics.errors import finite
@@ -81,7 +81,7 @@ class Referencing:
                 "operator, or bring it to a known posture and call `declare_posture()`. "
                 f"{request}"
             )
-        after(self._core.state, Event.HOME)
+        self._parts.runner.require(Event.HOME)
         await self._parts.runner.perform(reference_tasks.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)
@@ -106,7 +106,8 @@ class Referencing:
     async def _home_by_switches(self, homing: HomingSettings, report: GroupReport) -> Pose:
         wire, runner = self._parts.wire, self._parts.runner
         with self._parts.pace.lock:
-            after(self._core.state, Event.HOME)
+            self._parts.runner.require(Event.HOME)
+            runner.require_no_stop(runner.known_stops, BEFORE)
             names = self.homing_groups
             body = reference_tasks.home_device(wire, homing, lambda group: report(names[group]))
             task = runner.submit(body, alone=True)
@@ -136,7 +137,7 @@ class Referencing:
     async def confirm_reference(self) -> None:
         """Declare that the arm now stands in its reference posture."""
         request = self.request()
-        after(self._core.state, Event.MOVE, "confirming the reference")
+        self._parts.runner.require(Event.MOVE, "confirming the reference")
         await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
 
     async def declare_posture(self, posture: Joints | Pose, opening_mm: float) -> None:
@@ -144,17 +145,11 @@ class Referencing:
         geometry = self._config.model.arm
         joints = geometry.ik(posture) if isinstance(posture, Pose) else posture
         geometry.check(joints)
-        after(self._core.state, Event.MOVE, "declaring a posture")
+        self._parts.runner.require(Event.MOVE, "declaring a posture")
         await self._confirm_posture(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
 
     async def confirm_restored(self) -> None:
         """Confirm that the arm stands at the restored position; planned motion is allowed again."""
-        trust = self._parts.status.trust
-        if trust is not Trust.RESTORED:
-            todo = "" if trust is Trust.REFERENCED else ": call `home()`"
-            raise Refused(
-                f"there is no restored position to confirm; the position is {trust.value}{todo}"
-            )
         await self._parts.runner.perform(reference_tasks.confirm_record(self._parts.wire))
 
     def request(self) -> PostureRequest:
@@ -194,7 +189,7 @@ class Referencing:
             )
         reference = self._core.belief.reason
         await finished(self._moving.start(ParkMove(speed, above_mark(self._config))))
-        after(self._core.state, Event.HOME, "verifying the position")
+        self._parts.runner.require(Event.HOME, "verifying the position")
         await self._parts.runner.perform(reference_tasks.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)

@@ -195,6 +195,10 @@ class YawedPostureSettings(PostureSettings):
     yaw_deg: float = setting(0.0, "the hand's heading, of an arm of six joints")
 
 
+PARK_HEIGHT_MM = 30.0
+"""Without a park posture in its file an arm parks this far above its reference mark."""
+
+
 @dataclass(frozen=True, slots=True)
 class FrameSettings:
     """A frame of the user's own: its origin in the base frame, and its orientation.

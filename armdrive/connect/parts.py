@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import NewLink, Reconnector
-from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
+from armdrive.connect.target import DEFAULT_TARGET, find, require_real_ports, state_file
 from armdrive.dialog.operator import Operator
-from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, PortUnavailable, Stopped
+from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, Stopped
 from armdrive.motion import standing
 from armdrive.motion.context import MotionContext, alerted
 from armdrive.motion.plan import SpeedLimits
@@ -25,7 +25,7 @@ from armdrive.registry import dialect, simulate
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
 from armdrive.runtime.engine import Engine, Received, call_limit_s
-from armdrive.runtime.states import Event
+from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock, hold
@@ -59,12 +59,19 @@ class TaskRunner:
         self.pace = pace
         self.stops = 0
         """The number of stops requested so far."""
+        self.known_stops = 0
+        """The number that this program knows of: its own, and those that `Stopped` has reported."""
 
     # -- stopping -----------------------------------------------------------------------------
 
-    def request_stop(self, *, hard: bool = False) -> None:
-        """Request a stop and return at once. Takes no lock: a signal handler may call this."""
+    def request_stop(self, *, hard: bool = False, elsewhere: bool = False) -> None:
+        """Request a stop and return at once. Takes no lock: a signal handler may call this.
+
+        `elsewhere`: for another program, so that this one does not know of it yet.
+        """
         self.stops += 1
+        if not elsewhere:
+            self.known_stops += 1
         self.core.hold = None
         self.engine.stop_hard = self.engine.stop_hard or hard
         self.engine.stop_asked = True
@@ -106,6 +113,12 @@ class TaskRunner:
         if not ended:
             await self.stand_still()
             raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
+        return self.result(task)
+
+    def result(self, task: Task[T]) -> T:
+        """Return the result of a task that has ended, or raise its error."""
+        if isinstance(task.error, Stopped):
+            self.known_stops = self.stops
         return task.result()
 
     async def perform(self, body: TaskBody[T], within_s: float | None = None) -> T:
@@ -134,7 +147,26 @@ class TaskRunner:
                 return False
         return True
 
-    # -- suspensions --------------------------------------------------------------------------
+    # -- requirements of a call ---------------------------------------------------------------
+
+    def require(self, event: Event, action: str = "") -> None:
+        """Raise unless the arm may do this now: `LinkLost` without a connection, or `WrongState`.
+
+        `action` names the call in the error, if it differs from the event.
+        """
+        self.require_link()
+        after(self.core.state, event, action)
+
+    def require_link(self) -> None:
+        """Raise `LinkLost`, with the reason, if the connection is lost or closed."""
+        if self.engine.broken is not None:
+            raise LinkLost(str(self.engine.broken))
+
+    def require_no_stop(self, since: int, when: str) -> None:
+        """Raise `Stopped` if a stop was requested since `stops` had the value `since`."""
+        if self.stops != since:
+            self.known_stops = self.stops
+            raise Stopped(f"a stop was requested {when}")
 
     def absences(self) -> int:
         """Return how often this program or its computer was suspended."""
@@ -395,11 +427,7 @@ async def connect_real(
     """
     from armdrive.connect.port import PortOpening, explaining  # a simulated arm has no port
 
-    if simulation_forced():
-        raise PortUnavailable(
-            f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "
-            "simulated twin, or clear that variable"
-        )
+    require_real_ports()
     wiring = PortOpening(config)
     lock = hold(config.name, wiring.find())
     recorder = FlightRecorder(places.recordings())

@@ -44,9 +44,10 @@ goal is both that and a `kinematics.Unreachable`, with exit code 3. table.py say
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from armdrive.errors.printable import as_message
+from kinematics.errors import remade
 
 if TYPE_CHECKING:  # every module imports this one, and few need a pose
     from kinematics.spaces import Pose
@@ -64,6 +65,9 @@ class ArmError(Exception):
 
     def __str__(self) -> str:
         return as_message(super().__str__())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return remade, (type(self), self.args, vars(self))
 
 
 class Refused(ArmError):

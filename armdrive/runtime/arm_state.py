@@ -236,9 +236,7 @@ class Core:
     @property
     def position_known(self) -> bool:
         """Whether soft limits and Cartesian coordinates are meaningful."""
-        return self.belief.trust is Trust.REFERENCED or (
-            self.belief.trust is Trust.RESTORED and self.allow_restored
-        )
+        return self.belief.allows_planning(allow_restored=self.allow_restored)
 
     @property
     def seen(self) -> Motors:

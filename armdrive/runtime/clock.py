@@ -96,6 +96,9 @@ class SimulatedClock:
         self.now_s = checked_number("now_s", now_s)
         self._engines: tuple[Engine, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.now_s:g})"
+
     @property
     def engines(self) -> tuple[Engine, ...]:
         """The engines on this clock, in the order in which they were added."""

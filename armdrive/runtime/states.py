@@ -157,6 +157,13 @@ class Belief:
         reason = f"{evidence.value} ({detail})" if detail else evidence.value
         return Belief(result, reason, now_s)
 
+    def allows_planning(self, *, allow_restored: bool) -> bool:
+        """Return whether planned motion is allowed, and coordinates and soft limits mean anything.
+
+        A restored position counts once its operator or caller has accepted it.
+        """
+        return self.trust is Trust.REFERENCED or (self.trust is Trust.RESTORED and allow_restored)
+
 
 FIRST_BELIEF = Belief(Trust.UNKNOWN, Evidence.NO_RECORD.value)
 
@@ -178,11 +185,8 @@ def require_reference(belief: Belief, *, allow_restored: bool, what: str = PLANN
 
     `what` begins the message: what needs a trusted position.
     """
-    if belief.trust is Trust.REFERENCED:
-        return
-    if belief.trust is Trust.RESTORED and allow_restored:
-        return
-    raise NotReferenced(
-        f"{what} a trusted position, and this one is {belief.trust.value}: "
-        f"{belief.reason}. To fix this, {_REMEDY[belief.trust]}"
-    )
+    if not belief.allows_planning(allow_restored=allow_restored):
+        raise NotReferenced(
+            f"{what} a trusted position, and this one is {belief.trust.value}: "
+            f"{belief.reason}. To fix this, {_REMEDY[belief.trust]}"
+        )

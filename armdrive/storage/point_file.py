@@ -257,6 +257,9 @@ class Points(MutableMapping[str, Point]):
         self._here = here
         self._files = files
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} in {self.path}>"
+
     # -- the file -----------------------------------------------------------------------------
 
     def _bytes(self) -> bytes:

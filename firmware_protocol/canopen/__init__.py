@@ -110,6 +110,7 @@ from firmware_protocol.canopen.sdo_server import SdoServerEvent as SdoServerEven
 from firmware_protocol.canopen.sdo_server import WriteAsked as WriteAsked
 from firmware_protocol.canopen.services import ALL_NODES as ALL_NODES
 from firmware_protocol.canopen.services import ERROR_WORDS as ERROR_WORDS
+from firmware_protocol.canopen.services import HEARTBEAT_MISSING as HEARTBEAT_MISSING
 from firmware_protocol.canopen.services import NODE_MAX as NODE_MAX
 from firmware_protocol.canopen.services import SPEAKS as SPEAKS
 from firmware_protocol.canopen.services import Emergency as Emergency

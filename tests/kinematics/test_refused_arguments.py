@@ -47,6 +47,7 @@ from kinematics.chains.arm import ChainArm
 from kinematics.chains.inverse import solve_goal, solve_pose_ik
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.urdf import read_urdf
+from kinematics.errors import suggestion
 from kinematics.frames.orientations import RPY
 from kinematics.frames.rotations import IDENTITY
 from kinematics.frames.transforms import IN_PLACE
@@ -56,6 +57,7 @@ from kinematics.textbook.systems import MODEL_NAMES
 from kinematics.textbook.worked_example import example_posture
 
 LINKS = (DHLink(a_mm=100.0), DHLink(a_mm=80.0))
+HOME = Joints.of(0, 40, -60, -70, 0)
 
 
 def is_angle(coordinate):
@@ -235,6 +237,12 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: preset({}), "no preset arm is named"),
         (lambda: Joints(None), "joint angles are a list of numbers, not None"),
         (lambda: Joints("12345"), "base_rad must be a finite number"),
+        (lambda: Joints.of(0, 40, "x", 0, 0), r"angles_deg\[2\] must be a finite number"),
+        (lambda: HOME.replace(base_deg=None), "base_deg must be a finite number"),
+        (lambda: HOME.replace(base_degrees=3), "no joint is named 'base_degrees'.*'base_deg'"),
+        (lambda: HOME.replace(sholder_deg=3), r"did you mean 'shoulder_deg'\?$"),
+        (lambda: HOME["sholder"], r"did you mean 'shoulder'\?$"),
+        (lambda: HOME["turret_deg"], "no joint is named 'turret_deg'"),
         (lambda: TEACHMOVER.fk((0.0,) * 5), "joints must be of the class Joints"),
         (lambda: TEACHMOVER.ik(None), "a pose must be of the class Pose"),
         (lambda: TEACHMOVER.branches((1.0,) * 5), "a pose must be of the class Pose"),
@@ -295,6 +303,15 @@ def test_turns_are_taken_off_before_anything_is_added(turns):
     assert turn_near(angle, 0.1) == pytest.approx(expected, abs=1e-15)
     joints = Joints((0.0, 0.5, -0.5, 0.0, angle))
     assert TEACHMOVER.fk(joints).roll_rad == pytest.approx(expected, abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["pitch_deg", "roll_deg", "yaw_deg"])
+@pytest.mark.parametrize("angle", [5000, -721.0, math.nan, "x"])
+def test_an_angle_in_degrees_is_refused_as_it_was_given(name, angle):
+    within = "must be within two turns, 720° either way" if angle in (5000, -721.0) else "finite"
+    with pytest.raises(BadNumber, match=f"^{name} .*{within}.*, not {angle!r}$"):
+        Pose.of(x_mm=0, y_mm=0, z_mm=0, **{"pitch_deg": 0.0, name: angle})
+    assert Pose.of(x_mm=0, y_mm=0, z_mm=0, pitch_deg=-720.0).pitch_deg == -720.0
 
 
 @pytest.mark.parametrize("name", ["pitch_rad", "roll_rad", "yaw_rad"])
@@ -442,3 +459,23 @@ def test_axes_a_hair_from_parallel_make_a_chain_that_holds_its_tool(lean, conven
     assert ("nearly parallel" in said) == (1e-9 <= lean <= 1e-7)
     if lean <= 1e-7:
         assert max(abs(link.d_mm) for link in made.chain.links) < 1.0
+
+
+def test_a_joint_of_any_unit_is_the_same_joint():
+    turned = HOME.replace(base_deg=3)
+    assert turned == HOME.replace(base=math.radians(3)) == HOME.replace(base_rad=math.radians(3))
+    assert turned == Joints.of(3, 40, -60, -70, 0)
+    assert turned["base"] == turned["base_rad"] == turned.base_rad == turned[0]
+    assert turned["base_deg"] == turned.base_deg == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("base_rad", "; write base_deg=math.degrees(...)"),
+        ("bse_deg", "; did you mean 'base_deg'?"),
+        ("lift_deg", "; write lift_rad=math.radians(...)"),
+    ],
+)
+def test_a_name_that_is_right_but_for_its_unit_is_not_taken_for_a_slip_of_the_pen(word, said):
+    assert suggestion(word, ("base_deg", "lift_rad")) == said

@@ -29,7 +29,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.control_socket import serve_stop
 from armdrive.connect.port import PortOpening
-from armdrive.connect.target import find, simulation_forced
+from armdrive.connect.target import find, require_real_ports, simulation_forced
 from armdrive.dialects import Language
 from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import BadRequest, HolderError, OperatorNeeded, PortInUse
@@ -138,8 +138,7 @@ def _language(options: argparse.Namespace, config: ArmConfig | None) -> Language
 
 def _watched(options: argparse.Namespace) -> ArmConfig | None:
     """Return the arm whose bus is meant; None if a bus is named. Raises `BadRequest`."""
-    if simulation_forced():
-        raise BadRequest("ARMDRIVE_FORCE_SIM is set, so no bus is opened: clear that variable")
+    require_real_ports()
     if bool(options.port) == bool(options.arm):
         raise BadRequest("name one bus, or an arm file with --arm; `armdrive ports` lists them")
     return find(options.arm).config if options.arm else None

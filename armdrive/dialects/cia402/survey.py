@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
-from armdrive.dialects.bus.ledger import SurplusAnswers
+from armdrive.dialects.bus.ledger import TRIES, SurplusAnswers
 from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,
@@ -62,6 +62,7 @@ from firmware_protocol.canopen.objects import (
 )
 from firmware_protocol.canopen.sdo import Aborted, SdoClient, Uploaded
 from firmware_protocol.canopen.services import (
+    HEARTBEAT_MISSING,
     NODE_MAX,
     Heartbeat,
     NodeState,
@@ -78,7 +79,7 @@ from firmware_protocol.frames import Frame, pack
 ASK_S = 0.02
 """Timeout of the first question to a node; drives answer within some milliseconds."""
 PAUSE_S = 0.005
-ROUNDS, TRIES = 2, 3
+ROUNDS = 2
 LONGEST = 256
 """The greatest object that is read, in bytes; names are the longest."""
 
@@ -276,7 +277,6 @@ def _value(answer: Uploaded) -> Value | None:
 
 # The result of a survey, as findings: the nodes that answer, their states, their faults.
 
-HEARTBEAT_MISSING = 0x8130
 """The error of a drive that missed its master's heartbeat; it has stopped and holds."""
 _BROKEN = (DriveState.FAULT, DriveState.FAULT_REACTION)
 

@@ -260,7 +260,7 @@ class Jogged:
 
 
 def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
-    """Serve increments and the held jog until neither is left, or until a stop."""
+    """Serve increments and the held jog until neither is left. A stop raises `Stopped`."""
     core = wire.core
     try:
         with in_motion(wire, or_homing=True):
@@ -272,6 +272,8 @@ def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
     finally:
         core.hold = None
         core.nudges.clear()
+    if wire.stopping:
+        raise wire.stopped("the jog was stopped")
     joints, _ = core.transmission.to_joints(core.position.acknowledged)
     return Jogged(joints, core.config.model.arm.fk(joints), core.diagnostics.notice)
 

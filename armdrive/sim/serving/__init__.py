@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 
 from armdrive.errors.printable import printable_lines
-from armdrive.sim.bus.line import BITRATE, BusLine
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults import FaultRequest
 from armdrive.sim.serving.console import Console
@@ -28,6 +28,7 @@ from armdrive.sim.serving.servers import (
     split_address,
 )
 from armdrive.sim.wire import PacedDevice
+from armdrive.transports.address import BITRATE
 from armdrive.transports.link import Bell
 
 LONGEST_SLEEP_S = 0.25

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import islice
 
-from armdrive.errors.arguments import BASIC, checked_calls, made_of
+from armdrive.errors.arguments import BASIC, checked_calls, known_attributes, made_of
 from armdrive.sim.world.body import ArmBody, Play, found_posture, sagged
 from armdrive.sim.world.table import (
     TABLE_TOLERANCE_MM,
@@ -34,6 +34,7 @@ MOST_INCIDENTS = 1000
 _ROUNDING = 1e-6
 
 
+@known_attributes
 @checked_calls({**BASIC, "TableBlock": made_of(TableBlock, "a block", A_BLOCK)}, *BY_HAND)
 class World:
     """One arm, the true positions of its motors, and the blocks on its table.

@@ -14,7 +14,7 @@ from pages import page
 from served import Served
 from waiting import LONG_S, until
 
-from armdrive import Arm, LinkLost, WrongState
+from armdrive import Arm, JointMove, LinkLost, WrongState
 from armdrive.config.sections import Connection
 from armdrive.connect import port as mending
 from armdrive.connect.parts import connect_simulated
@@ -105,20 +105,21 @@ def test_a_wire_that_comes_back_elsewhere_is_said_to_be_there(connected, dialect
 
 
 @two_kinds
+@pytest.mark.parametrize("stop", [Arm.stop, Arm.estop])
 @pytest.mark.parametrize("moving", [False, True])
-def test_a_stop_that_cannot_reach_the_arm_does_not_end_well(connected, dialect, moving):
+def test_a_stop_that_cannot_reach_the_arm_does_not_end_well(connected, dialect, moving, stop):
     arm = connected(dialect, reconnect=True)
     arm.move_j(base_deg=80, wait=not moving)
     arm.twin.faults.add("unplug")
     arm.sleep(0.5)
     for _ in range(2):
         with pytest.raises(LinkLost, match=r"did not reach the arm .*its own switch"):
-            arm.stop()
+            stop(arm)
     replug(arm)
     arm.sleep(RECONNECTS_S)
-    arm.stop()
+    stop(arm)
     arm.close()
-    arm.stop()
+    stop(arm)
 
 
 @pytest.mark.parametrize("reconnect", [False, True])
@@ -225,7 +226,8 @@ def test_an_emergency_stop_without_a_wire_latches_once_it_is_back(connected, dis
     if disabled:
         arm.disable()
     unplug(arm)
-    arm.estop()
+    with pytest.raises(LinkLost):
+        arm.estop()
     arm.sleep(2.0)
     replug(arm)
     arm.sleep(RECONNECTS_S)
@@ -376,6 +378,40 @@ def test_a_standing_arm_that_falls_silent_is_given_up_as_soon_as_the_page_says(d
 def test_the_page_tells_those_times():
     times = " | ".join(f"{time_s} s" for time_s in GIVEN_UP_AFTER_S.values())
     assert f"| at rest | {times} |" in page("sharing")
+
+
+AFTER_A_LOSS = {
+    "move_j": lambda arm: arm.move_j(base_deg=10),
+    "preview": lambda arm: arm.run(arm.preview(JointMove({"base_deg": 10})).resolved),
+    "jog_j": lambda arm: arm.jog_j(base_deg=1),
+    "jog_l": lambda arm: arm.jog_l(x_mm=1),
+    "move_motors": lambda arm: arm.move_motors(1, 0, 0, 0, 0, 0),
+    "grasp": lambda arm: arm.gripper.grasp(),
+    "home": lambda arm: arm.home(),
+    "enable": lambda arm: arm.enable(),
+    "disable": lambda arm: arm.disable(),
+    "reset": lambda arm: arm.reset(),
+    "set_output": lambda arm: arm.set_output(1),
+    "read_inputs": lambda arm: arm.read_inputs(),
+    "wait_inputs": lambda arm: arm.wait_inputs(high=1),
+    "confirm_reference": lambda arm: arm.confirm_reference(),
+    "read_pendant_program": lambda arm: arm.read_pendant_program(),
+}
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_every_call_after_a_loss_says_why_the_link_is_lost_and_what_to_do(connected, moving):
+    arm = connected()
+    arm.move_j(base_deg=80, wait=not moving)
+    unplug(arm)
+    assert arm.preview(JointMove({"base_deg": 10})).refusal is not None
+    for call in AFTER_A_LOSS.values():
+        with pytest.raises(LinkLost, match="unplugged: plug it in and connect again"):
+            call(arm)
+    arm.close()
+    for call in AFTER_A_LOSS.values():
+        with pytest.raises(LinkLost, match="connect again"):
+            call(arm)
 
 
 # -- Other ports -----------------------------------------------------------------------------------

@@ -3,13 +3,15 @@
 import math
 import signal
 import threading
+from dataclasses import replace
 
 import pytest
 from amounts import in_pairs
 from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, stand_still_s
 
-from armdrive import Jog
-from armdrive.errors import ArmError, DeviceFault, OperatorNeeded, Stopped, WrongState
+from armdrive import Jog, JogMove
+from armdrive.connect.control_socket import answered
+from armdrive.errors import ArmError, DeviceFault, LinkLost, OperatorNeeded, Stopped, WrongState
 from armdrive.motion.context import alerted
 from armdrive.motion.resolve import prepare
 from armdrive.motion.standing import set_outputs
@@ -217,9 +219,9 @@ def test_closing_ends_a_motion_under_way_and_the_arm_stands():
     assert handle.done
     assert not arm.twin.device.moving
     assert arm.status.state is State.DISCONNECTED
-    with pytest.raises(WrongState, match="connect first"):
+    with pytest.raises(LinkLost, match="the connection was closed: connect again"):
         arm.move_j(base_deg=0)
-    with pytest.raises(WrongState, match="connect first"):
+    with pytest.raises(LinkLost, match="the connection was closed: connect again"):
         arm.home()
     arm.close()
 
@@ -376,6 +378,82 @@ def test_interrupting_the_wait_stops_the_arm_between_two_steps():
     assert arm.twin.world.motors == arm.status.acknowledged
     assert arm.twin.link.overlaps == []
     arm.move_j(base_deg=0)
+
+
+SCRIPTED = {
+    "move_j": lambda arm: arm.move_j(base_deg=40),
+    "move_l": lambda arm: arm.move_l(replace(arm.pose, y_mm=arm.pose.y_mm + 60)),
+    "move_motors": lambda arm: arm.move_motors(400, 0, 0, 0, 0, 0),
+    "jog_j": lambda arm: arm.jog_j(base_deg=20),
+    "jog_j for a time": lambda arm: arm.jog_j(base=1, duration_s=2.0),
+    "jog_l": lambda arm: arm.jog_l(y_mm=40),
+    "run": lambda arm: arm.run(JogMove(Jog.joint(base=20))),
+    "gripper": lambda arm: arm.gripper.close(),
+    "sleep": lambda arm: arm.sleep(2.0),
+    "wait_inputs": lambda arm: arm.wait_inputs(high=7, within_s=2.0),
+}
+"""Calls of a script that a stop ends, or that do not begin after one."""
+
+
+def stopped_elsewhere(arm):
+    """Stop an arm as `armdrive stop` does from another terminal."""
+    _, answers = answered(arm, {"request": "stop"})
+    assert list(answers) == [{"done": "stop"}]
+
+
+@pytest.mark.parametrize("stop", [lambda arm: arm.request_stop(), stopped_elsewhere])
+@pytest.mark.parametrize("name", SCRIPTED)
+def test_a_stop_ends_every_call_of_a_script_that_waits(name, stop):
+    arm = ready_arm()
+    device = arm.twin.device
+    device.at(device.now_s + 0.2, lambda: stop(arm))
+    with pytest.raises(Stopped, match="stop"):
+        SCRIPTED[name](arm)
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.REFERENCED
+    SCRIPTED["move_j"](arm)  # told once, a script may go on
+
+
+@pytest.mark.parametrize("name", SCRIPTED)
+def test_a_stop_from_elsewhere_between_two_calls_keeps_the_next_one_from_beginning(name):
+    arm = ready_arm()
+    before = arm.twin.world.motors
+    stopped_elsewhere(arm)
+    arm.pace.wait(lambda: arm.engine.at_rest, 1.0)  # the engine has dealt with the stop
+    with pytest.raises(Stopped, match="a stop was requested"):
+        SCRIPTED[name](arm)
+    assert arm.twin.world.motors == before
+    SCRIPTED["jog_j"](arm)
+    assert arm.twin.world.motors != before
+
+
+def test_a_stop_from_elsewhere_that_came_at_the_goal_keeps_the_next_motion_from_beginning():
+    arm = ready_arm()
+    handle = arm.move_j(base_deg=2, wait=False)
+    while not handle.done:
+        arm.sleep(0.01)
+    stopped_elsewhere(arm)
+    handle.wait()
+    with pytest.raises(Stopped):
+        arm.move_j(base_deg=0)
+
+
+def test_a_script_s_own_stop_between_two_calls_is_known_to_it():
+    arm = ready_arm()
+    arm.request_stop()
+    arm.stop()
+    arm.move_j(base_deg=2, wait=False).cancel()
+    arm.jog_j(base_deg=2)
+
+
+def test_a_person_at_the_keys_jogs_on_after_a_stop_from_elsewhere():
+    arm = ready_arm()
+    stopped_elsewhere(arm)
+    before = arm.twin.world.motors
+    arm.pace.wait(lambda: arm.engine.at_rest, 1.0)
+    arm.nudge(Jog.joint(base=2.0), speed=0.5)
+    arm.pace.wait(lambda: arm.twin.world.motors != before, 1.0)
+    assert arm.twin.world.motors != before
 
 
 def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):

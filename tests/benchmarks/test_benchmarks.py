@@ -1,6 +1,4 @@
-"""Each part of the benchmark runs, with counts too small to measure anything."""
-
-from __future__ import annotations
+"""Each part of the benchmarks runs, with counts too small to measure anything."""
 
 import inspect
 import json
@@ -8,9 +6,12 @@ import math
 import sys
 from collections import Counter
 
+import grbl_stream
 import killing
 import measuring
+import programs
 import pytest
+import recorder
 import simulated_time
 import solving
 import starting
@@ -150,3 +151,58 @@ def test_one_in_a_hundred_is_the_99th_percentile():
     assert measuring.p99([float(value) for value in range(100)]) == 99.0
     assert measuring.p99([float(value) for value in range(1000)]) == 990.0
     assert measuring.p99([3.0, 1.0]) == 3.0
+
+
+# The streaming benchmark runs, with counts too small to measure anything.
+
+
+def test_the_places_are_one_step_apart_and_stay_in_reach():
+    places = grbl_stream.zigzag(2000)
+    assert all(abs(b - a) == 1 for a, b in zip([0, *places], places, strict=False))
+    assert (min(places), max(places)) == (0, 400)
+
+
+@needs_pty
+def test_a_moving_stream_ends_where_its_lines_lead():
+    section = grbl_stream.moving(60)
+    assert [row.unit for row in section.rows] == ["lines/s", "%"] * 2
+    assert all(row.value > 0.0 for row in section.rows)
+
+
+@needs_pty
+def test_a_refused_line_fails(monkeypatch):
+    monkeypatch.setattr(grbl_stream, "segments", lambda count: [grbl_stream.Line("G1X1")] * count)
+    with pytest.raises(grbl_stream.Failed, match="22"):
+        grbl_stream.checking(3)
+
+
+# Each part of the benchmark of programs runs, with counts too small to measure anything.
+
+
+@pytest.mark.parametrize(
+    ("name", "amounts"), [("calls", (1, 2)), ("ways", (1, 2)), ("starting", (1,))]
+)
+def test_every_row_is_a_figure_beside_a_floor(name, amounts):
+    section = programs.SECTIONS[name](*amounts)
+    floor, *others = section.rows
+    assert not floor.times
+    for row in others:
+        assert math.isfinite(row.value)
+        assert row.value > 0.0
+        assert all(times > 0.0 for times in row.times.values())
+        assert row.times
+
+
+# The benchmark of the flight recorder runs, and measures with and without it.
+
+
+def test_the_cpu_of_a_move_is_measured_for_every_dialect():
+    rows = recorder.cpu(rounds=1, dialects=("teachmover", "armdroid")).rows
+    assert [row.what.partition(":")[0] for row in rows] == ["teachmover"] * 3 + ["armdroid"] * 3
+    assert all("without it" in row.times for row in rows[1::3])
+
+
+def test_writing_a_ring_is_measured():
+    rows = {row.what: row.value for row in recorder.writing(seconds=2.0).rows}
+    assert rows["entries in the last five minutes"] > 100
+    assert rows["the file"] > 0.0

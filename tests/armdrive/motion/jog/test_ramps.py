@@ -1,54 +1,15 @@
-"""Laws of a jog's arithmetic: ramps, the rates of joints under a moving tip, and braking."""
-
-import math
+"""Laws of a jog's arithmetic: ramps, and braking before a bound."""
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.five_axis.closed_form import forward
-from kinematics.five_axis.rates import (
-    braked,
-    joint_rates,
-    ramped,
-    share_of_limits,
-    shares_to_stop,
-    task_jacobian,
-)
-from kinematics.frames.matrices import times
+from armdrive.motion.jog.ramps import braking_share, ramped, share_of_limits, shares_to_stop
 from kinematics.presets import preset
-from kinematics.spaces import Joints
 
-ARM = preset("teachmover").arm
-LENGTHS = ARM.lengths
-BOUNDS = tuple((one.low_rad, one.high_rad) for one in ARM.limits)
+BOUNDS = tuple((one.low_rad, one.high_rad) for one in preset("teachmover").arm.limits)
 SHARES = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 POSTURES = st.tuples(*[st.floats(low, high) for low, high in BOUNDS])
-TIPS = st.tuples(*[st.floats(-100.0, 100.0)] * 3, *[st.floats(-1.0, 1.0)] * 2)
-
-
-@given(POSTURES, TIPS)
-def test_joint_rates_are_the_inverse_of_the_jacobian_in_front_and_behind(angles, tip):
-    assume(abs(math.sin(angles[2])) > 0.02)
-    r = math.hypot(*forward(angles, LENGTHS)[:2])
-    assume(r > 5.0)
-    rates = joint_rates(angles, tip, LENGTHS)
-    made = times(task_jacobian(ARM, Joints(angles)), rates)
-    assert made == pytest.approx(tip, abs=1e-6)
-
-
-@pytest.mark.parametrize("angles", [(0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.5, math.pi, 0.0, 0.0)])
-def test_a_straight_or_folded_elbow_gives_no_rates(angles):
-    assert joint_rates(angles, (1.0, 0.0, 0.0, 0.0, 0.0), LENGTHS) is None
-
-
-def test_a_tip_on_the_base_axis_moves_only_in_the_arms_plane():
-    angles = (0.0, math.pi / 2 + 0.5, -1.0, 0.0, 0.0)
-    wrist_r = LENGTHS[1] * math.cos(angles[1]) + LENGTHS[2] * math.cos(angles[1] + angles[2])
-    third = math.acos(-wrist_r / LENGTHS[3])
-    angles = (0.0, angles[1], angles[2], third - angles[1] - angles[2], 0.0)
-    assert joint_rates(angles, (10.0, 0.0, 0.0, 0.0, 0.0), LENGTHS) is not None
-    assert joint_rates(angles, (0.0, 10.0, 0.0, 0.0, 0.0), LENGTHS) is None
 
 
 @given(SHARES, SHARES, st.floats(0.5, 20.0), st.floats(0.01, 1.0))
@@ -89,7 +50,7 @@ def test_a_change_of_direction_passes_through_zero():
 def test_braking_ends_at_the_bound_and_is_never_beyond_it(way_s, time_s, ramp_s):
     speed, left = 1.0, way_s
     for _ in range(400):
-        share = braked(left / speed, time_s, ramp_s * speed) if speed else 0.0
+        share = braking_share(left / speed, time_s, ramp_s * speed) if speed else 0.0
         speed *= share
         left -= speed * time_s
         assert left >= -1e-9
@@ -98,10 +59,10 @@ def test_braking_ends_at_the_bound_and_is_never_beyond_it(way_s, time_s, ramp_s)
 
 
 def test_braking_from_afar_keeps_the_speed():
-    assert braked(10.0, 0.05, 0.2) == 1.0
-    assert braked(0.15, 0.05, 0.2) == pytest.approx(1.0)
-    assert braked(0.0, 0.05, 0.2) == braked(-1.0, 0.05, 0.2) == 0.0
-    assert braked(0.02, 0.05, 0.0) == pytest.approx(0.4)
+    assert braking_share(10.0, 0.05, 0.2) == 1.0
+    assert braking_share(0.15, 0.05, 0.2) == pytest.approx(1.0)
+    assert braking_share(0.0, 0.05, 0.2) == braking_share(-1.0, 0.05, 0.2) == 0.0
+    assert braking_share(0.02, 0.05, 0.0) == pytest.approx(0.4)
 
 
 def test_limits_slow_all_rates_alike():
