@@ -13,6 +13,7 @@ from filelock import Timeout
 
 from armdrive.errors import BadRequest
 from armdrive.sim.faults import parse_words
+from tests.conformance import rows_faults
 from tests.conformance.behaviour import on_bus
 from tests.conformance.faults import FAULTS
 from tests.conformance.real_time_bench import DeviceProcess, port_lock
@@ -86,7 +87,8 @@ class FakeControlPort:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-def test_a_device_on_a_port_with_a_control_port(tmp_path, capsys):
+def test_a_device_on_a_port_with_a_control_port(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(rows_faults, "IDLE_S", 0.3)  # real time, and no message is that late here
     found = tmp_path / "found.json"
     program, door = ("armdrive", "sim", "grbl"), ("--pty", str(tmp_path / "board"))
     device = DeviceProcess(program, door, "grbl")
