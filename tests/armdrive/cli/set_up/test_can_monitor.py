@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import sys
 import threading
 
@@ -17,6 +18,8 @@ from armdrive import Arm
 from armdrive.dialects.bus.words import FrameCheck, FrameKind
 from armdrive.dialects.mks.words import MksFrameDescriber
 from armdrive.errors import NoAnswer
+from armdrive.storage.files import replace_file
+from armdrive.storage.lock_client import notice_path
 from armdrive.transports.opening import open_link
 from firmware_protocol.canopen import Heartbeat, NodeState
 from firmware_protocol.frames import Frame, pack
@@ -186,6 +189,19 @@ def test_a_busy_adapter_is_reported_with_an_alternative(call, bus):
         said = call.refused("can", "monitor", bus.beside, code=4)
     assert "in use" in said
     assert "a second adapter" in said
+
+
+@needs_pty
+def test_the_notice_of_a_killed_program_holds_no_bus(call, bus):
+    left = notice_path(bus.beside, "holder")
+    replace_file(left, json.dumps({"address": f"{left}.gone"}))
+    with contextlib.closing(open_link(bus.beside, 0)):
+        assert "a second adapter" in call.refused("can", "monitor", bus.beside, code=4)
+
+
+def test_no_bus_is_opened_while_simulation_is_forced(call, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    assert "clear that variable" in call.refused("can", "monitor", "can:virtual:0", code=4)
 
 
 @pytest.mark.parametrize(
