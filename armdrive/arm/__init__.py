@@ -82,7 +82,13 @@ if TYPE_CHECKING:  # few arms and programs need these
 @traced
 @checked_calls(RULES)
 class Arm:
-    """A connected arm. Create it with `Arm.connect` and use it in a `with` statement."""
+    """A connected arm. Create it with `Arm.connect` and use it in a `with` statement.
+
+    A call that moves the arm may raise `WrongState`, `NotReferenced`, `OutOfBounds`, or an error of
+    the kinematics, before anything is sent; and `Stopped`, `LinkLost`, `NoAnswer` or another
+    `DeviceFault` on the way. A stop ends `sleep` and `wait_inputs` too. If another program stops
+    the arm between two of all these calls, the next one raises `Stopped`.
+    """
 
     program: Callable[[], dict[str, Any]] | None = None
     """Describes the running program to other processes, as plain data; None if none is running."""

@@ -14,7 +14,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import Recogniser, comes_back, says_something_readable
 from armdrive.errors import ArmError, DeviceFault, LinkLost, PortUnavailable
-from armdrive.errors.printable import quoted, reason_of
+from armdrive.errors.printable import command_line, reason_of
 from armdrive.motion.connecting import recover
 from armdrive.motion.context import MotionContext, without_reset
 from armdrive.registry import DIALECTS, dialect
@@ -148,14 +148,11 @@ def _instead(received: bytes, dialect: str, sent: Sequence[bytes], fault: str) -
 
 def _doctor(port: str) -> str:
     if is_can(port):
-        bus = port.removeprefix(PREFIX)
-        return (
-            f"`armdrive doctor --can '{bus}'` finds out which drives are there, and moves nothing."
-        )
-    where, which = (
-        (quoted(port), "") if port else ("PORT", ", for the port that `armdrive ports` shows,")
-    )
-    return f"`armdrive doctor {where}`{which} finds out what is there, and moves nothing."
+        survey = command_line("doctor", "--can", port.removeprefix(PREFIX))
+        return f"`{survey}` finds out which drives are there, and moves nothing."
+    which = "" if port else ", for the port that `armdrive ports` shows,"
+    doctor = command_line("doctor", port or "PORT")
+    return f"`{doctor}`{which} finds out what is there, and moves nothing."
 
 
 # Reconnecting a lost link: attempts to open it again, with increasing pauses. The engine then gets

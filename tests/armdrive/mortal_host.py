@@ -8,8 +8,6 @@ first move on, once a motion is under way where it says `moving`, or after `afte
 answer is whether it was killed, or how it ended.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

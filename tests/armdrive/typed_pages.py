@@ -21,8 +21,6 @@ A failing page names the command and its answer. With `WRITE_PAGES=1` in the env
 write the new answers into the pages, line by line: read the difference before you keep it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -3,8 +3,6 @@
 Each of the four figures is scaled where all dialects share it, and in each dialect's derivation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -162,19 +162,6 @@ def test_a_controller_that_lost_its_power_while_idle_is_suspect_and_keeps_its_po
         arm.move_j(base_deg=0)
 
 
-def test_a_power_cut_in_mid_motion_is_an_error_stop_with_a_suspect_position():
-    arm = ready_arm()
-    device = arm.twin.device
-    device.at(device.now_s + 0.7, device.power_off)
-    device.at(device.now_s + 0.9, device.power_on)
-    with pytest.raises(DeviceFault):
-        arm.move_j(base_deg=60)
-    assert arm.status.state is State.ERROR_STOP
-    assert arm.status.trust is Trust.SUSPECT
-    arm.reset()
-    assert arm.status.trust is Trust.SUSPECT
-
-
 def test_a_brown_out_between_bursts_is_found_while_the_motion_goes_on():
     arm = ready_arm()
     device = arm.twin.device

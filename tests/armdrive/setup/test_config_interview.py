@@ -1,7 +1,5 @@
 """The interview as data: questions, answers, steps back, and the files that come of them."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 
