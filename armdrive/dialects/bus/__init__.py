@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.abilities import SEGMENTS_AHEAD, Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects import DeviceTools, Dialect, Driver, Language
 from armdrive.transports.address import BITRATE
 
@@ -54,7 +54,7 @@ def bus_dialect(
             motors=6,
             coordinated=True,
             abort=Abort.RAMP,
-            queued_segments=3,
+            queued_segments=SEGMENTS_AHEAD,
             reports_while_moving=True,
             own_homing=True,
             check_bytes=check_bytes,
