@@ -3,8 +3,9 @@
 Read in this order:
 
     paths      the planned path of all motors, and each drive's course by its orders
-    ledger     the open questions to a drive, and the replies that it owes
-    observer   conclusions from orders, questions and replies: the table of verdicts
+    ledger     the open questions to a drive, the replies that it owes, how many it may miss
+    observer   conclusions from orders, questions and replies: the table of verdicts, and when a
+               drive counts as blocked, weak, off its path, mute, silent or late
     phases     what the drives of an arm do together: the table of phases and signals, and the
                stages of every dialect: the end of an earlier motion, stopping, homing
     drives     the motors of an arm, one drive each; ids, settings, missing drives
