@@ -12,7 +12,7 @@ from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
 from tui import watch as watch_words
 from tui.keys.remap import load_keys
-from tui.safety import SafetyPanel
+from tui.safety import SafetyPanel, number_text
 from tui.watch import HeldArm, Watching, WatchScreen
 from tui.widgets import LINES_SHOWN, PlainText
 
@@ -269,3 +269,10 @@ def test_the_title_names_the_program_and_how_far_it_is(program, words):
     title = watch_words.watched_state("left", view, "").arm
     assert title.endswith(words)
     assert title.startswith("REAL ARM, WATCHED: left (TeachMover) ")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(-0.04, "0.0"), (-0.05001, "-0.1"), (7, "7.0"), (True, "?"), (None, "?")]
+)
+def test_a_number_that_rounds_to_zero_has_no_sign(value, text):
+    assert number_text(value) == text

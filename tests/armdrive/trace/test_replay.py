@@ -24,7 +24,15 @@ from armdrive.trace import entries, files
 from armdrive.trace import replay as replaying
 from armdrive.trace.entries import WIRE, EntryKind, EntryRing, TraceEntry
 from armdrive.trace.files import LATEST_S, header_of, lines_of, parse_recording, read_recording
-from armdrive.trace.log import BACK, KEPT, MOST, Narrator, Topic, heading, lines
+from armdrive.trace.log import (
+    FURTHEST_BEHIND,
+    LINES_AT_ONCE,
+    LINES_KEPT,
+    Narrator,
+    Topic,
+    heading,
+    lines,
+)
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.trace.replay import ReplayBench, config_of, replay, replayed_view
 
@@ -216,9 +224,9 @@ def test_the_page_names_the_bounds():
     assert entries.LONGEST_S == 5 * 60
     assert f"{entries.MOST_BYTES // 1_000_000} MB" in PAGE
     assert f"newest {files.MOST_FILES} are kept" in PAGE
-    assert f"last {KEPT} lines" in PAGE
-    assert f"last {BACK} entries" in PAGE
-    assert f"at most {MOST} lines" in PAGE
+    assert f"last {LINES_KEPT} lines" in PAGE
+    assert f"last {FURTHEST_BEHIND} entries" in PAGE
+    assert f"at most {LINES_AT_ONCE} lines" in PAGE
 
 
 def test_the_program_of_the_page_prints_the_motion(capsys):

@@ -21,7 +21,15 @@ from armdrive.sim.serving.servers import Adapter
 from armdrive.sim.wire import Next, Rule, Share, frame_lost, late, lost, overtaken
 from armdrive.transports.can_health import frame_bits
 from armdrive.transports.link import MemoryLink
-from firmware_protocol.frames import LONGEST, Frame, SlcanLines, Unpacker, frame_of, line_of, pack
+from firmware_protocol.frames import (
+    LONGEST_LINE,
+    Frame,
+    SlcanLines,
+    Unpacker,
+    frame_of,
+    line_of,
+    pack,
+)
 
 BITRATE = 500_000
 
@@ -345,7 +353,7 @@ def test_lines_are_the_same_in_any_chunks(sent, size):
 def test_noise_without_an_end_is_forgotten_and_the_next_line_is_read():
     lines = SlcanLines()
     for _ in range(10):
-        assert lines.feed(b"?" * LONGEST) == []
+        assert lines.feed(b"?" * LONGEST_LINE) == []
     assert lines.feed(b"\rt0010\r") == [b"t0010"]
 
 
