@@ -1,7 +1,5 @@
 """Compile the processor simulator, and run it as a process."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shlex

@@ -4,8 +4,6 @@ This works for boards with too few axes for an arm, and compares the simulated b
 one directly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Measurements on a bench: how long motions take, and how soon the arm stands after a stop."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 

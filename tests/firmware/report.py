@@ -1,7 +1,5 @@
 """Results as plain text: a line for each row, mission, motion and stop."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from tests.conformance.running import RowResult, Verdict

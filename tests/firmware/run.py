@@ -10,8 +10,6 @@ Images are ELF files that you have built; the project contains none. Without --r
 promised; 2: nothing could be measured.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

@@ -1,7 +1,5 @@
 """Step times: from the step log of a simulated processor, or by sampling positions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Connecting: foreign boards, wrong dialects."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Reconnecting, at the same port or another."""
 
-from __future__ import annotations
-
 import math
 import sys
 import threading

@@ -1,7 +1,5 @@
 """Motions that are verified, and faults in motion."""
 
-from __future__ import annotations
-
 import json
 import math
 import random

@@ -1,7 +1,5 @@
 """Time of an arm: its clock, late and suspended programs."""
 
-from __future__ import annotations
-
 import math
 import random
 import threading

@@ -1,7 +1,5 @@
 """Every call ends: on endless, dripping and mute wires, and when nothing ever comes."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import random

@@ -1,7 +1,5 @@
 """The simulated device of every dialect, and its wire."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """The pytest plugin, and its table."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 import subprocess

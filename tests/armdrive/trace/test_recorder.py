@@ -1,7 +1,5 @@
 """What a flight recorder notes, when it writes by itself, and what it leaves alone."""
 
-from __future__ import annotations
-
 import threading
 
 import pytest

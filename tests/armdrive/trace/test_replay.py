@@ -1,7 +1,5 @@
 """Files of recordings, and their replay."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Links on CAN: ports, opening, reading."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import sys

@@ -1,7 +1,5 @@
 """A CiA 402 controller on simulated drives: switching on, orders, faults, settings."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest

@@ -1,7 +1,5 @@
 """CiA 402 drives in motion, paused and blocked."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest

@@ -1,7 +1,5 @@
 """Robko 01 driven through its controller: frames, pacing, stops."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Programs of the TeachMover's pendant, and their files."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Jogs in random grounds: the probes, the ground, the trials."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The wire of simulated drives: bits, adapters, and the drives' quirks."""
 
-from __future__ import annotations
-
 import itertools
 import random
 

@@ -1,7 +1,5 @@
 """A simulated GRBL board's wire, alarms and files."""
 
-from __future__ import annotations
-
 import contextlib
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A simulated GRBL board that moves an arm: lines, jogs, homing, hardware."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

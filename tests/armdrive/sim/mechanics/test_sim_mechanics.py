@@ -1,7 +1,5 @@
 """The mechanics of simulated devices: motors, coordinated paths, uncoordinated axes."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
