@@ -4,8 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from tests.conformance.running import RowResult, Verdict
 
-from .board_alone import BoardMotion
-from .measuring import Measured, Stopped
+from .measuring import BoardMotion, Measured, Stopped
 from .missions import MissionResult
 
 KEEPS_PACE = 0.98
