@@ -334,7 +334,6 @@ def _words(error: Exception) -> str:
 
 # -- A GRBL board without a driver: also of too few axes for an arm, and compared directly ---------
 
-
 LENGTHS = (60, 600)
 FAR = 5000
 BOARD_LONGEST_S = 60.0

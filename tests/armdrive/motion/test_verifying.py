@@ -256,7 +256,6 @@ def test_a_damaged_log_has_no_last_entry(tmp_path, text):
 
 # -- Faults ----------------------------------------------------------------------------------------
 
-
 WORDS = "somebody has opened the door"
 MOTIONS: dict[str, Callable[[Arm], Handle[Any]]] = {
     "move": lambda arm: arm.move_j(base_deg=20.0, speed=0.5, wait=False),

@@ -312,7 +312,6 @@ def test_a_motion_is_counted_and_the_rate_is_the_wires_own():
 
 # -- A program that is called late -----------------------------------------------------------------
 
-
 LATE_S = {
     "teachmover": 0.9,
     "robko01": 0.9,
@@ -426,7 +425,6 @@ def test_a_wire_that_never_falls_silent_does_not_keep_a_driver_waiting():
 
 
 # -- A program that is suspended -------------------------------------------------------------------
-
 
 ASLEEP_S = 400.0
 

@@ -403,7 +403,6 @@ def test_homing_by_switches_ends_on_time_and_quotes_what_was_received(kind):
 
 # -- Waits that nothing ends -----------------------------------------------------------------------
 
-
 LONGEST_WAIT_S = 3700.0
 """A pendant's program may be read for as long; nothing else comes near it."""
 

@@ -278,7 +278,6 @@ def test_a_wrong_word_of_the_command_line_is_named(call, words, said):
 
 # -- The wire --------------------------------------------------------------------------------------
 
-
 BYTE_S = 10 / 9600
 
 

@@ -46,7 +46,6 @@ from firmware_protocol.frames import Frame, pack
 
 # -- Ports -----------------------------------------------------------------------------------------
 
-
 NUMBER = "A50285BI"
 BUS = "can:slcan:/dev/ttyACM7?bitrate=500000"
 
@@ -165,7 +164,6 @@ class TestSameAdapter:
 
 
 # -- Opening ---------------------------------------------------------------------------------------
-
 
 NAMES = ("CAN_INTERFACE", "CAN_CHANNEL", "CAN_BITRATE", "CAN_CONFIG")
 
@@ -323,7 +321,6 @@ def test_filters_are_given_to_the_kernel_and_not_to_others(monkeypatch):
 
 
 # -- Links -----------------------------------------------------------------------------------------
-
 
 BUS_OFF = message(0x040, bytes(8), is_error_frame=True)
 NO_ACK = message(0x020, bytes(8), is_error_frame=True)

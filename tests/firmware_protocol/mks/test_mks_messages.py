@@ -116,7 +116,6 @@ def frame_of(text: str) -> Frame:
 
 # -- Messages --------------------------------------------------------------------------------------
 
-
 REFUSED = [
     (lambda: mks.MoveAbsoluteAxis(1 << 23, 1, 0), "counts"),
     (lambda: mks.MoveAbsoluteAxis(-(1 << 23), 1, 0), "counts"),  # the manual leaves it out

@@ -411,7 +411,6 @@ def test_drives_in_different_states_are_not_reported_as_held():
 
 # -- Faults that only CiA 402 drives have, and orders of another master ----------------------------
 
-
 FAULT = "E501"
 ELBOW = r"drive 3 \(elbow\)"
 TOO_HOT = ("drive-fault 3 4310", f"{ELBOW} is in fault.*too hot")

@@ -134,7 +134,6 @@ def test_no_more_than_one_line_of_a_jog_is_unanswered():
 
 # -- Pauses on a disturbed wire: a segment already drawn is not sent -------------------------------
 
-
 GOAL = {"base_deg": 18.0, "shoulder_deg": 52.0}
 
 
@@ -252,7 +251,6 @@ def test_what_is_taken_back_of_the_backlash_is_as_if_it_had_never_been_sent():
 
 
 # -- Slow and hanging boards -----------------------------------------------------------------------
-
 
 CANCEL, HOLD, RESUME = b"\x85", b"!", b"~"
 BOARDS = ("mega5x", "grbl")

@@ -248,7 +248,6 @@ def test_a_setting_that_differs_whenever_it_is_read_does():
 
 # -- Stray characters in the board's input line: no damaged line is executed -----------------------
 
-
 SPOILER = b"))GG\n"
 FLIPPED = [bytes([ord("?") ^ 1 << bit]) for bit in range(7)]
 OTHERS = [b"(", b"$", b"G", b"X", b"M", b"%", b"0", b"~", b"$H", b"\r"]
@@ -368,7 +367,6 @@ def test_contact_leaves_a_clean_line():
 
 
 # -- A board that falls silent on an intact wire: how soon the driver notices, and how -------------
-
 
 LOOK_S = 0.01
 

@@ -255,7 +255,6 @@ def test_the_dump_of_a_slow_wire_is_waited_for():
 
 # -- Files -----------------------------------------------------------------------------------------
 
-
 CONFIG = find("sim:teachmover").config
 ZERO = (0,) * 6
 

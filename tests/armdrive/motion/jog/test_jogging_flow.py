@@ -216,7 +216,6 @@ def test_the_operator_may_use_the_pendant_between_his_jogs():
 
 # -- a hold that overtakes an increment -----------------------------------------------------------
 
-
 LOOK_S = 0.005
 STEP = 30.0
 
@@ -436,7 +435,6 @@ def test_what_a_jog_was_answered_is_gone_when_the_next_motion_begins():
 
 
 # -- a sample of the jogs of benchmarks/jog_limits.py ---------------------------------------------
-
 
 SEED = 22
 COUNTS = {"teachmover": 4, "robko01": amount(1, 2), "armdroid": amount(1, 2), "grbl": amount(1, 3)}

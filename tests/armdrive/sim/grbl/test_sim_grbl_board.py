@@ -203,7 +203,6 @@ def test_noise_is_answered_by_errors_and_breaks_nothing():
 
 # -- Alarms ----------------------------------------------------------------------------------------
 
-
 HOLD, RESUME, RESET, DOOR = "!", "~", "\x18", "\x84"
 LIMITED = {**MACHINE, 21: 1}
 SOFT = {**MACHINE, 22: 1, 20: 1}
@@ -416,7 +415,6 @@ def test_a_move_under_way_brakes_before_a_soft_limit_alarm_and_keeps_its_place()
 
 
 # -- Files -----------------------------------------------------------------------------------------
-
 
 HUGE = 1.7e308
 

@@ -218,7 +218,6 @@ def test_nothing_drifts_over_many_small_lines():
 
 # -- Jogs ------------------------------------------------------------------------------------------
 
-
 CANCEL = "\x85"
 JOG_2 = "$J=G91X2F1500\n"
 """Two units at 25 units a second, from which it takes 0.63 units to stop."""
