@@ -52,18 +52,6 @@ def standing_as_said(arm: Arm) -> bool:
     return arm.twin.world.motors == arm.status.acknowledged
 
 
-def killed(arm: Arm, look_s: float = 0.004) -> float:
-    """Let the device live on without its driver; return for how long its motors turned."""
-    start_s = now_s = since_s = arm.status.time_s
-    last = arm.twin.world.motors
-    while now_s < start_s + 1.2:
-        now_s += look_s
-        arm.twin.link.inner.read(now_s)  # what is on the wire arrives
-        if arm.twin.world.motors != last:
-            last, since_s = arm.twin.world.motors, now_s
-    return since_s - start_s
-
-
 def begin_planned(arm: Arm) -> None:
     arm.move_j(base_deg=80, shoulder_deg=75, elbow_deg=-40, wait=False)
 
