@@ -2,13 +2,16 @@
 
 import math
 import re
+from dataclasses import replace
 from functools import partial
 
-from faults import DisturbedLink, arm_config, driven, stand_still_s
+from faults import DisturbedLink, Rule, arm_config, driven, stand_still_s
 
 from armdrive import Jog
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
+from armdrive.connect.parts import connect_simulated
+from armdrive.registry import simulate
 from kinematics import Pose
 
 PIECES = re.compile(rb"[?!~\x18\x80-\xff]|[^?!~\x18\x80-\xff\n]*\n|[^?!~\x18\x80-\xff\n]+")
@@ -42,6 +45,14 @@ def found(made: ArmConfig | None = None, **options) -> Arm:
 def ready(made: ArmConfig | None = None, **options) -> Arm:
     """The same, referenced; what contact has sent is forgotten."""
     return driven(made or config(), link=Disturbed, **options)
+
+
+def over(*rules: Rule, **options) -> Arm:
+    """Connect over a wire that changes by rules what the board sends."""
+    twin = simulate(config(), **options)
+    link = Disturbed(twin.link)
+    link.back += rules
+    return Arm(connect_simulated(config(), twin=replace(twin, link=link)))
 
 
 stands = partial(stand_still_s, quiet_s=0.4, look_s=0.008)

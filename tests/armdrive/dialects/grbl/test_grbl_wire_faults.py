@@ -13,6 +13,7 @@ from grbl_arm import (
     begin_tip_jog,
     config,
     found,
+    over,
     ready,
     standing_as_said,
     stands,
@@ -227,10 +228,7 @@ A_HUNDRED_BECOMES_TEN = without_byte(3)
 
 
 def connected(times):
-    twin = simulate(config())
-    link = Disturbed(twin.link)
-    link.back.append(Rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
-    return Arm(connect_simulated(config(), twin=replace(twin, link=link)))
+    return over(Rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
 
 
 def test_a_setting_that_lost_a_byte_on_the_wire_keeps_no_arm_from_moving():
