@@ -311,6 +311,9 @@ def test_a_motion_is_counted_and_the_rate_is_the_wires_own():
 
 
 # -- A program that is called late -----------------------------------------------------------------
+# It is late as a busy computer is: too little for anyone to call it suspended. What has come
+# meanwhile is read before anything is judged to be missing, so that motions end as they were asked
+# to, and none is called a failure for the time that nobody looked.
 
 LATE_S = {
     "teachmover": 0.9,

@@ -233,6 +233,8 @@ def test_what_is_taken_back_of_the_backlash_is_as_if_it_had_never_been_sent():
 
 
 # -- Slow and hanging boards -----------------------------------------------------------------------
+# Figures without a test's own name were seen on grbl-Mega-5X and on gnea/grbl 1.1h in a processor
+# simulator.
 
 CANCEL, HOLD, RESUME = b"\x85", b"!", b"~"
 BOARDS = ("mega5x", "grbl")
