@@ -1,7 +1,5 @@
 """Simulated devices that are served in real time, and their console."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
