@@ -7,9 +7,10 @@ properties named `_deg`, which are edges where a person reads or types.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, overload
+from typing import TYPE_CHECKING, ClassVar, SupportsIndex, overload
 
 from kinematics.errors import (
     BadNumber,
@@ -248,6 +249,16 @@ class Joints:
         return ", ".join(f"{name} {rounded(angle, 1)}°" for name, angle in self.deg.items())
 
 
+def _whole(motor: int, count: SupportsIndex) -> int:
+    """Return a count of steps as Python's int, also one of numpy's."""
+    name = f"motor {motor} steps"
+    finite(name, count)
+    try:
+        return operator.index(count)
+    except TypeError:
+        raise BadNumber(name, count, "must be a whole number") from None
+
+
 class Motors(tuple[int, ...]):
     """Whole motor steps, one a motor: an absolute position, or the difference of two.
 
@@ -259,9 +270,9 @@ class Motors(tuple[int, ...]):
     def __new__(cls, steps: Iterable[int] = ()) -> Motors:
         """Make motor steps; raises `BadNumber` for anything but whole numbers."""
         made = super().__new__(cls, steps)
-        for number, count in enumerate(made, 1):
+        for count in made:
             if type(count) is not int:
-                raise BadNumber(f"motor {number} steps", count)
+                return super().__new__(cls, [_whole(*motor) for motor in enumerate(made, 1)])
         return made
 
     def __sub__(self, other: Motors) -> Motors:

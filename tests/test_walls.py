@@ -12,6 +12,7 @@ from importlinter.cli import lint_imports
 
 from armdrive.registry import DIALECTS
 
+ROOT = Path(__file__).parents[1]
 PACKAGES = ("armdrive", "firmware_protocol", "kinematics", "tui")
 
 
@@ -55,7 +56,6 @@ def test_a_cycle_is_found_and_what_leads_into_it_is_not_part_of_it():
 # A dialect is three subpackages and a row of the registry: no other file names one.
 
 
-ROOT = Path(__file__).parents[1]
 HOMES = ("firmware_protocol", "armdrive/dialects", "armdrive/sim")
 CODECS = {path.name for path in (ROOT / "firmware_protocol").iterdir() if path.is_dir()}
 NAMES = {*DIALECTS, *CODECS} - {"__pycache__"}
@@ -176,3 +176,37 @@ def test_what_counts_as_naming_one(tmp_path, monkeypatch, source, caught):
     path = tmp_path / "module.py"
     path.write_text(source, encoding="utf-8")
     assert bool(list(names_in(path))) == caught
+
+
+# -- maps: a package's docstring says what each of its files decides ------------------------------
+
+MAPPED = re.compile(r"^    ([a-z_][\w/., ]*?)  +\S", re.MULTILINE)
+"""A line of a map: names, two spaces or more, and what is decided there."""
+
+
+def map_of(package: Path) -> str:
+    """Return the docstring of a package if it has a map, else nothing."""
+    text = ast.get_docstring(ast.parse((package / "__init__.py").read_text("utf-8"))) or ""
+    return text if MAPPED.search(text) else ""
+
+
+FILES = sorted(path for name in PACKAGES for path in (ROOT / name).rglob("__init__.py"))
+WITH_A_MAP = {
+    file.parent.relative_to(ROOT).as_posix(): file.parent for file in FILES if map_of(file.parent)
+}
+
+
+@pytest.mark.parametrize("package", WITH_A_MAP.values(), ids=WITH_A_MAP)
+def test_a_map_names_every_file_of_its_package_and_no_other(package):
+    text, files = map_of(package), {path.stem for path in package.glob("*.py")}
+    inside = files | {path.parent.name for path in package.glob("*/__init__.py")}
+    for name in {each for line in MAPPED.findall(text) for each in re.split(r",\s*", line)}:
+        assert (package / name).exists() or name.rstrip("/") in inside, f"there is no {name}"
+    unnamed = {name for name in files if not re.search(rf"\b{name}\b", text)}
+    assert unnamed <= {"__init__", "__main__"}
+
+
+def test_the_packages_that_a_reader_enters_by_have_a_map():
+    entered = {"kinematics", "firmware_protocol", "tui", "armdrive/motion", "armdrive/runtime"}
+    assert entered <= WITH_A_MAP.keys()
+    assert len(WITH_A_MAP) > 30

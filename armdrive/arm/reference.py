@@ -36,10 +36,6 @@ from kinematics.spaces import Joints, Pose
 GroupReport = Callable[[tuple[str, ...]], None]
 
 
-def unreported(_: tuple[str, ...]) -> None:
-    """Ignore which motors have been homed."""
-
-
 Accept = bool | Callable[[Verified], bool]
 
 SAME_DRIFT = (

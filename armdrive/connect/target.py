@@ -10,10 +10,11 @@ from pathlib import Path
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
-from armdrive.errors.printable import quoted
+from armdrive.errors.printable import command_line
 from armdrive.registry import DEFAULT, DIALECTS, dialect
 from armdrive.registry.arm_files import ENDING, arm_path, arm_paths, load_arm, preset_arm
 from armdrive.storage import files as places
+from armdrive.text.reading import is_there
 from armdrive.transports.address import is_can
 from kinematics.errors import suggestion
 
@@ -51,7 +52,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
     if dialect_name is None:
         raise BadRequest(
             f"which dialect does the arm on {name} speak? Give dialect= (or --dialect), one of "
-            f"{', '.join(DIALECTS)}; `armdrive doctor {quoted(name)}` finds it out without moving "
+            f"{', '.join(DIALECTS)}; `{command_line('doctor', name)}` finds it out without moving "
             "anything"
         )
     row = dialect(dialect_name)
@@ -117,7 +118,7 @@ def state_file(arm: str) -> Path:
 def _arm_file(name: str) -> Path | None:
     path = arm_path(name)
     named_by_path = name.endswith(ENDING)
-    in_folder = path.parent == places.arm_files() and path.is_file()
+    in_folder = path.parent == places.arm_files() and is_there(path)
     return path if named_by_path or in_folder else None
 
 

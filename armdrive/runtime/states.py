@@ -1,4 +1,4 @@
-"""Two tables: the state machine of an arm, and the trust in its position.
+"""Three tables: the state machine of an arm, the trust in its position, and what alerts do to it.
 
 The states are PLCopen's. Trust is independent of them.
 
@@ -21,6 +21,7 @@ from types import MappingProxyType
 
 from armdrive.errors import NotReferenced, WrongState
 from armdrive.status import Evidence, State, Trust
+from armdrive.tasks import AlertKind
 
 
 class Event(Enum):
@@ -137,6 +138,19 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
         Evidence.CONTROLLER_RESTARTED: Trust.SUSPECT,
     }
 )
+
+# An alert, a device's unsolicited message, is evidence too.
+
+ALERTED: Mapping[AlertKind, Evidence | None] = MappingProxyType(
+    {
+        AlertKind.RESTARTED: Evidence.RESTARTED,
+        AlertKind.ALARM: None,
+        AlertKind.ALARM_LOST: Evidence.ALARM,
+        AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,
+        AlertKind.OFF_PATH: Evidence.OFF_THE_PATH,
+    }
+)
+"""The evidence of each alert about the position; None if the device still guarantees it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.conversation import About, Dialog, Question, choice
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
+from armdrive.errors.printable import command_line
 from armdrive.errors.table import named
 from armdrive.setup.directions import (
     AGAIN,
@@ -159,10 +160,11 @@ def switches_of(config: ArmConfig) -> tuple[WiredSwitch, ...]:
             "that armdrive can check"
         )
     if not device.hard_limits:
+        mend = command_line("doctor", "--arm", config.name, "--mend")
         raise Refused(
             f"the arm file of {config.name} does not say that its controller stops at limit "
             f"switches: write hard_limits = true under [{config.connection.dialect}], then run "
-            f"`armdrive doctor --arm {config.name} --mend`, which writes the board's setting"
+            f"`{mend}`, which writes the board's setting"
         )
     transmission = config.model.transmission
     motors = () if transmission is None else transmission.motors
@@ -177,9 +179,10 @@ def make_ready(arm: Arm) -> None:
     """Unlock the board: a locked one raises no alarm. Raises `SettingsDiffer`. Moves nothing."""
     for each in arm.core.differences:
         if "hard limits" in each.setting:
+            mend = command_line("doctor", "--arm", arm.config.name, "--mend")
             raise SettingsDiffer(
                 f"{each.setting} is {each.found} in the controller, expected {each.expected}: "
-                f"`armdrive doctor --arm {arm.config.name} --mend` writes it"
+                f"`{mend}` writes it"
             )
     arm.reset()
 
@@ -266,8 +269,9 @@ def limit_remarks(config: ArmConfig) -> tuple[str, ...]:
     device = config.device
     if not isinstance(device, HasLimits) or not device.hard_limits or device.hard_limits_checked:
         return ()
+    limits = command_line("config", "limits", config.name)
     remark = (
         "hard_limits is set, and no switch was ever seen to raise an alarm; some boards accept the "
-        f"setting and do nothing: run `armdrive config limits {config.name}` and press each switch"
+        f"setting and do nothing: run `{limits}` and press each switch"
     )
     return (remark,)

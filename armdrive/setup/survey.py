@@ -16,7 +16,7 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.bus.tools import RESISTORS, Listened, numbers
 from armdrive.dialects.recognition import Identity, says_something_readable
 from armdrive.dialog.conversation import Finding, any_problem, note, ok, problem
-from armdrive.errors.printable import quoted
+from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS, likely
 from armdrive.runtime.engine import excerpt
 from armdrive.setup import prober
@@ -149,13 +149,15 @@ def next_steps(
     if identity is None or identity.dialect not in DIALECTS:
         return []
     if arm:
-        return [f"armdrive status --arm {arm}"]
+        return [command_line("status", "--arm", arm)]
     if owners and not compared:
-        return [f"armdrive doctor --arm {each}" for each in owners]
+        return [command_line("doctor", "--arm", each) for each in owners]
     row = DIALECTS[identity.dialect]
-    baud = "" if found.baud in (None, row.baud) else f" --baud {found.baud}"
-    status = f"armdrive status --port {quoted(port)} --dialect {row.name}{baud}"
-    settings = f"armdrive doctor {quoted(port)} --dialect {row.name}{baud}"
+    spoken = ["--dialect", row.name]
+    if found.baud not in (None, row.baud):
+        spoken += ["--baud", found.baud]
+    status = command_line("status", "--port", port, *spoken)
+    settings = command_line("doctor", port, *spoken)
     return [status] if compared else [settings, status]
 
 
@@ -244,7 +246,7 @@ def of_arm(
         if commissioning is not None and commissioning.new_id in there:
             mend += (
                 f"; a new drive has the id {commissioning.new_id}, whichever motor it turns: "
-                f"`armdrive can setup {arm}`"
+                f"`{command_line('can', 'setup', arm)}`"
             )
         found.append(problem(f"the arm file's drives {numbers(missing)} do not answer", mend))
     if more:

@@ -279,10 +279,9 @@ def is_left_link(port: Path) -> bool:
     A program makes the link to its pseudo-terminal after that. Reading and writing a terminal
     leaves its `st_ctime` alone.
     """
-    if not (port.is_symlink() and os.path.realpath(port).startswith(PSEUDO_TERMINALS)):
-        return False
-    with contextlib.suppress(OSError):
-        return port.lstat().st_mtime_ns < port.stat().st_ctime_ns
+    with contextlib.suppress(OSError):  # there is none, or its name is too long
+        if port.is_symlink() and os.path.realpath(port).startswith(PSEUDO_TERMINALS):
+            return port.lstat().st_mtime_ns < port.stat().st_ctime_ns
     return False
 
 

@@ -3,6 +3,7 @@
 import math
 import sys
 
+import numpy as np
 import pytest
 from chain_cases import gap
 from hypothesis import example, given
@@ -20,6 +21,7 @@ from kinematics import (
     JointAxis,
     Joints,
     KinematicsError,
+    Motors,
     NotARotation,
     Pose,
     Quaternion,
@@ -243,6 +245,8 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: HOME.replace(sholder_deg=3), r"did you mean 'shoulder_deg'\?$"),
         (lambda: HOME["sholder"], r"did you mean 'shoulder'\?$"),
         (lambda: HOME["turret_deg"], "no joint is named 'turret_deg'"),
+        (lambda: Motors((1, 2.0)), "motor 2 steps must be a whole number, not 2.0"),
+        (lambda: Motors((True,)), "motor 1 steps must be a finite number, not True"),
         (lambda: TEACHMOVER.fk((0.0,) * 5), "joints must be of the class Joints"),
         (lambda: TEACHMOVER.ik(None), "a pose must be of the class Pose"),
         (lambda: TEACHMOVER.branches((1.0,) * 5), "a pose must be of the class Pose"),
@@ -459,6 +463,12 @@ def test_axes_a_hair_from_parallel_make_a_chain_that_holds_its_tool(lean, conven
     assert ("nearly parallel" in said) == (1e-9 <= lean <= 1e-7)
     if lean <= 1e-7:
         assert max(abs(link.d_mm) for link in made.chain.links) < 1.0
+
+
+def test_steps_of_numpy_are_steps():
+    found = Motors(np.array([1, -2, 3]))
+    assert found == Motors((1, -2, 3))
+    assert {type(count) for count in found} == {int}
 
 
 def test_a_joint_of_any_unit_is_the_same_joint():

@@ -8,7 +8,7 @@ from waiting import until_seen
 from armdrive import Arm
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
 from tui import watch as watch_words
 from tui.keys.remap import load_keys
@@ -169,7 +169,7 @@ async def test_what_was_refused_or_not_received_is_said_with_what_to_do():
     [
         (END, "released the arm"),
         (ArmError("it fell silent"), "it fell silent"),
-        ({"error": "16 programs watch"}, "16 programs watch"),
+        (HolderError("16 programs watch"), "16 programs watch"),
     ],
 )
 async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):

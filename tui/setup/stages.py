@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.errors.printable import command_line
 from armdrive.registry.arm_files import arm_path
 from armdrive.render.scene import Moment
 from armdrive.setup.bus_survey import probe
@@ -190,9 +191,9 @@ class Written(Closing):
             *reopening,
             *[""] * bool(reopening),
             f"This desk still has the arm it began with. {leave}",
-            f"  armdrive config check {name}",
+            f"  {command_line('config', 'check', name)}",
             "    (opens nothing)",
-            f"  armdrive jog --arm {name} --setup",
+            f"  {command_line('jog', '--arm', name, '--setup')}",
             "    (connects, moves nothing: reference it there, and check its motors)",
         )
         return StageText("\n".join(lines))

@@ -12,7 +12,7 @@ from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
 from armdrive.cli.terminal_operator import ready_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OperatorNeeded, PendantFileError
-from armdrive.motion.standing import named_rows
+from armdrive.motion.device import named_rows
 from armdrive.programs.teaching.export import rows_of
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram

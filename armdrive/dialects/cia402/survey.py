@@ -36,6 +36,7 @@ from armdrive.dialects.cia402.objects import (
 from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenFrameDescriber
 from armdrive.dialects.exchange import Script
 from armdrive.dialog.conversation import Finding, note, ok, problem
+from armdrive.errors.printable import command_line
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen.drives import (
     DriveState,
@@ -413,7 +414,8 @@ def _fault(name: str, node: SurveyedNode, arm: str) -> Finding | None:
     if broken:
         return problem(f"{name}: fault: {why}{kinds}", mend)
     if code == HEARTBEAT_MISSING:
-        mend = f"the program that drove it has ended: `armdrive enable --arm {arm}` continues"
+        enable = command_line("enable", "--arm", arm)
+        mend = f"the program that drove it has ended: `{enable}` continues"
     return note(f"{name}: it still reports {why}{kinds}", mend)
 
 
@@ -458,7 +460,7 @@ BUS = BusTools(
     heard=seen_nodes,
     harmless=True,
     leaves_free=NODE_MAX,
-    next="armdrive config new NAME --template minimover5-cia402 --port '{port}'",
+    next=("config", "new", "NAME", "--template", "minimover5-cia402"),
 )
 """CANopen on a bus. Reading objects by SDO does nothing to MKS drives with any ids."""
 

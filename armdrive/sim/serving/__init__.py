@@ -1,4 +1,10 @@
-"""A simulated arm as a separate process: the real-time loop between a server and a console."""
+"""A simulated arm as a separate process: the real-time loop between a server and a console.
+
+What is decided where:
+
+    servers    pseudo-terminal, TCP, UDP and CAN adapter: who may open the wire
+    console    the commands on standard input: one table
+"""
 
 from __future__ import annotations
 

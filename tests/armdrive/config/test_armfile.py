@@ -373,6 +373,9 @@ PROBLEMS = [
      ["'knee'", "missing shoulder", "homing.groups"]),
     *((f"[homing]\ngroups = {groups}", ["joints_deg] is missing", "by number, 1 to 6, in"])
       for groups in ("[[0]]", "[[7]]", "[[]]", "[[1], [-2]]")),
+    ("[homing]\ngroups = [[1, 2], [3, 2]]", ["joints_deg] is missing", "listed twice"]),
+    ("[homing]\ngroups = [[3], [1, 5, 6]]",
+     ["joints_deg] is missing", "2, 4 would seek no switch"]),
     ("frames.tool.x_mm = 1\nframes.a.x = 1\ntool.along_mm = 1e9", ["along", "tool:", "'x'"]),
     # backlash
     ("[backlash_deg]\nbase = -1\nwrist = 1", ["'wrist'", "base must be from 0 to 10, not -1"]),

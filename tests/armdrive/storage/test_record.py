@@ -288,6 +288,7 @@ ALIKE = (
     *SIMILAR,
     *("Lab3", "LAB3", "lab3.world", "lab3_world", "l\u00e4b3", "l\u00f6b3"),
     *("/dev/lab3", "_dev_lab3", "..."),
+    *("l" * 100, "l" * 101, "l" * 102, "L" * 300),
 )
 
 
@@ -296,6 +297,7 @@ def test_arms_of_similar_names_have_files_of_their_own_on_any_disk():
     files = {file_name(name).lower() for name in ALIKE}
     assert len(files) == len({state_file(name) for name in ALIKE}) == len(ALIKE)
     assert all("." not in name for name in files)
+    assert all(len(name) < 120 for name in files)
     assert file_name("bench") == "bench"
 
 

@@ -233,6 +233,14 @@ def test_a_real_arm_that_is_not_there_is_checked_all_the_same(call, write):
     assert call("run", write(CARRY), "--arm", "bench", code=4).err.startswith("armdrive: ")
 
 
+def test_a_width_that_is_assumed_of_a_simulated_arm_says_that_it_changes_nothing(homed, write):
+    program = ("run", write(CARRY), "--check")
+    plain = homed(*program).out
+    assert "assumed" not in plain
+    widened = homed(*program, "--assume-width", "30").out
+    assert "line 8: the fingers find what the simulated world has there" in widened
+
+
 def test_mistakes_in_a_program_are_shown_where_they_are(call, write):
     path = write("move at(250, 0, 120, -90)\nmoove pick\ngrap into width\n")
     shown = call("run", path, code=2).err

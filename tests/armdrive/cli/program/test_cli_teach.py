@@ -13,7 +13,7 @@ from armdrive.cli.program import teach
 from armdrive.connect.target import find, simulated_config
 from armdrive.dialects.teachmover.pendant import FIRST_LINE
 from armdrive.errors import ArmError
-from armdrive.motion import standing as program_memory
+from armdrive.motion import device as program_memory
 from armdrive.programs.teaching.sequence import StepRecorder
 from armdrive.status import status_view
 from armdrive.storage import files as places

@@ -386,7 +386,7 @@ def test_the_complete_file_is_the_same_arm_to_the_last_bit(call, text):
     (places.arm_files() / "six.urdf").write_text(urdf, encoding="utf-8")
     yaw = "[park]\nx_mm = 500\ny_mm = 0\nz_mm = 400\npitch_deg = -80\nyaw_deg = 15\n"
     joints = "".join(f"{name} = 1.5\n" for name in NAMES)
-    homing = f"[homing]\ngroups = [[2], [1, 3]]\n[homing.joints_deg]\n{joints}"
+    homing = f"[homing]\ngroups = [[2], [1, 3], [4, 5, 6]]\n[homing.joints_deg]\n{joints}"
     six = six_arm().replace("sees = { elbow = 1 }", "sees = { elbow = 1 }\nbacklash_deg = 0.5")
     text = {"five": shown_files()[1], "six": six + yaw + homing, "urdf": urdf_arm}.get(text, text)
     path = write_arm_file("bench", text)
