@@ -85,10 +85,10 @@ def write_arm_file(name: str, text: str) -> Path:
     return path
 
 
-def write_bench() -> Path:
-    """Put the arm file of an arm called `bench`, on a port that is not there."""
-    connection = '[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
-    return write_arm_file("bench", f'model = "teachmover"\n{connection}')
+def write_bench(port: object = "/dev/none", name: str = "bench", usb_serial: str = "") -> Path:
+    """Put the arm file of a TeachMover on a port, which is not there unless one is given."""
+    keys = f'dialect = "teachmover"\nport = "{port}"\nusb_serial = "{usb_serial}"\n'
+    return write_arm_file(name, f'model = "teachmover"\n[connection]\n{keys}')
 
 
 def state_files(ending: str) -> list[Path]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from can_setup_bench import ServedBus, another_program
-from cli_calls import Terminal, write_arm_file
+from cli_calls import Terminal, write_arm_file, write_bench
 from doctor_bench import (
     BANNER,
     NUMBER,
@@ -109,14 +109,9 @@ def test_a_port_that_another_armdrive_program_holds_is_not_opened(call, port, le
 # Which arm file the port belongs to.
 
 
-def arm_file(usb_serial: str, port: object = "", name: str = "bench") -> None:
-    lines = f'port = "{port}"\nusb_serial = "{usb_serial}"\n'
-    write_arm_file(name, f'model = "teachmover"\n[connection]\n{lines}')
-
-
 def test_an_adapter_is_looked_at_by_the_number_in_the_arm_file(call, port, lead_to, monkeypatch):
     plug(monkeypatch, {port: NUMBER})
-    arm_file(NUMBER, "/dev/ttyUSB9")
+    write_bench("/dev/ttyUSB9", usb_serial=NUMBER)
     monkeypatch.setattr(connecting, "connect_real", connecting.connect_simulated)
     opened = lead_to(made("teachmover"))
     called = call("doctor", "--arm", "bench", "--yes", code=0)
@@ -127,7 +122,7 @@ def test_an_adapter_is_looked_at_by_the_number_in_the_arm_file(call, port, lead_
 
 @pytest.mark.parametrize("words", [(), ("--json",)])
 def test_an_unplugged_adapter_is_a_problem_with_a_remedy(call, port, words):
-    arm_file("OTHER", port)
+    write_bench(port, usb_serial="OTHER")
     said = call("doctor", "--arm", "bench", "--yes", *words, code=4).out
     assert "no port has the USB serial number OTHER (present: " in said
     assert "): plug" not in said  # the remedy stands apart
@@ -136,7 +131,7 @@ def test_an_unplugged_adapter_is_a_problem_with_a_remedy(call, port, words):
 
 def test_a_port_alone_leads_to_its_arm_file(call, port, lead_to, monkeypatch):
     plug(monkeypatch, {port: NUMBER})
-    arm_file(NUMBER)
+    write_bench("", usb_serial=NUMBER)
     lead_to(made("teachmover"))
     called = call("doctor", str(port), "--yes", code=0)
     assert "it belongs to the arm file bench" in called.out
@@ -147,7 +142,7 @@ def test_a_port_alone_leads_to_its_arm_file(call, port, lead_to, monkeypatch):
 
 def test_a_port_that_has_only_the_name_of_an_arm_file_is_not_its(call, port, lead_to, monkeypatch):
     plug(monkeypatch, {port: NUMBER})
-    arm_file("OTHER", port)
+    write_bench(port, usb_serial="OTHER")
     lead_to(made("teachmover"))
     said = call("doctor", str(port), "--yes", code=0).out
     assert "wants the adapter with the USB serial number OTHER, which this is not" in said
@@ -207,7 +202,7 @@ if sys.platform != "win32":
 @pytest.fixture
 def bench(port, lead_to, monkeypatch):
     """An arm file, its arm at the port, and a connection that is made in this process."""
-    write_arm_file("bench", f'model = "teachmover"\n[connection]\nport = "{port}"\n')
+    write_bench(port)
     lead_to(made("teachmover"))
     made_arms = []
 
