@@ -301,11 +301,6 @@ def test_a_chain_that_cannot_be_driven_is_refused(change, said):
         ChainArm(Chain(links))
 
 
-def test_other_joints_are_refused():
-    with pytest.raises(KinematicsError, match="this arm has 6 joints, not 5"):
-        PUMA.fk(Joints.of(0, 0, 0, 0, 0))
-
-
 def test_a_yaw_that_is_missing_or_cannot_be_taken_is_told():
     with pytest.raises(KinematicsError, match="need a yaw: yaw_deg in Python, --yaw"):
         PUMA.ik(Pose.of(x_mm=500, y_mm=0, z_mm=500, pitch_deg=0))

@@ -28,7 +28,6 @@ from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
 from kinematics.frames.transforms import IN_PLACE, compose, position_of, transform, translation
 from kinematics.frames.vectors import distance
 from kinematics.spaces import Joints
-from kinematics.textbook.efficiency import Ledger
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.systems.mini_movers import urdf_of_arm
 
@@ -119,15 +118,6 @@ def test_a_sliding_joint_is_in_metres_and_an_endless_one_turns_for_ever():
     assert (float(limit.get("lower")), float(limit.get("velocity"))) == (-0.2, 0.1)
     assert robot.find("joint[@name='spin']").get("type") == "continuous"
     assert robot.find("joint[@name='spin']/limit") is None
-
-
-def test_what_urdf_cannot_say_is_refused():
-    with pytest.raises(KinematicsError, match="slides without limits"):
-        urdf_of_chain(Chain((DHLink(kind=JointKind.PRISMATIC),)))
-    with pytest.raises(KinematicsError, match="fixed joint of the tool"):
-        urdf_of_chain(Chain((DHLink(),), joint_names=("tool_joint",)))
-    with pytest.raises(KinematicsError, match="not of symbols"):
-        urdf_of_chain(Chain((DHLink(theta_rad=Ledger().number(0.1)),)))
 
 
 def test_links_are_drawn_to_the_next_joint():
