@@ -70,6 +70,7 @@ from kinematics.textbook.worked_example import example_posture
 LINKS = (DHLink(a_mm=100.0), DHLink(a_mm=80.0))
 SLIDE = DHLink(kind=JointKind.PRISMATIC)
 HOME = Joints.of(0, 40, -60, -70, 0)
+AT_HOME = TEACHMOVER.fk(HOME)
 ORIGIN = (0.0, 0.0, 0.0)
 CABLES = preset("teachmover").transmission
 
@@ -262,7 +263,12 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: TEACHMOVER.fk((0.0,) * 5), "joints must be of the class Joints"),
         (lambda: TEACHMOVER.ik(None), "a pose must be of the class Pose"),
         (lambda: TEACHMOVER.branches((1.0,) * 5), "a pose must be of the class Pose"),
+        (lambda: TEACHMOVER.ik(replace(AT_HOME, yaw_rad=0.1)), "cannot take a yaw"),
+        (lambda: MINI.ik(replace(AT_HOME, yaw_rad=0.1)), "cannot take a yaw"),
+        (lambda: ChainArm(PUMA.chain()).ik(AT_HOME), "need a yaw: yaw_deg in Python, --yaw"),
         (lambda: ChainArm(None), "a chain must be of the class Chain"),
+        (lambda: ChainArm(Chain(MINI.chain.links[:4])), "five or six joints, not 4"),
+        (lambda: ChainArm(Chain((DHLink(),) * 5)), "no limits"),
         (lambda: MINI.fk((0.0,) * 5), "joints must be of the class Joints"),
         (lambda: MINI.ik(None), "a pose must be of the class Pose"),
         (lambda: MINI.ik("x=1", Joints((0.0,) * 5)), "a pose must be of the class Pose"),
