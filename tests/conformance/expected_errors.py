@@ -4,8 +4,6 @@ The rows hold in simulated time, for an arm that is well under way or at rest. A
 row, or at another moment, may end in any way that the law of faults allows (`rows_faults`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

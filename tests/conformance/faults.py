@@ -4,8 +4,6 @@ Some faults may make a device do what the driver did not command (`misdirects`).
 prevent that, but it has to notice it, or stop trusting the position.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Behaviours of connecting, referencing and leaving."""
 
-from __future__ import annotations
-
 import os
 
 from armdrive.abilities import Switching

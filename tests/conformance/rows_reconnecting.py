@@ -1,7 +1,5 @@
 """Behaviours of a wire that is lost and comes back: nothing moves, and trust is lost."""
 
-from __future__ import annotations
-
 from armdrive.arm import Arm
 from armdrive.errors import LinkLost, NotReferenced, PortUnavailable, WrongState
 from armdrive.status import State, Trust

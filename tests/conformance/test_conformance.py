@@ -1,7 +1,5 @@
 """Every dialect has every behaviour: all in simulated time, and a few over a pty."""
 
-from __future__ import annotations
-
 import re
 import sys
 from concurrent.futures import ThreadPoolExecutor

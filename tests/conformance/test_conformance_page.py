@@ -1,7 +1,5 @@
 """The page and the table show what was run: no row is missing, and each broken row is named."""
 
-from __future__ import annotations
-
 import re
 
 from pages import page_path
