@@ -155,7 +155,7 @@ def next_steps(
     row = DIALECTS[identity.dialect]
     spoken = ["--dialect", row.name]
     if found.baud not in (None, row.baud):
-        spoken += ["--baud", found.baud]
+        spoken += ["--baud", str(found.baud)]
     status = command_line("status", "--port", port, *spoken)
     settings = command_line("doctor", port, *spoken)
     return [status] if compared else [settings, status]
