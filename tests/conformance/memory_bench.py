@@ -1,7 +1,5 @@
 """A bench in this process: the dialect's simulated device, in simulated time."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Behaviours of connecting, referencing and leaving, and of a wire that is lost and comes back."""
 
-from __future__ import annotations
-
 import os
 
 from armdrive.abilities import Switching

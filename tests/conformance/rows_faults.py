@@ -5,8 +5,6 @@ arm is not referenced where it does not stand. Once the fault is over, a reset (
 and a reference make the arm work as before; they move nothing.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from functools import partial

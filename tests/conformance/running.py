@@ -3,8 +3,6 @@
 `BEHAVIOURS` has all rows in the order of the page, and `BENCHES` all benches.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The results as a table of behaviours by dialect, for the terminal and for the page."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 

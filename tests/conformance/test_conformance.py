@@ -1,7 +1,5 @@
 """Every dialect has every behaviour: in simulated time, a few over a pty; and the page says so."""
 
-from __future__ import annotations
-
 import re
 import sys
 from concurrent.futures import ThreadPoolExecutor
