@@ -151,32 +151,27 @@ class Jogging:
         """Jog by an increment or for a time, and wait for the end."""
         if duration_s is None:
             return await finished(self.start(JogMove(jog, speed)))
-        return await self.jog_for(jog, speed, duration_s)
-
-    def start(self, move: JogMove, stops: int | None = None) -> Handle[Jogged]:
-        """Start an increment. Raises `WrongState` while another one waits."""
-        runner = self._parts.runner
+        fraction = speed_fraction(speed)
         with self._parts.pace.lock:
-            runner.require_no_stop(runner.known_stops if stops is None else stops, BEFORE)
-            nudge = IncrementalJog(move.jog, move.speed)
-            if self._core.nudges:
-                self._require(nudge)  # what is wrong with the jog itself matters more
-                raise WrongState("another increment is already waiting: wait for its end")
-            task = self._begin(nudge)
-        return Handle(self._parts.runner, task, PATIENCE_S * 10)
-
-    async def jog_for(self, jog: Jog, speed: float, duration_s: float) -> Jogged:
-        """Jog for a time, and wait for the end."""
-        fraction, runner = speed_fraction(speed), self._parts.runner
-        with self._parts.pace.lock:
-            runner.require_no_stop(runner.known_stops, BEFORE)
+            self._parts.runner.require_no_stop(None, BEFORE)
             if not finite("duration_s", duration_s) > 0.0:
                 raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
             hold = ContinuousJog(jog, fraction, self._parts.pace.now_s() + duration_s)
             self._require(hold)
             check_duration(self._core, self._parts.speeds, hold, duration_s)
             task = self._begin(hold)
-        return await runner.finish(task, duration_s + PATIENCE_S * 10)
+        return await self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
+
+    def start(self, move: JogMove, stops: int | None = None) -> Handle[Jogged]:
+        """Start an increment. Raises `WrongState` while another one waits."""
+        with self._parts.pace.lock:
+            self._parts.runner.require_no_stop(stops, BEFORE)
+            nudge = IncrementalJog(move.jog, move.speed)
+            if self._core.nudges:
+                self._require(nudge)  # what is wrong with the jog itself matters more
+                raise WrongState("another increment is already waiting: wait for its end")
+            task = self._begin(nudge)
+        return Handle(self._parts.runner, task, PATIENCE_S * 10)
 
     def hold(self, jog: Jog, speed: float, for_s: float) -> None:
         """Jog for a time, unless another call extends the jog; returns at once."""
@@ -229,7 +224,7 @@ class Jogging:
         try:
             self._begin(asked, joins=True)
         except (Refused, LinkLost) as refusal:
-            self._core.diagnostics.notify(str(refusal), refusal)
+            self._core.notify(str(refusal), refusal)
 
     def _join_session(self) -> Task[Jogged]:
         """Return the running jog session, or start one."""
@@ -265,11 +260,7 @@ class Moving:
     @overload
     def start(self, move: Motion, stops: int | None = None) -> Handle[Moved]: ...
     @overload
-    def start(self, move: GraspMove, stops: int | None = None) -> Handle[Grasped]: ...
-    @overload
-    def start(self, move: JogMove, stops: int | None = None) -> Handle[Jogged]: ...
-    @overload
-    def start(self, move: MoveSequence, stops: int | None = None) -> Handle[Moved | Grasped]: ...
+    def start(self, move: Move, stops: int | None = None) -> Handle[Moved | Grasped | Jogged]: ...
     def start(self, move: Move, stops: int | None = None) -> Handle[Any]:
         """Resolve and plan a move and hand it to the engine, unless a stop is requested meanwhile.
 
@@ -321,7 +312,7 @@ class Moving:
         with self._parts.pace.lock:
             if core.state is not State.HOMING:
                 runner.require(Event.MOVE, "turning motors")
-            runner.require_no_stop(runner.known_stops if stops is None else stops, BEFORE)
+            runner.require_no_stop(stops, BEFORE)
             takes_s = self._bench_duration_s(motors, fraction)
             body = motion.bench_move(self._parts.wire, self._parts.speeds, motors, fraction)
             task = runner.submit(body, alone=True)

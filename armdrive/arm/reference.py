@@ -107,7 +107,7 @@ class Referencing:
         wire, runner = self._parts.wire, self._parts.runner
         with self._parts.pace.lock:
             self._parts.runner.require(Event.HOME)
-            runner.require_no_stop(runner.known_stops, BEFORE)
+            runner.require_no_stop(None, BEFORE)
             names = self.homing_groups
             body = reference_tasks.home_device(wire, homing, lambda group: report(names[group]))
             task = runner.submit(body, alone=True)

@@ -31,7 +31,7 @@ from armdrive.motion.context import (
     weigh_difference,
     without_reset,
 )
-from armdrive.runtime.arm_state import RECONNECTED, Core
+from armdrive.runtime.arm_state import RECONNECTED, Core, Message
 from armdrive.runtime.states import Belief, Event, after
 from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
@@ -70,7 +70,7 @@ def compare_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
         seen, reply = reply, (yield from _ask_settings(wire))
     core.differences = reply.differences
     if reply.differences:
-        core.diagnostics.notify(str(reply), SettingsDiffer(str(reply)))
+        core.notify(str(reply), SettingsDiffer(str(reply)))
     return reply
 
 
@@ -95,7 +95,7 @@ def mend_settings(wire: MotionContext, lines: tuple[str, ...]) -> TaskBody[Devic
         reply = yield from wire.request(MendSetting(line))
         if not isinstance(reply, Done):
             raise DeviceFault(f"the controller did not take `{line}`: {reply}")
-    core.diagnostics.notice = ""
+    core.notify("")
     return (yield from compare_settings(wire))
 
 
@@ -306,8 +306,8 @@ def _apply_early_evidence(wire: MotionContext) -> None:
     if core.early_evidence is not None:
         evidence, words = core.early_evidence
         core.learn(evidence, wire.now_s, words)
-        core.diagnostics.error = ""  # connecting latches no error
-        core.diagnostics.notify(f"{evidence.value} ({words})", evidence)
+        core.error = Message()  # connecting latches no error
+        core.notify(f"{evidence.value} ({words})", evidence)
 
 
 def disable(wire: MotionContext) -> TaskBody[None]:
@@ -360,12 +360,12 @@ def reset(wire: MotionContext) -> TaskBody[None]:
     if not isinstance(reply, Done):
         raise DeviceFault(f"the controller stays in its fault: {reply}")
     if not wire.stopping:
-        core.diagnostics.error = core.diagnostics.notice = ""
+        core.error = core.notice = Message()
     registers = yield from wire.ask_registers()
     if wire.stopping:
         raise wire.stopped("a stop came during the reset: call `reset()` again")
-    if core.diagnostics.error:  # reported after the device had cleared its fault
-        raise DeviceFault(core.diagnostics.error)
+    if core.error.words:  # reported after the device had cleared its fault
+        raise DeviceFault(core.error.words)
     weigh_difference(wire, core.position.compare(registers))
     yield from compare_again(wire)
     switched = core.controller.abilities.current is Switching.BOTH
@@ -438,7 +438,7 @@ def recover(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None
         core.readings.current = Current.UNKNOWN
     _weigh(core, registers, wire.now_s)
     core.readings.outputs = None
-    core.diagnostics.notice = ""
+    core.notify("")
     yield from compare_settings(wire)
     core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
     link = wire.engine.link.description
@@ -461,11 +461,11 @@ def _weigh(core: Core, registers: Registers, now_s: float) -> None:
 
 
 def _latch(core: Core, was: State, back: str) -> None:
-    earlier, code = core.latched
-    if earlier and code != RECONNECTED:
-        earlier = earlier.partition(MEANWHILE)[0]  # of repeated losses, report only the latest
-        core.fault(f"{earlier}{MEANWHILE}{back}", code)
+    latched = core.latched
+    if latched.words and latched.code != RECONNECTED:
+        earlier = latched.words.partition(MEANWHILE)[0]  # of repeated losses, only the latest
+        core.fault(f"{earlier}{MEANWHILE}{back}", latched.code)
     elif was is State.DISABLED:
-        core.diagnostics.error = ""
+        core.error = Message()
     else:
         core.fault(back, RECONNECTED)

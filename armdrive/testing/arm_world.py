@@ -252,11 +252,7 @@ class ArmWorld:
     def after(self, by_s: float, action: Callable[[], object]) -> None:
         """Run `action` after a delay: `arm_world.after(5, lambda: world.take("A"))`."""
         device = self.twin.device
-
-        def act() -> None:
-            action()
-
-        device.at(max(device.now_s, self.clock.now_s) + by_s, act)
+        device.at(max(device.now_s, self.clock.now_s) + by_s, action)
 
     # -- connections --------------------------------------------------------------------------
 

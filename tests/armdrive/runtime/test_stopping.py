@@ -362,7 +362,7 @@ def test_a_stop_from_elsewhere_between_two_calls_keeps_the_next_one_from_beginni
     before = arm.twin.world.motors
     stopped_elsewhere(arm)
     arm.pace.wait(lambda: arm.engine.at_rest, 1.0)  # the engine has dealt with the stop
-    with pytest.raises(Stopped, match="a stop was requested"):
+    with pytest.raises(Stopped, match="a stop was requested by another program"):
         SCRIPTED[name](arm)
     assert arm.twin.world.motors == before
     SCRIPTED["jog_j"](arm)
