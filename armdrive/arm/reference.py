@@ -143,7 +143,10 @@ class Referencing:
     async def declare_posture(self, posture: Joints | Pose, opening_mm: float) -> None:
         """Declare that the arm now stands in this posture, given by its joints or its pose."""
         geometry = self._config.model.arm
-        joints = geometry.ik(posture) if isinstance(posture, Pose) else posture
+        if isinstance(posture, Pose):
+            joints = geometry.ik(posture)
+        else:
+            joints = self._moving.ground().posture(posture)
         geometry.check(joints)
         self._parts.runner.require(Event.MOVE, "declaring a posture")
         await self._confirm_posture(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)

@@ -164,7 +164,7 @@ def _point(name: str, frame: str, ground: Ground) -> Joints:
 
 def _part_in_base(part: PathPart, frame: str, ground: Ground) -> PathPart:
     if isinstance(part, JointPart):
-        return part
+        return replace(part, goal=ground.posture(part.goal))
     goal = ground.in_base(part.goal, frame)
     if isinstance(part, ArcPart):
         return replace(part, goal=goal, via=ground.in_base(part.via, frame))
