@@ -32,7 +32,7 @@ from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
-from tui.keys.presses import PERSON_S
+from tui.keys.presses import BURST, PERSON_S
 from tui.keys.table import SCREENS, STOP, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
     SafetyPanel,
@@ -251,7 +251,6 @@ class ArmControl:
             desk.keys,
             asked,
             braille=desk.braille,
-            hasty=lambda: desk.input.hasty,
         )
         desk.dialogs.open(dialog, answered)
 
@@ -534,6 +533,17 @@ class Desk(KeyApp):
         super().disarm(reason)
         if self.screen_stack:  # else the screens are already being taken down
             self.screens.current.disarm(reason)
+
+    def acts_at_once(self, key: events.Key) -> bool:
+        """Return whether a key only types a letter, or jogs: the dead-man judges those itself."""
+        jogs = self.screens.hand is not None and self.keys.jog_key(key.key) is not None
+        return (jogs and len(self.screen_stack) == 1) or super().acts_at_once(key)
+
+    def came_together(self) -> None:
+        """Disarm as well: some of the keys may be on their way to the dead-man."""
+        super().came_together()
+        if self.screens.hand is not None:
+            self.screens.hand.disarm(BURST)
 
     def starved(self, time_s: float) -> None:
         """Note that keys may have waited for the desk for this long; those move nothing."""

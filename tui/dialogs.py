@@ -113,9 +113,7 @@ class PostureScreen(ModalScreen[bool]):
         asked: str,
         *,
         braille: bool,
-        hasty: Callable[[], bool],
     ) -> None:
-        """`hasty` returns whether a key came so soon after another that no person pressed it."""
         super().__init__()
         self._description = description
         self._model = model
@@ -123,7 +121,6 @@ class PostureScreen(ModalScreen[bool]):
         self._keys = keys
         self._asked = asked
         self._braille = braille
-        self._hasty = hasty
 
     def compose(self) -> ComposeResult:
         """Lay the dialog out."""
@@ -143,9 +140,8 @@ class PostureScreen(ModalScreen[bool]):
             view.show(self._posture)
 
     def action_answer(self, answer: bool) -> None:
-        """Close the dialog with this answer, unless no person can have read the question."""
-        if not (answer and self._hasty()):
-            self.dismiss(result=answer)
+        """Close the dialog with this answer."""
+        self.dismiss(result=answer)
 
 
 def safety(keys: Keyboard, status: Status) -> tuple[str, str, str]:

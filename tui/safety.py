@@ -15,6 +15,7 @@ from textual.widgets import Static
 from armdrive.errors.printable import printable
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Status, Trust, bound_words, coded, rounded_up, trust_words
+from kinematics.text import rounded
 from tui.keys.keyboard import Keyboard, label
 from tui.keys.table import STOP, titled
 from tui.widgets import PlainText, Span
@@ -259,7 +260,7 @@ def progress_of(program: View) -> str:
 def number_text(value: object, digits: int = 1) -> str:
     """Return a number with this many digits, a question mark instead of anything else."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f"{float(value) + 0.0:.{digits}f}" if number else UNKNOWN  # type: ignore[arg-type]
+    return rounded(float(value), digits) if number else UNKNOWN  # type: ignore[arg-type]
 
 
 FACT_GAP = "   "

@@ -28,6 +28,7 @@ from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.presses import PERSON_S
 from tui.keys.remap import load_keys
 from tui.keys.table import STOP
 from tui.safety import (
@@ -289,7 +290,7 @@ class Watching(KeyApp):
         self.view: Mapping[str, Any] = {}
         self.ended = ""
         self.message = "watching: no key here begins a motion, and leaving does not stop the arm"
-        self.input.suspended_s = SUSPENDED_S
+        self.input.suspended_s, self.input.person_s = SUSPENDED_S, PERSON_S
         self._holder = holder
 
     def get_default_screen(self) -> Screen[None]:
@@ -305,9 +306,6 @@ class Watching(KeyApp):
     def _receive(self) -> None:
         try:
             for view in self._holder.views():
-                if "state" not in view:
-                    self.ended = str(view.get("error", "its program cannot be watched"))
-                    return
                 self.view = view
             self.ended = GIVEN_BACK
         except ArmError as error:

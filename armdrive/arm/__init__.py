@@ -1,5 +1,11 @@
 """`Arm`: the calls of a program. Each call delegates to the collaborator that does the work.
 
+    moving      planned moves, increments, held jogs and their lease, deadlines, the gripper
+    reference   home, confirmations, verification
+    device      inputs, outputs, and a program in the controller's memory
+    connected   closing, reconnecting, the log, handles of motions
+    arguments   the checks of arguments, by annotation
+
 Every call is safe from any thread; `stop`, `estop` and `status` also work while another call waits.
 """
 
@@ -16,7 +22,7 @@ from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import Connection, Handle, finished, log_reader
 from armdrive.arm.device import InputsOutputs, Lines, read_pendant_program, write_pendant_program
 from armdrive.arm.moving import Gripper, Jogging, Moving, Place, move_to_place
-from armdrive.arm.reference import Accept, GroupReport, Referencing, unreported
+from armdrive.arm.reference import Accept, GroupReport, Referencing
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
@@ -24,7 +30,8 @@ from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors import LinkLost, NoAnswer, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes, made_of
-from armdrive.motion import standing
+from armdrive.motion import connecting
+from armdrive.motion.device import RowReport, mend_settings
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
@@ -32,7 +39,6 @@ from armdrive.motion.jog import Jogged
 from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
 from armdrive.motion.reference import Verified
-from armdrive.motion.standing import RowReport
 from armdrive.moves import (
     BASE_FRAME,
     Angles,
@@ -60,7 +66,7 @@ from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage.files import require_free
 from armdrive.storage.point_file import Points
-from armdrive.tasks import DeviceSettings
+from armdrive.tasks import DeviceSettings, unreported
 from armdrive.trace.recorder import traced
 from kinematics.paths.routes import PathPart
 from kinematics.presets import ArmModel
@@ -212,7 +218,7 @@ class Arm:
 
         Moves nothing.
         """
-        await self.runner.perform(standing.enable(self.wire))
+        await self.runner.perform(connecting.enable(self.wire))
 
     @blocking
     async def disable(self) -> None:
@@ -221,7 +227,7 @@ class Arm:
         Afterwards the position is suspect. A TeachMover receives `@RESET`.
         """
         self.runner.require(Event.DISABLE)
-        await self.runner.perform(standing.disable(self.wire))
+        await self.runner.perform(connecting.disable(self.wire))
 
     @blocking
     async def reset(self) -> None:
@@ -231,7 +237,7 @@ class Arm:
         """
         self.runner.require(Event.RESET)
         await self.runner.stop()
-        await self.runner.perform(standing.reset(self.wire))
+        await self.runner.perform(connecting.reset(self.wire))
 
     # -- referencing ----------------------------------------------------------------------------
 
@@ -767,7 +773,7 @@ class Arm:
         program: PendantProgram,
         *,
         leave_others: bool = False,
-        report: RowReport = standing.unreported,
+        report: RowReport = unreported,
     ) -> int:
         """Write a program into the arm's memory and read it back; moves nothing.
 
@@ -786,7 +792,7 @@ class Arm:
         Without `lines`, write all those that `status.notice` and `armdrive doctor` show.
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
-        body = standing.mend_settings(self.wire, tuple(chosen))
+        body = mend_settings(self.wire, tuple(chosen))
         return await self.runner.perform(body, PATIENCE_S)
 
     # -- the flight recorder --------------------------------------------------------------------

@@ -10,12 +10,12 @@ from armdrive.abilities import OUTPUTS
 from armdrive.blocking import Wait
 from armdrive.connect.parts import Parts
 from armdrive.errors import BadRequest, InputTimeout, Refused
-from armdrive.motion import standing
+from armdrive.motion import device as device_tasks
 from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import RealPace
 from armdrive.runtime.states import Event
-from armdrive.status import State, Trust
+from armdrive.status import BELIEVED, State
 
 if TYPE_CHECKING:
     from armdrive.dialects import PendantTools
@@ -74,7 +74,7 @@ class InputsOutputs:
     async def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""
         self._parts.runner.require(Event.MOVE, "switching an output")
-        await self._parts.runner.perform(standing.set_outputs(self._parts.wire, bits))
+        await self._parts.runner.perform(device_tasks.set_outputs(self._parts.wire, bits))
 
     async def set_output(self, number: int, on: bool = True) -> None:
         """Switch one output, counted from 1; see `Arm.set_output`."""
@@ -153,18 +153,18 @@ PATIENCE_S = 3600.0
 async def read_pendant_program(parts: Parts) -> PendantProgram:
     """Read the program in the arm's own memory; see `Arm.read_pendant_program`."""
     memory = _pendant_memory(parts)
-    rows = await parts.runner.perform(standing.read_program(parts.wire), PATIENCE_S)
+    rows = await parts.runner.perform(device_tasks.read_program(parts.wire), PATIENCE_S)
     return memory.from_words(rows, _origin(parts.core))
 
 
 async def write_pendant_program(
-    parts: Parts, program: PendantProgram, leave_others: bool, report: standing.RowReport
+    parts: Parts, program: PendantProgram, leave_others: bool, report: device_tasks.RowReport
 ) -> int:
     """Write a program into the arm's memory; see `Arm.write_pendant_program`."""
     _pendant_memory(parts)
     program.require_fitting(parts.core.controller.abilities.program_rows)
     program.require_origin(_origin(parts.core))
-    body = standing.write_program(
+    body = device_tasks.write_program(
         parts.wire, program.words, leave_others=leave_others, report=report
     )
     return await parts.runner.perform(body, PATIENCE_S)
@@ -179,5 +179,4 @@ def _pendant_memory(parts: Parts) -> PendantTools[PendantProgram]:
 
 def _origin(core: Core) -> tuple[int, ...] | None:
     """Return the offset from registers to motor positions; None if it is not trusted."""
-    trusted = core.belief.trust in (Trust.REFERENCED, Trust.RESTORED)
-    return tuple(core.position.offset) if trusted else None
+    return tuple(core.position.offset) if core.belief.trust in BELIEVED else None

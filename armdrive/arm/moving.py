@@ -135,8 +135,8 @@ def _together(moved: Sequence[Moved]) -> Moved:
 BEFORE = "before the motion started"
 """When a stop was requested that keeps a motion from starting."""
 
-LONGEST_HOLD_S = 1.0  # a held jog that is not renewed within this time ends
-LONGEST_WAIT_S = 1.0  # an increment that starts later than this would surprise the operator
+LONGEST_LEASE_S = 1.0  # a held jog that is not renewed within this time ends
+LATEST_START_S = 1.0  # an increment that starts later than this would surprise the operator
 
 
 class Jogging:
@@ -177,7 +177,7 @@ class Jogging:
         """Jog for a time, unless another call extends the jog; returns at once."""
         pace = self._parts.pace
         with pace.lock:
-            until_s = pace.now_s() + min(for_s, LONGEST_HOLD_S)
+            until_s = pace.now_s() + min(for_s, LONGEST_LEASE_S)
             self._go_on(ContinuousJog(jog, speed_fraction(speed), until_s))
         pace.wake()
 
@@ -185,7 +185,7 @@ class Jogging:
         """Jog by one increment, unless another one is already waiting; returns at once."""
         pace = self._parts.pace
         with pace.lock:
-            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LONGEST_WAIT_S)
+            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
             if not self._core.nudges:
                 self._go_on(nudge)
         pace.wake()
@@ -272,6 +272,7 @@ class Moving:
         since = runner.known_stops if stops is None else stops
         with self._parts.pace.lock:
             self._require(move)
+            runner.require(Event.MOVE)
             # planning may take a second, and a stop waits for no lock
             made = prepare(move, self.ground())
             runner.require_no_stop(since, BEFORE)
@@ -343,9 +344,9 @@ class Moving:
         )
 
     def _require(self, move: Move) -> None:
-        """Raise `Refused` if a move of this kind may not start now, whatever its goal."""
-        core, runner = self._core, self._parts.runner
-        runner.require_link()  # the loss explains all that follows from it
+        """Raise `Refused` if a move of this kind is not possible now, whatever its goal."""
+        core = self._core
+        self._parts.runner.require_link()  # the loss explains all that follows from it
         if is_cartesian(move):
             core.require_geometry()
         for each in move.moves if isinstance(move, MoveSequence) else (move,):
@@ -354,7 +355,6 @@ class Moving:
                 check_increment(core, each.jog)
             elif not self._commanded(each):
                 core.require_reference()
-        runner.require(Event.MOVE)
 
     def _require_fingers(self, move: SingleMove) -> None:
         if isinstance(move, GraspMove):
@@ -372,6 +372,8 @@ class Moving:
         try:
             self._require(move)
             self._core.require_settings()
+            # last: switching the motors on mends just this
+            self._parts.runner.require(Event.MOVE)
         except (Refused, LinkLost) as refusal:
             return refusal
         return None

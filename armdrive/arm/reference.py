@@ -36,10 +36,6 @@ from kinematics.spaces import Joints, Pose
 GroupReport = Callable[[tuple[str, ...]], None]
 
 
-def unreported(_: tuple[str, ...]) -> None:
-    """Ignore which motors have been homed."""
-
-
 Accept = bool | Callable[[Verified], bool]
 
 SAME_DRIFT = (
@@ -153,12 +149,6 @@ class Referencing:
 
     async def confirm_restored(self) -> None:
         """Confirm that the arm stands at the restored position; planned motion is allowed again."""
-        trust = self._parts.status.trust
-        if trust is not Trust.RESTORED:
-            todo = "" if trust is Trust.REFERENCED else ": call `home()`"
-            raise Refused(
-                f"there is no restored position to confirm; the position is {trust.value}{todo}"
-            )
         await self._parts.runner.perform(reference_tasks.confirm_record(self._parts.wire))
 
     def request(self) -> PostureRequest:

@@ -33,17 +33,14 @@ LARGEST_BYTES = 8_000_000
 
 
 def connect_chosen(
-    options: argparse.Namespace,
-    *,
-    pace: PaceChoice = None,
-    allow_restored: bool = False,
-    reconnect: bool | None = None,
+    options: argparse.Namespace, *, pace: PaceChoice = None, reconnect: bool | None = None
 ) -> Arm:
     """Connect to the arm that the options name. A simulated arm continues in its remembered world.
 
     With `reconnect` a real one's lost wire is looked for; None leaves that to its arm file.
     """
     target = chosen_target(options)
+    allow_restored = getattr(options, "allow_restored", False)
     if target.simulated:
         return connect_remembered(
             target.config, fresh=options.fresh, pace=pace, allow_restored=allow_restored
@@ -53,15 +50,9 @@ def connect_chosen(
 
 
 @contextlib.contextmanager
-def opened_arm(
-    options: argparse.Namespace, *, allow_restored: bool = False, enabled: bool = False
-) -> Iterator[Arm]:
-    """Connect to the arm that the options name, say which it is, and give it back at the end.
-
-    Its motors are as they were, or with `enabled` on.
-    """
-    connected = connect_chosen(options, allow_restored=allow_restored)
-    with connected if enabled else contextlib.closing(connected) as arm:
+def opened_arm(options: argparse.Namespace) -> Iterator[Arm]:
+    """Connect to the arm that the options name, say which it is, and close it at the end."""
+    with contextlib.closing(connect_chosen(options)) as arm:
         tell(options, arm.status.which)
         yield arm
 

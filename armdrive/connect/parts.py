@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import NewLink, Reconnector
-from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
+from armdrive.connect.target import DEFAULT_TARGET, find, require_real_ports, state_file
 from armdrive.dialog.operator import Operator
-from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, PortUnavailable, Stopped
-from armdrive.motion import standing
-from armdrive.motion.context import MotionContext, alerted
+from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, Stopped
+from armdrive.motion import connecting
+from armdrive.motion.context import MotionContext
 from armdrive.motion.plan import SpeedLimits
 from armdrive.registry import dialect, simulate
-from armdrive.runtime.arm_state import Core
+from armdrive.runtime.arm_state import Core, alerted
 from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
 from armdrive.runtime.engine import Engine, Received, call_limit_s
 from armdrive.runtime.states import Event, after
@@ -290,7 +290,7 @@ async def assemble(
     tracer.begin(config, link.description, pace.now_s, core.condition)
     pace.start(driven.engine)  # from here on another thread may call the engine
     try:
-        await runner.perform(standing.connect(driven.wire))
+        await runner.perform(connecting.connect(driven.wire))
         with pace.lock:
             tracer.opened()
     except BaseException:
@@ -318,7 +318,7 @@ class _Driven:
         self.wire = MotionContext(self.engine, core)
         self.reconnector = None if rewiring is None else Reconnector(self.wire, rewiring)
         self.engine.reconnect = self.reconnector
-        self._idling = standing.Idling(self.wire)
+        self._idling = connecting.Idling(self.wire)
 
     def _idle(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
         return self._idling.due(now_s)
@@ -419,11 +419,7 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
     """
     from armdrive.connect.port import PortOpening, explaining  # a simulated arm has no port
 
-    if simulation_forced():
-        raise PortUnavailable(
-            f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "
-            "simulated twin, or clear that variable"
-        )
+    require_real_ports()
     wiring = PortOpening(config)
     lock = hold(config.name, wiring.find())
     recorder = FlightRecorder(places.recordings())

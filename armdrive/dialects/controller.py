@@ -12,6 +12,12 @@ from armdrive.dialects.exchange import Codec, H, Script, ScriptIO, ScriptLoop
 from armdrive.tasks import Event, Reply, Request
 from kinematics.spaces import Motors
 
+HOST_DELAY_S = 0.03
+"""Delay that this computer, an adapter, a network or other traffic may add to a message."""
+
+FRESH_POSITION_S = 0.3
+"""A motion starts only from a position that was read no longer ago than this."""
+
 
 @dataclass(frozen=True, slots=True)
 class StopPart:

@@ -35,7 +35,13 @@
     +-- KeyFileError              2   a file of the desk's keys that cannot be used
     +-- ProgramError              2   a program that cannot be read or cannot continue
 
-programs/problems.py defines `ProgramError`.
+programs/problems.py defines `ProgramError`. What is decided where:
+
+    table, catalogue.txt   the code of every error: title, cause, what it does to the arm, remedy
+    actions                what a sentence asks a person to do, in the words of each interface
+    kinematic              which error of a call a refusal of the kinematics becomes
+    arguments              the checks of arguments, by annotation
+    printable              what is shown of text that came from elsewhere
 
 A refusal of the kinematics in a call of an arm is a `Refused` too (kinematic.py): an unreachable
 goal is both that and a `kinematics.Unreachable`, with exit code 3. table.py says for each

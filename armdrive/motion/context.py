@@ -7,9 +7,8 @@ the arm's position and state.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 from armdrive.abilities import segment_s
 from armdrive.errors import (
@@ -22,14 +21,12 @@ from armdrive.errors import (
     Stopped,
 )
 from armdrive.motion.deviation import lags, pieces, strays_steps
-from armdrive.runtime.arm_state import ALARM_VOUCHED, EMERGENCY_STOP, Core, code_of
+from armdrive.runtime.arm_state import EMERGENCY_STOP, Core
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.stop_bounds import straying_mm
 from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
-    Alert,
-    AlertKind,
     Done,
     Exchange,
     Halted,
@@ -428,32 +425,6 @@ def _pauses_s() -> Iterator[float]:
     while True:
         yield pause_s
         pause_s = min(pause_s * POLL_GROWTH, LAST_POLL_S)
-
-
-# Alerts, the unsolicited messages of a device, and their effect on trust and state: one table.
-
-EVIDENCE: Mapping[AlertKind, Evidence | None] = MappingProxyType(
-    {
-        AlertKind.RESTARTED: Evidence.RESTARTED,
-        AlertKind.ALARM: None,
-        AlertKind.ALARM_LOST: Evidence.ALARM,
-        AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,
-        AlertKind.OFF_PATH: Evidence.OFF_THE_PATH,
-    }
-)
-"""The evidence of each alert about the position; None if the device still guarantees it."""
-
-
-def alerted(core: Core, alert: Alert, now_s: float) -> None:
-    """Latch error-stop with the device's message, and apply its evidence to the position."""
-    evidence = EVIDENCE[alert.kind]
-    if evidence is not None:
-        core.learn(evidence, now_s, alert.text)
-        core.early_evidence = core.early_evidence or (evidence, alert.text)
-    if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
-        core.readings.current = Current.UNKNOWN
-    code = ALARM_VOUCHED if evidence is None else code_of(evidence)
-    core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)
 
 
 # The segments of one motion.

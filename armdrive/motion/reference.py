@@ -108,10 +108,12 @@ def confirm_record(wire: MotionContext) -> TaskBody[None]:
     """Turn a restored position into a referenced one: the operator has compared it with the arm."""
     core = wire.core
     yield from wire.look()
-    if core.belief.trust is not Trust.RESTORED:
+    trust = core.belief.trust
+    if trust is not Trust.RESTORED:
+        todo = f": {core.belief.reason}. To fix this, call `home()`"
         raise NotReferenced(
-            f"there is no restored position to confirm, this one is {core.belief.trust.value}: "
-            f"{core.belief.reason}. To fix this, call `home()`"
+            f"there is no restored position to confirm; the position is {trust.value}"
+            f"{'' if trust is Trust.REFERENCED else todo}"
         )
     core.learn(Evidence.CONFIRMED, wire.now_s)
     core.mark_still()

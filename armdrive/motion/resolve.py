@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import PARK_HEIGHT_MM
 from armdrive.errors import BadRequest, OutOfBounds, Refused
 from armdrive.motion.frames import goal_in_base
 from armdrive.motion.jog.course import stride
@@ -55,7 +56,6 @@ OTHER_POSTURE = (
 SAME_IN_EVERY_FRAME = "a saved point is a set of joint angles, which are the same in every frame"
 
 PARK_RISE_MM = 60.0  # `park` rises this far first if a guard is in its way
-PARK_HEIGHT_MM = 30.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

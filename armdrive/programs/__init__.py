@@ -1,4 +1,20 @@
-"""Programs: a small language over the calls of an arm, and what runs and rehearses them."""
+"""Programs: a small language over the calls of an arm, and what runs and rehearses them.
+
+What is decided where:
+
+    language/         from text to instructions: words, grammar, checks, compiler
+    program           a program that was read, and the machine that goes from line to line
+    interpreter       what each word does, as acts; the bounds of calls and values
+    acts              what a program can ask of an arm
+    running           acts carried out on an arm; delays, pauses, stops, the person
+    rehearsal         the same acts on a simulated twin, what is assumed, and when it gives up
+    progress          how far a run is, and how long it still takes
+    journal           what an interrupted run leaves, and whether it may be resumed
+    session, shell    lines typed at a prompt, and the prompt's own words
+    scripts           Python scripts on the chosen arm; `script_rehearsal` on its twin
+    teaching/         sequences: recording, editing, stepping, exporting
+    problems          mistakes in a program, shown below their line
+"""
 
 TYPE_CHECKING = False  # as typing's
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.errors.printable import quoted
+from armdrive.errors.printable import command_line
 from armdrive.programs.acts import RunStep
 from armdrive.programs.interpreter import to_json
 from armdrive.programs.language.syntax import Tree
@@ -193,7 +193,7 @@ def _save(shell: Shell, rest: str) -> Answers:
     yield Reply(
         {"event": "saved", "file": str(path), "lines": lines},
         f"{counted(lines, 'line is', 'lines are')} in {path}: rehearse the program with "
-        f"`armdrive run {quoted(path)} --check`",
+        f"`{command_line('run', path, '--check')}`",
     )
 
 

@@ -27,6 +27,7 @@ from armdrive.runtime.position import (
     motors_of,
 )
 from armdrive.runtime.states import (
+    ALERTED,
     FIRST_BELIEF,
     PLANNED_MOTION,
     Belief,
@@ -35,9 +36,18 @@ from armdrive.runtime.states import (
     require_reference,
 )
 from armdrive.runtime.stop_bounds import StopBound, StopForecast
-from armdrive.status import Evidence, LinkStats, SchedulingJitter, State, Status, Trust, coded
+from armdrive.status import (
+    Current,
+    Evidence,
+    LinkStats,
+    SchedulingJitter,
+    State,
+    Status,
+    Trust,
+    coded,
+)
 from armdrive.storage.record import PositionRecorder, Record
-from armdrive.tasks import Difference
+from armdrive.tasks import Alert, AlertKind, Difference
 from armdrive.trace.entries import EntryCondition
 from armdrive.trace.recorder import NO_TRACER, Tracer
 from kinematics.spaces import Motors
@@ -202,9 +212,7 @@ class Core:
     @property
     def position_known(self) -> bool:
         """Whether soft limits and Cartesian coordinates are meaningful."""
-        return self.belief.trust is Trust.REFERENCED or (
-            self.belief.trust is Trust.RESTORED and self.allow_restored
-        )
+        return self.belief.allows_planning(allow_restored=self.allow_restored)
 
     @property
     def seen(self) -> Motors:
@@ -332,3 +340,15 @@ class Core:
                 engine.bytes_sent, engine.bytes_received, self.config.connection.baud
             ),
         )
+
+
+def alerted(core: Core, alert: Alert, now_s: float) -> None:
+    """Latch error-stop with the device's message, and apply its evidence to the position."""
+    evidence = ALERTED[alert.kind]
+    if evidence is not None:
+        core.learn(evidence, now_s, alert.text)
+        core.early_evidence = core.early_evidence or (evidence, alert.text)
+    if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
+        core.readings.current = Current.UNKNOWN
+    code = ALARM_VOUCHED if evidence is None else code_of(evidence)
+    core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)

@@ -18,6 +18,7 @@ from armdrive.dialects.bus.tools import (
 )
 from armdrive.dialects.controller import Controller
 from armdrive.dialog.conversation import About, Question, choice, number
+from armdrive.errors.printable import command_line
 from armdrive.runtime.clock import SignalsBetweenSteps
 from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way
 from armdrive.setup.draft import ratio
@@ -186,8 +187,8 @@ class MotorTrial:
         mounted = self.dialog.agreed(
             f"Is the {self.drive.name} motor built into the arm, with space for a small motion? "
             "Then its direction and gear can be found now.",
-            f"no leaves that for later: run `armdrive can setup {self.arm}` again, or `armdrive "
-            f"config signs {self.arm}` when the whole arm is there.",
+            f"no leaves that for later: run `{command_line('can', 'setup', self.arm)}` again, or "
+            f"`{command_line('config', 'signs', self.arm)}` when the whole arm is there.",
             About.MOUNTED,
             self.drive.motor,
         )
@@ -396,7 +397,7 @@ class MotorTrial:
                     f"The watchdog of drive {self.drive.node} may still be at "
                     f"{TRIAL_S * 1000:.0f} ms, which stops the drive in the middle of motions. "
                     "Check its supply and cable, then run "
-                    f"`armdrive can setup {self.arm}` again, which sets it back."
+                    f"`{command_line('can', 'setup', self.arm)}` again, which sets it back."
                 )
         return restored
 

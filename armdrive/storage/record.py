@@ -19,7 +19,7 @@ from typing import Any, Protocol
 
 from armdrive.errors import StateFileError
 from armdrive.errors.printable import reason_of
-from armdrive.status import Trust
+from armdrive.status import BELIEVED_WORDS, Trust
 from armdrive.storage import files as places
 from armdrive.storage.files import (
     DISK,
@@ -42,8 +42,6 @@ LONGEST = 16384  # bytes, ten times the longest record; a longer file is not par
 MOST_MOTORS = 64
 STEPS_MOST = 10_000_000_000  # beyond any motor's travel; sums stay exact as floats
 COORDINATE_MOST = 1e6
-RESTORING = frozenset({Trust.REFERENCED.value, Trust.RESTORED.value})
-"""The levels of trust with which the next program restores a saved position."""
 
 _CHECK = "check"
 _OPTIONAL = ("taken", "unsure")
@@ -72,7 +70,7 @@ class Record:
     @property
     def would_restore(self) -> bool:
         """Whether the next program would restore this position if the registers agree."""
-        return not self.in_motion and self.trust in RESTORING
+        return not self.in_motion and self.trust in BELIEVED_WORDS
 
     def require_owner(self, arm: str, calibration: str, motors: int) -> None:
         """Raise `StateFileError` unless the record is of this arm, with this calibration."""
@@ -370,7 +368,7 @@ def _misleads(left: Record, now: Record) -> bool:
     """Return whether the next program would restore a position that this one no longer trusts."""
     if not left.would_restore:
         return False
-    return now.trust not in RESTORING or now.offset != left.offset
+    return now.trust not in BELIEVED_WORDS or now.offset != left.offset
 
 
 # The log of verifications: a file of JSON lines in the state folder.

@@ -18,11 +18,8 @@ from kinematics.five_axis import Branch, FiveAxisArm
 from kinematics.frames.rotations import Matrix3
 from kinematics.geometry import ArmGeometry, Constraint, Point, Tool, Unreachable
 from kinematics.limits import JointRange, LimitViolation, widened_to, wrap
-from kinematics.paths.curves import NearFollower
+from kinematics.paths.curves import LEAP_RAD, NearFollower
 from kinematics.spaces import Joints, Pose
-
-LARGEST_TURN_RAD = 0.5
-"""The furthest that a joint may turn between two waypoints: further is another posture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +120,7 @@ class ToolArm:
         """Return what keeps a posture along curves of the tool's point that begin in it."""
         origin = self.fk(start)
         wide = replace(self, bare=replace(self.bare, limits=widened_to(self.limits, start)))
-        return NearFollower(wide, (origin.pitch_rad, origin.roll_rad), LARGEST_TURN_RAD)
+        return NearFollower(wide, (origin.pitch_rad, origin.roll_rad), LEAP_RAD)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this in proportion."""

@@ -1,7 +1,5 @@
 """Calling the command line within the test's own process, and reading what it said."""
 
-from __future__ import annotations
-
 import io
 import json
 from dataclasses import dataclass

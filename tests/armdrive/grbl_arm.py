@@ -1,7 +1,5 @@
 """A driven GRBL arm on a wire that a test can disturb, and ways to set it moving."""
 
-from __future__ import annotations
-
 import math
 import re
 from functools import partial

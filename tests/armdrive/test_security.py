@@ -1,7 +1,5 @@
 """Who may reach an arm, and what is never done with what a file or a program says."""
 
-from __future__ import annotations
-
 import ast
 import os
 import re

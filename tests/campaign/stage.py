@@ -25,7 +25,7 @@ from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
-from armdrive.motion.standing import MEANWHILE
+from armdrive.motion.connecting import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.cia402.node import Cia402Node

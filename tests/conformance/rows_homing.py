@@ -55,7 +55,7 @@ SEARCHES: Mapping[str, Search] = MappingProxyType(
     }
 )
 """The search of each dialect, which is also the name of its section in the arm file."""
-ORDER = ((3,), (2,), (1,))
+ORDER = ((3,), (2,), (1,), (4, 5))
 STUCK = 2
 STOPPED_AFTER_S = 0.25
 

@@ -205,7 +205,7 @@ def replug(arm):
 async def test_an_arm_that_is_unplugged_in_a_jog_comes_back_standing(arm):
     async with Session(arm) as session:
         await session.arm_keys()
-        await session.press("w")
+        await session.tap("w")
         arm.sleep(0.05)
         assert arm.status.state is State.MOVING
         unplug(arm)

@@ -14,6 +14,7 @@ from tui.jog.panels import OVER_S
 from tui.jog.screen import TALL
 from tui.startup import SCREENS
 from tui.watch import Watching
+from tui.widgets import PlainText
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
 
@@ -145,3 +146,19 @@ async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(more):
                 assert max(len(line.rstrip()) for line in lines) <= table.content_size.width, mode
                 assert table.region.bottom <= 22, f"the panel is cut off: {mode}"
             await session.press("m")
+
+
+@pytest.mark.parametrize("app", ["a desk", "a watched arm"])
+async def test_text_is_seen_though_it_is_painted_before_the_app_has_its_colours(app):
+    made = {
+        "a desk": lambda: Desk(FakeArm(), screens=SCREENS, braille=True, clock=Clock()),
+        "a watched arm": lambda: Watching("sim", MODEL, FakeHolder({}), braille=True),
+    }[app]()
+    async with made.run_test(size=(80, 24)) as pilot:
+        await at_rest(pilot)
+        made.styles.base.clear_rule("color")
+        for text in made.screen.query(PlainText):
+            text.notify_style_update()
+            assert text.visual_style.foreground.a > 0.0, text
+        if app == "a watched arm":
+            made._holder.said.put(END)

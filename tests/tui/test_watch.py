@@ -2,12 +2,13 @@
 
 import pytest
 from desk_fake import END, MODEL, FakeArm, FakeHolder, unknown_position
+from desk_session import AppSession
 from waiting import until_seen
 
 from armdrive import Arm
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
 from tui import watch as watch_words
 from tui.keys.remap import load_keys
@@ -16,23 +17,22 @@ from tui.watch import HeldArm, Watching, WatchScreen
 from tui.widgets import LINES_SHOWN, PlainText
 
 
-class Session:
+class Session(AppSession):
     """A watching app on a headless terminal."""
 
     def __init__(self, holder, **more):
         self.holder = holder
-        self.app = Watching("sim", MODEL, holder, braille=True, **more)
-        self._running = self.app.run_test(size=(100, 30))
+        super().__init__(Watching("sim", MODEL, holder, braille=True, **more), size=(100, 30))
 
     async def __aenter__(self):
-        self.pilot = await self._running.__aenter__()
+        await super().__aenter__()
         await self.seen(lambda: self.text("title"))
         return self
 
     async def __aexit__(self, *error):
         if isinstance(self.holder, FakeHolder):
             self.holder.said.put(END)
-        await self._running.__aexit__(*error)
+        await super().__aexit__(*error)
 
     async def seen(self, happened):
         """Wait until the app has heard of something: another thread tells it."""
@@ -45,7 +45,7 @@ class Session:
         await self.seen(lambda: self.app.view == view)
 
     async def press(self, key):
-        await self.pilot.press(key)
+        await super().press(key)
         await self.app.workers.wait_for_complete()
         await self.pilot.pause()
 
@@ -56,7 +56,7 @@ class Session:
     def text(self, name):
         if name == "title":
             return self.app.screen.query_one(SafetyPanel).arm
-        return self.app.screen.query_one(f"#{name}", PlainText).shown
+        return super().text(name)
 
 
 async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
@@ -169,7 +169,7 @@ async def test_what_was_refused_or_not_received_is_said_with_what_to_do():
     [
         (END, "released the arm"),
         (ArmError("it fell silent"), "it fell silent"),
-        ({"error": "16 programs watch"}, "16 programs watch"),
+        (HolderError("16 programs watch"), "16 programs watch"),
     ],
 )
 async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):

@@ -230,7 +230,7 @@ class JogScreen(DeskScreen):
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""
         self.desk.link.require_motion()
-        if self.desk.input.hasty or not self.hand.arm_keys():
+        if not self.hand.arm_keys():
             arm = self.desk.keys.label("arm")
             raise BadRequest(f"keys are still arriving: let go of all keys, then press {arm} again")
         self.desk.say("armed: let go of a key and the arm stops")

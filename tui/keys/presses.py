@@ -1,4 +1,4 @@
-"""Which key presses count: rules against overtaken, stale, repeated and accidental ones.
+"""Which key presses count: rules against overtaken, stale, pasted, repeated and accidental ones.
 
 Times are in s, on any one clock. None of this knows a screen.
 """
@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping
 
 from textual import events
 from textual.message import Message
+
+from armdrive.motion.dead_man import REPEAT_WITHIN_S
 
 # Urgent keys act in the thread that reads them, however busy the app is: those that stop the arm.
 # The app takes such a key afterwards as any other, and does the rest of what it means. Keys that
@@ -92,17 +94,41 @@ class StaleInput:
         return True
 
 
-# A key that is held repeats, and a paste goes on. So presses count once a pause follows them: two
-# that confirm, or the single one of a key that moves the arm only a little.
+# Not every terminal marks pasted text, and a link that stalled delivers what it kept all at once.
+# No person presses two keys so soon one after the other. So a key waits before it acts, and if
+# another one follows too soon, neither does. A key that is held may repeat as fast.
+
+PERSON_S = 0.03
+"""A key waits this long: short enough that no person feels it, longer than a paste ever pauses."""
+
+BURST = "keys came as fast as pasted text"
+
+
+class BurstDetector:
+    """Tells keys that came together, from a paste or a link, from those that a person pressed."""
+
+    def __init__(self) -> None:
+        self._key = ""
+        self._came_s = -math.inf
+        self._held = False
+
+    def came_together(self, key: str, came_s: float, person_s: float) -> bool:
+        """Take a key; return whether it came sooner than `person_s` after another one.
+
+        The repeats of a held key may, and the next key after them.
+        """
+        gap_s = came_s - self._came_s
+        together = gap_s < person_s and not self._held
+        self._held = key == self._key and not together and gap_s <= REPEAT_WITHIN_S
+        self._key, self._came_s = key, came_s
+        return together
+
+
+# A key that is held repeats. So presses count once a pause follows them: two that confirm, or the
+# single one of a key that moves the arm only a little.
 
 QUIET_S = 0.3
 """The pause after the last press: a key that is held repeats sooner."""
-
-PERSON_S = 0.03
-"""No person presses two keys so soon one after the other: a paste or a stalled link sent them.
-
-Not every terminal marks pasted text, and two pasted line ends look like a key pressed twice.
-"""
 
 ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
@@ -111,9 +137,9 @@ ASKED_FOR_S = 10.0
 class Confirmation:
     """Something that is done once its key was pressed twice, with a pause after the second press.
 
-    What moves only a little is done after one press and the pause: the pause tells a person's press
-    from the first letter of a paste. A key that is held counts as no press, and another key starts
-    over. A key that was refused may still be held: until it pauses, none of its presses counts.
+    What moves only a little is done after one press and the pause. A key that is held counts as no
+    press, and another key starts over. A key that was refused may still be held: until it pauses,
+    none of its presses counts.
     """
 
     def __init__(self, clock: Callable[[], float]) -> None:

@@ -23,9 +23,7 @@ from collections.abc import Callable
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects import DeviceTools, Dialect, Driver, Language
-
-BITS_S = 500_000
-"""The default bit rate of the bus."""
+from armdrive.transports.address import BITRATE
 
 
 def bus_dialect(
@@ -50,7 +48,7 @@ def bus_dialect(
         name=name,
         title=title,
         preset=f"minimover5-{name}",
-        baud=BITS_S,
+        baud=BITRATE,
         torque=torque,
         abilities=Abilities(
             motors=6,

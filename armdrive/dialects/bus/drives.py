@@ -72,9 +72,6 @@ class Obstructed(Exception):
         self.reply = RequestRejected(reply, moved=False) if isinstance(reply, str) else reply
 
 
-HOST_S = 0.03
-"""Delay that an operating system, an adapter and other traffic may add to a frame."""
-
 ANSWER_S = 0.12
 """Timeout of an answer: a drive needs some milliseconds, a busy computer more."""
 

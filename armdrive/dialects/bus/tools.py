@@ -200,7 +200,7 @@ class BusTools:
     leaves_free: int | None = None
     bit_rates: tuple[int, ...] = ()
     connects: bool = False
-    next: str = ""
+    next: tuple[str, ...] = ()
     hint: str = ""
     commissioning: CommissioningTools | None = None
 

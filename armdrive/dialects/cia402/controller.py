@@ -19,7 +19,7 @@ from dataclasses import replace
 from armdrive.abilities import Abilities, segment_s
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.bus.drives import BUS_REQUESTS, HOST_S, Obstructed, bus_motors
+from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.cia402.compare import compare, mend
 from armdrive.dialects.cia402.contact import Cia402Contact
@@ -33,7 +33,7 @@ from armdrive.dialects.cia402.exchange import (
 from armdrive.dialects.cia402.leading import MotionLead
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
-from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.errors import Refused
 from armdrive.tasks import (
     DropCurrent,
@@ -197,15 +197,16 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         """Bound a stop by the quick stop and its delay; without a host, by the heartbeat too."""
         rate_hz = max((part.rate_hz for part in parts), default=self.limits.fastest_hz)
         share = min(rate_hz / self.limits.fastest_hz, 1.0)
-        ramp_s, begun_s = self.settings.quick_stop_s * share, HOST_S + 2.0 * self.limits.cycle_s
+        ramp_s = self.settings.quick_stop_s * share
+        begun_s = HOST_DELAY_S + 2.0 * self.limits.cycle_s
         beats_ms = self.settings.heartbeat_ms + self.settings.beat_ms
-        silent_s, confirm_cycles = HOST_S + beats_ms / 1000.0, CONFIRM_CYCLES
+        silent_s, confirm_cycles = HOST_DELAY_S + beats_ms / 1000.0, CONFIRM_CYCLES
         if self.abilities.queued_segments:  # a pause ends with the last segment
             smooth_s = self.settings.smoothing_ms / 1000.0
             eases_s = self.settings.ramp_s * share
             silent_s = max(silent_s, segment_s(burst_s) + smooth_s + eases_s - ramp_s)
         else:
-            silent_s = min(silent_s, burst_s + HOST_S)
+            silent_s = min(silent_s, burst_s + HOST_DELAY_S)
             confirm_cycles += SET_POINT_CYCLES
         return Stopping(
             begun_s + ramp_s,

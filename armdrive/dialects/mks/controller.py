@@ -13,10 +13,10 @@ from dataclasses import replace
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.bus.drives import BUS_REQUESTS, HOST_S, Obstructed, bus_motors
+from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.bus.paths import Trapezoid
-from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, mend
 from armdrive.dialects.mks.contact import MksContact, MksInquiry
@@ -172,7 +172,7 @@ class MksController(ScriptRunner[Event]):
         A drive that lags turns faster than planned and so brakes for longer, but it makes up for no
         more than it may lag.
         """
-        begun_s = HOST_S + 2.0 * STOP_POLL_S  # one stop may be lost, and is repeated
+        begun_s = HOST_DELAY_S + 2.0 * STOP_POLL_S  # one stop may be lost, and is repeated
         # a state and two separate readings show that a drive stands, and an answer may be late
         seen_s = 3.0 * STOP_POLL_S + 2.0 * self.settings.answer_s
         silent_s = max(burst_s, 1.5 * self.settings.segment_s)
@@ -187,7 +187,7 @@ class MksController(ScriptRunner[Event]):
         return Stopping(
             begun_s + brakes_s,
             asked[0],
-            silent_s + brakes_s + HOST_S,
+            silent_s + brakes_s + HOST_DELAY_S,
             silent[0],
             begun_s + brakes_s + seen_s,
             asked[1],

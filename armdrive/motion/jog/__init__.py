@@ -1,4 +1,15 @@
-"""Jog sessions: serving increments and a held jog until both have ended."""
+"""Jog sessions: serving increments and a held jog until both have ended.
+
+This file decides who may jog and how fast while the position is unknown (`capped`), and runs the
+session. Each leg of a held jog is decided by
+
+    course   the next leg, from all of the following, or why the jog ends
+    ramps    how quickly a speed changes, and what share of it can still brake in time
+    rates    the full speed of each axis, and what joints and motors can reach of it
+    bounds   how far a jog may go: limits, guards, postures
+
+How long a hold lasts without being renewed is in `arm.moving`, for keys in `motion.dead_man`.
+"""
 
 from __future__ import annotations
 
@@ -155,16 +166,18 @@ def held_stream(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
     Return False if it is not held any more. The motion up to a bound is driven to its end before
     the hold is dropped.
     """
-    core, ended = wire.core, []
+    core = wire.core
     ahead_s = core.config.motion.jog_burst_s
+    ended: ContinuousJog | None = None
 
     def ways() -> Iterator[Way]:
         """Yield points, each computed from the previous one."""
+        nonlocal ended
         here, part_s = core.position.coordinates, segment_s(ahead_s)
         while not wire.stopping and is_held(wire) and (hold := core.hold) is not None:
             found = _proposed(wire, course, hold, here, part_s)
             if found is None:
-                ended.append(hold)
+                ended = hold
                 return
             course.take(found, wire.now_s)
             here = found.leg.end
@@ -178,8 +191,8 @@ def held_stream(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
         MoveAlong(streamed.segments(), ahead_s, jog=True, released=released), streamed
     )
     course.stand()
-    for hold in ended:
-        _give_up(wire, hold)
+    if ended is not None:
+        _give_up(wire, ended)
     return is_held(wire)
 
 

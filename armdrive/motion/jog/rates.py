@@ -13,11 +13,12 @@ from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
 from armdrive.motion.jog.bounds import JogPath, Kind
+from armdrive.motion.jog.ramps import Rates, ramped, share_of_limits
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
 from armdrive.runtime.position import ArmCoordinates
 from kinematics.five_axis import FiveAxisArm
-from kinematics.five_axis.rates import Rates, joint_rates, ramped, share_of_limits
+from kinematics.five_axis.rates import joint_rates
 
 STALE_S = 1.0  # an arm whose latest leg ended this long ago is at rest: no exchange takes longer
 

@@ -1,5 +1,9 @@
 """The physical arm and its surroundings, which no controller register sees.
 
+    body       geometry, stops, fingers, backlash, sag, and the posture it begins in
+    table      blocks: when one is gripped, carried, put down or knocked over
+    saved      a world as plain data, for the next process
+
 Motor positions are in half-steps of the model's own coordinates: all joints at zero means all
 motors at zero. Incidents are kept in the order in which they happened.
 """

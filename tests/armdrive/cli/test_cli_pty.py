@@ -1,7 +1,5 @@
 """End to end, each part a process of its own: a simulated arm on a pty, and commands on it."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

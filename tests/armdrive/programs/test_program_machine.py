@@ -1,7 +1,5 @@
 """A running program: values, errors, and resuming a run."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,10 +1,4 @@
-"""However a program ends, the physical arm stands within the announced time: really, over a pty.
-
-One dialect that gets bursts, and one that queues and so moves on after its program is gone. The
-simulated arm, the program and this test are three processes; what is looked at is the simulated
-world. Only what takes a real process is here: signals, a terminal, a suspension. What the driver
-makes of each is shown on simulated time by test_stopping, test_suspended and test_record.
-"""
+"""How a program ends, and the signals that reach it."""
 
 from __future__ import annotations
 
@@ -19,16 +13,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
-if sys.platform == "win32":
-    pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
-
 from pages import page
 from waiting import suspended, until
 from watched_sim import WatchedSim
 
 from armdrive import Arm
+from armdrive.runtime import clock
+from armdrive.runtime.clock import SignalsBetweenSteps
 from armdrive.status import Trust
+
+if sys.platform == "win32":
+    pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
+
 
 HOST = Path(__file__).parents[1] / "ending_host.py"
 UNDER_WAY = 25
@@ -209,3 +205,58 @@ def test_the_arm_stands_however_its_program_ends(tmp_path, dialect, endings):
     finally:
         ground.close()
     assert found == [code for _, code in endings]
+
+
+# -- Signals between two steps ---------------------------------------------------------------------
+
+
+@pytest.fixture
+def handled():
+    """Record SIGINT and SIGTERM instead of ending the tests."""
+    numbers = []
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, lambda number, _: numbers.append(number))
+    yield numbers
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def test_a_signal_waits_for_the_end_of_the_step(handled):
+    with SignalsBetweenSteps() as signals:
+        signal.raise_signal(signal.SIGINT)
+        assert handled == []
+        signals.deliver()
+        assert handled == [signal.SIGINT]
+        signal.raise_signal(signal.SIGTERM)
+    assert handled == [signal.SIGINT, signal.SIGTERM]
+
+
+def interrupting(number, _):
+    raise InterruptedError(number)
+
+
+@pytest.mark.parametrize(
+    ("interrupted", "other", "sets"),
+    [(signal.SIGTERM, signal.SIGINT, 1), (signal.SIGINT, signal.SIGTERM, 3)],
+    ids=["as it begins", "as it ends"],
+)
+def test_a_handler_that_raises_in_between_leaves_the_other_signals_working(
+    handled, monkeypatch, interrupted, other, sets
+):
+    """The signal comes after as many handlers have been set: two at first, two at the end."""
+    signal.signal(interrupted, interrupting)
+    left = iter([False] * (sets - 1) + [True])
+    change = signal.signal
+
+    def changing(number, handler):
+        before = change(number, handler)
+        if next(left, False):
+            signal.raise_signal(interrupted)
+        return before
+
+    monkeypatch.setattr(clock.signal, "signal", changing)
+    with pytest.raises(InterruptedError), SignalsBetweenSteps():
+        pass
+    signal.raise_signal(other)
+    assert handled == [other]

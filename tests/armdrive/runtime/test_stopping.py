@@ -1,4 +1,4 @@
-"""Stop, emergency stop, reset: how long and how far the arm goes on, and that nothing restarts."""
+"""States of an arm, and its stops."""
 
 import math
 import signal
@@ -12,12 +12,87 @@ from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, 
 from armdrive import Jog, JogMove
 from armdrive.connect.control_socket import answered
 from armdrive.errors import ArmError, DeviceFault, LinkLost, OperatorNeeded, Stopped, WrongState
-from armdrive.motion.context import alerted
+from armdrive.motion.device import set_outputs
 from armdrive.motion.resolve import prepare
-from armdrive.motion.standing import set_outputs
+from armdrive.runtime.arm_state import alerted
+from armdrive.runtime.states import TRANSITIONS, Event, after
 from armdrive.status import State, Trust
 from armdrive.tasks import Alert, AlertKind, MoveBy
 from firmware_protocol.teachmover import Key
+
+PAIRS = [(state, event) for state in State for event in Event]
+
+
+@pytest.mark.parametrize(("state", "event"), PAIRS, ids=lambda one: one.name)
+def test_every_pair_leads_somewhere_or_is_refused_with_the_way_out(state, event):
+    if (state, event) in TRANSITIONS:
+        assert after(state, event) is TRANSITIONS[state, event]
+        return
+    with pytest.raises(WrongState) as refusal:
+        after(state, event)
+    sentence = str(refusal.value)
+    assert event.value in sentence
+    assert state.value in sentence
+    assert len(sentence.partition(": ")[2].split()) >= 2
+
+
+@pytest.mark.parametrize("state", State)
+def test_stop_is_legal_everywhere_and_never_begins_a_motion(state):
+    assert after(state, Event.STOP) not in (State.MOVING, State.HOMING)
+
+
+@pytest.mark.parametrize("state", State)
+def test_a_lost_wire_disconnects_from_everywhere(state):
+    assert after(state, Event.LOST) is State.DISCONNECTED
+
+
+def test_only_reset_and_a_lost_wire_leave_error_stop():
+    leaving = {
+        event for (state, event), to in TRANSITIONS.items() if state is State.ERROR_STOP is not to
+    }
+    assert leaving == {Event.RESET, Event.RESET_SWITCHED, Event.LOST}
+
+
+def test_motion_begins_in_standby_alone():
+    for event, moving in ((Event.MOVE, State.MOVING), (Event.HOME, State.HOMING)):
+        assert [s for (s, e), to in TRANSITIONS.items() if e is event and to is moving] == [
+            State.STANDBY
+        ]
+
+
+def test_every_state_can_be_left_and_reached():
+    assert {to for (state, _), to in TRANSITIONS.items() if to is not state} == set(State)
+    assert {state for (state, _), to in TRANSITIONS.items() if to is not state} == set(State)
+
+
+REFUSED = [
+    (lambda arm: arm.move_j(base_deg=1.0), "a motion"),
+    (lambda arm: arm.jog_j(base_deg=1.0), "jogging"),
+    (lambda arm: arm.move_motors(1, 0, 0, 0, 0, 0, speed=0.1), "turning motors"),
+    (lambda arm: arm.confirm_reference(), "confirming the reference"),
+    (lambda arm: arm.declare_posture(arm.joints), "declaring a posture"),
+    (lambda arm: arm.set_output(1), "switching an output"),
+    (lambda arm: arm.wait_inputs(high=1), "waiting for inputs"),
+    (lambda arm: arm.read_pendant_program(), "using the arm's own program memory"),
+    (lambda arm: arm.disable(), "switching the motors off"),
+]
+
+
+@pytest.mark.parametrize(("call", "action"), REFUSED, ids=[action for _, action in REFUSED])
+def test_a_call_in_error_stop_is_refused_by_its_own_name_and_says_what_to_do_first(call, action):
+    arm = ready_arm()
+    arm.estop()
+    assert arm.status.state is State.ERROR_STOP
+    with pytest.raises(WrongState) as refusal:
+        call(arm)
+    assert str(refusal.value) == (
+        f"{action} is not possible while the arm is in error-stop: look at the arm, then call "
+        "`reset()`"
+    )
+
+
+# -- Stops -----------------------------------------------------------------------------------------
+
 
 ERRORS = [0.0, 0.5, 0.9, -0.3]
 
@@ -151,37 +226,20 @@ def test_closing_ends_a_motion_under_way_and_the_arm_stands():
     arm.close()
 
 
-@pytest.mark.parametrize("begin", [lambda arm: None, begin_planned, begin_jog])
-def test_an_emergency_stop_latches_and_leaving_it_moves_nothing(begin):
+@pytest.mark.parametrize(
+    "jog",
+    [
+        lambda arm, jog: arm.nudge(jog, speed=0.5),
+        lambda arm, jog: arm.hold(jog, speed=0.5, for_s=0.5),
+    ],
+)
+def test_a_jog_in_error_stop_is_answered_by_the_way_out(jog):
     arm = ready_arm()
-    begin(arm)
-    arm.sleep(0.3)
     arm.estop()
+    jog(arm, Jog.joint(base=1.0))
     arm.sleep(1.0)
-    assert arm.status.state is State.ERROR_STOP
-    steps, motors = len(arm.twin.link.named(b"@STEP")), arm.twin.world.motors
-    for call in (
-        lambda: arm.move_j(base_deg=1),
-        lambda: arm.jog_j(base_deg=1),
-        arm.home,
-        arm.enable,
-        arm.gripper.grasp,
-        lambda: arm.move_motors(1, 0, 0, 0, 0, 0),
-    ):
-        with pytest.raises(WrongState, match="reset"):
-            call()
-    arm.nudge(Jog.joint(base=1.0), speed=0.5)
-    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.5)
     assert "reset" in arm.status.notice
-    arm.stop()
-    assert arm.status.state is State.ERROR_STOP
-    arm.reset()
-    arm.sleep(3.0)
-    assert arm.status.state is State.STANDBY
-    assert arm.status.error == ""
-    assert len(arm.twin.link.named(b"@STEP")) == steps
-    assert arm.twin.world.motors == motors
-    assert arm.status.trust is Trust.REFERENCED
+    assert not arm.twin.link.named(b"@STEP")
 
 
 def test_a_reset_right_behind_the_emergency_stop_waits_for_the_burst():

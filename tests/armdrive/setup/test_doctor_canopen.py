@@ -1,7 +1,5 @@
 """A CANopen bus is asked politely who is on it, and what is answered is told in words."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import pytest

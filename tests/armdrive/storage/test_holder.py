@@ -1,7 +1,5 @@
 """One program holds an arm at a time, and answers the others about it."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

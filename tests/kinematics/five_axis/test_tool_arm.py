@@ -1,7 +1,5 @@
 """A tool in the fingers: its point is where it is said to be, and the inverse finds it again."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Worked examples: what is said of a posture is what the solvers say, in words and numbers."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

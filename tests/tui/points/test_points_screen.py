@@ -30,13 +30,10 @@ def taught_arm():
 class PointSession(Session):
     """A desk at its points screen, with an arm that has been taught."""
 
+    opens_with = "f4"
+
     def __init__(self, arm=None, **more):
         super().__init__(arm or taught_arm(), **more)
-
-    async def __aenter__(self):
-        await super().__aenter__()
-        await self.keys("f4")
-        return self
 
     async def choose(self, name):
         for _ in range(10):
@@ -288,7 +285,7 @@ EDITS = [
     ("pagedown g 'wide enter", STACK.steps,
      {"messages": "'wide' is no opening: type open, close, grasp, here, point, or mm"}),
     ("pagedown g '1000 enter", STACK.steps,
-     {"messages": "the fingers open from 0 to 76 mm, not 1000 mm", "begin": "1000_"}),
+     {"messages": "the gripper opens from 0 to 76 mm, not to 1000 mm", "begin": "1000_"}),
     ("pagedown W '-1 enter", STACK.steps, {"messages": "wait_s is from 0", "begin": "-1_"}),
     ("pagedown W 'soon enter", STACK.steps, {"messages": "'soon' is no time: type seconds"}),
     ("pagedown E backspace backspace backspace backspace 'nowhere enter", STACK.steps,

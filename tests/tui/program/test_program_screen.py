@@ -77,6 +77,8 @@ class Gate:
 class ProgramSession(Session):
     """A desk at its program screen, in a folder with these programs."""
 
+    opens_with = "f8"
+
     def __init__(self, arm, folder, *, named=None, size=(120, 40), **programs):
         super().__init__(arm, size=size, program=named)
         self.folder = folder / "programs"
@@ -84,11 +86,6 @@ class ProgramSession(Session):
         for name, text in programs.items():
             (self.folder / f"{name}.arm").write_text(text)
         self.desk.programs = self.folder
-
-    async def __aenter__(self):
-        await super().__aenter__()
-        await self.keys("f8")
-        return self
 
     async def __aexit__(self, *error):
         self.arm.request_stop()
@@ -330,7 +327,7 @@ LEAVING = {
     "a dialog": lambda session: session.press("question_mark"),
     "the focus is lost": lambda session: session.send(events.AppBlur()),
     "pasted text": lambda session: session.send(events.Paste("r")),
-    "a suspension": lambda session: session.desk.resumed(3.0),
+    "a suspension": lambda session: session.desk.disarm("this program was suspended for 3.0 s"),
     "a lost link": lambda session: session.desk.link.take(
         replace(session.arm.status, state=State.DISCONNECTED)
     ),

@@ -1,7 +1,5 @@
 """`armdrive ports`: it lists ports with their holders and arm files, and opens none."""
 
-from __future__ import annotations
-
 import os
 import sys
 
