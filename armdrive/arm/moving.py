@@ -13,7 +13,7 @@ from typing import Any, Protocol, overload
 from armdrive.arm.connected import Handle, finished
 from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import PATIENCE_S, Parts
-from armdrive.errors import BadRequest, LinkLost, Refused, WrongState
+from armdrive.errors import BadRequest, LinkLost, Refused, Stopped, WrongState
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.motion import execute as motion
 from armdrive.motion.context import MotionContext
@@ -132,6 +132,8 @@ def _together(moved: Sequence[Moved]) -> Moved:
 
 # Jogging: programs wait for the end of a jog; the desk does not.
 
+LET_GO = "the jog was stopped: let go, then jog again"
+
 BEFORE = "before the motion started"
 """When a stop was requested that keeps a motion from starting."""
 
@@ -146,6 +148,10 @@ class Jogging:
         self._parts = parts
         self._core = parts.core
         self._session: Task[Jogged] | None = None
+        self._held_until_s = -math.inf
+        """When the latest hold expires, even if a stop has ended it."""
+        self._held_stops = 0
+        """The number of stops before the held jog."""
 
     async def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
         """Jog by an increment or for a time, and wait for the end."""
@@ -174,17 +180,28 @@ class Jogging:
         return Handle(self._parts.runner, task, PATIENCE_S * 10)
 
     def hold(self, jog: Jog, speed: float, for_s: float) -> None:
-        """Jog for a time, unless another call extends the jog; returns at once."""
-        pace = self._parts.pace
+        """Jog for a time, unless another call extends the jog; returns at once.
+
+        A stop ends what is held: after it, no call extends the jog.
+        """
+        pace, runner = self._parts.pace, self._parts.runner
         with pace.lock:
-            until_s = pace.now_s() + min(for_s, LONGEST_LEASE_S)
-            self._go_on(ContinuousJog(jog, speed_fraction(speed), until_s))
+            now_s = pace.now_s()
+            asked = ContinuousJog(jog, speed_fraction(speed), now_s + min(for_s, LONGEST_LEASE_S))
+            extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
+            if not extended:
+                self._held_stops = runner.known_stops = runner.stops
+            if runner.stops == self._held_stops:
+                self._go_on(asked)
+            else:
+                self._core.notify(LET_GO, Stopped())
         pace.wake()
 
     def nudge(self, jog: Jog, speed: float) -> None:
         """Jog by one increment, unless another one is already waiting; returns at once."""
         pace = self._parts.pace
         with pace.lock:
+            self._parts.runner.known_stops = self._parts.runner.stops
             nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
             if not self._core.nudges:
                 self._go_on(nudge)
@@ -192,7 +209,7 @@ class Jogging:
 
     def release(self) -> None:
         """End a held jog."""
-        self._parts.core.hold = None
+        self._parts.core.hold, self._held_until_s = None, -math.inf
         self._parts.pace.wake()
 
     def _require(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> None:

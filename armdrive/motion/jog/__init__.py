@@ -41,7 +41,10 @@ from kinematics.spaces import Joints, Pose
 def check_jog(core: Core, jog: Jog) -> None:
     """Raise for an axis that the arm does not have, and for a jog that needs a known position."""
     if core.speed_override.paused:
-        raise WrongState("the arm is paused: resume it before jogging (`armdrive resume`)")
+        raise WrongState(
+            "a paused arm is not jogged: call `resume()`, or run `armdrive resume` in another "
+            "terminal"
+        )
     known = axis_names(core.config, jog.space)
     for name, _ in jog.axes:
         if name not in known:

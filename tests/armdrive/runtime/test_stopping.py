@@ -456,6 +456,32 @@ def test_a_person_at_the_keys_jogs_on_after_a_stop_from_elsewhere():
     assert arm.twin.world.motors != before
 
 
+def held(arm, time_s):
+    """Hold a jog for a time, renewed as by a key that repeats."""
+    end_s = arm.pace.now_s() + time_s
+    while arm.pace.now_s() < end_s:
+        arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.2)
+        arm.pace.wait(lambda: False, 0.03)
+
+
+@pytest.mark.parametrize(
+    "let_go", [lambda arm: arm.release(), lambda arm: arm.pace.wait(bool, 0.3)]
+)
+def test_a_key_that_stays_held_does_not_undo_a_stop_from_elsewhere(let_go):
+    arm = ready_arm()
+    held(arm, 1.0)
+    stopped_elsewhere(arm)
+    held(arm, 0.5)
+    stood = arm.twin.world.motors
+    held(arm, 1.0)
+    assert arm.twin.world.motors == stood
+    assert "let go, then jog again" in arm.status.notice
+    assert arm.status.notice_code == Stopped.code
+    let_go(arm)
+    held(arm, 0.5)
+    assert arm.twin.world.motors != stood
+
+
 def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):
     arm = ready_arm()
 
