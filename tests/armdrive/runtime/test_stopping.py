@@ -464,13 +464,15 @@ def held(arm, time_s):
         arm.pace.wait(lambda: False, 0.03)
 
 
-@pytest.mark.parametrize(
-    "let_go", [lambda arm: arm.release(), lambda arm: arm.pace.wait(bool, 0.3)]
-)
-def test_a_key_that_stays_held_does_not_undo_a_stop_from_elsewhere(let_go):
+LET_GO = [lambda arm: arm.release(), lambda arm: arm.pace.wait(bool, 0.3)]
+
+
+@pytest.mark.parametrize("let_go", LET_GO)
+@pytest.mark.parametrize("stop", [lambda arm: arm.request_stop(), stopped_elsewhere])
+def test_a_key_that_stays_held_does_not_undo_a_stop(stop, let_go):
     arm = ready_arm()
     held(arm, 1.0)
-    stopped_elsewhere(arm)
+    stop(arm)
     held(arm, 0.5)
     stood = arm.twin.world.motors
     held(arm, 1.0)
