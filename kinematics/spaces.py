@@ -18,6 +18,7 @@ from kinematics.errors import (
     check_fields,
     finite,
     hand_angle,
+    require,
     suggestion,
 )
 from kinematics.text import counted, rounded
@@ -247,6 +248,22 @@ class Joints:
 
     def __str__(self) -> str:
         return ", ".join(f"{name} {rounded(angle, 1)}°" for name, angle in self.deg.items())
+
+
+def angles_of(joints: Joints, names: tuple[str, ...]) -> tuple[float, ...]:
+    """Return the angles of an arm's joints, in rad. Raises `KinematicsError` for other joints.
+
+    The same joints in another order are others: formulas know them by their place.
+    """
+    require("joints", joints, Joints, JOINTS_EXAMPLE)
+    if joints.names == names:
+        return joints.angles_rad
+    if len(joints) != len(names):
+        raise KinematicsError(f"this arm has {counted(len(names), 'joint')}, not {len(joints)}")
+    raise KinematicsError(
+        f"the joints of this arm are {', '.join(names)}, in this order, not "
+        f"{', '.join(joints.names)}"
+    )
 
 
 def _whole(motor: int, count: SupportsIndex) -> int:

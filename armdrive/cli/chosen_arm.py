@@ -45,10 +45,8 @@ def connect_chosen(
         return connect_remembered(
             target.config, fresh=options.fresh, pace=pace, allow_restored=allow_restored
         )
-    parts = connecting.connect_real(
-        target.config, allow_restored=allow_restored, reconnect=reconnect
-    )
-    return Arm(parts)
+    made = connecting.ConnectOptions(allow_restored=allow_restored, reconnect=reconnect)
+    return Arm(connecting.connect_real(target.config, made))
 
 
 @contextlib.contextmanager

@@ -610,7 +610,7 @@ def port():
 def looking(port):
     """Return who looks for a wire that was lost a moment ago, and has begun to."""
     engine = SimpleNamespace(link=port)
-    core = SimpleNamespace(diagnostics=SimpleNamespace(notify=lambda *_words: None))
+    core = SimpleNamespace(notify=lambda *_words: None)
     wire = SimpleNamespace(engine=engine, core=core, now_s=0.0)
     reconnector = Reconnector(wire, NewLink(port.open_again, in_thread=True))
     reconnector.lost(0.0)

@@ -28,6 +28,7 @@ from armdrive.connect.parts import assemble
 from armdrive.connect.port import explaining
 from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import listen
+from armdrive.dialects.mks import survey as mks
 from armdrive.errors import PortUnavailable
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.setup import prober as carrying
