@@ -22,7 +22,7 @@ from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.dialog.operator import Operator, PostureRequest
-from armdrive.errors import LinkLost, NoAnswer, WrongState
+from armdrive.errors import LinkLost, NoAnswer, StateFileError, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes, made_of
 from armdrive.motion import standing
 from armdrive.motion.execute import Moved
@@ -106,7 +106,11 @@ class Arm:
         self._lines = InputsOutputs(parts)
         self._gripper = Gripper(self, parts)
         if parts.lock is not None:
-            serve(parts.lock, self)
+            try:
+                serve(parts.lock, self)
+            except StateFileError:  # what moves an arm must be within reach of `armdrive stop`
+                self.close()
+                raise
 
     # -- connecting -----------------------------------------------------------------------------
 

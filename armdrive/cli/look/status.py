@@ -43,7 +43,7 @@ from kinematics.text import rounded
 def status(options: argparse.Namespace) -> Result:
     """Return the status; nothing is switched on."""
     try:
-        with contextlib.closing(connect_chosen(options)) as arm:
+        with contextlib.closing(connect_chosen(options, reads=True)) as arm:
             view: Mapping[str, Any] = status_view(arm.status)
     except ArmInUse:
         name = chosen_target(options).config.name
