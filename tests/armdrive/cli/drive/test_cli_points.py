@@ -1,7 +1,7 @@
 """`armdrive points`: naming, listing, going, running; each command goes on from the last one."""
 
 import pytest
-from cli_calls import write_arm_file
+from cli_calls import write_arm_file, write_bench
 
 from armdrive.storage import files as places
 
@@ -86,3 +86,13 @@ def test_no_points_say_how_one_is_made_and_need_no_port(call):
 
 def test_the_place_of_an_unreferenced_arm_is_not_taught(call):
     call.refused("points", "save", "pick", "--fresh", code=3)
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["points save 9a", "points go nowhere", "points run nowhere", "teach here 9a",
+     "teach here tour --point 9a"],
+)  # fmt: skip
+def test_a_wrong_name_is_refused_before_the_arm_is_opened(call, words):
+    write_bench()  # whose port is not there
+    call.refused(*words.split(), "--arm", "bench", code=2)
