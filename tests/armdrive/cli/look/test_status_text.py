@@ -130,7 +130,7 @@ def test_an_arm_without_a_position_shows_none(view):
         ({"trust": "restored", "trust_code": "E702"}, "a simulated arm confirms its position"),
         (
             {"trust": "restored", "trust_code": "E702", "simulated": False},
-            "call `confirm_restored()`",
+            "asks first whether the arm still stands as it was left",
         ),
         ({"paused": True, "state": "moving"}, "`armdrive resume`"),
         ({"state": "moving"}, "`armdrive stop`"),
