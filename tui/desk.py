@@ -17,7 +17,7 @@ from typing import ClassVar, cast
 from textual import events, on
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
-from textual.containers import Container, Vertical
+from textual.containers import Container, Vertical, VerticalScroll
 from textual.screen import Screen
 
 from armdrive import Arm
@@ -31,7 +31,7 @@ from tui.arm_view import SpaceView, move_cameras
 from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import DeskJogging
-from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
 from tui.keys.presses import BURST, PERSON_S
 from tui.keys.table import SCREENS, STOP, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
@@ -371,7 +371,7 @@ class DeskScreen(Screen[None]):
             spoken=desk.spoken,
         )
         lost = desk.link.lost
-        hint = without_link(status, desk.keys) if lost else self.hint
+        hint = without_link(status, desk.keys) if lost else self.hint + self._more
         messages = messages_of(status, desk.message or hint, bannered=bool(state.forbids))
         idle = (*self.idle, STOP) if lost else self.idle
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
@@ -379,6 +379,12 @@ class DeskScreen(Screen[None]):
         self.text("messages").show(desk.spoken(messages))
         footer.show_keys(rows, footer.content_size.width)
         self.show_body(status)
+
+    @property
+    def _more(self) -> str:
+        """How to see what the panels have no room for; empty if nothing is below."""
+        below = any(each.max_scroll_y > each.scroll_y for each in self.query(VerticalScroll))
+        return f" ({short_label(self.desk.keys.of('more')[0])}: more)" if below else ""
 
     def first_keys(self, status: Status) -> tuple[str, ...]:
         """Return the rows, by id, that make a blocked arm drivable again."""
@@ -440,6 +446,14 @@ class DeskScreens:
         """Go to the screen on which a row of the table of keys counts."""
         if place and place != self.place:
             self.show(place)
+
+    def scroll(self, by: int) -> None:
+        """Scroll the panels, or the dialog over them, by half of what is in view."""
+        panels = [each for each in self._desk.screen.query(VerticalScroll) if each.max_scroll_y]
+        if not panels:
+            raise BadRequest("nothing is out of view here")
+        for panel in panels:
+            panel.scroll_relative(y=by * max(panel.size.height // 2, 1), animate=False)
 
     def do_row(self, name: str) -> None:
         """Do what a row of the table of keys does on the current screen, or say why not."""

@@ -213,7 +213,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     assert session.desk.return_value == 0
     assert session.arm.calls[0] == ("stop",)
     tested = {*done, "ctrl+q", "enter", "m", "left_square_bracket", "right_square_bracket"}
-    elsewhere = {"minus", "plus", "F", "G", "K", "D", "1", "2", "3"}
+    elsewhere = {"minus", "plus", "F", "G", "K", "D", "1", "2", "3", "ctrl+d", "ctrl+u"}
     assert {row.keys[0] for row in (*DESK_KEYS, *JOG_KEYS)} == tested | elsewhere
 
 

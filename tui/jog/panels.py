@@ -107,7 +107,8 @@ def gripper_row(
     """Return the gripper's row; its keys move it in either mode."""
     opening_mm = status.gripper_mm
     pair, bounds = settings.rows[-1], model.gripper_range_mm
-    return AxisRow("opening", opening_mm, "mm", bounds, pair, changed("opening", opening_mm))
+    moving = changed("opening", opening_mm)
+    return AxisRow("opening", opening_mm, "mm", bounds, pair, moving, warns=False)
 
 
 def coordinates(pose: Pose) -> tuple[float, ...]:
