@@ -448,8 +448,8 @@ class DeskScreens:
             self.show(place)
 
     def scroll(self, by: int) -> None:
-        """Scroll the panels, or the dialog over them, by half of what is in view."""
-        panels = [each for each in self._desk.screen.query(VerticalScroll) if each.max_scroll_y]
+        """Scroll the panels of the current screen by half of what is in view."""
+        panels = [each for each in self.current.query(VerticalScroll) if each.max_scroll_y]
         if not panels:
             raise BadRequest("nothing is out of view here")
         for panel in panels:

@@ -64,7 +64,7 @@ DESK_KEYS = (
     DeskKey("look", ("T",), "looks.put_on_next", "look",
             "Change the colours: dark, light, high contrast, or your terminal's own."),
     DeskKey("more", ("ctrl+d",), "screens.scroll(1)", "",
-            "Scroll down, to what the panels or a dialog have no room for."),
+            "Scroll down, to what the panels have no room for."),
     DeskKey("back", ("ctrl+u",), "screens.scroll(-1)", "",
             "Scroll up again."),
     DeskKey("reset", ("R",), "control.reset", "reset",
