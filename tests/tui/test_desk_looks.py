@@ -179,7 +179,8 @@ async def test_what_a_small_terminal_has_no_room_for_is_a_key_away():
         await session.follow([("ctrl+u", {"messages": "(^d: more)"})])
         assert shown() == 0
         await session.keys("question_mark down pagedown")
-        assert session.desk.screen.query_one(".dialog").scroll_offset.y > 0
+        dialog = session.desk.screen.query_one(".dialog")
+        await until_seen(lambda: dialog.scroll_offset.y > 0, session.pilot.pause)
         await session.keys("question_mark")
         await session.resize(120, 40)
         await session.follow([("ctrl+d", {"messages": "nothing is out of view here"})])
