@@ -33,7 +33,7 @@ from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
 from tui.keys.presses import BURST, PERSON_S
-from tui.keys.table import SCREENS, STOP, jog_pairs, spoken, summary_of, titled
+from tui.keys.table import PAUSE, SCREENS, STOP, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
     SafetyPanel,
     after_reset,
@@ -117,10 +117,24 @@ class ArmLink:
         if hand is not None and hand.armed and (why := self.why_immobile):
             hand.disarm(why)  # the first key after a reset must not move the arm
 
+    @property
+    def pausable(self) -> bool:
+        """Whether there is anything to pause or to resume: a motion, or a program that waits."""
+        return self.moves or self.status.paused or self._desk.arm.program is not None
+
     def switch_pause(self, place: str) -> None:
-        """Pause the arm after its next burst, or resume it; `place` is the screen of the key."""
-        self.paused_at = "" if self.status.paused else place
-        (self._desk.arm.pause if self.paused_at else self._desk.arm.resume)()
+        """Pause the arm after its next burst, or resume it; `place` is the screen of the key.
+
+        A pause is made at once. The key may still be held then, so only a later press resumes.
+        """
+        if not self.pausable:
+            raise BadRequest("nothing moves: there is nothing to pause")
+        if self._desk.arm.paused:
+            self._desk.confirmation.press("resumes", self._desk.arm.resume, needed=1)
+            return
+        self.paused_at = place
+        self._desk.arm.pause()
+        self._desk.confirmation.refuse()
 
     def _note_loss(self) -> None:
         """Let no key jog, and close the questions about an arm that is gone."""
@@ -291,7 +305,7 @@ class DeskScreen(Screen[None]):
     @property
     def says(self) -> str:
         """The words after the badge of the arm's state, while nothing forbids motion."""
-        return ""
+        return f"{self.desk.keys.label(STOP)} stops the arm" if self.desk.link.moves else ""
 
     @property
     def settings_text(self) -> str:
@@ -373,12 +387,22 @@ class DeskScreen(Screen[None]):
         lost = desk.link.lost
         hint = without_link(status, desk.keys) if lost else self.hint + self._more
         messages = messages_of(status, desk.message or hint, bannered=bool(state.forbids))
-        idle = (*self.idle, STOP) if lost else self.idle
+        idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
         self.text("messages").show(desk.spoken(messages))
         footer.show_keys(rows, footer.content_size.width)
         self.show_body(status)
+
+    @property
+    def _pauses(self) -> tuple[str, ...]:
+        """The row that pauses the arm, where this screen has one."""
+        return tuple(row.id for row in self.desk.keys.at(self.place) if row.action == PAUSE)
+
+    @property
+    def _resting(self) -> tuple[str, ...]:
+        """The rows that would do nothing while the arm moves, or while it stands."""
+        return (f"{self.place}-go",) if self.desk.link.pausable else self._pauses
 
     @property
     def _more(self) -> str:
@@ -387,7 +411,7 @@ class DeskScreen(Screen[None]):
         return f" ({short_label(self.desk.keys.of('more')[0])}: more)" if below else ""
 
     def first_keys(self, status: Status) -> tuple[str, ...]:
-        """Return the rows, by id, that make a blocked arm drivable again."""
+        """Return the rows, by id, that pause a moving arm, or make a blocked one drivable again."""
         by_state = {
             State.DISCONNECTED: ("reconnect",),
             State.ERROR_STOP: ("reset",),
@@ -398,7 +422,12 @@ class DeskScreen(Screen[None]):
             Trust.SUSPECT: ("reference",),
             Trust.RESTORED: ("confirm",),
         }
-        return by_state.get(status.state, ()) or by_trust.get(status.trust, ())
+        pauses = self._pauses if self.desk.link.pausable else ()
+        return by_state.get(status.state, pauses) or by_trust.get(status.trust, ())
+
+    def action_pause(self) -> None:
+        """Pause the arm after its next burst, or resume it."""
+        self.desk.link.switch_pause(self.place)
 
     def show_body(self, status: Status) -> None:
         """Show this status in the middle of the screen."""

@@ -140,7 +140,7 @@ class JogScreen(DeskScreen):
         """What the jog keys do now."""
         keys, state = self.desk.keys, self.desk.link.status.state
         if self.desk.link.moves:
-            return f"{keys.label('stop')} stops the arm"
+            return super().says
         if state is State.DISABLED:
             return f"{keys.label('motors')} switches the motors on"
         if not self.armed:

@@ -375,10 +375,6 @@ class PointsScreen(DeskScreen):
             self.sequence.require_standstill()
             self.desk.confirmation.press("RUNS THE REMAINING STEPS", self.sequence.finish)
 
-    def action_pause(self) -> None:
-        """Pause the arm after its next burst, or let it go on."""
-        self.desk.link.switch_pause(self.place)
-
 
 def _shown(listed: PointList) -> tuple[str, Point | None, StepList | None]:
     """Return what a person sees to be chosen."""

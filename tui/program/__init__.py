@@ -205,7 +205,7 @@ class ProgramScreen(DeskScreen):
     @property
     def idle(self) -> tuple[str, ...]:
         """What only acts on a running program, or only on one that does not run."""
-        names = ("go", "next", "rehearse") if self.run.busy else ("pause", "forward")
+        names = ("next", "rehearse") if self.run.busy else ("forward",)
         asks = () if self.run.asks else ("forward",)
         return tuple(f"program-{name}" for name in (*names, *asks))
 
