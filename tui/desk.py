@@ -455,11 +455,6 @@ class DeskScreens:
         return cast("DeskScreen", self._desk.screen_stack[0])
 
     @property
-    def place(self) -> str:
-        """The id of the current screen."""
-        return self.current.place
-
-    @property
     def hand(self) -> DeskJogging | None:
         """The hand on the jog keys, where the current screen has those."""
         return self.current.hand if self._desk.screen_stack else None
@@ -470,11 +465,6 @@ class DeskScreens:
         self._desk.dialogs.close_all()
         self._desk.message = ""  # it was about the screen before
         self._desk.switch_mode(place)
-
-    def show_place(self, place: str) -> None:
-        """Go to the screen on which a row of the table of keys counts."""
-        if place and place != self.place:
-            self.show(place)
 
     def scroll(self, by: int) -> None:
         """Scroll the panels of the current screen by half of what is in view."""
@@ -627,6 +617,11 @@ class Desk(KeyApp):
         """Return a text in the words of the desk, with the joints as people write them."""
         return spoken(self.keys.presented(text), self._joint_names)
 
+    def show_place(self, place: str) -> None:
+        """Go to the screen on which a row of the table of keys counts."""
+        if place and place != self.place:
+            self.screens.show(place)
+
     def action_view(self, what: str) -> None:
         """Move the camera about the arm that is drawn."""
         if not move_cameras(self.screen, what):
@@ -635,12 +630,8 @@ class Desk(KeyApp):
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer the actions of this screen, actions with other search words, and the looks."""
         del screen
-        known = (
-            row for row in self.keys.rows if row.also and row.place not in ("", self.screens.place)
-        )
-        return commands(
-            (*self.keys.at(self.screens.place), *known), self.action_do_row, self.looks.put_on
-        )
+        known = (row for row in self.keys.rows if row.also and row.place not in ("", self.place))
+        return commands((*self.keys.at(self.place), *known), self.action_do_row, self.looks.put_on)
 
     # -- stopping and ending ------------------------------------------------------------------
 

@@ -240,7 +240,7 @@ async def test_the_stop_button_stops_on_every_screen_and_over_every_dialog(size)
             dialogs = ("question_mark", "ctrl+p") if entry in (SCREENS[0], SCREENS[-1]) else ()
             for dialog in ("", *dialogs):
                 await session.keys(f"{entry.key} {dialog}")
-                assert session.desk.screens.place == entry.id
+                assert session.desk.place == entry.id
                 assert len(session.desk.screen_stack) == 1 + bool(dialog)
                 drawn = "".join(session.painted)
                 assert drawn.isascii(), {each for each in drawn if not each.isascii()}
