@@ -110,8 +110,9 @@ class MoveSettings:
 
 def neighbour(values: tuple[Number, ...], value: Number, by: int) -> Number:
     """Return the value `by` places further up or down a table; beyond its ends nothing changes."""
-    further = sorted((each for each in values if (each - value) * by > 0), reverse=by < 0)
-    return [value, *further][min(abs(by), len(further))]
+    further: list[Number] = [n for n in values if (n > value if by > 0 else n < value)]
+    further.sort(reverse=by < 0)
+    return further[min(abs(by), len(further)) - 1] if further else value
 
 
 # How an app looks: its themes. The layout is in desk.tcss. No theme is needed to understand the
