@@ -26,8 +26,8 @@ AT_SHARE = 0.002
 UNKNOWN = "?"
 DEGREE = "\N{DEGREE SIGN}"
 CAP_STYLE = "reverse"
-MOVING_STYLE = "bold $primary"
-MARK_STYLES = {"": "bold $primary", "!": "bold $warning", "!!": "bold $error"}
+MOVING_STYLE = "bold $text-primary"
+MARK_STYLES = {"": "bold $text-primary", "!": "bold $text-warning", "!!": "bold $text-error"}
 """The style of a value and of its mark on the bar, by the sign after the value."""
 
 

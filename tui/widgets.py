@@ -216,7 +216,7 @@ def panels(**titles: str) -> Iterator[PlainText]:
 
 CURRENT_STYLE = "bold reverse $primary"
 DONE_STYLE = "dim"
-WRONG_STYLE = "bold $error"
+WRONG_STYLE = "bold $text-error"
 LINES_SHOWN = 12
 
 

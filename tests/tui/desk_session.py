@@ -12,6 +12,9 @@ from tui.safety import SafetyPanel
 from tui.startup import SCREENS
 from tui.widgets import PlainText
 
+FILLS = {"$primary", "$warning", "$error", "$success"}
+"""Colours of the theme that text has a ground of its own with."""
+
 AGAIN_S = REPEAT_WITHIN_S + 0.05
 """After this long a key that comes again was let go and pressed again."""
 
@@ -42,6 +45,8 @@ class Session:
             for text in self.desk.screen.query(PlainText):
                 for _, style in text._spans:  # fails for a style that could not be painted
                     self.desk.stylesheet.parse_style(style)
+                    fills = {"reverse", "on"} & set(style.split())
+                    assert fills or not FILLS & set(style.split()), "not to be read on light ground"
         await self._running.__aexit__(*error)
 
     async def press(self, *keys, after_s=0.0):
