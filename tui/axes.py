@@ -26,8 +26,8 @@ AT_SHARE = 0.002
 UNKNOWN = "?"
 DEGREE = "\N{DEGREE SIGN}"
 CAP_STYLE = "reverse"
-MOVING_STYLE = "bold $primary"
-MARK_STYLES = {"": "bold $primary", "!": "bold $warning", "!!": "bold $error"}
+MOVING_STYLE = "bold $text-primary"
+MARK_STYLES = {"": "bold $text-primary", "!": "bold $text-warning", "!!": "bold $text-error"}
 """The style of a value and of its mark on the bar, by the sign after the value."""
 
 
@@ -36,7 +36,7 @@ class AxisRow:
     """One axis as it is shown. A value or limits of None are not known.
 
     `pair` are the keys that move it in the present mode; None where none do. `moving` says that
-    the value has just changed.
+    the value has just changed. `warns` is whether it is worth a warning that a limit is near.
     """
 
     name: str
@@ -45,11 +45,12 @@ class AxisRow:
     limits: tuple[float, float] | None = None
     pair: JogPair | None = None
     moving: bool = False
+    warns: bool = True
 
     @property
     def sign(self) -> str:
         """How close the value is to a limit: `!` near it, `!!` at it or beyond."""
-        if self.value is None or self.limits is None:
+        if self.value is None or self.limits is None or not self.warns:
             return ""
         low, high = self.limits
         margin = min(self.value - low, high - self.value) / (high - low)
