@@ -51,7 +51,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from armdrive.dialects.bus.ledger import EPSILON_S, LOOK_S, REPLY_TIMEOUT_S, Ledger, Rejections
+from armdrive.dialects.bus.ledger import (
+    EPSILON_S,
+    LOOK_S,
+    MUTE_POLLS,
+    REPLY_TIMEOUT_S,
+    Ledger,
+    Rejections,
+)
 from armdrive.dialects.bus.paths import Course, Interval, PlannedPath
 from kinematics.spaces import Motors
 
@@ -92,9 +99,6 @@ OUTAGE_S = 0.06
 """No reply for this long although questions are open means a bus outage: a reply takes no longer
 than `answer_s` (0.05 by default), and the adapter adds little. On a slow link it takes longer: see
 `Ledger.longest_wait_s`. But after `MAX_DELAY_S` nothing is sent on a bus that does not reply."""
-MUTE_POLLS = 4
-"""A drive that misses this many polls while another one replies is mute. On a bus that loses one
-frame in ten, that happens once in 750 polls."""
 LATE_OUTAGES = 5
 """After this many outages without one prompt reading between them, all replies of this bus are
 late. After any other outage the next question is answered promptly."""
