@@ -258,6 +258,21 @@ def test_a_link_that_becomes_slow_in_motion_is_no_restart(seed):
     check_done(slowed_in_motion(seed))
 
 
+def test_a_restart_on_a_link_that_has_become_slow_is_found():
+    """Its drives are suspected again and again, and acquitted; then one falls silent for longer."""
+    ways = [
+        (700, 700, 300, 0, -700, 20),
+        (0, 20, 0, 300, 300, 100),
+        (-700, 100, 700, 100, 20, -700),
+    ]
+    bench = MksBench(starts=(-300,) * 6).ready()
+    bench.begin(along(segments(*(way for way in ways for _ in range(8)))))
+    bench.run(0.3)
+    bench.waits_s = lambda _frame, host: 0.0 if host else 0.07
+    begins_anew(bench, 6, 1.09, 0.25)
+    check_blamed(bench, "drive 6 (gripper)", AlertKind.RESTARTED)
+
+
 def test_a_shaft_that_slips_a_little_near_zero_is_no_restart():
     bench = others_at_zero(17, settings=BURSTS)
     bench.at_s[bench.now_s + 0.004] = lambda: bench.node(1).load(-12)
