@@ -10,7 +10,7 @@ import math
 import operator
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, SupportsIndex, overload
+from typing import TYPE_CHECKING, ClassVar, SupportsIndex
 
 from kinematics.errors import (
     BadNumber,
@@ -297,15 +297,6 @@ class Motors(tuple[int, ...]):
 
     def __add__(self, other: tuple[int, ...]) -> Motors:  # type: ignore[override]
         return Motors([a + b for a, b in zip(self, other, strict=True)])
-
-    @overload  # type: ignore[override]
-    def __getitem__(self, index: int) -> int: ...
-    @overload
-    def __getitem__(self, index: slice) -> Motors: ...
-    def __getitem__(self, index: int | slice) -> int | Motors:
-        """Return one motor's steps, or some motors'."""
-        picked = super().__getitem__(index)
-        return Motors(picked) if isinstance(picked, tuple) else picked
 
     @property
     def largest(self) -> int:

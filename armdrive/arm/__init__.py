@@ -28,7 +28,7 @@ from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.dialog.operator import Operator, PostureRequest
-from armdrive.errors import LinkLost, NoAnswer, WrongState
+from armdrive.errors import LinkLost, NoAnswer, StateFileError, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes, made_of
 from armdrive.motion import connecting
 from armdrive.motion.device import RowReport, mend_settings
@@ -118,7 +118,11 @@ class Arm:
         self._lines = InputsOutputs(parts)
         self._gripper = Gripper(self, parts)
         if parts.lock is not None:
-            serve(parts.lock, self)
+            try:
+                serve(parts.lock, self)
+            except StateFileError:  # what moves an arm must be within reach of `armdrive stop`
+                self.close()
+                raise
 
     def __repr__(self) -> str:  # takes no lock: a debugger may ask in mid-motion
         kind = "SIMULATED" if self.simulated else "REAL"

@@ -97,13 +97,13 @@ class Connection:
 def log_reader(pace: Pace, tracer: Tracer, dialect: str, back: int | None) -> LogReader:
     """Return a reader of a flight recorder's entries in words, starting with the latest `back`."""
     # imported here to keep start-up fast: few programs read the log
-    from armdrive.trace.log import BACK, LogReader
+    from armdrive.trace.log import FURTHEST_BEHIND, LogReader
 
     def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with pace.lock:
             return tracer.since(number, most, back)
 
-    return LogReader(since, dialect, tracer.began_s, back=BACK if back is None else back)
+    return LogReader(since, dialect, tracer.began_s, back=FURTHEST_BEHIND if back is None else back)
 
 
 # The handle of a running motion, which a call with `wait=False` returns.

@@ -46,6 +46,8 @@ from armdrive.tasks import (
 from kinematics.spaces import Motors
 
 QUIET_S = 0.3  # after this long without a byte, no more of a disturbed reply will come
+FRESH_S = 0.05  # a motion begins without another look at a position that was read this long ago
+BLIND_S = 2.0  # longest motion without comparing the position
 TRIES = 3  # attempts to read the registers; reading moves nothing, so it may be repeated
 
 
@@ -428,9 +430,6 @@ def _pauses_s() -> Iterator[float]:
 
 
 # The segments of one motion.
-
-FRESH_S = 0.05  # a motion may start from a position that was read this long ago
-BLIND_S = 2.0  # longest motion without comparing the position
 
 TURNING_ROUND = "the arm stopped while reversing, so the backlash may or may not be taken up"
 

@@ -274,6 +274,9 @@ def _plan(
     return MotionPlan(start, tuple(legs))
 
 
+SLACK_RAD = 1e-9  # a joint beyond its limit whose excess grows by rounding alone goes no further
+
+
 def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> None:
     """Raise `OutOfBounds` for the first limit or guard that a joint path would violate.
 
@@ -337,9 +340,6 @@ def guard_error(guard: Violation, share: float, nearest: Pose | None = None) -> 
         bound=bound,
         nearest=nearest,
     )
-
-
-SLACK_RAD = 1e-9
 
 
 def audit_opening(config: ArmConfig, opening_mm: float) -> None:

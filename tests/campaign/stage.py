@@ -4,8 +4,6 @@ Programs drive the arm one after the other, and each leaves it as it is. A perso
 motors and confirms postures. The stage also keeps what the faults excuse, and the announced bounds.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable, Iterable

@@ -4,8 +4,6 @@ The laws go through every public call and every parameter that its signature nam
 added later is held to them as well.
 """
 
-from __future__ import annotations
-
 import asyncio
 import copy
 import functools

@@ -1,7 +1,5 @@
 """How a program ends, and the signals that reach it."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

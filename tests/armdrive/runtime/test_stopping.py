@@ -93,7 +93,6 @@ def test_a_call_in_error_stop_is_refused_by_its_own_name_and_says_what_to_do_fir
 
 # -- Stops -----------------------------------------------------------------------------------------
 
-
 ERRORS = [0.0, 0.5, 0.9, -0.3]
 
 

@@ -154,10 +154,8 @@ def test_a_follower_gets_the_progress_of_a_long_act_but_not_every_moment(arm, ho
 def test_watchers_that_went_away_make_room_for_others(arm, holding):
     for _ in range(MOST_WATCHERS + 4):
         for _ in looks("no room was made"):
-            with (
-                contextlib.closing(watch_holder("bench", 0.02)) as views,
-                contextlib.suppress(HolderError),  # refused: no room yet
-            ):
+            views = watch_holder("bench", 0.02)
+            with contextlib.suppress(HolderError), contextlib.closing(views):  # no room yet
                 assert "state" in next(views)
                 break
 
