@@ -5,8 +5,6 @@ drives go on, and a joint that several drives turn may leave its path and pass i
 happens if a program dies while it sends one order to each drive, and on a line that damages frames.
 """
 
-from __future__ import annotations
-
 from armdrive.dialects.bus.ledger import REJECTION_LIMIT, START_WINDOW_S
 from armdrive.dialects.bus.observer import MAX_DELAY_S
 from armdrive.dialects.cia402.settings import Cia402Settings

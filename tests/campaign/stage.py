@@ -4,8 +4,6 @@ Programs drive the arm one after the other, and each leaves it as it is. A perso
 motors and confirms postures. The stage also keeps what the faults excuse, and the announced bounds.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable, Iterable
@@ -305,8 +303,8 @@ class Stage:
         An error that was latched before the loss keeps its code.
         """
         assert self.arm is not None
-        diagnostics = self.arm.core.diagnostics
-        return diagnostics.error_code in LINK_ERRORS or MEANWHILE in diagnostics.error
+        error = self.arm.core.error
+        return error.code in LINK_ERRORS or MEANWHILE in error.words
 
     @property
     def polls_arm(self) -> bool:

@@ -1,7 +1,5 @@
 """A sample of the campaign, its repeatability, and faulty drivers that it has to find."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """`MissedOrders` excuses the joints of the drive alone, and for a bounded time in each command."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -3,8 +3,6 @@
 Each switch is a little beyond the place where its motor begins.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

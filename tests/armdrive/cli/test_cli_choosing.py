@@ -2,11 +2,9 @@
 
 import pytest
 from chain_files import shown_files, six_arm, six_links
-from cli_calls import Caller, write_arm_file
+from cli_calls import Caller, write_arm_file, write_bench
 
 from armdrive.storage import files as places
-
-NOWHERE = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
 
 
 def arm_of(called):
@@ -19,8 +17,8 @@ def test_the_simulated_arm_is_chosen_by_dialect_by_name_and_by_no_name(call, wor
 
 
 def test_an_arm_file_is_chosen_by_name_and_by_path(call, tmp_path):
-    write_arm_file("bench", NOWHERE)
-    assert "/dev/ttyNOWHERE" in call.refused("status", "--arm", "bench", code=4)
+    write_bench()
+    assert "/dev/none" in call.refused("status", "--arm", "bench", code=4)
     path = tmp_path / "other.toml"
     path.write_text('model = "teachmover"\n')
     sentence = call.refused("status", "--arm", str(path), code=4)
@@ -28,14 +26,14 @@ def test_an_arm_file_is_chosen_by_name_and_by_path(call, tmp_path):
 
 
 def test_of_several_defaults_the_nearest_is_used_and_an_option_before_them_all(call, monkeypatch):
-    write_arm_file("default", NOWHERE)
-    assert "/dev/ttyNOWHERE" in call.refused("status", code=4)
+    write_bench(name="default")
+    assert "/dev/none" in call.refused("status", code=4)
     call("config", "set-default", "sim:robko01", code=0)
     assert arm_of(call("status", "--json", code=0)) == "sim:robko01"
     monkeypatch.setenv("ARMDRIVE_ARM", "bench")
     assert "'bench'" in call.refused("status", code=2)
-    write_arm_file("bench", NOWHERE)
-    assert "/dev/ttyNOWHERE" in call.refused("status", code=4)
+    write_bench()
+    assert "/dev/none" in call.refused("status", code=4)
     assert "ARMDRIVE_ARM" in call("config", "set-default", "default", code=0).out
     assert arm_of(call("status", "--sim", "teachmover", "--json", code=0)) == "sim:teachmover"
     monkeypatch.delenv("ARMDRIVE_ARM")
@@ -63,7 +61,7 @@ def test_forced_simulation_turns_a_port_into_its_twin(call, monkeypatch):
 
 
 def test_forced_simulation_remembers_the_twin_apart_from_the_real_arm(call, monkeypatch):
-    write_arm_file("bench", NOWHERE)
+    write_bench()
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
     call("home", "--arm", "bench", code=0)
     assert arm_of(call("status", "--arm", "bench", "--json", code=0)) == "sim:bench"

@@ -13,22 +13,22 @@ from armdrive.dialects.recognition import Identity
 from armdrive.dialog.conversation import Grade, WrongAnswer, any_problem
 from armdrive.errors import PortUnavailable
 from armdrive.registry import DIALECTS, simulate
-from armdrive.registry.arm_files import arm_path
+from armdrive.registry.arm_files import arm_path, load_arm
 from armdrive.runtime.engine import excerpt
 from armdrive.setup import dialog_runner
-from armdrive.setup import ports as before
 from armdrive.setup import prober as carrying
 from armdrive.setup import survey as after
 from armdrive.setup.bus_survey import probe
 from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.filing import checked, file_of, write
 from armdrive.setup.interview import Describing
-from armdrive.setup.ports import closed_ports, look_at
+from armdrive.setup.ports import closed_ports, latency, look_at
 from armdrive.setup.prober import Examination
 from armdrive.setup.survey import of_settings
 from armdrive.tasks import DeviceSettings, Difference
-from armdrive.transports import can_link
+from armdrive.transports import can_link, ports
 from armdrive.transports.can_health import BusHealth
+from armdrive.transports.ports import CanPort
 from firmware_protocol.canopen import DEVICE_TYPE
 
 
@@ -179,13 +179,13 @@ def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):
     timer = tmp_path / "ttyUSB0" / "latency_timer"
     timer.parent.mkdir()
     timer.write_text("16\n")
-    (found,) = before.latency("/dev/ttyUSB0", tmp_path)
+    (found,) = latency("/dev/ttyUSB0", tmp_path)
     assert (found.grade, found.mend) == (Grade.NOTE, f"echo 1 | sudo tee {timer}")
     timer.write_text("1\n")
-    assert before.latency("/dev/ttyUSB0", tmp_path)[0].grade is Grade.OK
+    assert latency("/dev/ttyUSB0", tmp_path)[0].grade is Grade.OK
     timer.write_text("?")
-    assert before.latency("/dev/ttyUSB0", tmp_path) == []
-    assert before.latency("/dev/ttyACM0", tmp_path) == []
+    assert latency("/dev/ttyUSB0", tmp_path) == []
+    assert latency("/dev/ttyACM0", tmp_path) == []
 
 
 def test_the_page_shows_every_probe_as_it_is_said():
@@ -199,6 +199,14 @@ def test_the_page_shows_every_probe_as_it_is_said():
 # What is behind a port is found out, in words, as the doctor does; listing opens nothing.
 
 
+def named_lab(found):
+    """Describe the arm of which this was found, beginning with its name."""
+    describing = Describing(found)
+    describing.typed = "lab"
+    describing.enter()
+    return describing
+
+
 @pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid"])
 def test_a_port_is_recognised_and_its_arm_is_described_by_what_was_found(dialect, monkeypatch):
     port = SimPort(made(dialect))
@@ -208,9 +216,7 @@ def test_a_port_is_recognised_and_its_arm_is_described_by_what_was_found(dialect
     assert found.dialect == dialect
     assert f"it speaks {dialect}" in found.lines[0]
     assert port.closed
-    describing = Describing(found.answers)
-    describing.typed = "lab"
-    describing.enter()
+    describing = named_lab(found.answers)
     assert describing.question.key == "template"
     while describing.question is not None:
         describing.enter()
@@ -229,13 +235,9 @@ def test_a_forced_simulation_opens_no_port(monkeypatch):
 
 
 def test_ports_and_interfaces_are_listed_with_what_is_known_of_them(monkeypatch):
-    from armdrive.transports import ports
-    from armdrive.transports import ports as can_ports
-    from armdrive.transports.ports import CanPort
-
     monkeypatch.setattr(ports, "list_ports", lambda: ())
     buses = [CanPort("can:socketcan:can0", "PEAK adapter", "bring it up: ip link set can0 up")]
-    monkeypatch.setattr(can_ports, "list_can_ports", lambda _ports: buses)
+    monkeypatch.setattr(ports, "list_can_ports", lambda _ports: buses)
     (only,) = closed_ports()
     assert only.port == "can:socketcan:can0"
     assert not only.openable
@@ -269,9 +271,7 @@ def test_mks_drives_are_found_and_offered_their_template(monkeypatch):
     found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
     assert found.dialect == "mks"
     assert "armdrive can setup" in found.lines[-1]
-    describing = Describing(found.answers)
-    describing.typed = "lab"
-    describing.enter()
+    describing = named_lab(found.answers)
     assert describing.line == "minimover5-mks"
 
 
@@ -283,9 +283,7 @@ def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
     assert found.dialect == "cia402"
     assert any("these answer: 1, 2, 3, 4, 5, 6 (CANopen)" in line for line in found.lines)
     assert not any("can setup" in line for line in found.lines)
-    describing = Describing(found.answers)
-    describing.typed = "lab"
-    describing.enter()
+    describing = named_lab(found.answers)
     assert describing.line == "minimover5-cia402"
     module = Device(1).has({DEVICE_TYPE: 0x191})  # an I/O module drives no arm
     for bus.devices in ((module,), ()):
@@ -293,9 +291,7 @@ def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
 
 
 def test_going_back_goes_over_what_was_found():
-    describing = Describing({"connection.port": "/dev/arm", "dialect": "teachmover"})
-    describing.typed = "lab"
-    describing.enter()
+    describing = named_lab({"connection.port": "/dev/arm", "dialect": "teachmover"})
     describing.enter()
     assert describing.question.key == "title"
     assert describing.back()
@@ -307,8 +303,7 @@ def test_going_back_goes_over_what_was_found():
 
 
 def test_a_found_answer_that_does_not_fit_is_asked_for_after_all():
-    describing = Describing({"connection.port": "nonsense"})
-    describing.typed = "lab"
+    describing = named_lab({"connection.port": "nonsense"})
     while describing.question.key != "connection.port":
         describing.enter()
     describing.typed = "nonsense"
@@ -317,11 +312,8 @@ def test_a_found_answer_that_does_not_fit_is_asked_for_after_all():
 
 
 def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeypatch):
-    from armdrive.registry.arm_files import load_arm
-
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
-    describing = Describing({})
-    describing.typed = "lab"
+    describing = named_lab({})
     while describing.question is not None:
         if describing.question.key == "title":
             describing.typed = "My_bench"  # on a desk the space bar stops

@@ -1,7 +1,5 @@
 """Files of recordings, and their replay."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace
@@ -37,7 +35,6 @@ from armdrive.trace.recorder import FlightRecorder
 from armdrive.trace.replay import ReplayBench, config_of, replay, replayed_view
 
 # -- Files -----------------------------------------------------------------------------------------
-
 
 text_kinds = st.sampled_from([kind for kind in EntryKind if kind not in WIRE])
 texts = st.text('a7"\\\n\x00\x7fé\u0394\u2028\U0001f916', max_size=20)
@@ -208,7 +205,6 @@ def test_an_arm_without_a_known_file_is_still_recorded(recording):
 
 # -- the page on recordings -----------------------------------------------------------------------
 
-
 PAGE = page("recordings")
 
 
@@ -239,7 +235,6 @@ def test_the_program_of_the_page_prints_the_motion(capsys):
 
 
 # -- Replay ----------------------------------------------------------------------------------------
-
 
 SMALL = ("teachmover", "armdroid", "grbl")
 """The dialects whose recordings are short: a Robko is asked for its position all the time."""

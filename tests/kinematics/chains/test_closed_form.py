@@ -23,7 +23,7 @@ from named_arms import (
     calibrated,
 )
 
-from kinematics import KinematicsError, Pose
+from kinematics import Pose
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import closed_form, how_solved
@@ -397,8 +397,3 @@ def test_a_vertical_hand_takes_its_plane_from_the_place():
     down = transform(rot_x(math.pi), (0.0, 250.0, 100.0))
     assert frame_goal(down).outwards == (0.0, 1.0, 0.0)
     assert frame_goal(transform(rot_x(math.pi), (0.0, 0.0, 9.0))).outwards == X_AXIS
-
-
-def test_a_goal_of_nothing_is_refused():
-    with pytest.raises(KinematicsError, match="asks at least one of position, heading"):
-        frame_goal(transform(rot_x(0.0), (0.0, 0.0, 0.0)), frozenset())

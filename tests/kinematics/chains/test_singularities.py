@@ -122,11 +122,6 @@ def test_a_direction_in_words():
     assert in_words((0.6, 0.0, -0.8), (0, 1, 2)) == "move along 0.60 x - 0.80 z"
 
 
-def test_rows_that_a_jacobian_has_not_are_refused():
-    with pytest.raises(KinematicsError, match="numbered 0 to 5"):
-        condition(PUMA, PUMA.zero, rows=(0, 6))
-
-
 def singularities(arm, joints):
     """Return by their words the ways in which an arm of the Mini-mover's build is singular."""
     found = named_singularities(with_arm(SYSTEMS["minimover5"], arm), joints)

@@ -21,7 +21,7 @@ from kinematics_cases import (
     same_pose,
 )
 
-from kinematics import PRESETS, Guards, Joints, KinematicsError, Pose, nearest_allowed, preset
+from kinematics import PRESETS, Guards, Joints, Pose, nearest_allowed, preset
 from kinematics.guards import AngleSum, link_names
 from kinematics.guards.shapes import Box, Column, point_distance_mm, segment_distance_mm
 
@@ -298,11 +298,6 @@ def test_folding_a_chain_onto_its_base_is_seen():
     assert "base column" in found
 
 
-def test_radii_must_fit_the_links():
-    with pytest.raises(KinematicsError, match="each of upper arm, forearm, hand: 3, not 2"):
-        replace(OPEN, radii_mm=(30.0, 20.0)).violations(LOOSE, Joints.of(0, 0, 0, 0, 0))
-
-
 @given(st.floats(0.0, 79.0), st.floats(0.5, 30.0))
 def test_rising_out_of_a_box_makes_it_shallower(z_mm, rise_mm):
     depth, above = (BOXED.depth_mm(LOOSE, over(190, z)) for z in (z_mm, z_mm + rise_mm))
@@ -534,17 +529,3 @@ def test_a_thin_wall_that_is_pierced_further_is_deeper():
 def test_a_segment_that_cuts_a_corner_leaves_across_it():
     depth = -BOX.distance_mm((90.0, 0.0, 40.0), (0.0, 90.0, 40.0))
     assert depth == pytest.approx(10.0 / math.sqrt(2.0))
-
-
-@pytest.mark.parametrize(
-    ("name", "low", "high", "words"),
-    [
-        ("", (0, 0, 0), (1, 1, 1), "needs a name"),
-        ("vice", (0, 0, 5), (1, 1, 5), "needs a z of min_mm below"),
-        ("vice", (0, 0), (1, 1, 1), "needs x, y and z"),
-        ("vice", (0, 0, math.nan), (1, 1, 1), "min_mm of 'vice'"),
-    ],
-)
-def test_what_is_no_box_is_refused(name, low, high, words):
-    with pytest.raises(KinematicsError, match=words):
-        Box(name, low, high)

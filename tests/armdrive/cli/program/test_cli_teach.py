@@ -5,7 +5,7 @@ import sys
 import threading
 
 import pytest
-from cli_calls import Terminal, write_arm_file
+from cli_calls import Terminal, write_arm_file, write_bench
 from waiting import LONG_S
 
 from armdrive.cli.chosen_arm import connect_remembered
@@ -51,13 +51,6 @@ def test_steps_are_added_inserted_moved_retimed_and_removed(call, book):
     assert shown(call) == ["to above", "gripper grasp", "delay 1 s"]
 
 
-@pytest.mark.parametrize("action", [("add", "fetch"), ("insert", "fetch", "1")])
-def test_a_step_to_an_opening_that_the_fingers_do_not_have_is_not_written(call, book, action):
-    before = shown(call)
-    assert "opens from 0 to 76" in call.refused("teach", *action, "gripper", "900", code=3)
-    assert shown(call) == before
-
-
 def test_a_new_sequence_begins_with_its_first_step(call, book):
     printed = call("teach", "add", "tour", "to above line at 20%", "--json", code=0).json
     assert printed["steps"] == ["to above along a line at 20%"]
@@ -65,19 +58,22 @@ def test_a_new_sequence_begins_with_its_first_step(call, book):
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("line", "code", "sentence"),
     [
-        (("add", "fetch", "fly", "home"), "is not a step"),
-        (("add", "fetch", "to", "nowhere"), "which does not exist"),
-        (("insert", "fetch", "9", "to", "above"), "no place 9"),
-        (("remove", "nothing", "1"), "no sequence 'nothing'"),
-        (("move", "fetch", "1", "7"), "no place 7"),
-        (("reverse", "fetch", "fetch"), "is new in the file"),
+        ("teach add fetch fly home", 2, "is not a step"),
+        ("teach add fetch to nowhere", 2, "which does not exist"),
+        ("teach add fetch gripper 900", 3, "opens from 0 to 76"),
+        ("teach insert fetch 1 gripper 900", 3, "opens from 0 to 76"),
+        ("teach insert fetch 9 to above", 2, "no place 9"),
+        ("teach remove nothing 1", 2, "no sequence 'nothing'"),
+        ("teach move fetch 1 7", 2, "no place 7"),
+        ("teach reverse fetch fetch", 2, "is new in the file"),
+        ("points offset fetch far --x 900", 3, "the point 'above' cannot go there"),
     ],
 )
-def test_what_cannot_be_is_refused_and_nothing_is_written(call, book, words, sentence):
+def test_what_cannot_be_is_refused_and_nothing_is_written(call, book, line, code, sentence):
     before = book.path.read_text(encoding="utf-8")
-    assert sentence in call.refused("teach", *words, code=2)
+    assert sentence in call.refused(*line.split(), code=code)
     assert book.path.read_text(encoding="utf-8") == before
 
 
@@ -105,13 +101,6 @@ def test_a_sequence_is_mirrored_offset_and_copied(call, book):
     assert shown(call, "again")[0] == "to again-above"
     assert "already" in call.refused("points", "copy", "fetch", "again", code=2)
     call("points", "copy", "fetch", "again", "--again", code=0)
-
-
-def test_a_point_out_of_reach_leaves_nothing_behind(call, book):
-    before = book.path.read_text(encoding="utf-8")
-    text = call.refused("points", "offset", "fetch", "far", "--x", "900", code=3)
-    assert "the point 'above' cannot go there" in text
-    assert book.path.read_text(encoding="utf-8") == before
 
 
 def test_a_held_arm_is_recorded_until_it_is_given_back(call, monkeypatch):
@@ -273,6 +262,16 @@ def test_what_is_wrong_is_one_sentence(taught):
     assert "no sequence" in taught.refused("points", "run", "pick", code=2)
     places.points_file("sim:teachmover").write_text("[points.a]\nknee = 3\n", encoding="utf-8")
     assert "unknown key 'knee'" in taught.refused("points", "list", "--json", code=2)
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["points save 9a", "points go nowhere", "points run nowhere", "teach here 9a",
+     "teach here tour --point 9a"],
+)  # fmt: skip
+def test_a_wrong_name_is_refused_before_the_arm_is_opened(call, words):
+    write_bench()  # whose port is not there
+    call.refused(*words.split(), "--arm", "bench", code=2)
 
 
 def test_no_points_say_how_one_is_made_and_need_no_port(call):

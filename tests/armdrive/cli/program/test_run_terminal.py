@@ -4,10 +4,10 @@ import io
 import json
 import os
 import signal
-import subprocess
 import sys
 
 import pytest
+from cli_calls import started
 from waiting import LONG_S
 
 from armdrive.cli.program.run_common import INTERRUPTED, stopped_by_interrupt
@@ -30,15 +30,8 @@ FAST, SLOW = "40", "0.2"
 class Program:
     """A running `armdrive run --json`."""
 
-    def __init__(self, *words, **streams):
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "armdrive", "run", *words, "--json"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            bufsize=1,
-        )
+    def __init__(self, *words):
+        self.process = started("run", *words, "--json")
         self.events = []
 
     def until(self, event, line=None):
@@ -58,11 +51,7 @@ class Program:
 
     def end(self):
         out, err = self.process.communicate(timeout=LONG_S)
-        self.events += [json.loads(text) for text in out.splitlines()]
-        return self.process.returncode, err
-
-    def end_unread(self):
-        _, err = self.process.communicate(timeout=LONG_S)
+        self.events += [json.loads(text) for text in (out or "").splitlines()]
         return self.process.returncode, err
 
 
@@ -166,7 +155,7 @@ def test_a_reader_that_has_gone_ends_the_program_and_not_well(begin):
     program.until("act", 1)
     program.process.stdout.close()
     program.process.stdout = None
-    code, err = program.end_unread()
+    code, err = program.end()
     assert code == 5
     assert "its output was closed" in json.loads(err)["message"]
     assert journal_file(ARM).exists()

@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from can_setup_bench import READING, Bench, ServedBus, another_program
-from cli_calls import Terminal, write_arm_file
+from can_setup_bench import ServedBus, another_program
+from cli_calls import Terminal, write_arm_file, write_bench
 from doctor_bench import (
     BANNER,
     NUMBER,
@@ -27,30 +27,21 @@ from armdrive.connect import parts as connecting
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import explaining
 from armdrive.dialects.bus import tools
-from armdrive.dialects.bus.tools import Listened, listen
+from armdrive.dialects.bus.tools import listen
 from armdrive.dialects.mks import survey as mks
-from armdrive.dialects.mks.survey import Survey
-from armdrive.dialog.conversation import Grade
-from armdrive.errors import BadRequest, PortUnavailable
+from armdrive.errors import PortUnavailable
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.setup import prober as carrying
 from armdrive.setup import prober as probing
-from armdrive.setup import survey as can_findings
-from armdrive.setup.bus_survey import ids_of
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports import ports as system
-from armdrive.transports.can_health import BusHealth, BusState
 from armdrive.transports.ports import CanPort
 from firmware_protocol.mks import (
-    EncoderRead,
-    Mode,
-    MoveAbsoluteAxis,
     ReadEncoder,
     encode,
 )
 from firmware_protocol.robko01 import Device
-from kinematics.text import counted
 
 # Before anything is opened.
 
@@ -119,14 +110,9 @@ def test_a_port_that_another_armdrive_program_holds_is_not_opened(call, port, le
 # Which arm file the port belongs to.
 
 
-def arm_file(usb_serial: str, port: object = "", name: str = "bench") -> None:
-    lines = f'port = "{port}"\nusb_serial = "{usb_serial}"\n'
-    write_arm_file(name, f'model = "teachmover"\n[connection]\n{lines}')
-
-
 def test_an_adapter_is_looked_at_by_the_number_in_the_arm_file(call, port, lead_to, monkeypatch):
     plug(monkeypatch, {port: NUMBER})
-    arm_file(NUMBER, "/dev/ttyUSB9")
+    write_bench("/dev/ttyUSB9", usb_serial=NUMBER)
     monkeypatch.setattr(connecting, "connect_real", connecting.connect_simulated)
     opened = lead_to(made("teachmover"))
     called = call("doctor", "--arm", "bench", "--yes", code=0)
@@ -137,7 +123,7 @@ def test_an_adapter_is_looked_at_by_the_number_in_the_arm_file(call, port, lead_
 
 @pytest.mark.parametrize("words", [(), ("--json",)])
 def test_an_unplugged_adapter_is_a_problem_with_a_remedy(call, port, words):
-    arm_file("OTHER", port)
+    write_bench(port, usb_serial="OTHER")
     said = call("doctor", "--arm", "bench", "--yes", *words, code=4).out
     assert "no port has the USB serial number OTHER (present: " in said
     assert "): plug" not in said  # the remedy stands apart
@@ -146,7 +132,7 @@ def test_an_unplugged_adapter_is_a_problem_with_a_remedy(call, port, words):
 
 def test_a_port_alone_leads_to_its_arm_file(call, port, lead_to, monkeypatch):
     plug(monkeypatch, {port: NUMBER})
-    arm_file(NUMBER)
+    write_bench("", usb_serial=NUMBER)
     lead_to(made("teachmover"))
     called = call("doctor", str(port), "--yes", code=0)
     assert "it belongs to the arm file bench" in called.out
@@ -157,7 +143,7 @@ def test_a_port_alone_leads_to_its_arm_file(call, port, lead_to, monkeypatch):
 
 def test_a_port_that_has_only_the_name_of_an_arm_file_is_not_its(call, port, lead_to, monkeypatch):
     plug(monkeypatch, {port: NUMBER})
-    arm_file("OTHER", port)
+    write_bench(port, usb_serial="OTHER")
     lead_to(made("teachmover"))
     said = call("doctor", str(port), "--yes", code=0).out
     assert "wants the adapter with the USB serial number OTHER, which this is not" in said
@@ -217,7 +203,7 @@ if sys.platform != "win32":
 @pytest.fixture
 def bench(port, lead_to, monkeypatch):
     """An arm file, its arm at the port, and a connection that is made in this process."""
-    write_arm_file("bench", f'model = "teachmover"\n[connection]\nport = "{port}"\n')
+    write_bench(port)
     lead_to(made("teachmover"))
     made_arms = []
 
@@ -365,151 +351,11 @@ def test_a_robko_answers_over_udp(call):
     assert f"armdrive status --port {url} --dialect robko01\n" in said
 
 
-# `armdrive doctor --can`: polite questions, and what their answers mean.
+# `armdrive doctor --can`, in real time.
 
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
-
-def bus_bench(**settings):
-    """Return a bus with commissioned drives, all plugged in."""
-    found = Bench(factory=False, **settings)
-    for motor in range(6):
-        found.device.board.drives.plug(motor, True)
-    return found
-
-
-def words(findings):
-    return "\n".join(f"{each.grade.value} {each.what} | {each.mend}" for each in findings)
-
-
-# The survey.
-
-
-def test_nothing_but_readings_is_ever_sent_and_everybody_is_found():
-    on = bus_bench()
-    motors, flashes = on.twin.world.motors, on.flashes()
-    found = on.survey()
-    assert [each.node for each in found.drives] == [1, 2, 3, 4, 5, 6]
-    assert on.codes() <= READING
-    assert on.flashes() == flashes
-    assert on.twin.world.motors == motors
-    assert not any(each.doubled or each.missed for each in found.drives)
-    told = words(mks.of_answers(found, BusHealth()))
-    assert "of the ids 1 to 16 these answer: 1, 2, 3, 4, 5, 6" in told
-    assert "problem" not in told
-
-
-def test_a_drives_problem_is_reported_with_its_remedy():
-    on = bus_bench()
-    on.device.board.drives.set_mode(1, Mode.PULSE_FOC)
-    on.device.board.nodes[2].stalled = True
-    on.device.board.nodes[3].calibrated = False
-    found = on.survey()
-    told = words(mks.of_answers(found, BusHealth(), "bench"))
-    assert "drive 2: mode 2 (PULSE_FOC) obeys no motion" in told
-    assert "`armdrive doctor --arm bench --mend`" in told
-    assert "drive 3: its protection has let the shaft go" in told
-    assert "drive 4: its encoder is not calibrated" in told
-    assert told.count("problem") == 3
-
-
-def test_two_drives_with_one_id_are_reported_and_a_late_answer_is_not():
-    on = bus_bench(keeps_angle=True)
-    on.device.board.drives.set_id(4, 2)
-    found = on.survey((1, 2))
-    assert [each.doubled for each in found.drives] == [False, True]
-    assert "two drives have this id" in words(mks.of_answers(found, BusHealth()))
-    late = bus_bench()
-    late.twin.faults.add("double-frame", 0.02, seed=3)
-    assert not any(each.doubled for each in late.survey((1, 2, 3)).drives)
-
-
-def test_an_arm_files_drives_are_compared_with_who_answers():
-    on = bus_bench()
-    there = [each.node for each in on.survey().drives]
-    assert "and no other" in words(can_findings.of_arm((1, 2, 3, 4, 5, 6), there, "bench"))
-    told = words(can_findings.of_arm((2, 3, 4, 5, 6, 7), there, "bench"))
-    assert "the arm file's drives 7 do not answer" in told
-    assert "`armdrive can setup bench`" in told
-    assert "drives 1 answer that are not in the arm file" in told
-
-
-def test_old_firmware_is_reported_as_far_as_it_is_known():
-    found = bus_bench(firmware="1.0.4").survey((1,))
-    told = words(mks.of_answers(found, BusHealth()))
-    assert "it does not report" in told
-    assert "no watchdog before firmware 1.0.9" in told
-
-
-# What the evidence means.
-
-
-@pytest.mark.parametrize(
-    ("health", "what", "grade"),
-    [
-        (BusHealth(sent=32), "though the adapter took every frame", Grade.PROBLEM),
-        (BusHealth(sent=32, refused=31), "no node acknowledges a frame", Grade.PROBLEM),
-        (BusHealth(BusState.PASSIVE, sent=9), "no node acknowledges a frame", Grade.PROBLEM),
-        (BusHealth(sent=9, error_frames=4), "a node uses another bit rate", Grade.PROBLEM),
-    ],
-)
-def test_causes_of_silence_are_distinguished_as_far_as_possible(health, what, grade):
-    (finding,) = mks.of_answers(Survey(asked=(1, 2, 3)), health)
-    assert what in finding.what
-    assert finding.grade is grade
-    assert "--every-rate" in finding.mend
-
-
-def test_a_bus_that_was_left_is_a_problem_and_one_that_warns_a_note():
-    off = can_findings.of_health(BusHealth(BusState.OFF, sent=3, error_frames=9))
-    assert off[0].grade is Grade.PROBLEM
-    assert "bit rate" in off[0].mend
-    warned = can_findings.of_health(BusHealth(BusState.WARNING, last_trouble="it says so"))
-    assert warned[0].grade is Grade.NOTE
-    assert "60 ohm" in warned[0].mend
-    assert can_findings.of_health(BusHealth(sent=3))[0].grade is Grade.OK
-
-
-def test_answers_that_get_lost_point_to_the_wiring():
-    on = bus_bench()
-    on.twin.faults.add("lose-frame", 0.2, seed=5)
-    found = on.survey((1, 2, 3))
-    assert found.drives
-    missed = sum(each.missed for each in found.drives)
-    told = words(mks.of_answers(found, BusHealth(error_frames=2)))
-    assert f"problem {counted(missed, 'answer')} came only after a second question" in told
-    late = Survey(drives=(replace(found.drives[0], missed=1),))
-    told = words(mks.of_answers(late, BusHealth()))
-    assert "note 1 answer came only after a second question, 0 frames were unreadable" in told
-    assert "busy computer" in told
-    assert "120" in told
-    told = words(mks.of_answers(replace(late, garbled=1), BusHealth(error_frames=1)))
-    assert "1 frame was unreadable, 1 error frame was seen" in told
-
-
-def test_bus_load_is_reported_and_other_masters_are_named():
-    on = bus_bench()
-    told = can_findings.of_listening(on.listen(0.1), 0.1, 500_000)
-    assert "nothing passed" in told[0].what
-    reports = tuple(encode(1, EncoderRead(count)) for count in range(100))
-    told = can_findings.of_listening(Listened(reports), 0.1, 500_000)
-    assert "a load of 2" in told[0].what
-    assert told[0].grade is Grade.OK
-    command = encode(1, MoveAbsoluteAxis(5, 60, 2))
-    told = can_findings.of_listening(Listened((command,), (command,)), 0.1, 0)
-    assert told[0].grade is Grade.PROBLEM
-    assert "drive 1: go to 5 at 60 rpm" in told[0].what
-
-
-@pytest.mark.parametrize("text", ["0", "x", "1-", "1-3000", "", "3-1"])
-def test_ids_are_read_or_refused(text):
-    with pytest.raises(BadRequest):
-        ids_of(text)
-    assert ids_of("1-3, 20") == (1, 2, 3, 20)
-
-
-# The command, in real time.
 
 ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}"\n'
 
@@ -517,6 +363,7 @@ ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}
 @pytest.fixture
 def served(tmp_path, monkeypatch, _punctual):
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
+    monkeypatch.setattr(mks, "LINGER_S", 0.002)  # no drive here has another one's id
     bus = ServedBus(tmp_path)
     yield bus
     bus.end()
@@ -531,14 +378,15 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
     assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
     assert called.json["bus"]["state"] == "active"
     named = served.port.removeprefix("can:")
-    said = call("doctor", "--can", named, "--dialect", "mks", code=0).out
+    ids = ("--ids", "1-6")
+    said = call("doctor", "--can", named, "--dialect", "mks", *ids, code=0).out
     assert "every drive of the arm file answers" in said
     write_arm_file("bench", ARM.format(port=served.port))
     served.tell("fault drive-mode 3 2")
-    said = call("doctor", "--arm", "bench", code=1).out
+    said = call("doctor", "--arm", "bench", *ids, code=1).out
     assert "drive 3: mode 2 (PULSE_FOC)" in said
     assert "`armdrive doctor --arm bench --mend`" in said
-    said = call("doctor", "--arm", "bench", "--mend", "--yes", code=0).out
+    said = call("doctor", "--arm", "bench", *ids, "--mend", "--yes", code=0).out
     assert "1 setting was written" in said
     assert "every drive of the arm file answers" in said
 

@@ -1,7 +1,5 @@
 """The wire of simulated drives: bits, adapters, and the drives' quirks."""
 
-from __future__ import annotations
-
 import itertools
 import random
 
@@ -299,7 +297,6 @@ class TestLink:
 
 # -- The adapter -----------------------------------------------------------------------------------
 
-
 LINES = [
     (Frame(0x7FF, bytes.fromhex("01F601403A")), b"t7FF501F601403A\r"),
     (Frame(0), b"t0000\r"),
@@ -447,7 +444,6 @@ def test_only_an_adapter_that_is_on_the_bus_shows_its_frames(which):
 
 
 # -- Quirks ----------------------------------------------------------------------------------------
-
 
 PAGE = page("simulating")
 EACH = [*(("mks", quirk) for quirk in MKS), *(("cia402", quirk) for quirk in CIA402)]

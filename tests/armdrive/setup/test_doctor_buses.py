@@ -1,9 +1,10 @@
-"""A CANopen bus is asked politely who is on it, and what is answered is told in words."""
+"""A bus is asked politely who is on it, and what is answered is told in words."""
 
+from dataclasses import replace
 from functools import partial
 
 import pytest
-from can_setup_bench import Bench
+from can_setup_bench import READING, Bench
 from canopen_nodes import NAME, Device, NodesBus
 
 from armdrive.dialects.bus.tools import Answers, Listened, frame_scripts, listen
@@ -16,12 +17,16 @@ from armdrive.dialects.cia402.survey import (
     is_command,
     seen_nodes,
 )
-from armdrive.dialog.conversation import any_problem
+from armdrive.dialects.mks import survey as mks
+from armdrive.dialects.mks.survey import Survey
+from armdrive.dialog.conversation import Grade, any_problem
+from armdrive.errors import BadRequest
 from armdrive.setup import prober
 from armdrive.setup import survey as can_findings
+from armdrive.setup.bus_survey import ids_of
 from armdrive.setup.dialog_runner import DialogClock, carry_out
 from armdrive.setup.prober import ask_bus, harmless_ids, protocols
-from armdrive.transports.can_health import BusHealth, frame_bits
+from armdrive.transports.can_health import BusHealth, BusState, frame_bits
 from firmware_protocol.canopen import (
     DEVICE_TYPE,
     ERROR_CODE,
@@ -45,7 +50,15 @@ from firmware_protocol.canopen import (
 )
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame, pack
-from firmware_protocol.mks import ReadVersion, decode_request
+from firmware_protocol.mks import (
+    EncoderRead,
+    Mode,
+    MoveAbsoluteAxis,
+    ReadVersion,
+    decode_request,
+    encode,
+)
+from kinematics.text import counted
 
 ALL_MODES = 0xA1
 HEALTHY = Statusword.of(DriveState.DISABLED, StatusBit.REMOTE).value
@@ -78,7 +91,7 @@ def told(*devices, heard=None, health=None):
     return words(canopen.of_answers(found, health or BusHealth(), "bench"))
 
 
-# The survey.
+# A CANopen bus.
 
 
 def test_nothing_but_objects_are_read_and_everybody_is_found():
@@ -313,3 +326,137 @@ def test_a_node_is_told_as_plain_data():
         "doubled": False,
         "refused": {},
     }
+
+
+# A bus of MKS drives, and what is the same on every bus.
+
+
+def bus_bench(**settings):
+    """Return a bus with commissioned drives, all plugged in."""
+    found = Bench(factory=False, **settings)
+    for motor in range(6):
+        found.device.board.drives.plug(motor, True)
+    return found
+
+
+def test_nothing_but_readings_is_ever_sent_and_everybody_is_found():
+    on = bus_bench()
+    motors, flashes = on.twin.world.motors, on.flashes()
+    found = on.survey()
+    assert [each.node for each in found.drives] == [1, 2, 3, 4, 5, 6]
+    assert on.codes() <= READING
+    assert on.flashes() == flashes
+    assert on.twin.world.motors == motors
+    assert not any(each.doubled or each.missed for each in found.drives)
+    told = words(mks.of_answers(found, BusHealth()))
+    assert "of the ids 1 to 16 these answer: 1, 2, 3, 4, 5, 6" in told
+    assert "problem" not in told
+
+
+def test_a_drives_problem_is_reported_with_its_remedy():
+    on = bus_bench()
+    on.device.board.drives.set_mode(1, Mode.PULSE_FOC)
+    on.device.board.nodes[2].stalled = True
+    on.device.board.nodes[3].calibrated = False
+    found = on.survey()
+    told = words(mks.of_answers(found, BusHealth(), "bench"))
+    assert "drive 2: mode 2 (PULSE_FOC) obeys no motion" in told
+    assert "`armdrive doctor --arm bench --mend`" in told
+    assert "drive 3: its protection has let the shaft go" in told
+    assert "drive 4: its encoder is not calibrated" in told
+    assert told.count("problem") == 3
+
+
+def test_two_drives_with_one_id_are_reported_and_a_late_answer_is_not():
+    on = bus_bench(keeps_angle=True)
+    on.device.board.drives.set_id(4, 2)
+    found = on.survey((1, 2))
+    assert [each.doubled for each in found.drives] == [False, True]
+    assert "two drives have this id" in words(mks.of_answers(found, BusHealth()))
+    late = bus_bench()
+    late.twin.faults.add("double-frame", 0.02, seed=3)
+    assert not any(each.doubled for each in late.survey((1, 2, 3)).drives)
+
+
+def test_who_answers_for_mks_drives_is_compared_with_the_arm_file():
+    on = bus_bench()
+    there = [each.node for each in on.survey().drives]
+    assert "and no other" in words(can_findings.of_arm((1, 2, 3, 4, 5, 6), there, "bench"))
+    told = words(can_findings.of_arm((2, 3, 4, 5, 6, 7), there, "bench"))
+    assert "the arm file's drives 7 do not answer" in told
+    assert "`armdrive can setup bench`" in told
+    assert "drives 1 answer that are not in the arm file" in told
+
+
+def test_old_firmware_is_reported_as_far_as_it_is_known():
+    found = bus_bench(firmware="1.0.4").survey((1,))
+    told = words(mks.of_answers(found, BusHealth()))
+    assert "it does not report" in told
+    assert "no watchdog before firmware 1.0.9" in told
+
+
+# What the evidence means.
+
+
+@pytest.mark.parametrize(
+    ("health", "what", "grade"),
+    [
+        (BusHealth(sent=32), "though the adapter took every frame", Grade.PROBLEM),
+        (BusHealth(sent=32, refused=31), "no node acknowledges a frame", Grade.PROBLEM),
+        (BusHealth(BusState.PASSIVE, sent=9), "no node acknowledges a frame", Grade.PROBLEM),
+        (BusHealth(sent=9, error_frames=4), "a node uses another bit rate", Grade.PROBLEM),
+    ],
+)
+def test_causes_of_silence_are_distinguished_as_far_as_possible(health, what, grade):
+    (finding,) = mks.of_answers(Survey(asked=(1, 2, 3)), health)
+    assert what in finding.what
+    assert finding.grade is grade
+    assert "--every-rate" in finding.mend
+
+
+def test_a_bus_that_was_left_is_a_problem_and_one_that_warns_a_note():
+    off = can_findings.of_health(BusHealth(BusState.OFF, sent=3, error_frames=9))
+    assert off[0].grade is Grade.PROBLEM
+    assert "bit rate" in off[0].mend
+    warned = can_findings.of_health(BusHealth(BusState.WARNING, last_trouble="it says so"))
+    assert warned[0].grade is Grade.NOTE
+    assert "60 ohm" in warned[0].mend
+    assert can_findings.of_health(BusHealth(sent=3))[0].grade is Grade.OK
+
+
+def test_answers_that_get_lost_point_to_the_wiring():
+    on = bus_bench()
+    on.twin.faults.add("lose-frame", 0.2, seed=5)
+    found = on.survey((1, 2, 3))
+    assert found.drives
+    missed = sum(each.missed for each in found.drives)
+    told = words(mks.of_answers(found, BusHealth(error_frames=2)))
+    assert f"problem {counted(missed, 'answer')} came only after a second question" in told
+    late = Survey(drives=(replace(found.drives[0], missed=1),))
+    told = words(mks.of_answers(late, BusHealth()))
+    assert "note 1 answer came only after a second question, 0 frames were unreadable" in told
+    assert "busy computer" in told
+    assert "120" in told
+    told = words(mks.of_answers(replace(late, garbled=1), BusHealth(error_frames=1)))
+    assert "1 frame was unreadable, 1 error frame was seen" in told
+
+
+def test_bus_load_is_reported_and_other_masters_are_named():
+    on = bus_bench()
+    told = can_findings.of_listening(on.listen(0.1), 0.1, 500_000)
+    assert "nothing passed" in told[0].what
+    reports = tuple(encode(1, EncoderRead(count)) for count in range(100))
+    told = can_findings.of_listening(Listened(reports), 0.1, 500_000)
+    assert "a load of 2" in told[0].what
+    assert told[0].grade is Grade.OK
+    command = encode(1, MoveAbsoluteAxis(5, 60, 2))
+    told = can_findings.of_listening(Listened((command,), (command,)), 0.1, 0)
+    assert told[0].grade is Grade.PROBLEM
+    assert "drive 1: go to 5 at 60 rpm" in told[0].what
+
+
+@pytest.mark.parametrize("text", ["0", "x", "1-", "1-3000", "", "3-1"])
+def test_ids_are_read_or_refused(text):
+    with pytest.raises(BadRequest):
+        ids_of(text)
+    assert ids_of("1-3, 20") == (1, 2, 3, 20)
