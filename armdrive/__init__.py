@@ -23,8 +23,10 @@ else:  # from them this is hidden: else they would take any name for a public on
         if name == "__all__" or not name.startswith("_"):  # unittest probes for private names
             import armdrive.exports as exports
 
-            if hasattr(exports, name):
+            if name in vars(exports):
                 return getattr(exports, name)
+            if name == "__all__":
+                return [each for each in vars(exports) if not each.startswith("_")]
         raise AttributeError(f"module 'armdrive' has no attribute {name!r}")
 
     def __dir__() -> list[str]:

@@ -481,11 +481,15 @@ _MOTORS: Mapping[str, str] = MappingProxyType(
 )
 """The motor current in words."""
 
+_NOT_ASKED = "not switched on by this program; they may hold the arm all the same"
+"""The current of a disabled arm that has not been read. `armdrive doctor` asks drives on a bus."""
+
 
 def status_rows(view: Mapping[str, Any]) -> Iterator[StatusRow]:
     """Yield a status line by line: state, position, tip, joints, gripper, stop, and errors."""
     yield StatusRow("state", view["state"], _conduct(view))
-    yield StatusRow("motors", _MOTORS[view["current"]])
+    unasked = (view["state"], view["current"]) == (State.DISABLED.value, Current.UNKNOWN.value)
+    yield StatusRow("motors", _NOT_ASKED if unasked else _MOTORS[view["current"]])
     if program := program_line(view):
         yield StatusRow("program", program, _progress(view))
     reason = trust_words(view["trust"], view["trust_reason"], view["trust_code"])

@@ -10,7 +10,7 @@ import math
 import operator
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, SupportsIndex, overload
+from typing import TYPE_CHECKING, ClassVar, SupportsIndex
 
 from kinematics.errors import (
     BadNumber,
@@ -18,6 +18,7 @@ from kinematics.errors import (
     check_fields,
     finite,
     hand_angle,
+    require,
     suggestion,
 )
 from kinematics.text import counted, rounded
@@ -249,6 +250,22 @@ class Joints:
         return ", ".join(f"{name} {rounded(angle, 1)}°" for name, angle in self.deg.items())
 
 
+def angles_of(joints: Joints, names: tuple[str, ...]) -> tuple[float, ...]:
+    """Return the angles of an arm's joints, in rad. Raises `KinematicsError` for other joints.
+
+    The same joints in another order are others: formulas know them by their place.
+    """
+    require("joints", joints, Joints, JOINTS_EXAMPLE)
+    if joints.names == names:
+        return joints.angles_rad
+    if len(joints) != len(names):
+        raise KinematicsError(f"this arm has {counted(len(names), 'joint')}, not {len(joints)}")
+    raise KinematicsError(
+        f"the joints of this arm are {', '.join(names)}, in this order, not "
+        f"{', '.join(joints.names)}"
+    )
+
+
 def _whole(motor: int, count: SupportsIndex) -> int:
     """Return a count of steps as Python's int, also one of numpy's."""
     name = f"motor {motor} steps"
@@ -280,15 +297,6 @@ class Motors(tuple[int, ...]):
 
     def __add__(self, other: tuple[int, ...]) -> Motors:  # type: ignore[override]
         return Motors([a + b for a, b in zip(self, other, strict=True)])
-
-    @overload  # type: ignore[override]
-    def __getitem__(self, index: int) -> int: ...
-    @overload
-    def __getitem__(self, index: slice) -> Motors: ...
-    def __getitem__(self, index: int | slice) -> int | Motors:
-        """Return one motor's steps, or some motors'."""
-        picked = super().__getitem__(index)
-        return Motors(picked) if isinstance(picked, tuple) else picked
 
     @property
     def largest(self) -> int:

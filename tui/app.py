@@ -259,27 +259,6 @@ def action_call(action: str | ActionParseResult, node: object) -> Callable[[], o
     return partial(found, *words) if callable(found) else None
 
 
-class AppScreens(Protocol):
-    """The screens of an app, and the one whose keys count."""
-
-    @property
-    def place(self) -> str:
-        """The id of the current screen."""
-
-    def show_place(self, place: str) -> None:
-        """Go to the screen on which a row of the table of keys counts, if there are several."""
-
-
-class OneScreen:
-    """The only screen of an app."""
-
-    def __init__(self, place: str = "") -> None:
-        self.place = place
-
-    def show_place(self, place: str) -> None:
-        """Stay: there is nowhere else to go."""
-
-
 Outcome = Callable[[], object]
 """A call that takes a moment. Text that it returns is the message about it."""
 
@@ -390,7 +369,7 @@ class Dialogs:
 
     def help(self) -> None:
         """Show all keys."""
-        help_screen = HelpScreen(self._app.keys, self._app.screens.place, self._app.pairs)
+        help_screen = HelpScreen(self._app.keys, self._app.place, self._app.pairs)
         self.open(help_screen, reason="the help is shown")
 
     def palette(self) -> None:
@@ -440,7 +419,6 @@ class KeyApp(App[int], inherit_bindings=False):
     """The jog keys that the help explains."""
     keys_bound: Sequence[DeskKey] = TABLE
     """The rows that the bindings of the app and its screens were made from."""
-    screens: AppScreens = OneScreen()
 
     def __init__(
         self,
@@ -524,10 +502,18 @@ class KeyApp(App[int], inherit_bindings=False):
         """Do what the stop keys do."""
         raise NotImplementedError
 
+    @property
+    def place(self) -> str:
+        """The id of the current screen, by which its rows of the table of keys go."""
+        return getattr(self.screen_stack[0], "place", "")
+
+    def show_place(self, place: str) -> None:
+        """Go to the screen on which a row of the table of keys counts, if there are several."""
+
     async def action_do_row(self, name: str) -> None:
         """Act as a row of the table of keys, as if its key was pressed on its screen."""
         row = self.keys.row(name)
-        self.screens.show_place(row.place)
+        self.show_place(row.place)
         await self.run_action(row.action, self.screen_stack[0] if row.place else self)
 
     @on(Driver.SignalResume)

@@ -10,7 +10,7 @@ from textual import events, on
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
 from textual.command import CommandPalette
-from textual.containers import Vertical, VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Input
 
@@ -126,8 +126,9 @@ class PostureScreen(ModalScreen[bool]):
         """Lay the dialog out."""
         with Vertical(classes="dialog"):
             yield PlainText(id="posture-text")
-            for camera in posture_cameras(self._posture.joints):
-                yield SpaceView(self._model, braille=self._braille, camera=camera)
+            with Horizontal():
+                for camera in posture_cameras(self._posture.joints):
+                    yield SpaceView(self._model, braille=self._braille, camera=camera)
             yield PlainText(id="posture-question")
 
     def on_mount(self) -> None:

@@ -25,7 +25,11 @@ View = Mapping[str, Any]
 
 UNKNOWN = "?"
 GOOD, BUSY, CAREFUL, WRONG, QUIET = "$success", "$primary", "$warning", "$error", ""
-"""Green is well, blue the arm at work, amber near or armed, red stop or wrong, none ignorable."""
+"""Green is well, blue the arm at work, amber near or armed, red stop or wrong, none ignorable.
+
+These fill the ground of a word. Text on the ground of the screen has the theme's `$text-warning`
+and so on, which can be read in a light look too.
+"""
 
 BADGES: Mapping[str, Span] = {
     State.DISCONNECTED.value: ("LINK LOST", WRONG),
@@ -44,9 +48,9 @@ ARMED: Span = ("ARMED", CAREFUL)
 PAUSED: Span = ("PAUSED", CAREFUL)
 
 DOTS: Mapping[str, Span] = {
-    Trust.REFERENCED.value: ("\N{BLACK CIRCLE}", GOOD),
-    Trust.RESTORED.value: ("\N{BLACK CIRCLE}", CAREFUL),
-    Trust.SUSPECT.value: ("\N{BLACK CIRCLE}", WRONG),
+    Trust.REFERENCED.value: ("\N{BLACK CIRCLE}", "$text-success"),
+    Trust.RESTORED.value: ("\N{BLACK CIRCLE}", "$text-warning"),
+    Trust.SUSPECT.value: ("\N{BLACK CIRCLE}", "$text-error"),
     Trust.UNKNOWN.value: ("\N{WHITE CIRCLE}", QUIET),
 }
 

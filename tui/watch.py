@@ -45,7 +45,7 @@ from tui.safety import (
     progress_of,
     stopping_text,
 )
-from tui.settings import memory_file, recall
+from tui.settings import memory_file, neighbour, recall
 from tui.terminal import draws_braille
 from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLines, panels
 
@@ -128,13 +128,6 @@ def percent(view: View) -> int:
     """Return the speed that the arm may go at, in percent of what it is asked for."""
     share = view.get("speed_override", 1.0)
     return round(share * 100) if isinstance(share, int | float) else 100
-
-
-def next_percent(now: int, by: int) -> int:
-    """Return the next speed below or above, in percent; the ends hold."""
-    if by < 0:
-        return max((each for each in PERCENTS if each < now), default=PERCENTS[0])
-    return min((each for each in PERCENTS if each > now), default=PERCENTS[-1])
 
 
 def _named(values: object, ending: str, unit: str) -> list[str]:
@@ -339,7 +332,7 @@ class Watching(KeyApp):
 
     def action_change_speed(self, by: int) -> None:
         """Ask for a lower or higher speed."""
-        wanted = next_percent(percent(self.view), by)
+        wanted = neighbour(PERCENTS, percent(self.view), by)
         self._ask("slow", f"asked to go at {wanted} % of its speed", percent=wanted)
 
     def action_leave(self) -> None:

@@ -191,12 +191,8 @@ class Connecting(Generic[A]):
         return self._connected().__await__()
 
     async def __aenter__(self) -> A:
-        arm = self._arm = await self._connected()
-        try:
-            return await arm.__aenter__()
-        except BaseException:
-            await arm.close()
-            raise
+        self._arm = await self._connected()
+        return await self._arm.__aenter__()  # closes the arm if that fails
 
     async def __aexit__(
         self,

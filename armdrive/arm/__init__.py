@@ -28,7 +28,7 @@ from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.dialog.operator import Operator, PostureRequest
-from armdrive.errors import LinkLost, NoAnswer, WrongState
+from armdrive.errors import LinkLost, NoAnswer, StateFileError, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes, made_of
 from armdrive.motion import connecting
 from armdrive.motion.device import RowReport, mend_settings
@@ -118,7 +118,11 @@ class Arm:
         self._lines = InputsOutputs(parts)
         self._gripper = Gripper(self, parts)
         if parts.lock is not None:
-            serve(parts.lock, self)
+            try:
+                serve(parts.lock, self)
+            except StateFileError:  # what moves an arm must be within reach of `armdrive stop`
+                self.close()
+                raise
 
     def __repr__(self) -> str:  # takes no lock: a debugger may ask in mid-motion
         kind = "SIMULATED" if self.simulated else "REAL"
@@ -322,7 +326,8 @@ class Arm:
         """Start a move, and return a `Handle` to wait for its end or to cancel it.
 
         `stops` is the value of `arm.stops` when the program decided on the move. If a stop has been
-        requested since then, the move does not start and `Stopped` is raised.
+        requested since then, the move does not start and `Stopped` is raised. Without `stops`, that
+        happens after a stop by another program that no call has reported yet.
         """
         return self.moving.start(move, stops)
 
@@ -543,9 +548,9 @@ class Arm:
         """Jog joints: by increments, `shoulder_deg=2, gripper_mm=5`, or for a time.
 
         With `duration_s`, the axes are directions from -1 to 1, `shoulder=1`, that share the
-        speed. A jog stops at a limit, and `note` of the result says so. An arm without a reference
-        can jog too, slowly and without limits. If a model file gives joints other names, use a
-        mapping: `{"turret_deg": 2}`.
+        speed. A jog ends at a limit or in a pause, and `note` of the result says so; a stop raises
+        `Stopped`. An arm without a reference can jog too, slowly and without limits. If a model
+        file gives joints other names, use a mapping: `{"turret_deg": 2}`.
         """
         named = jog_axes(by_name(amounts, axes), in_steps=duration_s is None)
         return await self._jogging.jog(Jog(Space.JOINT, named), speed, duration_s)
@@ -572,6 +577,7 @@ class Arm:
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once.
 
+        After a stop, no `hold` moves the arm before `release` or the end of the latest `for_s`.
         If the jog is refused, the status's `notice` says why until the next motion begins.
         """
         self._jogging.hold(jog, speed, for_s)

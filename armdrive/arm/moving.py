@@ -13,7 +13,7 @@ from typing import Any, Protocol, overload
 from armdrive.arm.connected import Handle, finished
 from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import PATIENCE_S, Parts
-from armdrive.errors import BadRequest, LinkLost, Refused, WrongState
+from armdrive.errors import BadRequest, LinkLost, Refused, Stopped, WrongState
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.motion import execute as motion
 from armdrive.motion.context import MotionContext
@@ -132,6 +132,8 @@ def _together(moved: Sequence[Moved]) -> Moved:
 
 # Jogging: programs wait for the end of a jog; the desk does not.
 
+LET_GO = "the jog was stopped: let go, then jog again"
+
 BEFORE = "before the motion started"
 """When a stop was requested that keeps a motion from starting."""
 
@@ -146,18 +148,30 @@ class Jogging:
         self._parts = parts
         self._core = parts.core
         self._session: Task[Jogged] | None = None
+        self._held_until_s = -math.inf
+        """When the latest hold expires, even if a stop has ended it."""
+        self._held_stops = 0
+        """The number of stops before the held jog."""
 
     async def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
         """Jog by an increment or for a time, and wait for the end."""
         if duration_s is None:
             return await finished(self.start(JogMove(jog, speed)))
-        return await self.jog_for(jog, speed, duration_s)
+        fraction = speed_fraction(speed)
+        with self._parts.pace.lock:
+            self._parts.runner.require_no_stop(None, BEFORE)
+            if not finite("duration_s", duration_s) > 0.0:
+                raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
+            hold = ContinuousJog(jog, fraction, self._parts.pace.now_s() + duration_s)
+            self._require(hold)
+            check_duration(self._core, self._parts.speeds, hold, duration_s)
+            task = self._begin(hold)
+        return await self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
 
     def start(self, move: JogMove, stops: int | None = None) -> Handle[Jogged]:
         """Start an increment. Raises `WrongState` while another one waits."""
-        runner = self._parts.runner
         with self._parts.pace.lock:
-            runner.require_no_stop(runner.known_stops if stops is None else stops, BEFORE)
+            self._parts.runner.require_no_stop(stops, BEFORE)
             nudge = IncrementalJog(move.jog, move.speed)
             if self._core.nudges:
                 self._require(nudge)  # what is wrong with the jog itself matters more
@@ -165,31 +179,29 @@ class Jogging:
             task = self._begin(nudge)
         return Handle(self._parts.runner, task, PATIENCE_S * 10)
 
-    async def jog_for(self, jog: Jog, speed: float, duration_s: float) -> Jogged:
-        """Jog for a time, and wait for the end."""
-        fraction, runner = speed_fraction(speed), self._parts.runner
-        with self._parts.pace.lock:
-            runner.require_no_stop(runner.known_stops, BEFORE)
-            if not finite("duration_s", duration_s) > 0.0:
-                raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
-            hold = ContinuousJog(jog, fraction, self._parts.pace.now_s() + duration_s)
-            self._require(hold)
-            check_duration(self._core, self._parts.speeds, hold, duration_s)
-            task = self._begin(hold)
-        return await runner.finish(task, duration_s + PATIENCE_S * 10)
-
     def hold(self, jog: Jog, speed: float, for_s: float) -> None:
-        """Jog for a time, unless another call extends the jog; returns at once."""
-        pace = self._parts.pace
+        """Jog for a time, unless another call extends the jog; returns at once.
+
+        A stop ends what is held: after it, no call extends the jog.
+        """
+        pace, runner = self._parts.pace, self._parts.runner
         with pace.lock:
-            until_s = pace.now_s() + min(for_s, LONGEST_LEASE_S)
-            self._go_on(ContinuousJog(jog, speed_fraction(speed), until_s))
+            now_s = pace.now_s()
+            asked = ContinuousJog(jog, speed_fraction(speed), now_s + min(for_s, LONGEST_LEASE_S))
+            extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
+            if not extended:
+                self._held_stops = runner.known_stops = runner.stops
+            if runner.stops == self._held_stops:
+                self._go_on(asked)
+            else:
+                self._core.notify(LET_GO, Stopped())
         pace.wake()
 
     def nudge(self, jog: Jog, speed: float) -> None:
         """Jog by one increment, unless another one is already waiting; returns at once."""
         pace = self._parts.pace
         with pace.lock:
+            self._parts.runner.known_stops = self._parts.runner.stops
             nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
             if not self._core.nudges:
                 self._go_on(nudge)
@@ -197,7 +209,7 @@ class Jogging:
 
     def release(self) -> None:
         """End a held jog."""
-        self._parts.core.hold = None
+        self._parts.core.hold, self._held_until_s = None, -math.inf
         self._parts.pace.wake()
 
     def _require(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> None:
@@ -229,7 +241,7 @@ class Jogging:
         try:
             self._begin(asked, joins=True)
         except (Refused, LinkLost) as refusal:
-            self._core.diagnostics.notify(str(refusal), refusal)
+            self._core.notify(str(refusal), refusal)
 
     def _join_session(self) -> Task[Jogged]:
         """Return the running jog session, or start one."""
@@ -265,11 +277,7 @@ class Moving:
     @overload
     def start(self, move: Motion, stops: int | None = None) -> Handle[Moved]: ...
     @overload
-    def start(self, move: GraspMove, stops: int | None = None) -> Handle[Grasped]: ...
-    @overload
-    def start(self, move: JogMove, stops: int | None = None) -> Handle[Jogged]: ...
-    @overload
-    def start(self, move: MoveSequence, stops: int | None = None) -> Handle[Moved | Grasped]: ...
+    def start(self, move: Move, stops: int | None = None) -> Handle[Moved | Grasped | Jogged]: ...
     def start(self, move: Move, stops: int | None = None) -> Handle[Any]:
         """Resolve and plan a move and hand it to the engine, unless a stop is requested meanwhile.
 
@@ -322,7 +330,7 @@ class Moving:
         with self._parts.pace.lock:
             if core.state is not State.HOMING:
                 runner.require(Event.MOVE, "turning motors")
-            runner.require_no_stop(runner.known_stops if stops is None else stops, BEFORE)
+            runner.require_no_stop(stops, BEFORE)
             takes_s = self._bench_duration_s(motors, fraction)
             body = motion.bench_move(self._parts.wire, self._parts.speeds, motors, fraction)
             task = runner.submit(body, alone=True)

@@ -103,7 +103,7 @@ class Referencing:
         wire, runner = self._parts.wire, self._parts.runner
         with self._parts.pace.lock:
             self._parts.runner.require(Event.HOME)
-            runner.require_no_stop(runner.known_stops, BEFORE)
+            runner.require_no_stop(None, BEFORE)
             names = self.homing_groups
             body = reference_tasks.home_device(wire, homing, lambda group: report(names[group]))
             task = runner.submit(body, alone=True)
@@ -139,7 +139,10 @@ class Referencing:
     async def declare_posture(self, posture: Joints | Pose, opening_mm: float) -> None:
         """Declare that the arm now stands in this posture, given by its joints or its pose."""
         geometry = self._config.model.arm
-        joints = geometry.ik(posture) if isinstance(posture, Pose) else posture
+        if isinstance(posture, Pose):
+            joints = geometry.ik(posture)
+        else:
+            joints = self._moving.ground().posture(posture)
         geometry.check(joints)
         self._parts.runner.require(Event.MOVE, "declaring a posture")
         await self._confirm_posture(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)

@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import Protocol, TypeGuard
 
 from armdrive.connect.parts import TaskRunner
-from armdrive.errors import ArmError, BadRequest, StateFileError
+from armdrive.errors import ArmError, BadRequest
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
@@ -75,15 +75,10 @@ PERCENT_RANGE = (1, 100)
 def serve(lock: ArmLock, arm: ControlledArm) -> None:
     """Answer other programs about an arm, over the socket of its lock.
 
-    Raises `StateFileError`, and closes the arm, if no program could find the socket.
+    Raises `StateFileError` if no program could find the socket.
     """
     arm.core.speed_override.others = True  # `armdrive resume` reaches it from now on
-    try:
-        lock.serve(partial(answered, arm))
-    except StateFileError:
-        arm.close()
-        lock.release()
-        raise
+    lock.serve(partial(answered, arm))
 
 
 def serve_stop(lock: ArmLock, doing: str) -> None:

@@ -162,11 +162,15 @@ class TaskRunner:
         if self.engine.broken is not None:
             raise LinkLost(str(self.engine.broken))
 
-    def require_no_stop(self, since: int, when: str) -> None:
-        """Raise `Stopped` if a stop was requested since `stops` had the value `since`."""
-        if self.stops != since:
+    def require_no_stop(self, since: int | None, when: str) -> None:
+        """Raise `Stopped` if a stop was requested since `stops` had the value `since`.
+
+        None stands for the last stop that this program knows of.
+        """
+        if self.stops != (self.known_stops if since is None else since):
+            by = " by another program" if self.stops != self.known_stops else ""
             self.known_stops = self.stops
-            raise Stopped(f"a stop was requested {when}")
+            raise Stopped(f"a stop was requested{by} {when}")
 
     def absences(self) -> int:
         """Return how often this program or its computer was suspended."""
@@ -376,12 +380,7 @@ async def connect(target: str | None, options: ConnectOptions) -> Parts:
         )
     if options.pace not in (None, "real", 1.0):
         raise BadRequest("a real arm runs in real time: leave out pace=")
-    return await coroutine_of(connect_real)(
-        found.config,
-        allow_restored=options.allow_restored,
-        operator=options.operator,
-        reconnect=options.reconnect,
-    )
+    return await coroutine_of(connect_real)(found.config, options)
 
 
 @blocking
@@ -413,17 +412,10 @@ async def connect_simulated(
 
 
 @blocking
-async def connect_real(
-    config: ArmConfig,
-    *,
-    allow_restored: bool = False,
-    operator: Operator | None = None,
-    reconnect: bool | None = None,
-) -> Parts:
+async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptions()) -> Parts:
     """Open the arm's port and connect; one program at a time holds an arm.
 
-    With `reconnect` (the default is in the arm file), a lost link is opened again as soon as
-    possible. If another dialect answers, the `DeviceFault` names it.
+    If another dialect answers, the `DeviceFault` names it.
     """
     from armdrive.connect.port import PortOpening, explaining  # a simulated arm has no port
 
@@ -439,10 +431,10 @@ async def connect_real(
                 RealPace(),
                 simulated=False,
                 recorder=FileRecorder(state_file(config.name)),
-                allow_restored=allow_restored,
-                operator=operator,
+                allow_restored=options.allow_restored,
+                operator=options.operator,
                 tracer=recorder,
-                rewiring=NewLink(wiring.open, automatic=_wanted(reconnect, config), in_thread=True),
+                rewiring=NewLink(wiring.open, _wanted(options.reconnect, config), in_thread=True),
             )
     except BaseException:
         lock.release()

@@ -314,7 +314,7 @@ class Reconnector:
         core.controller = dialect(core.config.connection.dialect).controller(core.config)
         self._engine.take(link, core.controller)
         absent.close()
-        core.diagnostics.notice = f"found {link.description}: checking whether the arm answers"
+        core.notify(f"found {link.description}: checking whether the arm answers")
         # a motion that was sent before the loss may still be running: wait for its end first
         runs_s = max(self._lost_s + core.stop_bound().silent_time_s - self._engine.now_s, 0.0)
         self._engine.start(self._resume(), within_s=runs_s + self._engine.call_limit_s)
@@ -338,7 +338,7 @@ class Reconnector:
         self.tries += 1
         self._failures += 1
         self.trouble = error
-        self._wire.core.diagnostics.notify(f"could not reconnect: {without_reset(error)}", error)
+        self._wire.core.notify(f"could not reconnect: {without_reset(error)}", error)
         if self._rewiring.automatic:
             self._due_s = now_s + self._pause_s()
 

@@ -16,7 +16,8 @@ HOST_DELAY_S = 0.03
 """Delay that this computer, an adapter, a network or other traffic may add to a message."""
 
 FRESH_POSITION_S = 0.3
-"""A motion starts only from a position that was read no longer ago than this."""
+"""A driver starts a motion only from a position that it read no longer ago than this. The driver's
+caller looks again sooner (`FRESH_S` in `motion.context`)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ from armdrive.motion.context import (
     without_reset,
 )
 from armdrive.motion.device import compare_again, compare_settings
-from armdrive.runtime.arm_state import RECONNECTED, Core
+from armdrive.runtime.arm_state import RECONNECTED, Core, Message
 from armdrive.runtime.states import Belief, Event, after
 from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
@@ -90,8 +90,8 @@ def _apply_early_evidence(wire: MotionContext) -> None:
     if core.early_evidence is not None:
         evidence, words = core.early_evidence
         core.learn(evidence, wire.now_s, words)
-        core.diagnostics.error = ""  # connecting latches no error
-        core.diagnostics.notify(f"{evidence.value} ({words})", evidence)
+        core.error = Message()  # connecting latches no error
+        core.notify(f"{evidence.value} ({words})", evidence)
 
 
 def disable(wire: MotionContext) -> TaskBody[None]:
@@ -144,12 +144,12 @@ def reset(wire: MotionContext) -> TaskBody[None]:
     if not isinstance(reply, Done):
         raise DeviceFault(f"the controller stays in its fault: {reply}")
     if not wire.stopping:
-        core.diagnostics.error = core.diagnostics.notice = ""
+        core.error = core.notice = Message()
     registers = yield from wire.ask_registers()
     if wire.stopping:
         raise wire.stopped("a stop came during the reset: call `reset()` again")
-    if core.diagnostics.error:  # reported after the device had cleared its fault
-        raise DeviceFault(core.diagnostics.error)
+    if core.error.words:  # reported after the device had cleared its fault
+        raise DeviceFault(core.error.words)
     weigh_difference(wire, core.position.compare(registers))
     yield from compare_again(wire)
     switched = core.controller.abilities.current is Switching.BOTH
@@ -222,7 +222,7 @@ def recover(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None
         core.readings.current = Current.UNKNOWN
     _weigh(core, registers, wire.now_s)
     core.readings.outputs = None
-    core.diagnostics.notice = ""
+    core.notify("")
     yield from compare_settings(wire)
     core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
     link = wire.engine.link.description
@@ -245,11 +245,11 @@ def _weigh(core: Core, registers: Registers, now_s: float) -> None:
 
 
 def _latch(core: Core, was: State, back: str) -> None:
-    earlier, code = core.latched
-    if earlier and code != RECONNECTED:
-        earlier = earlier.partition(MEANWHILE)[0]  # of repeated losses, report only the latest
-        core.fault(f"{earlier}{MEANWHILE}{back}", code)
+    latched = core.latched
+    if latched.words and latched.code != RECONNECTED:
+        earlier = latched.words.partition(MEANWHILE)[0]  # of repeated losses, only the latest
+        core.fault(f"{earlier}{MEANWHILE}{back}", latched.code)
     elif was is State.DISABLED:
-        core.diagnostics.error = ""
+        core.error = Message()
     else:
         core.fault(back, RECONNECTED)

@@ -46,6 +46,8 @@ from armdrive.tasks import (
 from kinematics.spaces import Motors
 
 QUIET_S = 0.3  # after this long without a byte, no more of a disturbed reply will come
+FRESH_S = 0.05  # a motion begins without another look at a position that was read this long ago
+BLIND_S = 2.0  # longest motion without comparing the position
 TRIES = 3  # attempts to read the registers; reading moves nothing, so it may be repeated
 
 
@@ -200,9 +202,8 @@ class MotionContext:
         """Raise the error that has latched error-stop, if one has."""
         if self.core.state is not State.ERROR_STOP:
             return
-        diagnostics = self.core.diagnostics
-        asked_for = diagnostics.error_code == EMERGENCY_STOP
-        raise Stopped(diagnostics.error) if asked_for else DeviceFault(diagnostics.error)
+        error = self.core.error
+        raise (Stopped if error.code == EMERGENCY_STOP else DeviceFault)(error.words)
 
     # -- motion -------------------------------------------------------------------------------
 
@@ -344,7 +345,7 @@ class MotionContext:
         already given a reason, the error uses its words.
         """
         core = self.core
-        alert = core.diagnostics.error if core.state is State.ERROR_STOP else ""
+        alert = core.error.words if core.state is State.ERROR_STOP else ""
         difference = yield from self.read()
         words = f": {reply.reason}" if reply.reason else ""
         # only a device that says so itself, and whose registers agree, has certainly not moved
@@ -370,7 +371,7 @@ def weigh_difference(wire: MotionContext, difference: Motors) -> None:
     zeroed = take_difference(core)
     evidence = Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS
     core.learn(evidence, wire.now_s)
-    core.diagnostics.notify(core.belief.reason, evidence)
+    core.notify(core.belief.reason, evidence)
 
 
 def take_difference(core: Core) -> bool:
@@ -429,9 +430,6 @@ def _pauses_s() -> Iterator[float]:
 
 
 # The segments of one motion.
-
-FRESH_S = 0.05  # a motion may start from a position that was read this long ago
-BLIND_S = 2.0  # longest motion without comparing the position
 
 TURNING_ROUND = "the arm stopped while reversing, so the backlash may or may not be taken up"
 

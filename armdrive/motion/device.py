@@ -53,7 +53,7 @@ def compare_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
         seen, reply = reply, (yield from _ask_settings(wire))
     core.differences = reply.differences
     if reply.differences:
-        core.diagnostics.notify(str(reply), SettingsDiffer(str(reply)))
+        core.notify(str(reply), SettingsDiffer(str(reply)))
     return reply
 
 
@@ -78,7 +78,7 @@ def mend_settings(wire: MotionContext, lines: tuple[str, ...]) -> TaskBody[Devic
         reply = yield from wire.request(MendSetting(line))
         if not isinstance(reply, Done):
             raise DeviceFault(f"the controller did not take `{line}`: {reply}")
-    core.diagnostics.notice = ""
+    core.notify("")
     return (yield from compare_settings(wire))
 
 

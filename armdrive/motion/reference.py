@@ -69,7 +69,7 @@ def home_device(
     core.position.slack.doubt()  # the direction in which it left its switches is not known
     core.position.refer(registers.positions, ArmCoordinates(homing.joints, homing.opening_mm))
     core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
-    core.clear_diagnostics()
+    core.clear_messages()
     core.still_since_s = wire.now_s
     yield from _settled(wire)
 
@@ -171,7 +171,7 @@ def take_reference(wire: MotionContext, confirmed: ConfirmedPosture) -> TaskBody
         )
     core.position.refer(registers, confirmed.there)
     core.learn(confirmed.evidence, wire.now_s)
-    core.clear_diagnostics()
+    core.clear_messages()
     yield from _settled(wire)
 
 

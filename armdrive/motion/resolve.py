@@ -42,6 +42,7 @@ from armdrive.moves import (
     PoseMove,
     SingleMove,
     Space,
+    in_order,
 )
 from armdrive.runtime.position import ArmCoordinates, alike
 from kinematics.paths.routes import ArcPart, JointPart, PathPart
@@ -78,15 +79,7 @@ class Ground:
 
     def posture(self, joints: Joints) -> Joints:
         """Return the angles of all joints in the arm's order. Raises `BadRequest` for others."""
-        names = self.config.model.arm.joint_names
-        if joints.names == names:
-            return joints
-        if set(joints.names) != set(names):
-            raise BadRequest(
-                f"a goal for this arm needs the joints {', '.join(names)}, not "
-                f"{', '.join(joints.names) or 'nothing'}"
-            )
-        return Joints(tuple(joints[name] for name in names), names)
+        return in_order(joints, self.config.model.arm.joint_names)
 
 
 # Resolving.
@@ -164,7 +157,7 @@ def _point(name: str, frame: str, ground: Ground) -> Joints:
 
 def _part_in_base(part: PathPart, frame: str, ground: Ground) -> PathPart:
     if isinstance(part, JointPart):
-        return part
+        return replace(part, goal=ground.posture(part.goal))
     goal = ground.in_base(part.goal, frame)
     if isinstance(part, ArcPart):
         return replace(part, goal=goal, via=ground.in_base(part.via, frame))

@@ -3,7 +3,8 @@
 What is decided where:
 
     language/         from text to instructions: words, grammar, checks, compiler
-    program           a program that was read, and the machine that goes from line to line
+    program           a program that was read, and the machine that goes from line to line: how
+                      many lines it may go without an act
     interpreter       what each word does, as acts; the bounds of calls and values
     acts              what a program can ask of an arm
     running           acts carried out on an arm; delays, pauses, stops, the person

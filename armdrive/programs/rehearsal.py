@@ -587,8 +587,9 @@ def require_rehearsed(rehearsal: Rehearsal, *, anyway: bool) -> None:
     if not anyway:
         first = next(each for each in rehearsal.assumptions if each.matters)
         raise Refused(
-            f"the rehearsal failed: {rehearsal.refusal}. It assumed that {first}; give the real "
-            "values with --input and --assume-width, or run it all the same with --yes"
+            "the rehearsal failed, perhaps only because of what it assumed, "
+            f"{first}; give the real values with --input and --assume-width, or run it all the "
+            f"same with --yes. What failed: {rehearsal.refusal}"
         ) from rehearsal.refusal
 
 

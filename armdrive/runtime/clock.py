@@ -8,6 +8,7 @@ in every run.
 from __future__ import annotations
 
 import math
+import os
 import signal
 import threading
 import time
@@ -318,6 +319,7 @@ class RealPace:
         """Start a thread that calls the engine."""
         self._engine = engine
         engine.asleep_s, engine.round_s = self._asleep_s, self._lasted_s
+        engine.process = os.getpid()
         self._thread = threading.Thread(target=self._drive, name="armdrive", daemon=True)
         self._thread.start()
 

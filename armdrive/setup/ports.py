@@ -87,7 +87,7 @@ def same_port(one: str, other: str) -> bool:
 def held_by_armdrive(port: str, arms: Iterable[str] = ()) -> str:
     """Return the name of the arm for which an armdrive program holds a port, or an empty text."""
     # a program listens under the name that it was given: the port, its real name, or an arm's
-    for name in (port, os.path.realpath(port), *arms):
+    for name in (*((port, os.path.realpath(port)) if port else ()), *arms):
         with contextlib.suppress(ArmError):
             status = ask_holder(name, "status")
             return str(status.get("arm") or name)

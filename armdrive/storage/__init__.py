@@ -8,5 +8,5 @@ What is decided where:
     points       points and sequences as values, and their bounds
     point_file   the file of points, read again for each query and changed in place
     arm_lock     one program at a time holds an arm; the socket that it answers on
-    lock_client  asking that program, and who it is
+    lock_client  the lock, which the system releases if its program dies; asking that program
 """

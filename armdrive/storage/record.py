@@ -38,7 +38,7 @@ from armdrive.text.toml import FORMAT_KEY, Problems, TomlTable, setting
 # Any deviation from the written text is a `StateFileError` that says what is wrong.
 
 FORMAT = 2  # format 1 had no checksum
-LONGEST = 16384  # bytes, ten times the longest record; a longer file is not parsed
+LONGEST_RECORD = 16384  # bytes, ten times the longest record; a longer file is not parsed
 MOST_MOTORS = 64
 STEPS_MOST = 10_000_000_000  # beyond any motor's travel; sums stay exact as floats
 COORDINATE_MOST = 1e6
@@ -93,8 +93,8 @@ def to_text(record: Record) -> bytes:
 
 def from_text(text: bytes) -> Record:
     """Parse a record; any error is a `StateFileError` with the reason."""
-    if len(text) > LONGEST:
-        raise StateFileError(f"it is damaged: no record is longer than {LONGEST} bytes")
+    if len(text) > LONGEST_RECORD:
+        raise StateFileError(f"it is damaged: no record is longer than {LONGEST_RECORD} bytes")
     if not text.strip(b" \r\n\t\x00"):
         raise StateFileError("it is empty")
     try:
@@ -197,7 +197,7 @@ class FileRecorder:
     def load(self) -> Record | None:
         """Read the file. Reject a file that cannot be replaced, as it may be out of date."""
         try:
-            text = self._files.read_own(self.path, LONGEST + 1)
+            text = self._files.read_own(self.path, LONGEST_RECORD + 1)
         except FileNotFoundError:
             return None
         except OSError as error:

@@ -5,7 +5,7 @@ What is decided where:
     commands, gcode   lines of a host, and which words exclude which
     answers           lines of a board
     codes             errors and alarms: what they mean, what to do, whether the position is kept
-    host, device      the two ends
+    host, device      the two ends, and how long a line each accepts
     dialect           numbers and letters: what is accepted, and how it is written
 """
 

@@ -34,8 +34,7 @@ from kinematics.limits import (
     widened_to,
 )
 from kinematics.paths.curves import LEAP_RAD, NearFollower, largest_turn, leap_sentence
-from kinematics.spaces import JOINTS_EXAMPLE, Joints, Pose
-from kinematics.text import counted
+from kinematics.spaces import Joints, Pose, angles_of
 
 EFFORT = Effort(starts=16)
 """Postures tried before a pose is called out of reach: a person is waiting for the answer."""
@@ -241,12 +240,7 @@ class ChainArm:
         return ChainArm(self.chain.within((one.low_rad, one.high_rad) for one in wide))
 
     def _values(self, joints: Joints) -> tuple[float, ...]:
-        require("joints", joints, Joints, JOINTS_EXAMPLE)
-        if len(joints.angles_rad) != len(self.chain):
-            raise KinematicsError(
-                f"this arm has {counted(len(self.chain), 'joint')}, not {len(joints)}"
-            )
-        return joints.angles_rad
+        return angles_of(joints, self.joint_names)
 
     def _directions(self, joints: Joints) -> tuple[float, ...]:
         """Return the angles, those of many turns as the same direction: formulas add them."""

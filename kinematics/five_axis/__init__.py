@@ -57,10 +57,10 @@ from kinematics.limits import (
 from kinematics.paths.curves import in_proportion
 from kinematics.spaces import (
     JOINT_NAMES,
-    JOINTS_EXAMPLE,
     POSE_EXAMPLE,
     Joints,
     Pose,
+    angles_of,
     refuse_yaw,
 )
 
@@ -313,10 +313,7 @@ class FiveAxisArm:
 
 def _angles(joints: Joints) -> Angles:
     """Return the five angles. Raises if these are not the joints of this build."""
-    require("joints", joints, Joints, JOINTS_EXAMPLE)
-    if len(joints.angles_rad) != len(JOINT_NAMES):
-        raise KinematicsError(f"this arm has {len(JOINT_NAMES)} joints, not {len(joints)}")
-    return joints.angles_rad  # type: ignore[return-value]
+    return angles_of(joints, JOINT_NAMES)  # type: ignore[return-value]
 
 
 def _directions(joints: Joints) -> Angles:

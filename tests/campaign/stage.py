@@ -303,8 +303,8 @@ class Stage:
         An error that was latched before the loss keeps its code.
         """
         assert self.arm is not None
-        diagnostics = self.arm.core.diagnostics
-        return diagnostics.error_code in LINK_ERRORS or MEANWHILE in diagnostics.error
+        error = self.arm.core.error
+        return error.code in LINK_ERRORS or MEANWHILE in error.words
 
     @property
     def polls_arm(self) -> bool:

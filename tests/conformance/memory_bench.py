@@ -20,7 +20,7 @@ from armdrive.storage.record import FileRecorder
 
 from .bench import Bench
 from .custom_arm import custom_config
-from .expected_errors import PROFILE, STRIKES_S
+from .faults import PROFILE, STRIKES_S
 from .observation import Observation
 
 WAKES_S = 0.001

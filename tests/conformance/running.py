@@ -20,7 +20,6 @@ from . import (
     rows_moving,
     rows_pausing,
     rows_programs,
-    rows_reconnecting,
     rows_stopping,
 )
 from .behaviour import Behaviour
@@ -68,7 +67,7 @@ def run_row(
 
 BEHAVIOURS: tuple[Behaviour, ...] = (
     *rows_connecting.ROWS,
-    *rows_reconnecting.ROWS,
+    *rows_connecting.LOST_WIRE_ROWS,
     *rows_homing.ROWS,
     *rows_moving.ROWS,
     *rows_gripping.ROWS,

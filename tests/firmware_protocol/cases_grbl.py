@@ -115,7 +115,6 @@ ANSWERS = st.one_of(
 
 # -- The ends of the codec for the long fuzz run ---------------------------------------------------
 
-
 REALTIME = st.sampled_from((b"", b"", b"?", b"!", b"\x85"))
 LINES = st.builds(
     lambda realtime, command: realtime + command.text.encode() + b"\n", REALTIME, COMMANDS

@@ -94,7 +94,6 @@ def readings_for(read):
 
 # -- The ends of the codec for the long fuzz run ---------------------------------------------------
 
-
 DRIVES = range(1, 7)
 MOTION_CODES = st.sampled_from(sorted(mks.MOTION_CODES))
 STATUSES = st.one_of(
@@ -138,7 +137,6 @@ DEVICE = FuzzCase("mks device", lambda: mks.Device(1), REQUEST_RECORDS, _device_
 
 
 # -- What the tests of the host of six drives say and hear -----------------------------------------
-
 
 ONE, TWO, THREE = (mks.MoveAbsoluteAxis(0x4000 * turns, 600, 2) for turns in (1, 2, 3))
 BY = mks.MoveRelativeAxis(100, 60, 2)

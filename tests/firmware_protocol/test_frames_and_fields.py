@@ -28,7 +28,6 @@ from firmware_protocol.lines import MAX_EARLY, SHOWN_BYTES, LineSplitter
 
 # -- CAN frames ------------------------------------------------------------------------------------
 
-
 DATA = st.binary(max_size=8)
 FRAMES = st.one_of(
     st.tuples(st.integers(0, 0x7FF), DATA),

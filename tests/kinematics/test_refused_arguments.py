@@ -73,6 +73,8 @@ HOME = Joints.of(0, 40, -60, -70, 0)
 AT_HOME = TEACHMOVER.fk(HOME)
 ORIGIN = (0.0, 0.0, 0.0)
 CABLES = preset("teachmover").transmission
+TURNED_ROUND = Joints(HOME.angles_rad[::-1], HOME.names[::-1])
+"""The same posture with its joints in another order."""
 
 
 def is_angle(coordinate):
@@ -258,6 +260,10 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: HOME.replace(sholder_deg=3), r"did you mean 'shoulder_deg'\?$"),
         (lambda: HOME["sholder"], r"did you mean 'shoulder'\?$"),
         (lambda: HOME["turret_deg"], "no joint is named 'turret_deg'"),
+        (lambda: TEACHMOVER.fk(TURNED_ROUND), "joints of this arm are base, .* not wrist_roll, "),
+        (lambda: TEACHMOVER.check(TURNED_ROUND), "in this order, not wrist_roll, wrist_pitch"),
+        (lambda: MINI.fk(TURNED_ROUND), "the joints of this arm are "),
+        (lambda: TEACHMOVER.ik(TEACHMOVER.fk(HOME), TURNED_ROUND), "the joints of this arm"),
         (lambda: Motors((1, 2.0)), "motor 2 steps must be a whole number, not 2.0"),
         (lambda: Motors((True,)), "motor 1 steps must be a finite number, not True"),
         (lambda: TEACHMOVER.fk((0.0,) * 5), "joints must be of the class Joints"),

@@ -6,11 +6,17 @@ from desk_fake import Clock, FakeArm
 from desk_planner import at_rest, laid_out
 from waiting import until_seen
 
-from armdrive.motion.dead_man import GATE_S
+from armdrive.motion.dead_man import GATE_S, REPEAT_WITHIN_S
 from tui.desk import Desk
 from tui.safety import SafetyPanel
 from tui.startup import SCREENS
 from tui.widgets import PlainText
+
+FILLS = {"$primary", "$warning", "$error", "$success"}
+"""Colours of the theme that text has a ground of its own with."""
+
+AGAIN_S = REPEAT_WITHIN_S + 0.05
+"""After this long a key that comes again was let go and pressed again."""
 
 NAMES = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon"}
 """The framework's names of characters that are typed."""
@@ -65,6 +71,8 @@ class Session(AppSession):
             for text in self.desk.screen.query(PlainText):
                 for _, style in text._spans:  # fails for a style that could not be painted
                     self.desk.stylesheet.parse_style(style)
+                    fills = {"reverse", "on"} & set(style.split())
+                    assert fills or not FILLS & set(style.split()), "not to be read on light ground"
         await super().__aexit__(*error)
 
     async def press(self, *keys, after_s=0.0):
@@ -106,7 +114,7 @@ class Session(AppSession):
     async def twice(self, key, *, wait_s=0.5):
         """Press a key twice, and wait until that counts as confirmed."""
         await self.press(key)
-        await self.press(key, after_s=0.2)
+        await self.press(key, after_s=AGAIN_S)
         await self._let_it_count(wait_s)
 
     async def _let_it_count(self, wait_s=0.5):

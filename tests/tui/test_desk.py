@@ -213,7 +213,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     assert session.desk.return_value == 0
     assert session.arm.calls[0] == ("stop",)
     tested = {*done, "ctrl+q", "enter", "m", "left_square_bracket", "right_square_bracket"}
-    elsewhere = {"minus", "plus", "F", "G", "K", "D", "1", "2", "3"}
+    elsewhere = {"minus", "plus", "F", "G", "K", "D", "1", "2", "3", "ctrl+d", "ctrl+u"}
     assert {row.keys[0] for row in (*DESK_KEYS, *JOG_KEYS)} == tested | elsewhere
 
 
@@ -240,7 +240,7 @@ async def test_the_stop_button_stops_on_every_screen_and_over_every_dialog(size)
             dialogs = ("question_mark", "ctrl+p") if entry in (SCREENS[0], SCREENS[-1]) else ()
             for dialog in ("", *dialogs):
                 await session.keys(f"{entry.key} {dialog}")
-                assert session.desk.screens.place == entry.id
+                assert session.desk.place == entry.id
                 assert len(session.desk.screen_stack) == 1 + bool(dialog)
                 drawn = "".join(session.painted)
                 assert drawn.isascii(), {each for each in drawn if not each.isascii()}

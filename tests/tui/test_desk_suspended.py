@@ -340,7 +340,7 @@ async def test_two_pasted_line_ends_confirm_no_motion():
             assert session.desk.confirmation.effect == ""
         for _ in range(2):
             await session.type("\r")
-            await session.pass_by(0.1)
+            await session.pass_by(1.0)
         await session.paste("")
         assert len(session.arm.asked_for) == 1, "a person presses it twice"
 

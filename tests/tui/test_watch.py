@@ -12,7 +12,8 @@ from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
 from tui import watch as watch_words
 from tui.keys.remap import load_keys
-from tui.safety import SafetyPanel
+from tui.safety import SafetyPanel, number_text
+from tui.settings import neighbour
 from tui.watch import HeldArm, Watching, WatchScreen
 from tui.widgets import LINES_SHOWN, PlainText
 
@@ -249,9 +250,14 @@ def test_the_program_that_is_under_way_is_named_with_its_line_and_share(program,
     assert watch_words.program_words({"program": program}) == words
 
 
-@pytest.mark.parametrize(("now", "steps", "then"), [(10, -1, 10), (100, 1, 100), (33, -1, 25)])
-def test_a_tempo_between_the_steps_goes_to_the_next_one(now, steps, then):
-    assert watch_words.next_percent(now, steps) == then
+TEMPOS = [(10, -1, 10), (100, 1, 100), (33, -1, 25), (33, 1, 50), (5, -1, 5), (5, 1, 10)]
+
+
+@pytest.mark.parametrize(("now", "steps", "then"), TEMPOS)
+def test_a_tempo_between_the_steps_goes_to_the_next_one_and_slower_never_speeds_up(
+    now, steps, then
+):
+    assert neighbour(watch_words.PERCENTS, now, steps) == then
 
 
 @pytest.mark.parametrize(
@@ -269,3 +275,10 @@ def test_the_title_names_the_program_and_how_far_it_is(program, words):
     title = watch_words.watched_state("left", view, "").arm
     assert title.endswith(words)
     assert title.startswith("REAL ARM, WATCHED: left (TeachMover) ")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(-0.04, "0.0"), (-0.05001, "-0.1"), (7, "7.0"), (True, "?"), (None, "?")]
+)
+def test_a_number_that_rounds_to_zero_has_no_sign(value, text):
+    assert number_text(value) == text

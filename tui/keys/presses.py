@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from textual import events
 from textual.message import Message
 
+from armdrive.errors import BadRequest
 from armdrive.motion.dead_man import REPEAT_WITHIN_S
 
 # Urgent keys act in the thread that reads them, however busy the app is: those that stop the arm.
@@ -124,8 +125,9 @@ class BurstDetector:
         return together
 
 
-# A key that is held repeats. So presses count once a pause follows them: two that confirm, or the
-# single one of a key that moves the arm only a little.
+# A key that is held repeats, after a delay that is known of no keyboard, and most terminals report
+# no release. So what returns as soon as a held key does is the same press, and a press counts once
+# a pause follows it: two presses confirm, a single one does what moves the arm only a little.
 
 QUIET_S = 0.3
 """The pause after the last press: a key that is held repeats sooner."""
@@ -133,13 +135,14 @@ QUIET_S = 0.3
 ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
 
+STILL_HELD = "a key that is held is pressed once: let go, and press it again after a moment"
+
 
 class Confirmation:
-    """Something that is done once its key was pressed twice, with a pause after the second press.
+    """Something that is done once its key was pressed twice, with a pause after either press.
 
-    What moves only a little is done after one press and the pause. A key that is held counts as no
-    press, and another key starts over. A key that was refused may still be held: until it pauses,
-    none of its presses counts.
+    What moves only a little is done after one press and the pause. Another key starts over. A key
+    that was refused may still be held: until it pauses, none of its presses counts.
     """
 
     def __init__(self, clock: Callable[[], float]) -> None:
@@ -149,46 +152,56 @@ class Confirmation:
         self._effect = ""
         self._act: Callable[[], object] = _do_nothing
         self._needed = 2
-        self._presses: list[float] = []
+        self._count = 0
+        self._held = False
+        self._pressed_s = -math.inf
         self._refused_s = -math.inf
 
     @property
     def effect(self) -> str:
         """What a second press of the same key would do, in words; empty if none is waited for."""
-        waits = 0 < len(self._presses) < self._needed
-        return self._effect if waits and self._clock() - self._presses[0] <= ASKED_FOR_S else ""
+        waits = 0 < self._count < self._needed
+        return self._effect if waits and self._clock() - self._pressed_s <= ASKED_FOR_S else ""
 
     def press(self, effect: str, act: Callable[[], object], *, needed: int = 2) -> None:
-        """Take a press of the key that does this, once it was pressed `needed` times: 1 or 2."""
+        """Take a press of the key that does this, once it was pressed `needed` times: 1 or 2.
+
+        Raises `BadRequest` for what may be no second press, but the first one of a key still held.
+        """
         self.taken += 1
         now_s = self._clock()
-        if now_s - self._refused_s < QUIET_S:
+        if now_s - self._refused_s < REPEAT_WITHIN_S:
             self._refused_s = now_s
             return
-        if effect != self._effect or (self._presses and now_s - self._presses[-1] > ASKED_FOR_S):
-            self._presses = []
+        gap_s = now_s - self._pressed_s
+        self._pressed_s = now_s
+        if effect == self._effect and gap_s < REPEAT_WITHIN_S:
+            self._held = True
+            if self._count < needed:
+                raise BadRequest(STILL_HELD)
+            return
+        if effect != self._effect or gap_s > ASKED_FOR_S:
+            self._count = 0
         self._effect, self._act, self._needed = effect, act, needed
-        self._presses.append(now_s)
+        self._count, self._held = self._count + 1, False
 
     def refuse(self) -> None:
         """Take a press that there is nothing to confirm with, and everything before it back."""
         self.forget()
+        self.taken += 1
         self._refused_s = self._clock()
 
     def forget(self, effect: str = "") -> None:
         """Take everything back; with an effect, only what would have that."""
         if not effect or effect == self._effect:
-            self._presses = []
+            self._effect, self._count, self._refused_s = "", 0, -math.inf
 
     def due(self) -> Callable[[], object] | None:
-        """Return, once, what enough presses have confirmed; more of them were a held key."""
-        if not self._presses:
+        """Return, once, what enough presses have confirmed; the last must not have been held."""
+        if self._count < self._needed or self._clock() - self._pressed_s < QUIET_S:
             return None
-        count, quiet_s = len(self._presses), self._clock() - self._presses[-1]
-        if quiet_s < QUIET_S or (count < self._needed and quiet_s <= ASKED_FOR_S):
-            return None
-        self.forget()
-        return self._act if count == self._needed else None
+        self._count = 0  # what is pressed of the same key next may be the press that has acted
+        return None if self._held else self._act
 
 
 def _do_nothing() -> None:

@@ -317,6 +317,4 @@ def _other_speed(step: Step, by: int) -> Step:
     """Return the step at the next speed of the table, faster or slower; the ends are the ends."""
     if step.wait_s is not None:
         raise BadRequest("a wait has no speed")
-    others = [each for each in SPEEDS if (each - step.speed) * by > 0.0]
-    nearest = (min if by > 0 else max)(others, default=step.speed)
-    return replace(step, speed=nearest)
+    return replace(step, speed=neighbour(SPEEDS, step.speed, by))

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from armdrive.arm import Arm
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.presenter import Result
@@ -27,7 +28,8 @@ from armdrive.moves import (
     PoseMove,
 )
 from armdrive.status import State, status_view
-from armdrive.storage.points import point_view
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import check_name, point_view
 from kinematics.spaces import JOINT_NAMES, Pose
 
 
@@ -150,6 +152,7 @@ def _goal(here: Pose, options: argparse.Namespace) -> Pose:
 
 def save_point(options: argparse.Namespace) -> Result:
     """Save the place where the arm is."""
+    check_name(options.name)  # before anything is opened or asked
     with settled_arm(options) as arm:
         point = arm.points.teach(options.name, note=options.note, again=options.again)
     return Result({"name": options.name, **point_view(point)}, f"{options.name}: {point.joints}")
@@ -157,5 +160,7 @@ def save_point(options: argparse.Namespace) -> Result:
 
 def go_to_point(options: argparse.Namespace) -> Iterator[Result]:
     """Move to a point, or preview that."""
+    config = chosen_target(options).config
+    points_of(config.name, config.model.arm)[options.name]  # refused before anything is opened
     kind = LineMove if options.line else PoseMove
     return _moved(options, lambda _: kind(options.name, options.speed))

@@ -164,6 +164,7 @@ def reverse(options: argparse.Namespace) -> Result:
 
 def here(options: argparse.Namespace) -> Result:
     """Name the place where the arm stands, as the next step."""
+    check_name(options.point or options.name)  # before anything is opened or asked
     with settled_arm(options) as arm:
         taught = arm.points.read()
         point = options.point or _free_name(options.name, taught.points)
@@ -182,6 +183,7 @@ def _free_name(sequence: str, taken: Mapping[str, object]) -> str:
 
 def run_sequence(options: argparse.Namespace) -> Result:
     """Run a sequence, step by step."""
+    _book(options).sequence(options.name)  # refused before anything is opened
     with ready_arm(options) as arm:
         taught = arm.points.read()
         stepper = Stepper(arm, arm.points.sequence(options.name), taught.points)

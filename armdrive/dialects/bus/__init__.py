@@ -3,8 +3,9 @@
 Read in this order:
 
     paths      the planned path of all motors, and each drive's course by its orders
-    ledger     the open questions to a drive, and the replies that it owes
-    observer   conclusions from orders, questions and replies: the table of verdicts
+    ledger     the open questions to a drive, the replies that it owes, how many it may miss
+    observer   conclusions from orders, questions and replies: the table of verdicts, and when a
+               drive counts as blocked, weak, off its path, mute, silent or late
     phases     what the drives of an arm do together: the table of phases and signals, and the
                stages of every dialect: the end of an earlier motion, stopping, homing
     drives     the motors of an arm, one drive each; ids, settings, missing drives
@@ -21,7 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.abilities import SEGMENTS_AHEAD, Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects import DeviceTools, Dialect, Driver, Language
 from armdrive.transports.address import BITRATE
 
@@ -54,7 +55,7 @@ def bus_dialect(
             motors=6,
             coordinated=True,
             abort=Abort.RAMP,
-            queued_segments=3,
+            queued_segments=SEGMENTS_AHEAD,
             reports_while_moving=True,
             own_homing=True,
             check_bytes=check_bytes,

@@ -83,6 +83,9 @@ READINGS = 16
 """Readings kept to find one that is surely older than the last, however late replies come."""
 CONFIRMING_LOOKS = 2
 """A finding must hold at this many looks in a row before a drive is blamed."""
+APART_SHARE = 0.2
+"""Drives are apart if no single time offset explains all positions within this share of what still
+counts as on the path. On a link whose delays are equal, or vary by up to 0.04 s, they never are."""
 WEAK_LOOKS = 5
 """A drive is weak only if it is too slow at this many looks in a row."""
 WEAK_SHARE = 0.75
@@ -586,6 +589,8 @@ class Observer:
         self.replied_s = -math.inf
         """When any drive replied last."""
         self._by_node = {drive.node: drive for drive in self.drives}
+        self.apart = False
+        """Whether a drive was behind the others at the last look."""
         self._looks_off_path = 0
         self._outages = 0  # since the last prompt reading
         self._last_outage_s = -math.inf
@@ -600,6 +605,7 @@ class Observer:
     def watch(self) -> None:
         """Begin a motion: judge all drives from now on."""
         self._looks_off_path, self._outages, self.returned_s = 0, 0, math.inf
+        self.apart = False
         for drive in self.drives:
             drive.watch()
 
@@ -714,7 +720,9 @@ class Observer:
                 return self._off_path(slow, path.at(slow, asked_at_s), DriveFinding.WEAK)
         margins = [drive.margin(now_s) for drive in self.drives]
         late_s = min(asked_at_s + period_s, path.end_s)
-        if path.explains(counts, margins, max(late_s - 1.0, 0.0), late_s):
+        early_s, near = max(late_s - 1.0, 0.0), [APART_SHARE * each for each in margins]
+        self.apart = not path.explains(counts, near, early_s, late_s)
+        if not self.apart or path.explains(counts, margins, early_s, late_s):
             self._looks_off_path = 0
             return None
         self._looks_off_path += 1

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from armdrive.abilities import Abilities, segment_s
+from armdrive.abilities import SEGMENTS_AHEAD, Abilities, segment_s
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
@@ -52,8 +52,6 @@ from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 
 MIN_HZ = 1.0
-AHEAD = 3
-"""How many segments are fetched ahead. The drives themselves only hold their last target."""
 CONFIRM_CYCLES = 8
 """At most this many cycles pass until a drive is seen to stand and has left its quick stop."""
 SET_POINT_CYCLES = 4
@@ -82,7 +80,9 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self._profile = ProfileMotion(lead, limits)
         self._homing = Cia402Homing(lead, limits)
         self._silent_s = BEATS_LOST * settings.drive_beat_ms / 1000.0
-        self.abilities = replace(self.abilities, queued_segments=AHEAD * self.group.is_cyclic)
+        self.abilities = replace(
+            self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
+        )
 
     # -- requests -----------------------------------------------------------------------------
 
@@ -121,7 +121,9 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             reply = obstructed.reply
         for drive in self.group.drives:
             self.group.report(drive)
-        self.abilities = replace(self.abilities, queued_segments=AHEAD * self.group.is_cyclic)
+        self.abilities = replace(
+            self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
+        )
         return reply
 
     def unsolicited(self, event: HostEvent) -> None:

@@ -81,7 +81,7 @@ ASK_S = 0.02
 """Timeout of the first question to a node; drives answer within some milliseconds."""
 PAUSE_S = 0.005
 ROUNDS = 2
-LONGEST = 256
+LONGEST_OBJECT = 256
 """The greatest object that is read, in bytes; names are the longest."""
 
 QUESTIONS = (
@@ -224,7 +224,7 @@ def _upload(
     wire: FrameWire, node: int, place: Place, wait_s: float, counts: _NodeCounts
 ) -> Script[Frame, Uploaded | Aborted | None]:
     """Read an object once; None if the transfer does not finish."""
-    client = SdoClient(node, size_max=LONGEST)
+    client = SdoClient(node, size_max=LONGEST_OBJECT)
     frame: Frame | None = client.upload(place)
     response_id = cob_id(Service.SDO_RESPONSE, node)
     while frame is not None:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from armdrive.abilities import Abilities
+from armdrive.abilities import SEGMENTS_AHEAD, Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
@@ -43,9 +43,6 @@ from firmware_protocol.frames import Unpacker
 from firmware_protocol.mks import COUNTS_S_PER_RPM, SPEED_MAX_RPM, Ability, Event, slope_of
 from kinematics.spaces import Motors
 
-STEERED = 3
-"""How many segments are fetched ahead. The drives themselves only hold their last order."""
-
 
 class MksController(ScriptRunner[Event]):
     """Drives the drives of one arm: hands each request to a collaborator."""
@@ -75,7 +72,7 @@ class MksController(ScriptRunner[Event]):
         able = not self._contact.firmware or self._wire.can(Ability.RETARGET)
         steered = bool(self.settings.segment_s) and able
         self.abilities = replace(
-            self.abilities, coordinated=steered, queued_segments=STEERED if steered else 0
+            self.abilities, coordinated=steered, queued_segments=SEGMENTS_AHEAD if steered else 0
         )
 
     @property

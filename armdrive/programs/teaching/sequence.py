@@ -155,9 +155,6 @@ def _held_alike(a: SeenPosture, b: SeenPosture) -> bool:
 # waits for its end; `run` carries out the rest. A step that was stopped stays the next one until it
 # is asked for. The arm's own `pause` pauses a sequence too.
 
-SLICE_S = 0.05
-"""The longest sleep of a delay: between two sleeps a stop ends it."""
-
 
 @known_attributes
 class Stepper:
@@ -273,11 +270,11 @@ class Stepper:
         self._require_no_stop(stops)
 
     def _wait(self, time_s: float, stops: int) -> None:
-        left_s = time_s
-        while left_s > 0.0:
-            self._arm.sleep(min(left_s, SLICE_S))
-            left_s -= SLICE_S
+        try:
+            self._arm.sleep(time_s)
+        except Stopped:
             self._require_no_stop(stops)
+            raise
 
     def _require_no_stop(self, stops: int) -> None:
         if self._arm.stops != stops:

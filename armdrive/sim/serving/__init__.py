@@ -2,7 +2,7 @@
 
 What is decided where:
 
-    servers    pseudo-terminal, TCP, UDP and CAN adapter: who may open the wire
+    servers    the wire that other programs open: pseudo-terminal, TCP, UDP, CAN adapter
     console    the commands on standard input: one table
 """
 

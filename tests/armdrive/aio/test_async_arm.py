@@ -1,7 +1,5 @@
 """The async twin in use: calls, cancelled calls, ends."""
 
-from __future__ import annotations
-
 import asyncio
 import signal
 import threading

@@ -1,7 +1,5 @@
 """The twins of calls, and their clock."""
 
-from __future__ import annotations
-
 import inspect
 import math
 

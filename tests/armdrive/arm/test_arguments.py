@@ -4,8 +4,6 @@ The laws go through every public call and every parameter that its signature nam
 added later is held to them as well.
 """
 
-from __future__ import annotations
-
 import asyncio
 import copy
 import functools
@@ -13,6 +11,7 @@ import inspect
 import math
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from unittest import mock
 
@@ -413,6 +412,10 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
         (lambda arm: arm.move_c([1], [2]), "^via must be a pose"),
         (lambda arm: arm.move_path([]), "at least one part"),
         (lambda arm: arm.move_path("abc"), "^parts must be a list of parts"),
+        (
+            lambda arm: arm.move_path([JointPart(Joints((1.0,), ("turret",)))]),
+            "a goal for this arm needs the joints base, .* not turret",
+        ),
         (lambda arm: arm.move_path([A_POSE]), r"^parts\[0\] must be a part of a path"),
         (
             lambda arm: arm.move_to(A_POSE, sped=1),
@@ -501,6 +504,7 @@ def test_a_wrong_argument_is_a_type_error_as_well():
         (lambda: Arm.connect(""), "the name of the arm is empty: name one"),
         (lambda: Arm("bench"), r'parts of a connection, not .bench.; for example Arm.connect\("'),
         (lambda: AsyncArm("bench"), r'for example AsyncArm.connect\("'),
+        (lambda: ArmWorld(5), "target must be the name of an arm, not 5"),
         (lambda: Stepper(bench(), "stack", {}), "steps must be a sequence, not 'stack'"),
         (lambda: Stepper(bench(), STEPS, None), "points must be points by their names, not None"),
     ],
@@ -562,7 +566,7 @@ def test_numbers_of_numpy_are_numbers():
             "E603",
         ),
         (
-            lambda arm: arm.move_path([JointPart(Joints((1.0,), ("turret",)))]),
+            lambda arm: arm.move_to(replace(A_POSE, yaw_rad=0.0)),
             kinematic.KinematicsError,
             "E601",
         ),
@@ -664,3 +668,27 @@ def test_an_arm_at_the_prompt_is_shown_while_the_engine_is_at_work():
         thread.start()
         thread.join(timeout=10.0)
     assert seen
+
+
+# Joints by their names.
+
+TURNED = Joints.of(3, 40, -60, -70, 5)
+OTHER_ORDER = Joints(TURNED.angles_rad[::-1], TURNED.names[::-1])
+"""The same posture, whose joints stand in another order."""
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda arm: arm.run(JointMove(OTHER_ORDER)),
+        lambda arm: arm.run(LineMove(OTHER_ORDER)),
+        lambda arm: arm.move_to(Point(OTHER_ORDER)),
+        lambda arm: arm.move_l(Point(OTHER_ORDER)),
+        lambda arm: arm.move_path([JointPart(OTHER_ORDER)]),
+        lambda arm: arm.declare_posture(OTHER_ORDER),
+    ],
+)
+def test_joints_are_known_by_their_names_and_not_by_their_order(call):
+    arm = ready_arm()
+    call(arm)
+    assert arm.joints.deg == pytest.approx(TURNED.deg, abs=0.5)

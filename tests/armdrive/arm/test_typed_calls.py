@@ -1,7 +1,5 @@
 """Calls of Arm: their types, their reference page, their signals."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import math

@@ -188,7 +188,7 @@ def served(request, tmp_path):
 def test_the_next_command_goes_on_from_where_home_left_the_arm(call, served, monkeypatch):
     home = call("home", "--arm", "bench", "--yes", code=0).out
     assert "--allow-restored" in home
-    move = ("move", "--arm", "bench", "--shoulder", "29", "--speed", "1")
+    move = ("move", "--arm", "bench", "--shoulder", "27", "--speed", "1")
     refused = call.refused(*move, code=3)
     assert "answer its question, or add `--allow-restored`" in refused
     assert "armdrive home" not in refused  # the next command would be refused again
@@ -197,7 +197,7 @@ def test_the_next_command_goes_on_from_where_home_left_the_arm(call, served, mon
     moved = served.world.joints.deg["shoulder"]
     assert tuple(served.world.joints) != before
     monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
-    asked = call("move", "--arm", "bench", "--shoulder", "31", "--speed", "1", code=0).out
+    asked = call("move", "--arm", "bench", "--shoulder", "28.5", "--speed", "1", code=0).out
     assert "Does the arm stand like this?" in asked
     assert served.world.joints.deg["shoulder"] > moved + 1.0
 

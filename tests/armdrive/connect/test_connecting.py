@@ -1,7 +1,5 @@
 """Connecting: foreign boards, wrong dialects."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 
@@ -170,7 +168,6 @@ def test_the_first_line_to_a_teachmover_leaves_an_armdroid_nothing_to_repeat(lef
 
 # -- Wrong dialects --------------------------------------------------------------------------------
 
-
 ON_SERIAL = [name for name, row in DIALECTS.items() if not row.can]
 PAIRS = [(x, y) for x, y in itertools.product(ON_SERIAL, SPOKEN) if x != y]
 PORT = "/dev/ttyARM"
@@ -283,7 +280,6 @@ def test_a_bus_is_looked_at_by_the_survey_of_buses():
 
 
 # -- Foreign boards --------------------------------------------------------------------------------
-
 
 SMOOTHIE_STATUS = b"<Idle|MPos:0.0000,0.0000,0.0000|WPos:0.0000,0.0000,0.0000|F:0,100.0>\r\n"
 OLD_STATUS = b"<Idle,MPos:0.000,0.000,0.000,WPos:0.000,0.000,0.000>\r\n"

@@ -1,7 +1,5 @@
 """Reconnecting, at the same port or another."""
 
-from __future__ import annotations
-
 import math
 import sys
 import threading
@@ -352,7 +350,6 @@ def test_a_pulled_cable_is_seen_within_a_second(connected, dialect, moving):
 
 # -- how soon a silent arm is given up ------------------------------------------------------------
 
-
 GIVEN_UP_AFTER_S = {
     "teachmover": 2.3,
     "armdroid": 2.4,
@@ -415,7 +412,6 @@ def test_every_call_after_a_loss_says_why_the_link_is_lost_and_what_to_do(connec
 
 
 # -- Other ports -----------------------------------------------------------------------------------
-
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 NUMBER = "A50285BI"
@@ -614,7 +610,7 @@ def port():
 def looking(port):
     """Return who looks for a wire that was lost a moment ago, and has begun to."""
     engine = SimpleNamespace(link=port)
-    core = SimpleNamespace(diagnostics=SimpleNamespace(notify=lambda *_words: None))
+    core = SimpleNamespace(notify=lambda *_words: None)
     wire = SimpleNamespace(engine=engine, core=core, now_s=0.0)
     reconnector = Reconnector(wire, NewLink(port.open_again, in_thread=True))
     reconnector.lost(0.0)

@@ -241,7 +241,6 @@ def test_a_motion_is_never_faster_than_asked_and_not_much_slower(dialect, speed,
 
 # -- Other chains ----------------------------------------------------------------------------------
 
-
 READY = (0.0, -60.0, 120.0, 10.0, 40.0, 0.0)
 
 
@@ -424,7 +423,6 @@ def test_the_motors_that_stall_are_found_in_the_transmission(key):
 
 
 # -- The gripper -----------------------------------------------------------------------------------
-
 
 TAKE = Pose.of(x_mm=260, y_mm=0, z_mm=15, pitch_deg=-90)
 

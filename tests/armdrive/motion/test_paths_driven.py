@@ -201,7 +201,6 @@ def test_what_one_burst_can_drive_within_the_tolerance_is_one_burst():
 
 # -- Frames ----------------------------------------------------------------------------------------
 
-
 BOARD = UserFrame.turned((180.0, 40.0, 30.0), math.radians(30.0))
 
 
@@ -279,7 +278,6 @@ def test_links_that_guards_look_at_are_one_more_with_a_tool():
 
 
 # -- Guards ----------------------------------------------------------------------------------------
-
 
 RADII = (35.0, 30.0, 25.0)
 STANDS_OFF_MM = 70.0
@@ -433,7 +431,6 @@ def test_the_postures_that_an_arm_is_used_in_break_no_guard_with_a_slim_base():
 
 
 # -- Straying --------------------------------------------------------------------------------------
-
 
 UNCOORDINATED = [name for name, row in DIALECTS.items() if not row.abilities.coordinated]
 FEW_STEPS_MM = 6.0

@@ -1,7 +1,5 @@
 """Pausing, resuming and slowing a simulated arm: what waits, continues, or ends."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import random

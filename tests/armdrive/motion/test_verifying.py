@@ -1,7 +1,5 @@
 """Motions that are verified, and faults in motion."""
 
-from __future__ import annotations
-
 import json
 import math
 import random
@@ -257,7 +255,6 @@ def test_a_damaged_log_has_no_last_entry(tmp_path, text):
 
 
 # -- Faults ----------------------------------------------------------------------------------------
-
 
 WORDS = "somebody has opened the door"
 MOTIONS: dict[str, Callable[[Arm], Handle[Any]]] = {

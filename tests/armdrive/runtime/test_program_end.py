@@ -1,7 +1,5 @@
 """How a program ends, and the signals that reach it."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
@@ -126,7 +124,7 @@ def by_suspending(ground: Ground) -> int:
 
 FORGETFUL = """
 import os, sys
-from armdrive import Arm, Joints
+from armdrive import Arm, LinkLost
 arm = Arm.connect(sys.argv[1], dialect=sys.argv[2])
 arm.enable()
 arm.confirm_reference()
@@ -134,11 +132,19 @@ arm.move_j(base_deg=60, speed=0.3, wait=False)
 print(arm.status.stop_time_s, arm.status.silent_time_s, flush=True)
 os.read(0, 1)
 if os.fork() == 0:
+    for call in (arm.stop, arm.estop, arm.read_inputs, lambda: arm.move_j(base_deg=0)):
+        try:
+            call()
+        except LinkLost as error:
+            assert "was forked" in str(error)
+        else:
+            os._exit(1)
+    arm.close()
     sys.exit()
-os.wait()
+assert os.wait()[1] == 0
 assert not arm.closed
 """
-"""A script that forgets to close its arm; the exit of a forked child closes nothing."""
+"""A script that forgets to close its arm. A forked child neither drives nor closes it."""
 
 (AT_SIGTERM,) = re.findall(r"(?s)```python\n(import signal.*?)```", page("python"))
 """What the page tells a script to do to end well at SIGTERM."""

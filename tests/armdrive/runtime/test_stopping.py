@@ -93,7 +93,6 @@ def test_a_call_in_error_stop_is_refused_by_its_own_name_and_says_what_to_do_fir
 
 # -- Stops -----------------------------------------------------------------------------------------
 
-
 ERRORS = [0.0, 0.5, 0.9, -0.3]
 
 
@@ -420,7 +419,7 @@ def test_a_stop_from_elsewhere_between_two_calls_keeps_the_next_one_from_beginni
     before = arm.twin.world.motors
     stopped_elsewhere(arm)
     arm.pace.wait(lambda: arm.engine.at_rest, 1.0)  # the engine has dealt with the stop
-    with pytest.raises(Stopped, match="a stop was requested"):
+    with pytest.raises(Stopped, match="a stop was requested by another program"):
         SCRIPTED[name](arm)
     assert arm.twin.world.motors == before
     SCRIPTED["jog_j"](arm)
@@ -454,6 +453,34 @@ def test_a_person_at_the_keys_jogs_on_after_a_stop_from_elsewhere():
     arm.nudge(Jog.joint(base=2.0), speed=0.5)
     arm.pace.wait(lambda: arm.twin.world.motors != before, 1.0)
     assert arm.twin.world.motors != before
+
+
+def held(arm, time_s):
+    """Hold a jog for a time, renewed as by a key that repeats."""
+    end_s = arm.pace.now_s() + time_s
+    while arm.pace.now_s() < end_s:
+        arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.2)
+        arm.pace.wait(lambda: False, 0.03)
+
+
+LET_GO = [lambda arm: arm.release(), lambda arm: arm.pace.wait(bool, 0.3)]
+
+
+@pytest.mark.parametrize("let_go", LET_GO)
+@pytest.mark.parametrize("stop", [lambda arm: arm.request_stop(), stopped_elsewhere])
+def test_a_key_that_stays_held_does_not_undo_a_stop(stop, let_go):
+    arm = ready_arm()
+    held(arm, 1.0)
+    stop(arm)
+    held(arm, 0.5)
+    stood = arm.twin.world.motors
+    held(arm, 1.0)
+    assert arm.twin.world.motors == stood
+    assert "let go, then jog again" in arm.status.notice
+    assert arm.status.notice_code == Stopped.code
+    let_go(arm)
+    held(arm, 0.5)
+    assert arm.twin.world.motors != stood
 
 
 def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):

@@ -294,7 +294,6 @@ def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall
 
 # -- the page on trust ----------------------------------------------------------------------------
 
-
 PAGE = page_path("trust")
 
 

@@ -1,7 +1,5 @@
 """Every call ends: on endless, dripping and mute wires, and when nothing ever comes."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import random
@@ -404,7 +402,6 @@ def test_homing_by_switches_ends_on_time_and_quotes_what_was_received(kind):
 
 
 # -- Waits that nothing ends -----------------------------------------------------------------------
-
 
 LONGEST_WAIT_S = 3700.0
 """A pendant's program may be read for as long; nothing else comes near it."""

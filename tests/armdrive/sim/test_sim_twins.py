@@ -1,7 +1,5 @@
 """The simulated device of every dialect, and its wire."""
 
-from __future__ import annotations
-
 import json
 import math
 
@@ -279,7 +277,6 @@ def test_a_wrong_word_of_the_command_line_is_named(call, words, said):
 
 
 # -- The wire --------------------------------------------------------------------------------------
-
 
 BYTE_S = 10 / 9600
 

@@ -20,7 +20,7 @@ from armdrive.storage import files as durable
 from armdrive.storage import record as record_text
 from armdrive.storage.files import file_name, replace_file
 from armdrive.storage.record import (
-    LONGEST,
+    LONGEST_RECORD,
     MOST_MOTORS,
     STEPS_MOST,
     FileRecorder,
@@ -437,7 +437,7 @@ def test_a_value_that_no_record_has_is_refused(key, value, words):
         (b"\x80abc", "damaged"),
         (b"[" * 9000, "damaged"),
         (b"9" * 9000, "damaged"),
-        (b" " * LONGEST + b"{}", "no record is longer"),
+        (b" " * LONGEST_RECORD + b"{}", "no record is longer"),
         (b'{"format": 2}', "'check' is missing"),
         (b'{"format": true}', "its format"),
         (b'{"format": 1}', "an older armdrive"),
@@ -452,7 +452,7 @@ def test_the_refusal_says_what_is_wrong(text, words):
 def test_no_record_comes_near_the_longest():
     steps, most = (-STEPS_MOST,) * MOST_MOTORS, (-123456.7890123456,) * (MOST_MOTORS)
     long = Record("a" * 200, "b" * 16, steps, steps, most, "referenced", "r" * 500)
-    assert len(to_text(long)) < LONGEST / 2
+    assert len(to_text(long)) < LONGEST_RECORD / 2
 
 
 def names(folder):

@@ -480,10 +480,19 @@ def full(monkeypatch):
 
 
 def test_a_command_says_which_file_cannot_be_written(call, full):
-    said = call.refused("status", code=1)
+    said = call.refused("enable", code=1)
     assert ".holder cannot be written (No space left on device); free disk space" in said
     full.undo()
-    call("status", code=0)
+    call("enable", code=0)
+
+
+def test_a_real_arm_can_be_read_with_a_full_disk(call, full, tmp_path):
+    with Served("teachmover", pty=tmp_path / "arm") as served:
+        port = ("--port", served.port, "--dialect", "teachmover")
+        assert "motors" in call("status", *port, code=0).out
+        assert ".holder cannot be written" in call.refused("enable", *port, code=1)
+        full.undo()
+        call("enable", *port, code=0)  # the lock was given back
 
 
 def test_the_port_and_the_lock_are_given_back(full, tmp_path):

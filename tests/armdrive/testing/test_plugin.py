@@ -1,7 +1,5 @@
 """The pytest plugin, and its table."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 import subprocess
@@ -241,7 +239,6 @@ def test_a_with_block_whose_arm_cannot_be_switched_on_leaves_no_connection_open(
 
 # -- A table ---------------------------------------------------------------------------------------
 
-
 TALL = TableBlock("A", 250.0, 0.0, 0.0, width_mm=30.0, height_mm=60.0)
 """Halfway between two bases that are 500 mm apart and look at one another."""
 
@@ -401,7 +398,6 @@ def test_a_saved_world_is_put_on_no_other_table():
 
 
 # -- The plugin ------------------------------------------------------------------------------------
-
 
 pytest_plugins = ["pytester"]
 

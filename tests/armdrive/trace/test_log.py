@@ -1,7 +1,5 @@
 """The log, its wording, and the wire tap."""
 
-from __future__ import annotations
-
 import contextlib
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Files of recordings, and their replay."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace
@@ -24,12 +22,19 @@ from armdrive.trace import entries, files
 from armdrive.trace import replay as replaying
 from armdrive.trace.entries import WIRE, EntryKind, EntryRing, TraceEntry
 from armdrive.trace.files import LATEST_S, header_of, lines_of, parse_recording, read_recording
-from armdrive.trace.log import BACK, KEPT, MOST, Narrator, Topic, heading, lines
+from armdrive.trace.log import (
+    FURTHEST_BEHIND,
+    LINES_AT_ONCE,
+    LINES_KEPT,
+    Narrator,
+    Topic,
+    heading,
+    lines,
+)
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.trace.replay import ReplayBench, config_of, replay, replayed_view
 
 # -- Files -----------------------------------------------------------------------------------------
-
 
 text_kinds = st.sampled_from([kind for kind in EntryKind if kind not in WIRE])
 texts = st.text('a7"\\\n\x00\x7fé\u0394\u2028\U0001f916', max_size=20)
@@ -200,7 +205,6 @@ def test_an_arm_without_a_known_file_is_still_recorded(recording):
 
 # -- the page on recordings -----------------------------------------------------------------------
 
-
 PAGE = page("recordings")
 
 
@@ -216,9 +220,9 @@ def test_the_page_names_the_bounds():
     assert entries.LONGEST_S == 5 * 60
     assert f"{entries.MOST_BYTES // 1_000_000} MB" in PAGE
     assert f"newest {files.MOST_FILES} are kept" in PAGE
-    assert f"last {KEPT} lines" in PAGE
-    assert f"last {BACK} entries" in PAGE
-    assert f"at most {MOST} lines" in PAGE
+    assert f"last {LINES_KEPT} lines" in PAGE
+    assert f"last {FURTHEST_BEHIND} entries" in PAGE
+    assert f"at most {LINES_AT_ONCE} lines" in PAGE
 
 
 def test_the_program_of_the_page_prints_the_motion(capsys):
@@ -231,7 +235,6 @@ def test_the_program_of_the_page_prints_the_motion(capsys):
 
 
 # -- Replay ----------------------------------------------------------------------------------------
-
 
 SMALL = ("teachmover", "armdroid", "grbl")
 """The dialects whose recordings are short: a Robko is asked for its position all the time."""

@@ -1,7 +1,5 @@
 """Links on CAN: ports, opening, reading."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import sys
@@ -47,7 +45,6 @@ from armdrive.transports.ports import (
 from firmware_protocol.frames import Frame, pack
 
 # -- Ports -----------------------------------------------------------------------------------------
-
 
 NUMBER = "A50285BI"
 BUS = "can:slcan:/dev/ttyACM7?bitrate=500000"
@@ -167,7 +164,6 @@ class TestSameAdapter:
 
 
 # -- Opening ---------------------------------------------------------------------------------------
-
 
 NAMES = ("CAN_INTERFACE", "CAN_CHANNEL", "CAN_BITRATE", "CAN_CONFIG")
 
@@ -325,7 +321,6 @@ def test_filters_are_given_to_the_kernel_and_not_to_others(monkeypatch):
 
 
 # -- Links -----------------------------------------------------------------------------------------
-
 
 BUS_OFF = message(0x040, bytes(8), is_error_frame=True)
 NO_ACK = message(0x020, bytes(8), is_error_frame=True)

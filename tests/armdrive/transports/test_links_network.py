@@ -224,7 +224,6 @@ def test_a_udp_host_that_is_not_known_is_refused(monkeypatch):
 
 # -- Ports -----------------------------------------------------------------------------------------
 
-
 USB = {
     "description": "USB2.0-Serial",
     "vid": 0x1A86,

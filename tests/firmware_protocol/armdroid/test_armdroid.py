@@ -40,7 +40,6 @@ from firmware_protocol.errors import BadField, LocalProtocolError
 
 # -- The host --------------------------------------------------------------------------------------
 
-
 OFFSETS = OffsetsReported((1, -2, 3, -4, 5, -6))
 OFFSETS_LINE = b"offsets = 1,-2,3,-4,5,-6\r\n"
 
@@ -222,7 +221,6 @@ def test_a_list_of_steps_becomes_a_value():
 
 
 # -- The device ------------------------------------------------------------------------------------
-
 
 ZEROS = (0,) * 5
 

@@ -197,7 +197,6 @@ def way_of_one_step(before, after):
 
 # -- its words ------------------------------------------------------------------------------------
 
-
 ANY_WORD = st.integers(0, 0xFFFF)
 
 
@@ -274,7 +273,6 @@ def test_modes_are_told_as_bits_and_shown_as_numbers():
 
 
 # -- From boot to fault ----------------------------------------------------------------------------
-
 
 NODE, MASTER = 5, 127
 ORDER = canopen.Mapping.of_objects(canopen.STANDARD, canopen.CONTROLWORD, canopen.TARGET_POSITION)
@@ -436,7 +434,6 @@ def test_a_board_that_was_reset_hears_no_target_until_it_is_set_up_again():
 
 
 # -- Damaged frames --------------------------------------------------------------------------------
-
 
 FUZZED = 5
 

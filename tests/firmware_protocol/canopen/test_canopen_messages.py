@@ -201,7 +201,6 @@ def test_a_node_obeys_what_is_for_it_or_for_all():
 
 # -- Data types ------------------------------------------------------------------------------------
 
-
 WHOLE = [kind for kind in DataType if kind.limits]
 
 
@@ -294,7 +293,6 @@ NODE = 5
 
 
 # -- Objects ---------------------------------------------------------------------------------------
-
 
 EDS = """\ufeff; a maker's file
 [FileInfo]

@@ -104,7 +104,6 @@ def test_nonsense_of_ours_names_its_field(make, field):
 
 # -- The device ------------------------------------------------------------------------------------
 
-
 ORDER_PLACE, STATE_PLACE = canopen.Place(0x6040), canopen.Place(0x6041)
 OBJECTS = canopen.Dictionary(
     [
@@ -225,7 +224,6 @@ def test_only_what_can_be_written_is_mapped_into_a_received_one(word, refused):
 
 
 # -- Set-points ------------------------------------------------------------------------------------
-
 
 IDLE, READY, ACK, MOVING = 0x0637, 0x0237, 0x1237, 0x0237
 

@@ -282,7 +282,6 @@ def test_what_is_no_request_is_told_to_the_owner():
 
 # -- back to back ---------------------------------------------------------------------------------
 
-
 PLACE, OTHER = canopen.Place(0x1008), canopen.Place(0x1009, 3)
 DATA = st.binary(max_size=60)
 COPIES = st.sampled_from((1, 1, 1, 1, 0, 2, 3))
@@ -344,7 +343,6 @@ def test_after_any_mess_the_next_transfer_goes_well(data, reads, chance):
 
 
 # -- frames ---------------------------------------------------------------------------------------
-
 
 REQUESTS = [
     (StartUpload(canopen.Place(0x1018, 1)), "40 18 10 01 00 00 00 00"),

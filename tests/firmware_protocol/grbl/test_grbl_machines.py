@@ -233,7 +233,6 @@ def test_refusals_and_alarms_in_words_are_not_lost():
 
 # -- The device, and both machines wired to each other ---------------------------------------------
 
-
 TEXT = X1.text
 NOISE = st.binary(min_size=1, max_size=300)
 

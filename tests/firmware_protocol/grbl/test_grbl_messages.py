@@ -16,7 +16,6 @@ from firmware_protocol.grbl.dialect import NUMBER_MAX, take_number
 
 # -- Commands --------------------------------------------------------------------------------------
 
-
 PLACE = (0.0, -10.0, 5.125)
 TEXTS = [
     (grbl.Modes(), "G17G21G90G94G54"),
@@ -139,7 +138,6 @@ def test_what_writes_eeprom_is_known(text, writes):
 
 # -- Answers ---------------------------------------------------------------------------------------
 
-
 LINES = [
     (grbl.Ok(), "ok"),
     (grbl.Error(24), "error:24"),
@@ -248,7 +246,6 @@ def test_every_answer_is_read_back_as_it_was(answer):
 
 
 # -- G-code ----------------------------------------------------------------------------------------
-
 
 REFUSED_LINES = [
     *(("1X", 1), ("G1X1=", 1), ("GX", 2), ("G1X", 2), ("X-", 2), ("F-1", 4), ("M3S-1", 4)),

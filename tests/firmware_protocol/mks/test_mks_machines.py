@@ -220,7 +220,6 @@ def test_a_flood_that_nobody_fetches_is_bounded_and_ends_with_the_newest():
 
 # -- The device ------------------------------------------------------------------------------------
 
-
 MOVE = mks.MoveAbsoluteAxis(0x4000, 600, 2)
 AT_5 = mks.EncoderRead(5)
 ENDS = (mks.Outcome.DONE, mks.Outcome.LIMIT_STOP)
@@ -411,7 +410,6 @@ def test_no_drive_has_the_id_of_all(build):
 
 
 # -- Back to back ----------------------------------------------------------------------------------
-
 
 ONE_OF_NODES = st.sampled_from(DRIVES)
 

@@ -1,4 +1,9 @@
-"""MKS messages and their frames."""
+"""MKS messages and their frames, ids first, as the manuals print them.
+
+Examples of the manuals 1.0.6 and 1.0.9 (makerbase-motor/MKS-SERVO42D-57D), and by hand what they
+have no example of. An F4 of nine bytes behind its id, which is printed too, is a misprint: no
+frame of CAN has room for it.
+"""
 
 import contextlib
 import math
@@ -115,7 +120,6 @@ def frame_of(text: str) -> Frame:
 
 
 # -- Messages --------------------------------------------------------------------------------------
-
 
 REFUSED = [
     (lambda: mks.MoveAbsoluteAxis(1 << 23, 1, 0), "counts"),

@@ -46,7 +46,6 @@ from firmware_protocol.robko01.messages import (
 
 # -- Frames ----------------------------------------------------------------------------------------
 
-
 TWO = robko01.Axes((1, -2, 0, 0, 0, 0), (100, 100, 0, 0, 0, 0))
 THERE = robko01.Axes((300, 0, 0, 0, 0, 0))
 REST = " 00" * 16
@@ -224,7 +223,6 @@ def test_a_position_is_wrapped_to_16_bits(position):
 
 
 # -- Machines --------------------------------------------------------------------------------------
-
 
 STOPPED = encode_answer(Acknowledged(Op.STOP))
 HERE = Positions(Axes((1, 2, 3, 4, 5, 6)))
@@ -420,7 +418,6 @@ def test_what_ends_a_frame_begins_none():
 
 
 # -- Back to back ----------------------------------------------------------------------------------
-
 
 FRAMES = st.one_of(REQUESTS.map(encode_request), ANSWERS.map(encode_answer))
 PIECES = st.lists(

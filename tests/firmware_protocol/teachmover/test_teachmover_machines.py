@@ -175,7 +175,6 @@ def test_after_a_loss_of_power_nothing_is_owed():
 
 # -- The host --------------------------------------------------------------------------------------
 
-
 STEP = Step(240, (1, 2, 3, 4, 5, 6))
 
 
@@ -349,7 +348,6 @@ def test_garbage_is_told_and_reading_goes_on_at_the_next_carriage_return():
 
 
 # -- Back to back ----------------------------------------------------------------------------------
-
 
 NOISE_BYTES = st.binary(min_size=1, max_size=400).filter(lambda b: b"\r" not in b)
 DUMPS = st.lists(ROWS, max_size=4)

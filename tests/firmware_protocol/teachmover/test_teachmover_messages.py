@@ -124,7 +124,6 @@ def test_the_keys_are_the_pendants():
 
 # -- rows of a program ----------------------------------------------------------------------------
 
-
 WORD = st.integers(0, 65535)
 STEPS = st.integers(-32768, 32767)
 GOLDEN = (1, 3841, 14436, 28716, 43252, 65280, 65025, 64769)
@@ -184,7 +183,6 @@ def test_words_that_are_no_row_are_the_other_sides_fault(words):
 
 
 # -- Lines -----------------------------------------------------------------------------------------
-
 
 GOLDEN_ROW = teachmover.ProgramRow(1, 240, (100, -200, 300, -400, 500, -600))
 MOVE = teachmover.Step(240, (1, -2, 3, -4, 5, -6))

@@ -13,8 +13,8 @@ from kinematics import Joints, KinematicsError
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.jacobians import (
+    DAMPED_BELOW,
     SINGULAR,
-    THRESHOLD,
     condition,
     dimensionless,
     geometric_jacobian,
@@ -260,8 +260,8 @@ def test_rates_are_exact_away_from_singularities_and_bounded_at_them(values, wan
     length = PUMA.longest_reach_mm
     found = joint_rates(generated(PUMA).jacobian(values), wanted, length_mm=length)
     size = math.hypot(*(rate / length for rate in wanted[:3]), *wanted[3:])
-    assert math.hypot(*found.joints) <= size / THRESHOLD + 1e-9
-    assert found.damped == (found.smallest < THRESHOLD)
+    assert math.hypot(*found.joints) <= size / DAMPED_BELOW + 1e-9
+    assert found.damped == (found.smallest < DAMPED_BELOW)
     if not found.damped:
         assert max(map(abs, found.missed)) < 1e-9 * max(1.0, size) * length
     total = [a + m for a, m in zip(found.achieved, found.missed, strict=True)]
@@ -296,7 +296,7 @@ def test_five_axes_miss_what_they_have_no_axis_for():
     jacobian = generated(MINI_MOVER).jacobian((0.0, 0.6, -1.0, 0.2, 0.0))
     found = joint_rates(jacobian, (0, 0, 0, 1.0, 0, 0.0), length_mm=450.0)
     assert math.hypot(*found.missed) > 0.01
-    assert not found.damped or found.smallest < THRESHOLD
+    assert not found.damped or found.smallest < DAMPED_BELOW
 
 
 @pytest.mark.parametrize(

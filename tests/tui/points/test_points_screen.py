@@ -2,7 +2,7 @@
 
 import pytest
 from desk_planner import PlannerArm, at_rest
-from desk_session import Session
+from desk_session import AGAIN_S, Session
 
 from armdrive.status import State
 from armdrive.storage.points import Point, Step, StepList, Taught
@@ -151,7 +151,7 @@ async def test_teaching_again_and_deleting_take_two_presses_of_one_key():
     async with PointSession() as session:
         await session.choose("up")
         await session.press("U")
-        await session.press("delete", after_s=0.2)
+        await session.press("delete", after_s=AGAIN_S)
         session.clock.now_s += 1.0
         await session.settle()
         assert session.base_deg("up") == pytest.approx(-20.0)
@@ -182,7 +182,7 @@ async def test_what_another_program_changes_is_shown_and_not_overwritten():
         await session.press("delete")
         session.arm.points["up"] = LEFT
         await session.poll()
-        await session.press("delete", after_s=0.2)
+        await session.press("delete", after_s=AGAIN_S)
         session.clock.now_s += 1.0
         await session.settle()
         await session.settle()
@@ -420,10 +420,19 @@ async def test_leaving_the_screen_ends_a_run_after_its_step_and_the_stepping():
 async def test_pausing_and_going_on_and_a_change_on_the_move_screen():
     async with PointSession() as session:
         await session.keys("p")
+        session.shows("an arm that stands", messages="nothing moves")
+        session.arm.set(state=State.MOVING)
+        await session.poll()
+        session.shows("moving", footer="p pause", not_footer="go")
+        await session.once("p")
         here = "PAUSED  paused at this desk: p on the points screen"
         session.shows("p", banner=here)
-        await session.keys("p")
-        session.arm.set(paused=True)
+        for gap_s in (0.5, 0.03, 0.03, 0.5, 0.6):
+            await session.press("p", after_s=gap_s)
+            await session.poll()
+        session.shows("a key that is held", banner=here)
+        await session.once("p")
+        session.arm.set(paused=True, state=State.STANDBY)
         await session.poll()
         session.shows("another program", banner="PAUSED  paused from outside")
         session.arm.set(paused=False)

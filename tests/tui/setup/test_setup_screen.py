@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 from desk_planner import at_rest
+from desk_session import AGAIN_S
 from setup_session import FILE, ROBKO, SetupSession, found_at, written
 
 from armdrive.connect.target import simulated_config
@@ -57,7 +58,7 @@ async def test_from_a_port_to_a_file_nothing_is_opened_or_written_by_one_press(m
         await session.press("enter")
         await session.settle()
         assert not path.exists()
-        await session.press("enter", after_s=0.3)
+        await session.press("enter", after_s=AGAIN_S)
         session.clock.now_s += 0.5
         await session.settle()
         assert isinstance(session.stage, Written)

@@ -33,8 +33,8 @@ def desk(monkeypatch, _terminal):
 
     monkeypatch.setattr(tui, "run_desk", run_desk)
 
-    def connect(config, *, allow_restored, reconnect):
-        return connecting.connect_simulated(config, reconnect=reconnect)
+    def connect(config, options):
+        return connecting.connect_simulated(config, reconnect=options.reconnect)
 
     monkeypatch.setattr(connecting, "connect_real", connect)
     return shown

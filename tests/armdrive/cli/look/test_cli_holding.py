@@ -269,6 +269,12 @@ def test_angles_and_names_stand_below_each_other(view):
         ({"underruns": 2}, "underruns", "2: the arm stood still in mid-motion"),
         ({"error": "no answer", "error_code": "E502"}, "error", "[E502] no answer"),
         ({"program": PROGRAM}, "program", "stack.arm, line 3: move pick (40 %, 12 s left)"),
+        ({"current": "unknown"}, "motors", "on or off: the controller does not say"),
+        (
+            {"current": "unknown", "state": "disabled"},
+            "motors",
+            "not switched on by this program; they may hold the arm all the same",
+        ),
         ({"program": {}}, "tip", "x 127.0 mm, y 0.0 mm, z 0.0 mm, pitch -90.0°, roll 0.0°"),
     ],
 )
@@ -305,7 +311,7 @@ def test_an_arm_without_a_position_shows_none(view):
         ({"trust": "restored", "trust_code": "E702"}, "a simulated arm confirms its position"),
         (
             {"trust": "restored", "trust_code": "E702", "simulated": False},
-            "call `confirm_restored()`",
+            "asks first whether the arm still stands as it was left",
         ),
         ({"paused": True, "state": "moving"}, "`armdrive resume`"),
         ({"state": "moving"}, "`armdrive stop`"),

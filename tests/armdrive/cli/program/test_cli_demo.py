@@ -12,7 +12,7 @@ from armdrive.cli import main
 from armdrive.cli.program import demo
 from armdrive.cli.program.demo import CURSOR_OFF, CURSOR_ON, JOBS, NEAR_ENOUGH_MM, blocks_of
 
-PACE = "20"
+PACE = "100"
 """Deadlines are in the arm's seconds: much faster, and a busy computer would miss them."""
 
 

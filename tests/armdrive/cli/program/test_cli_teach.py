@@ -5,7 +5,7 @@ import sys
 import threading
 
 import pytest
-from cli_calls import Terminal, write_arm_file
+from cli_calls import Terminal, write_arm_file, write_bench
 from waiting import LONG_S
 
 from armdrive.cli.chosen_arm import connect_remembered
@@ -262,6 +262,16 @@ def test_what_is_wrong_is_one_sentence(taught):
     assert "no sequence" in taught.refused("points", "run", "pick", code=2)
     places.points_file("sim:teachmover").write_text("[points.a]\nknee = 3\n", encoding="utf-8")
     assert "unknown key 'knee'" in taught.refused("points", "list", "--json", code=2)
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["points save 9a", "points go nowhere", "points run nowhere", "teach here 9a",
+     "teach here tour --point 9a"],
+)  # fmt: skip
+def test_a_wrong_name_is_refused_before_the_arm_is_opened(call, words):
+    write_bench()  # whose port is not there
+    call.refused(*words.split(), "--arm", "bench", code=2)
 
 
 def test_no_points_say_how_one_is_made_and_need_no_port(call):

@@ -1,6 +1,7 @@
 """What passes on a bus in words, and the command that listens."""
 
 import contextlib
+import json
 import sys
 import threading
 import tomllib
@@ -26,7 +27,8 @@ from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.plan import plan_of
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage import files as places
-from armdrive.storage.lock_client import ask_holder
+from armdrive.storage.files import replace_file
+from armdrive.storage.lock_client import ask_holder, notice_path
 from armdrive.transports.opening import open_link
 from firmware_protocol.canopen import Heartbeat, NodeState
 from firmware_protocol.frames import Frame, pack
@@ -196,6 +198,19 @@ def test_a_busy_adapter_is_reported_with_an_alternative(call, bus):
         said = call.refused("can", "monitor", bus.beside, code=4)
     assert "in use" in said
     assert "a second adapter" in said
+
+
+@needs_pty
+def test_the_notice_of_a_killed_program_holds_no_bus(call, bus):
+    left = notice_path(bus.beside, "holder")
+    replace_file(left, json.dumps({"address": f"{left}.gone"}))
+    with contextlib.closing(open_link(bus.beside, 0)):
+        assert "a second adapter" in call.refused("can", "monitor", bus.beside, code=4)
+
+
+def test_no_bus_is_opened_while_simulation_is_forced(call, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    assert "clear that variable" in call.refused("can", "monitor", "can:virtual:0", code=4)
 
 
 # `armdrive can setup`: the command around the talk, and the file that it writes.

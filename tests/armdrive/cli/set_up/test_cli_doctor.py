@@ -28,6 +28,7 @@ from armdrive.connect.parts import assemble
 from armdrive.connect.port import explaining
 from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import listen
+from armdrive.dialects.mks import survey as mks
 from armdrive.errors import PortUnavailable
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.setup import prober as carrying
@@ -362,6 +363,7 @@ ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}
 @pytest.fixture
 def served(tmp_path, monkeypatch, _punctual):
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
+    monkeypatch.setattr(mks, "LINGER_S", 0.002)  # no drive here has another one's id
     bus = ServedBus(tmp_path)
     yield bus
     bus.end()
@@ -376,14 +378,15 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
     assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
     assert called.json["bus"]["state"] == "active"
     named = served.port.removeprefix("can:")
-    said = call("doctor", "--can", named, "--dialect", "mks", code=0).out
+    ids = ("--ids", "1-6")
+    said = call("doctor", "--can", named, "--dialect", "mks", *ids, code=0).out
     assert "every drive of the arm file answers" in said
     write_arm_file("bench", ARM.format(port=served.port))
     served.tell("fault drive-mode 3 2")
-    said = call("doctor", "--arm", "bench", code=1).out
+    said = call("doctor", "--arm", "bench", *ids, code=1).out
     assert "drive 3: mode 2 (PULSE_FOC)" in said
     assert "`armdrive doctor --arm bench --mend`" in said
-    said = call("doctor", "--arm", "bench", "--mend", "--yes", code=0).out
+    said = call("doctor", "--arm", "bench", *ids, "--mend", "--yes", code=0).out
     assert "1 setting was written" in said
     assert "every drive of the arm file answers" in said
 

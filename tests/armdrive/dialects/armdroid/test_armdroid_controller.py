@@ -1,7 +1,5 @@
 """Driving an Armdroid: what is said to the board, and what becomes of whatever goes wrong."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

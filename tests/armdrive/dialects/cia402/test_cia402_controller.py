@@ -1,7 +1,5 @@
 """A CiA 402 controller on simulated drives: switching on, orders, faults, settings."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
@@ -412,7 +410,8 @@ def test_drives_in_different_states_are_not_reported_as_held():
 
 
 # -- Faults that only CiA 402 drives have, and orders of another master ----------------------------
-
+# `tests/conformance/faults.py` lists the faults that drives of every kind can have. Each row ends
+# in the same program, where the arm moves again.
 
 FAULT = "E501"
 ELBOW = r"drive 3 \(elbow\)"

@@ -1,7 +1,5 @@
 """CiA 402 drives in motion, paused and blocked."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
@@ -314,7 +312,6 @@ def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
 
 # -- Paused while a drive is not heard: the arm stands where it was, until it is resumed -----------
 
-
 LONG_LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))
 MUTE_S = 0.15
 """Long enough to be waited for, and too short to be lost."""
@@ -432,7 +429,6 @@ def test_a_whole_arm_says_that_it_is_paused_stands_and_goes_on_when_it_is_resume
 
 
 # -- A shaft that is blocked as it is stopped, and comes free, stays there -------------------------
-
 
 STRATEGIES = pytest.mark.parametrize("strategy", ["cyclic", "profile"])
 BLOCKED_S = 0.05

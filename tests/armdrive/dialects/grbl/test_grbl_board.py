@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from amounts import in_pairs
-from faults import OVER_THE_TABLE, Rule, becoming, garbled, instead, lost
+from faults import OVER_THE_TABLE, Rule, as_it_stands, becoming, garbled, instead, lost
 from grbl_arm import (
     BEGINNINGS,
     FIRMWARES,
@@ -14,6 +14,7 @@ from grbl_arm import (
     begin_planned,
     config,
     found,
+    over,
     ready,
     standing_as_said,
     stands,
@@ -320,35 +321,23 @@ def test_what_a_board_computes_ahead_is_that_of_its_firmware(firmware, wanted):
 
 @pytest.mark.parametrize(("times", "wanted"), [(1, 10), (2, 10), (99, 12)])
 def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times, wanted):
-    made = config()
-    twin = simulate(made, firmware="grblhal")
-    link = Disturbed(twin.link)
-    link.back.append(Rule(rb"\[FIRMWARE", garbled(4, 0x7F), times=times))
-    arm = Arm(connect_simulated(made, twin=replace(twin, link=link)))
-    assert segments(arm) == wanted
+    flaw = Rule(rb"\[FIRMWARE", garbled(4, 0x7F), times=times)
+    assert segments(over(flaw, firmware="grblhal")) == wanted
 
 
 # A damaged answer to `$I`: a line has no checksum.
 
 
-def disturbed_build(pattern, changed, times=1, **options):
-    made = config()
-    twin = simulate(made, **options)
-    link = Disturbed(twin.link)
-    link.back.append(Rule(pattern, instead(changed), times=times))
-    return Arm(connect_simulated(made, twin=replace(twin, link=link)))
-
-
 @pytest.mark.parametrize("ring", [b"2", b"12", b"28", b"0", b"65536"])
 def test_no_ring_that_is_told_brings_a_motion_to_wait_for_ever(ring):
-    arm = disturbed_build(rb"\[OPT", b"[OPT:V,15," + ring + b"]\r\n", 99, firmware="grbl")
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    told = instead(b"[OPT:V,15," + ring + b"]\r\n")
+    arm = as_it_stands(over(Rule(rb"\[OPT", told, times=99), firmware="grbl"))
     arm.move_j(base_deg=10, elbow_deg=arm.joints.deg["elbow"] + 5, wait=False).wait(20.0)
     assert arm.twin.world.motors == arm.status.read_back
 
 
 def test_a_letter_that_was_damaged_is_asked_for_again():
-    arm = disturbed_build(rb"\[AXS", b"[AXS:6:XYZABV]\r\n", firmware="mega5x")
+    arm = over(Rule(rb"\[AXS", instead(b"[AXS:6:XYZABV]\r\n")), firmware="mega5x")
     assert arm.status.state is State.STANDBY
 
 

@@ -273,7 +273,6 @@ def test_a_rate_is_neither_faster_nor_slower_than_the_board_can():
 
 # -- The lines that are written, and the settings that are read ------------------------------------
 
-
 COUNTS = st.integers(-400, 400)
 STEPS = st.tuples(*[COUNTS] * 6).map(Motors).filter(lambda steps: steps.largest > 0)
 ZERO = Motors([0] * 6)

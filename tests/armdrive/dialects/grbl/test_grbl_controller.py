@@ -7,10 +7,7 @@ from amounts import in_pairs
 from backlash_bench import arm_with_play, off_steps
 from faults import OVER_THE_TABLE, Rule, lost, without_byte
 from grbl_arm import (
-    begin_line,
-    begin_planned,
     config,
-    killed,
     ready,
     standing_as_said,
     stands,
@@ -62,21 +59,6 @@ def test_a_slow_jog_is_slow():
     arm.hold(Jog.joint(base=1.0), speed=0.01, for_s=0.5)
     arm.sleep(2.0)
     assert math.radians(arm.twin.world.joints.deg["base"]) <= 0.37 * 0.01 * 0.6 + 2 / 1125
-
-
-@pytest.mark.parametrize("begin", [begin_planned, begin_line])
-def test_a_stop_brakes_and_does_not_only_send_no_more(begin):
-    """Without a feed hold, a stopped arm would drive what was sent ahead to its end."""
-    ways_mm = []
-    for end in (lambda arm: (arm.request_stop(), stands(arm)), killed):
-        arm = ready(config(planned_burst_s=0.5))
-        begin(arm)
-        arm.sleep(0.9)
-        tip = arm.twin.world.tip
-        end(arm)
-        ways_mm.append(tip_mm(arm, tip))
-    stopped_mm, sent_ahead_mm = ways_mm
-    assert 0.0 < stopped_mm < 0.6 * sent_ahead_mm
 
 
 def test_a_stop_of_an_arm_that_stands_sends_nothing():
@@ -133,7 +115,6 @@ def test_no_more_than_one_line_of_a_jog_is_unanswered():
 
 
 # -- Pauses on a disturbed wire: a segment already drawn is not sent -------------------------------
-
 
 GOAL = {"base_deg": 18.0, "shoulder_deg": 52.0}
 
@@ -252,7 +233,8 @@ def test_what_is_taken_back_of_the_backlash_is_as_if_it_had_never_been_sent():
 
 
 # -- Slow and hanging boards -----------------------------------------------------------------------
-
+# Figures without a test's own name were seen on grbl-Mega-5X and on gnea/grbl 1.1h in a processor
+# simulator.
 
 CANCEL, HOLD, RESUME = b"\x85", b"!", b"~"
 BOARDS = ("mega5x", "grbl")

@@ -13,6 +13,7 @@ from grbl_arm import (
     begin_tip_jog,
     config,
     found,
+    over,
     ready,
     standing_as_said,
     stands,
@@ -227,10 +228,7 @@ A_HUNDRED_BECOMES_TEN = without_byte(3)
 
 
 def connected(times):
-    twin = simulate(config())
-    link = Disturbed(twin.link)
-    link.back.append(Rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
-    return Arm(connect_simulated(config(), twin=replace(twin, link=link)))
+    return over(Rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
 
 
 def test_a_setting_that_lost_a_byte_on_the_wire_keeps_no_arm_from_moving():
@@ -247,7 +245,6 @@ def test_a_setting_that_differs_whenever_it_is_read_does():
 
 
 # -- Stray characters in the board's input line: no damaged line is executed -----------------------
-
 
 SPOILER = b"))GG\n"
 FLIPPED = [bytes([ord("?") ^ 1 << bit]) for bit in range(7)]
@@ -368,7 +365,6 @@ def test_contact_leaves_a_clean_line():
 
 
 # -- A board that falls silent on an intact wire: how soon the driver notices, and how -------------
-
 
 LOOK_S = 0.01
 

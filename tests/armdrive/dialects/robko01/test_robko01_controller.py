@@ -1,7 +1,5 @@
 """Robko 01 driven through its controller: frames, pacing, stops."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -438,7 +436,6 @@ def test_positions_are_unwrapped_across_the_seam(reported, near, position):
 
 # -- Pacing ----------------------------------------------------------------------------------------
 
-
 BOARD = st.sampled_from(
     [*BOARDS.values(), RobkoBoard(700.0, 300.0, 0.0), RobkoBoard(75.0, 125.0, 0.008)]
 )
@@ -546,7 +543,6 @@ def test_an_arm_file_corrects_what_is_known_of_a_board():
 
 
 # -- Stops -----------------------------------------------------------------------------------------
-
 
 ANSWERED_S = 0.01
 """A look and its answer take 4 ms on the wire."""

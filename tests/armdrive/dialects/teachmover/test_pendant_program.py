@@ -1,7 +1,5 @@
 """Programs of the TeachMover's pendant, and their files."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -256,7 +254,6 @@ def test_the_dump_of_a_slow_wire_is_waited_for():
 
 
 # -- Files -----------------------------------------------------------------------------------------
-
 
 CONFIG = find("sim:teachmover").config
 ZERO = (0,) * 6

@@ -1,6 +1,8 @@
-"""Jogs in random grounds: the probes, the ground, the trials."""
+"""Jogs in random grounds: the probes, the ground, the trials.
 
-from __future__ import annotations
+The trials measure the physical arm: how far beyond a limit or a guard it ever was, how far before
+the bound it came to rest, and how long it took to move back.
+"""
 
 import math
 import random

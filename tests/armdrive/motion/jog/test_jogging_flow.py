@@ -4,7 +4,7 @@ import math
 
 import pytest
 from amounts import amount
-from faults import ready_arm, sim_arm
+from faults import ready_arm, sim_arm, stand_still_s
 from jog_bench import Ground, trials
 
 from armdrive import Arm, Jog
@@ -54,13 +54,7 @@ def test_a_renewed_hold_goes_on_and_a_release_ends_it_after_one_burst():
     assert arm.status.state is State.MOVING
     bound_s = arm.status.stop_time_s
     arm.release()
-    released_s = arm.status.time_s
-    last, moved_s = arm.twin.world.motors, released_s
-    for _ in range(200):
-        arm.sleep(0.005)
-        if arm.twin.world.motors != last:
-            last, moved_s = arm.twin.world.motors, arm.status.time_s
-    assert moved_s - released_s <= bound_s + 0.006
+    assert stands_after_s(arm) <= bound_s + 0.006
     assert arm.joints.deg["base"] < -10.0
 
 
@@ -216,20 +210,14 @@ def test_the_operator_may_use_the_pendant_between_his_jogs():
 
 # -- a hold that overtakes an increment -----------------------------------------------------------
 
-
 LOOK_S = 0.005
 STEP = 30.0
 
 
 def stands_after_s(arm: Arm) -> float:
     """Let time pass until the motors have stood for a while; return how long they went on."""
-    began_s = since_s = arm.status.time_s
-    last = arm.twin.world.motors
-    while arm.status.time_s < since_s + 0.8:
-        arm.sleep(LOOK_S)
-        if arm.twin.world.motors != last:
-            last, since_s = arm.twin.world.motors, arm.status.time_s
-    return since_s - began_s
+    began_s = arm.status.time_s
+    return stand_still_s(arm, LOOK_S, quiet_s=0.8) - began_s
 
 
 def wait_for_motion(arm: Arm) -> None:
@@ -436,7 +424,6 @@ def test_what_a_jog_was_answered_is_gone_when_the_next_motion_begins():
 
 
 # -- a sample of the jogs of benchmarks/jog_limits.py ---------------------------------------------
-
 
 SEED = 22
 COUNTS = {"teachmover": 4, "robko01": amount(1, 2), "armdroid": amount(1, 2), "grbl": amount(1, 3)}

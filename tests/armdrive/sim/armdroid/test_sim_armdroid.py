@@ -1,7 +1,5 @@
 """The simulated Armdroid does what the serial driver sketch does, its surprises included."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

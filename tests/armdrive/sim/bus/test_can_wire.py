@@ -1,7 +1,5 @@
 """The wire of simulated drives: bits, adapters, and the drives' quirks."""
 
-from __future__ import annotations
-
 import itertools
 import random
 
@@ -21,7 +19,15 @@ from armdrive.sim.serving.servers import Adapter
 from armdrive.sim.wire import Next, Rule, Share, frame_lost, late, lost, overtaken
 from armdrive.transports.can_health import frame_bits
 from armdrive.transports.link import MemoryLink
-from firmware_protocol.frames import LONGEST, Frame, SlcanLines, Unpacker, frame_of, line_of, pack
+from firmware_protocol.frames import (
+    LONGEST_LINE,
+    Frame,
+    SlcanLines,
+    Unpacker,
+    frame_of,
+    line_of,
+    pack,
+)
 
 BITRATE = 500_000
 
@@ -291,7 +297,6 @@ class TestLink:
 
 # -- The adapter -----------------------------------------------------------------------------------
 
-
 LINES = [
     (Frame(0x7FF, bytes.fromhex("01F601403A")), b"t7FF501F601403A\r"),
     (Frame(0), b"t0000\r"),
@@ -345,7 +350,7 @@ def test_lines_are_the_same_in_any_chunks(sent, size):
 def test_noise_without_an_end_is_forgotten_and_the_next_line_is_read():
     lines = SlcanLines()
     for _ in range(10):
-        assert lines.feed(b"?" * LONGEST) == []
+        assert lines.feed(b"?" * LONGEST_LINE) == []
     assert lines.feed(b"\rt0010\r") == [b"t0010"]
 
 
@@ -439,7 +444,6 @@ def test_only_an_adapter_that_is_on_the_bus_shows_its_frames(which):
 
 
 # -- Quirks ----------------------------------------------------------------------------------------
-
 
 PAGE = page("simulating")
 EACH = [*(("mks", quirk) for quirk in MKS), *(("cia402", quirk) for quirk in CIA402)]

@@ -1,7 +1,5 @@
 """Faults on request befall a simulated arm: its wire, its power, its motors, its switches."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """A simulated GRBL board's wire, alarms and files."""
 
-from __future__ import annotations
-
 import contextlib
 from dataclasses import replace
 
@@ -204,7 +202,6 @@ def test_noise_is_answered_by_errors_and_breaks_nothing():
 
 
 # -- Alarms ----------------------------------------------------------------------------------------
-
 
 HOLD, RESUME, RESET, DOOR = "!", "~", "\x18", "\x84"
 LIMITED = {**MACHINE, 21: 1}
@@ -418,7 +415,6 @@ def test_a_move_under_way_brakes_before_a_soft_limit_alarm_and_keeps_its_place()
 
 
 # -- Files -----------------------------------------------------------------------------------------
-
 
 HUGE = 1.7e308
 

@@ -1,7 +1,5 @@
 """A simulated GRBL board that moves an arm: lines, jogs, homing, hardware."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace
@@ -219,7 +217,6 @@ def test_nothing_drifts_over_many_small_lines():
 
 
 # -- Jogs ------------------------------------------------------------------------------------------
-
 
 CANCEL = "\x85"
 JOG_2 = "$J=G91X2F1500\n"

@@ -1,7 +1,5 @@
 """The mechanics of simulated devices: motors, coordinated paths, uncoordinated axes."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
@@ -16,7 +14,6 @@ from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.world import World
 
 # -- Motors ----------------------------------------------------------------------------------------
-
 
 steps = st.tuples(*[st.integers(-2000, 2000)] * 6)
 
@@ -76,7 +73,6 @@ def test_a_speed_error_that_no_arm_has_is_refused(error):
 
 
 # -- Coordinated paths -----------------------------------------------------------------------------
-
 
 LIMITS = PathLimits((80.0, 80.0, 20.0), (50.0, 50.0, 20.0), (500.0, 500.0, 200.0))
 LONGEST_S = 1e3
@@ -223,7 +219,6 @@ def test_a_dead_stop_drops_every_line():
 
 
 # -- Uncoordinated axes ----------------------------------------------------------------------------
-
 
 SLOPE = 700.0
 GRID_S = 0.008

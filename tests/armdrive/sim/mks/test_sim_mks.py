@@ -1,7 +1,5 @@
 """Simulated MKS drives: orders, settings, faults."""
 
-from __future__ import annotations
-
 import json
 import math
 

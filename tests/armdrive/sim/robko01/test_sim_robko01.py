@@ -1,7 +1,5 @@
 """The simulated Robko 01 does what was seen of the firmware, with its numbers."""
 
-from __future__ import annotations
-
 import pytest
 from sim_bench import RobkoBench, axes
 

@@ -1,7 +1,5 @@
 """Simulated devices that are served in real time, and their console."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
@@ -441,9 +439,9 @@ def test_the_faults_that_this_device_can_have_are_listed(console):
 
 
 def test_inputs_pushes_and_speed(console):
-    console.answer("input 3 1")
+    console.answer("input 4 1")
     assert state(console)["inputs"] == 8
-    console.answer("input 3 off")
+    console.answer("input 4 off")
     assert state(console)["inputs"] == 0
     before = console.device.world.motors
     console.answer("push 2 -15")
@@ -463,8 +461,9 @@ def test_inputs_pushes_and_speed(console):
         ("put A 1 2 -3", "wider"),
         ("push 7 10", "1 to 6"),
         ("push 1 half", "not a whole number"),
-        ("input 0 1", "grip switch"),
-        ("input 9 1", "0 to 7"),
+        ("input 1 1", "grip switch"),
+        ("input 9 1", "numbered 1 to 8"),
+        ("input 0 1", "numbered 1 to 8"),
         ("power maybe", "neither on nor off"),
         ("speed-error -2", "speed error"),
         ("return", "no control"),

@@ -1,7 +1,5 @@
 """The simulated TeachMover, spoken to by the host's end of its dialect over a paced line."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """The physical world of a simulated arm, and the world as it is saved."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
