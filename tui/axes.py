@@ -130,13 +130,12 @@ class AxisTable(PlainText):
         width = self.content_size.width
         if width <= 0:
             return
-        spans: list[Span] = []
+        caps, spans = self._caps_width(), list[Span]()
         for row in self._rows:
-            spans += [*self._row(row, width), ("\n", "")]
+            spans += [*self._row(row, width, caps), ("\n", "")]
         self.show(*spans[:-1], *([f"\n{self._note}"] if self._note else []))
 
-    def _row(self, row: AxisRow, width: int) -> Iterator[Span]:
-        caps = self._caps_width()
+    def _row(self, row: AxisRow, width: int, caps: int) -> Iterator[Span]:
         yield from self._caps(row.pair, caps)
         style = MOVING_STYLE if row.moving else ""
         yield f" {'>' if row.moving else ' '}{words(row.name)[:NAME_WIDTH]:<{NAME_WIDTH}}", style

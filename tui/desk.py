@@ -163,8 +163,10 @@ class ArmControl:
 
     def estop(self) -> None:
         """Stop and latch the error state."""
-        self._arm.estop()
-        self._desk.disarm("emergency stop")
+        try:
+            self._arm.estop()
+        finally:
+            self._desk.disarm("emergency stop")
 
     def reset(self) -> None:
         """Leave the error state."""

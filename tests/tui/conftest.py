@@ -1,7 +1,5 @@
 """Makes tests of the desk wait until it has nothing to do, however busy the computer is."""
 
-from __future__ import annotations
-
 import asyncio
 from types import SimpleNamespace
 

@@ -22,8 +22,35 @@ NAMES = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon
 """The framework's names of characters that are typed."""
 
 
-class Session:
+class AppSession:
+    """An app on a headless terminal, driven key by key."""
+
+    def __init__(self, app, *, size=(80, 24)):
+        self.app = app
+        self._running = app.run_test(size=size)
+
+    async def __aenter__(self):
+        self.pilot = await self._running.__aenter__()
+        await self.pilot.pause()  # paints, and the app looks at its arm after that
+        await self.pilot.pause()
+        return self
+
+    async def __aexit__(self, *error):
+        await self._running.__aexit__(*error)
+
+    async def press(self, *keys):
+        for key in keys:
+            await self.pilot.press(key)
+        await self.pilot.pause()
+
+    def text(self, name):
+        return self.app.screen_stack[0].query_one(f"#{name}", PlainText).shown
+
+
+class Session(AppSession):
     """A desk on a headless terminal, a fake arm and a clock that the test sets."""
+
+    opens_with = ""  # the key of the screen where a test begins, if it is not the first one
 
     def __init__(self, arm=None, *, size=(80, 24), braille=True, **more):
         self.arm = arm or FakeArm()
@@ -31,13 +58,12 @@ class Session:
         self.desk = Desk(self.arm, screens=SCREENS, braille=braille, clock=self.clock, **more)
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
-        self._running = self.desk.run_test(size=size)
+        super().__init__(self.desk, size=size)
 
     async def __aenter__(self):
-        self.pilot = await self._running.__aenter__()
-        await self.pilot.pause()  # paints, and the desk looks at the arm after that
-        await self.pilot.pause()
+        await super().__aenter__()
         self.desk.polling.pause()  # from here on the desk looks when the test lets it
+        await self.keys(self.opens_with)
         return self
 
     async def __aexit__(self, *error):
@@ -47,7 +73,7 @@ class Session:
                     self.desk.stylesheet.parse_style(style)
                     fills = {"reverse", "on"} & set(style.split())
                     assert fills or not FILLS & set(style.split()), "not to be read on light ground"
-        await self._running.__aexit__(*error)
+        await super().__aexit__(*error)
 
     async def press(self, *keys, after_s=0.0):
         """Press keys, each so long after the one before on the desk's clock."""

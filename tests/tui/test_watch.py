@@ -2,6 +2,7 @@
 
 import pytest
 from desk_fake import END, MODEL, FakeArm, FakeHolder, unknown_position
+from desk_session import AppSession
 from waiting import until_seen
 
 from armdrive import Arm
@@ -11,29 +12,28 @@ from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
 from tui import watch as watch_words
 from tui.keys.remap import load_keys
-from tui.safety import SafetyPanel
+from tui.safety import SafetyPanel, number_text
 from tui.settings import neighbour
 from tui.watch import HeldArm, Watching, WatchScreen
 from tui.widgets import LINES_SHOWN, PlainText
 
 
-class Session:
+class Session(AppSession):
     """A watching app on a headless terminal."""
 
     def __init__(self, holder, **more):
         self.holder = holder
-        self.app = Watching("sim", MODEL, holder, braille=True, **more)
-        self._running = self.app.run_test(size=(100, 30))
+        super().__init__(Watching("sim", MODEL, holder, braille=True, **more), size=(100, 30))
 
     async def __aenter__(self):
-        self.pilot = await self._running.__aenter__()
+        await super().__aenter__()
         await self.seen(lambda: self.text("title"))
         return self
 
     async def __aexit__(self, *error):
         if isinstance(self.holder, FakeHolder):
             self.holder.said.put(END)
-        await self._running.__aexit__(*error)
+        await super().__aexit__(*error)
 
     async def seen(self, happened):
         """Wait until the app has heard of something: another thread tells it."""
@@ -46,7 +46,7 @@ class Session:
         await self.seen(lambda: self.app.view == view)
 
     async def press(self, key):
-        await self.pilot.press(key)
+        await super().press(key)
         await self.app.workers.wait_for_complete()
         await self.pilot.pause()
 
@@ -57,7 +57,7 @@ class Session:
     def text(self, name):
         if name == "title":
             return self.app.screen.query_one(SafetyPanel).arm
-        return self.app.screen.query_one(f"#{name}", PlainText).shown
+        return super().text(name)
 
 
 async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
@@ -275,3 +275,10 @@ def test_the_title_names_the_program_and_how_far_it_is(program, words):
     title = watch_words.watched_state("left", view, "").arm
     assert title.endswith(words)
     assert title.startswith("REAL ARM, WATCHED: left (TeachMover) ")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(-0.04, "0.0"), (-0.05001, "-0.1"), (7, "7.0"), (True, "?"), (None, "?")]
+)
+def test_a_number_that_rounds_to_zero_has_no_sign(value, text):
+    assert number_text(value) == text

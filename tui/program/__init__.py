@@ -11,7 +11,7 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 
 from armdrive.errors import BadRequest
-from armdrive.errors.printable import printable, quoted
+from armdrive.errors.printable import command_line, printable
 from armdrive.programs.progress import RunView, duration
 from armdrive.programs.rehearsal import Rehearsal, RehearsedSoFar
 from armdrive.render.scene import Moment
@@ -102,7 +102,8 @@ def ended_lines(outcome: str, file: str, *, failed: bool) -> Iterator[Span]:
     """Say how the last run ended, and how to resume one that ended early."""
     yield outcome, WRONG if failed else "$text-success"
     if failed:
-        yield f"`armdrive run {quoted(file)} --resume`, on the same arm, continues from there", ""
+        resume = command_line("run", file, "--resume")
+        yield f"`{resume}`, on the same arm, continues from there", ""
 
 
 PAGE = 8

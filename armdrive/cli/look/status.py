@@ -43,7 +43,7 @@ from kinematics.text import rounded
 def status(options: argparse.Namespace) -> Result:
     """Return the status; nothing is switched on."""
     try:
-        with contextlib.closing(connect_chosen(options)) as arm:
+        with contextlib.closing(connect_chosen(options, reads=True)) as arm:
             view: Mapping[str, Any] = status_view(arm.status)
     except ArmInUse:
         name = chosen_target(options).config.name
@@ -128,8 +128,10 @@ def next_step(view: View) -> str:
         return "`armdrive resume` lets the arm go on."
     if state in (State.MOVING, State.HOMING, State.STOPPING):
         return "`armdrive stop` stops the arm, `armdrive pause` pauses it."
-    if trust is Trust.RESTORED and view["simulated"]:
-        return "`armdrive move` or `armdrive jog`: a simulated arm confirms its position by itself."
+    if trust is Trust.RESTORED:
+        own = "a simulated arm confirms its position by itself"
+        asked = "on a terminal, each asks first whether the arm still stands as it was left"
+        return f"`armdrive move` or `armdrive jog`: {own if view['simulated'] else asked}."
     if trust is not Trust.REFERENCED and view["trust_code"]:
         return by_code(view["trust_code"]).remedy
     if state is State.DISABLED:

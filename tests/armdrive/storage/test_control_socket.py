@@ -1,7 +1,5 @@
 """The control socket with callers that are silent, many, slow, or send nonsense."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

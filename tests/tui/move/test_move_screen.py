@@ -18,13 +18,10 @@ from tui.settings import SPEEDS, MoveSettings
 class MoveSession(Session):
     """A desk at its move screen, with an arm that plans."""
 
+    opens_with = "f3"
+
     def __init__(self, arm=None, **more):
         super().__init__(arm or PlannerArm(), **more)
-
-    async def __aenter__(self):
-        await super().__aenter__()
-        await self.keys("f3")
-        return self
 
     def field(self, name):
         return self.screen.form.field(name).text

@@ -30,13 +30,10 @@ def taught_arm():
 class PointSession(Session):
     """A desk at its points screen, with an arm that has been taught."""
 
+    opens_with = "f4"
+
     def __init__(self, arm=None, **more):
         super().__init__(arm or taught_arm(), **more)
-
-    async def __aenter__(self):
-        await super().__aenter__()
-        await self.keys("f4")
-        return self
 
     async def choose(self, name):
         for _ in range(10):

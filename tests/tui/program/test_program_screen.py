@@ -77,6 +77,8 @@ class Gate:
 class ProgramSession(Session):
     """A desk at its program screen, in a folder with these programs."""
 
+    opens_with = "f8"
+
     def __init__(self, arm, folder, *, named=None, size=(120, 40), **programs):
         super().__init__(arm, size=size, program=named)
         self.folder = folder / "programs"
@@ -84,11 +86,6 @@ class ProgramSession(Session):
         for name, text in programs.items():
             (self.folder / f"{name}.arm").write_text(text)
         self.desk.programs = self.folder
-
-    async def __aenter__(self):
-        await super().__aenter__()
-        await self.keys("f8")
-        return self
 
     async def __aexit__(self, *error):
         self.arm.request_stop()
