@@ -147,6 +147,16 @@ class Trust(Enum):
     SUSPECT = "suspect"
 
 
+BELIEVED = (Trust.REFERENCED, Trust.RESTORED)
+"""The levels of trust at which the arm is believed to stand where its counts say.
+
+They allow no planned motion yet: `runtime.states.Belief.allows_planning` decides that.
+"""
+
+BELIEVED_WORDS = tuple(each.value for each in BELIEVED)
+"""The same, as a status in JSON, a record and a recording spell them."""
+
+
 class Evidence(Enum):
     """An observation that changes the trust in the position, in the words of the status."""
 
@@ -471,11 +481,15 @@ _MOTORS: Mapping[str, str] = MappingProxyType(
 )
 """The motor current in words."""
 
+_NOT_ASKED = "not switched on by this program; they may hold the arm all the same"
+"""The current of a disabled arm that has not been read. `armdrive doctor` asks drives on a bus."""
+
 
 def status_rows(view: Mapping[str, Any]) -> Iterator[StatusRow]:
     """Yield a status line by line: state, position, tip, joints, gripper, stop, and errors."""
     yield StatusRow("state", view["state"], _conduct(view))
-    yield StatusRow("motors", _MOTORS[view["current"]])
+    unasked = (view["state"], view["current"]) == (State.DISABLED.value, Current.UNKNOWN.value)
+    yield StatusRow("motors", _NOT_ASKED if unasked else _MOTORS[view["current"]])
     if program := program_line(view):
         yield StatusRow("program", program, _progress(view))
     reason = trust_words(view["trust"], view["trust_reason"], view["trust_code"])

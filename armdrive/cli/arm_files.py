@@ -14,7 +14,7 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry.arm_files import ENDING, arm_path, arm_paths
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
-from armdrive.text.reading import is_there, read_text
+from armdrive.text.reading import read_text
 from kinematics.errors import suggestion
 
 DEFAULT_FILE = "default"
@@ -34,7 +34,7 @@ class ArmText:
 def path_of(name: str) -> Path:
     """Return the file of an arm's name, or of a path. Raises `ArmFileError` if there is none."""
     path = arm_path(name)
-    if is_there(path) or path.is_symlink():  # anything but a plain file is refused as it is read
+    if os.path.lexists(path):  # anything but a plain file is refused as it is read
         return path
     known = [each.stem for each in arm_paths()]
     hint = suggestion(name.removesuffix(ENDING), known)

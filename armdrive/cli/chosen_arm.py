@@ -17,6 +17,7 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
+from armdrive.connect.control_socket import serve
 from armdrive.connect.target import state_file
 from armdrive.errors import StateFileError
 from armdrive.registry import simulate
@@ -36,34 +37,34 @@ def connect_chosen(
     options: argparse.Namespace,
     *,
     pace: PaceChoice = None,
-    allow_restored: bool = False,
     reconnect: bool | None = None,
+    reads: bool = False,
 ) -> Arm:
     """Connect to the arm that the options name. A simulated arm continues in its remembered world.
 
-    With `reconnect` a real one's lost wire is looked for; None leaves that to its arm file.
+    With `reconnect` a real one's lost wire is looked for; None leaves that to its arm file. An arm
+    that a command only `reads` need not be within reach of other programs, as on a full disk.
     """
     target = chosen_target(options)
+    allow_restored = getattr(options, "allow_restored", False)
     if target.simulated:
         return connect_remembered(
             target.config, fresh=options.fresh, pace=pace, allow_restored=allow_restored
         )
-    parts = connecting.connect_real(
-        target.config, allow_restored=allow_restored, reconnect=reconnect
-    )
-    return Arm(parts)
+    made = connecting.ConnectOptions(allow_restored=allow_restored, reconnect=reconnect)
+    parts = connecting.connect_real(target.config, made)
+    if not reads or parts.lock is None:
+        return Arm(parts)
+    arm = Arm(replace(parts, lock=None))
+    with contextlib.suppress(StateFileError):
+        serve(parts.lock, arm)
+    return arm
 
 
 @contextlib.contextmanager
-def opened_arm(
-    options: argparse.Namespace, *, allow_restored: bool = False, enabled: bool = False
-) -> Iterator[Arm]:
-    """Connect to the arm that the options name, say which it is, and give it back at the end.
-
-    Its motors are as they were, or with `enabled` on.
-    """
-    connected = connect_chosen(options, allow_restored=allow_restored)
-    with connected if enabled else contextlib.closing(connected) as arm:
+def opened_arm(options: argparse.Namespace) -> Iterator[Arm]:
+    """Connect to the arm that the options name, say which it is, and close it at the end."""
+    with contextlib.closing(connect_chosen(options)) as arm:
         tell(options, arm.status.which)
         yield arm
 

@@ -104,8 +104,8 @@ class CommandParser(argparse.ArgumentParser):
             known = [word.strip("'") for word in found[3].split(", ")]
             words = f"{found[1]}: {found[2]!r} is none of {', '.join(known)}"
             words += _nearest(found[2], known)
-        elif words.startswith(_REQUIRED):
-            missing = words.removeprefix(_REQUIRED)
+        elif found := re.fullmatch(_REQUIRED, words):
+            missing = found[1] or found[2]
             known = [each.choices for each in self._actions if each.metavar == missing]
             choices = ", ".join(map(str, known[0] or ())) if known else ""
             words = f"required: {missing}{f', one of {choices}' if choices else ''}"
@@ -124,7 +124,7 @@ def _nearest(word: str, known: Iterable[str]) -> str:
 
 _UNKNOWN = r"(?s)unrecognized arguments: (\S+).*"
 _CHOICE = r"(?s)(.+): invalid choice: '?(.+?)'? \(choose from (.+)\)"
-_REQUIRED = "the following arguments are required: "
+_REQUIRED = r"the following arguments are required: (.+)|one of the arguments (.+) is required"
 """Complaints of argparse that are put into other words here, with the words that are known."""
 
 

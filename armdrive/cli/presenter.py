@@ -16,7 +16,6 @@ import json
 import os
 import queue
 import re
-import shlex
 import shutil
 import sys
 import threading
@@ -28,7 +27,7 @@ from typing import Any, TextIO
 from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.errors import BadRequest
 from armdrive.errors.actions import COMMAND_LINE, Words, presented
-from armdrive.errors.printable import encodable, printable, printable_lines
+from armdrive.errors.printable import command_line, encodable, printable, printable_lines
 from kinematics.text import folded
 
 if sys.platform != "win32":
@@ -325,17 +324,15 @@ _COMMAND = rf"`armdrive ((?:{'|'.join(_ARM_COMMANDS)})(?: --[a-z-]+)*)`"
 
 def with_arm(sentence: str, options: argparse.Namespace) -> str:
     """Return a sentence whose commands name the arm as the options of this command do."""
-    words = shlex.join(typed_again(options, *ARM_OPTIONS))
+    words = typed_again(options, *ARM_OPTIONS)
     if not words:
         return sentence
     if getattr(options, "arm", None):
-        mend = f"`armdrive doctor --arm {shlex.quote(str(options.arm))} --mend`"
-        sentence = sentence.replace(_MEND, mend)
-    return re.sub(_COMMAND, lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
+        mend = command_line("doctor", "--arm", options.arm, "--mend")
+        sentence = sentence.replace(_MEND, f"`{mend}`")
 
+    def named(found: re.Match[str]) -> str:
+        name, *rest = found[1].split()
+        return found[0] if "--arm" in rest else f"`{command_line(name, *words, *rest)}`"
 
-def _insert(command: str, words: str) -> str:
-    if "--arm" in command:
-        return command
-    name, _, rest = command.partition(" ")
-    return " ".join(filter(None, (name, words, rest)))
+    return re.sub(_COMMAND, named, sentence)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import argparse
+import contextlib
 import os
 import shutil
 import sys
+from collections.abc import Iterator
 
 from armdrive.arm import Arm
+from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import agreed, confirmation, say, say_lines, typed
 from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment, PostureDrawing
-from armdrive.status import State, Trust
+from armdrive.status import BELIEVED, State, Trust
 from armdrive.text.numbers import number
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
@@ -63,6 +67,21 @@ def settle_trust(arm: Arm) -> None:
     if not agreed("Does the arm stand like this? Type yes: "):
         raise OperatorNeeded("not confirmed: run `armdrive home`")
     arm.confirm_restored()
+
+
+@contextlib.contextmanager
+def settled_arm(options: argparse.Namespace) -> Iterator[Arm]:
+    """Open the arm, and settle whether its position can be trusted, which switches nothing on."""
+    with opened_arm(options) as arm:
+        settle_trust(arm)
+        yield arm
+
+
+@contextlib.contextmanager
+def ready_arm(options: argparse.Namespace) -> Iterator[Arm]:
+    """Open the arm, and switch its motors on once it is settled where it stands."""
+    with settled_arm(options) as arm, arm:
+        yield arm
 
 
 def confirm_simulated(arm: Arm) -> None:
@@ -196,7 +215,7 @@ def difference(request: PostureRequest) -> str:
 
 def axes_of(arm: JoggedArm) -> tuple[str, ...]:
     """Return what a line may jog; the arm itself refuses the tip where it trusts no position."""
-    tip = TIP_AXES if arm.status.trust in (Trust.REFERENCED, Trust.RESTORED) else ()
+    tip = TIP_AXES if arm.status.trust in BELIEVED else ()
     return (*arm.model.arm.joint_names, GRIPPER_AXIS, *tip)
 
 

@@ -17,7 +17,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol, TypeGuard
 
-from armdrive.errors import ArmError, BadRequest, StateFileError
+from armdrive.connect.parts import TaskRunner
+from armdrive.errors import ArmError, BadRequest
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
@@ -33,6 +34,7 @@ class ControlledArm(Protocol):
 
     core: Core
     pace: Pace
+    runner: TaskRunner
     tracer: Tracer
 
     @property
@@ -46,9 +48,6 @@ class ControlledArm(Protocol):
     @property
     def status(self) -> Status:
         """A frozen picture of this moment."""
-
-    def request_stop(self) -> None:
-        """Ask for a stop, and return at once."""
 
     def pause(self) -> None:
         """Pause the arm after its next burst or segment."""
@@ -76,15 +75,10 @@ PERCENT_RANGE = (1, 100)
 def serve(lock: ArmLock, arm: ControlledArm) -> None:
     """Answer other programs about an arm, over the socket of its lock.
 
-    Raises `StateFileError`, and closes the arm, if no program could find the socket.
+    Raises `StateFileError` if no program could find the socket.
     """
     arm.core.speed_override.others = True  # `armdrive resume` reaches it from now on
-    try:
-        lock.serve(partial(answered, arm))
-    except StateFileError:
-        arm.close()
-        lock.release()
-        raise
+    lock.serve(partial(answered, arm))
 
 
 def serve_stop(lock: ArmLock, doing: str) -> None:
@@ -117,7 +111,7 @@ def _status(arm: ControlledArm, _: Json) -> Iterator[Json]:
 
 
 def _stop(arm: ControlledArm, _: Json) -> Iterator[Json]:
-    arm.request_stop()
+    arm.runner.request_stop(elsewhere=True)
     yield {"done": "stop"}
 
 

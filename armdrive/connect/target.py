@@ -9,11 +9,12 @@ from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
-from armdrive.errors import ArmFileError, BadRequest
-from armdrive.errors.printable import quoted
+from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
+from armdrive.errors.printable import command_line
 from armdrive.registry import DEFAULT, DIALECTS, dialect
 from armdrive.registry.arm_files import ENDING, arm_path, arm_paths, load_arm, preset_arm
 from armdrive.storage import files as places
+from armdrive.text.reading import is_there
 from armdrive.transports.address import is_can
 from kinematics.errors import suggestion
 
@@ -51,7 +52,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
     if dialect_name is None:
         raise BadRequest(
             f"which dialect does the arm on {name} speak? Give dialect= (or --dialect), one of "
-            f"{', '.join(DIALECTS)}; `armdrive doctor {quoted(name)}` finds it out without moving "
+            f"{', '.join(DIALECTS)}; `{command_line('doctor', name)}` finds it out without moving "
             "anything"
         )
     row = dialect(dialect_name)
@@ -71,9 +72,21 @@ def _as_named(target: Target, name: str, dialect_name: str | None, baud: int | N
     return target
 
 
+FORCE_SIM = "ARMDRIVE_FORCE_SIM"
+"""The environment variable that replaces every arm with its simulated twin and closes all ports."""
+
+
 def simulation_forced() -> bool:
     """Return whether the environment variable replaces every arm with its simulated twin."""
-    return os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")
+    return os.environ.get(FORCE_SIM, "") not in ("", "0")
+
+
+def require_real_ports() -> None:
+    """Raise `PortUnavailable` if simulation is forced: called before any real port is opened."""
+    if simulation_forced():
+        raise PortUnavailable(
+            f"{FORCE_SIM} is set, so no port is opened: clear that variable, or use a simulated arm"
+        )
 
 
 def _real_unless_forced(config: ArmConfig) -> Target:
@@ -105,7 +118,7 @@ def state_file(arm: str) -> Path:
 def _arm_file(name: str) -> Path | None:
     path = arm_path(name)
     named_by_path = name.endswith(ENDING)
-    in_folder = path.parent == places.arm_files() and path.is_file()
+    in_folder = path.parent == places.arm_files() and is_there(path)
     return path if named_by_path or in_folder else None
 
 

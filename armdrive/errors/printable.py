@@ -68,9 +68,10 @@ def in_words(error: OSError) -> OSError:
     )
 
 
-def quoted(word: object) -> str:
-    """Return a file's or port's name, quoted for a shell, in a command that a person may copy."""
-    return shlex.quote(str(word)) if os.name == "posix" else str(word)
+def command_line(*words: object) -> str:
+    """Return an armdrive command that a person may copy; names are quoted as a shell needs it."""
+    texts = ["armdrive", *map(str, words)]
+    return shlex.join(texts) if os.name == "posix" else " ".join(texts)
 
 
 def encodable(text: str, encoding: str | None) -> str:

@@ -106,6 +106,9 @@ class UnattendedPerson:
         """Return at once."""
 
 
+KNOWN_THINGS = "the fingers find what the simulated world has there, and not the assumed width"
+
+
 class Things:
     """The object that the fingers find: always `width_mm` wide, or none.
 
@@ -121,6 +124,8 @@ class Things:
     def before_grasp(self, arm: Arm) -> None:
         """Put the assumed object between the fingers of a twin, if it fits there."""
         if self._known or arm.twin is None:
+            if self._width_mm is not None:
+                self._assumptions.note(KNOWN_THINGS, matters=False)
             return
         if self._width_mm is None:
             self._assumptions.note("the fingers find nothing")
@@ -582,8 +587,9 @@ def require_rehearsed(rehearsal: Rehearsal, *, anyway: bool) -> None:
     if not anyway:
         first = next(each for each in rehearsal.assumptions if each.matters)
         raise Refused(
-            f"the rehearsal failed: {rehearsal.refusal}. It assumed that {first}; give the real "
-            "values with --input and --assume-width, or run it all the same with --yes"
+            "the rehearsal failed, perhaps only because of what it assumed, "
+            f"{first}; give the real values with --input and --assume-width, or run it all the "
+            f"same with --yes. What failed: {rehearsal.refusal}"
         ) from rehearsal.refusal
 
 

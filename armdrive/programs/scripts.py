@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import itertools
 import os
 import runpy
 import sys
@@ -20,6 +21,7 @@ from typing import Any, Protocol, cast
 
 from armdrive.arm import Arm, override_connections
 from armdrive.connect.parts import ConnectOptions
+from armdrive.connect.target import FORCE_SIM
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable_lines
 from armdrive.moves import GraspMove, MoveSequence
@@ -76,28 +78,22 @@ class CallTracer:
         return getattr(self._inner, name)
 
 
-def script_line(frame: FrameType | None, script: str) -> int | None:
-    """Return the line of the script that made a call, 0 if the script is not on the stack.
+def script_line(traced: FrameType, script: str) -> int | None:
+    """Return the line of the script that made a traced call, 0 if none did.
 
-    Returns None for a call inside another call. `frame` is that of the traced call.
+    Returns None for a call inside another one: then the recorder is on the stack twice.
     """
     line = 0
-    frame = None if frame is None else frame.f_back
-    for _ in range(DEEPEST):
-        if frame is None:
-            break
+    for frame, number in itertools.islice(traceback.walk_stack(traced.f_back), DEEPEST):
         if frame.f_code.co_filename == recorded.__file__:
             return None
-        if not line and frame.f_code.co_filename == script:
-            line = frame.f_lineno
-        frame = frame.f_back
+        if frame.f_code.co_filename == script:
+            line = line or number
     return line
 
 
 LARGEST_SCRIPT = 4_000_000
 """Bytes. A script may contain a table."""
-
-FORCE_SIM = "ARMDRIVE_FORCE_SIM"
 
 
 class ScriptStage(Protocol):

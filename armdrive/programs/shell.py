@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.errors.printable import quoted
+from armdrive.errors.printable import command_line
 from armdrive.programs.acts import RunStep
 from armdrive.programs.interpreter import to_json
 from armdrive.programs.language.syntax import Tree
@@ -193,7 +193,7 @@ def _save(shell: Shell, rest: str) -> Answers:
     yield Reply(
         {"event": "saved", "file": str(path), "lines": lines},
         f"{counted(lines, 'line is', 'lines are')} in {path}: rehearse the program with "
-        f"`armdrive run {quoted(path)} --check`",
+        f"`{command_line('run', path, '--check')}`",
     )
 
 
@@ -331,7 +331,7 @@ def _block_of(shell: Shell, name: str) -> Reply:
     scene = _world(shell).scene
     block, held = scene.blocks[name], scene.held == name
     where = "in the fingers, its" if held else "its"
-    text = f"{where} bottom at x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
+    text = f"{where} bottom at {block.place_words}"
     size = f"{block.width_mm:g} mm wide and {block.height_mm:g} mm high"
     view = {"event": "block", **asdict(block), "held": held}
     return Reply(view, f"  {name}: {text}, {size}")

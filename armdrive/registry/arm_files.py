@@ -46,8 +46,8 @@ def require_name(name: str) -> None:
     """
     if places.file_name(name) != name or name.startswith("-"):
         raise BadRequest(
-            f"{name!r} cannot name a file: use small letters, digits, - and _, and begin with a "
-            "letter or a digit"
+            f"{name!r} cannot name a file: use up to {places.LONGEST_NAME} small letters, digits, "
+            "- and _, and begin with a letter or a digit"
         )
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.conversation import About, Dialog, Question, choice
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
+from armdrive.errors.printable import command_line
 from armdrive.errors.table import named
 from armdrive.setup.directions import (
     AGAIN,
@@ -45,7 +46,7 @@ def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
     saw nothing, are unclear.
     """
     check = check_of(arm.config, None)
-    dialog.say(*picture, _explanation(arm))
+    dialog.say(*picture, before_trials("like this", arm.status.stop_time_s))
     if not dialog.agreed(
         "Switch the motors on and begin?", "Anything but yes leaves the arm alone."
     ):
@@ -56,12 +57,13 @@ def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
     return check.signs()
 
 
-def _explanation(arm: Arm) -> str:
+def before_trials(shown: str, stop_s: float | None) -> str:
+    """Say where arm and user stand before motors turn; `shown` is where the posture is seen."""
+    stop = "" if stop_s is None else f"; a stop takes up to {rounded_up(stop_s, 2):.2f} s"
     return (
-        "Have the arm stand roughly like this, clear of everything, fingers half open. Stand "
+        f"Have the arm stand roughly {shown}, clear of everything, fingers half open. Stand "
         "behind it: left and right are yours as you look along the arm, clockwise as you look "
-        "along the hand. Keep a hand at the power switch; a stop takes up to "
-        f"{rounded_up(arm.status.stop_time_s, 2):.2f} s."
+        f"along the hand. Keep a hand at the power switch{stop}."
     )
 
 
@@ -158,10 +160,11 @@ def switches_of(config: ArmConfig) -> tuple[WiredSwitch, ...]:
             "that armdrive can check"
         )
     if not device.hard_limits:
+        mend = command_line("doctor", "--arm", config.name, "--mend")
         raise Refused(
             f"the arm file of {config.name} does not say that its controller stops at limit "
             f"switches: write hard_limits = true under [{config.connection.dialect}], then run "
-            f"`armdrive doctor --arm {config.name} --mend`, which writes the board's setting"
+            f"`{mend}`, which writes the board's setting"
         )
     transmission = config.model.transmission
     motors = () if transmission is None else transmission.motors
@@ -176,9 +179,10 @@ def make_ready(arm: Arm) -> None:
     """Unlock the board: a locked one raises no alarm. Raises `SettingsDiffer`. Moves nothing."""
     for each in arm.core.differences:
         if "hard limits" in each.setting:
+            mend = command_line("doctor", "--arm", arm.config.name, "--mend")
             raise SettingsDiffer(
                 f"{each.setting} is {each.found} in the controller, expected {each.expected}: "
-                f"`armdrive doctor --arm {arm.config.name} --mend` writes it"
+                f"`{mend}` writes it"
             )
     arm.reset()
 
@@ -265,8 +269,9 @@ def limit_remarks(config: ArmConfig) -> tuple[str, ...]:
     device = config.device
     if not isinstance(device, HasLimits) or not device.hard_limits or device.hard_limits_checked:
         return ()
+    limits = command_line("config", "limits", config.name)
     remark = (
         "hard_limits is set, and no switch was ever seen to raise an alarm; some boards accept the "
-        f"setting and do nothing: run `armdrive config limits {config.name}` and press each switch"
+        f"setting and do nothing: run `{limits}` and press each switch"
     )
     return (remark,)

@@ -16,7 +16,7 @@ from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.port import bare
-from armdrive.connect.target import simulation_forced
+from armdrive.connect.target import require_real_ports
 from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import (
     IDS,
@@ -30,6 +30,7 @@ from armdrive.dialects.bus.tools import (
 )
 from armdrive.dialog.conversation import Finding, note, ok, parted, problem
 from armdrive.errors import ArmError, BadRequest, LinkLost, PortUnavailable
+from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS
 from armdrive.setup import dialog_runner
 from armdrive.setup.arm_checks import limit_remarks
@@ -60,14 +61,13 @@ Agree = Callable[[DeviceSettings], bool]
 
 def probe(port: str) -> Report:
     """Open any port and report what it leads to; moves nothing. Raises `LinkError`."""
-    if simulation_forced():
-        raise PortUnavailable("ARMDRIVE_FORCE_SIM is set, so that no real port is opened")
+    require_real_ports()
     report = Report(port)
     if is_can(port):
         BusSurvey(report, None).run()
         bus = DIALECTS[report.dialect].bus if report.dialect else None
         if bus is not None and bus.hint:
-            report.add([note(bus.hint.format(port=port))])
+            report.add([note(f"`{_next_command(bus, port)}` {bus.hint}")])
     else:
         survey_port(report, ClosedPort(port))
     return report
@@ -89,7 +89,7 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
             report.add(of_settings(settings))
             if settings.differences and report.arm:
                 report.more["next"] = [
-                    f"armdrive doctor --arm {report.arm} --mend",
+                    command_line("doctor", "--arm", report.arm, "--mend"),
                     *report.more.get("next", []),
                 ]
             report.add([note(each) for each in limit_remarks(config)])
@@ -213,7 +213,11 @@ class BusSurvey:
         rows = [protocols()[each.protocol] for each in found if each.drives]
         self.report.more["dialect"] = rows[0].dialect if rows else ""
         if any(each.there for each in found):
-            self.report.more["next"] = [row.next.format(port=self.report.port) for row in rows]
+            self.report.more["next"] = [_next_command(row, self.report.port) for row in rows]
+
+
+def _next_command(bus: BusTools, port: str) -> str:
+    return command_line(*bus.next, "--port", port)
 
 
 def listened(address: CanAddress, master: int | None = None) -> Listened:

@@ -13,6 +13,7 @@ from pathlib import Path
 from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.config.write import MEANINGS
 from armdrive.errors import ArmFileError
+from armdrive.errors.printable import command_line
 from armdrive.registry.arm_files import arm_problems, load_arm
 from armdrive.setup.directions import Signs, changes, conclude
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
@@ -67,7 +68,9 @@ def _heading(draft: Draft) -> str:
     ]
     if draft.template.note:
         lines.append(draft.template.note)
-    lines.append(f"`armdrive config show {draft.name} --toml` lists every key with its value.")
+    lines.append(
+        f"`{command_line('config', 'show', draft.name, '--toml')}` lists every key with its value."
+    )
     return "\n".join(lines)
 
 
@@ -282,18 +285,20 @@ def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
     name = config.name
     yield f"written: {path}"
     yield "next, from the safest on:"
+    home = command_line("home", "--arm", name)
     lines = [
-        (f"armdrive config check {name}", "problems and remarks; opens nothing"),
-        (f"ARMDRIVE_FORCE_SIM=1 armdrive home --arm {name}", "its simulated twin"),
+        (command_line("config", "check", name), "problems and remarks; opens nothing"),
+        (f"ARMDRIVE_FORCE_SIM=1 {home}", "its simulated twin"),
     ]
     if config.connection.port:
+        signs = "turns each motor a little, to see its direction"
         lines += [
-            (f"armdrive doctor --arm {name}", "asks who is at its port; moves nothing"),
-            (f"armdrive status --arm {name}", "connects; moves nothing"),
-            (f"armdrive config signs {name}", "turns each motor a little, to see its direction"),
-            (f"armdrive jog --arm {name}", "slowly, by hand; space stops"),
+            (command_line("doctor", "--arm", name), "asks who is at its port; moves nothing"),
+            (command_line("status", "--arm", name), "connects; moves nothing"),
+            (command_line("config", "signs", name), signs),
+            (command_line("jog", "--arm", name), "slowly, by hand; space stops"),
         ]
-    lines.append((f"armdrive config set-default {name}", "use it if no arm is named"))
+    lines.append((command_line("config", "set-default", name), "use it if no arm is named"))
     width = max(len(command) for command, _ in lines)
     for command, words in lines:
         yield f"  {command:<{width}}  {words}"
@@ -329,7 +334,8 @@ def signs_of(plan: CommissioningPlan, notes: Mapping[str, Notes]) -> Signs:
 
 def new_text(config: ArmConfig, left_out: tuple[str, ...] = ()) -> str:
     """Return the file of a preset's arm without anything about its drives."""
-    heading = f"{config.name}: its drives were commissioned by `armdrive can setup {config.name}`."
+    setup = command_line("can", "setup", config.name)
+    heading = f"{config.name}: its drives were commissioned by `{setup}`."
     if left_out:
         heading += f"\nDirections and gears not tried yet: {', '.join(left_out)}."
     table = config.source.table if config.source else {}

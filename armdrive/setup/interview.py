@@ -15,6 +15,7 @@ from armdrive.setup.draft import Draft, Surroundings
 from armdrive.setup.filing import ArmFiles, checked, files_of
 from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import TEMPLATES
+from armdrive.text.reading import is_there
 from armdrive.transports import ports as system
 
 
@@ -142,7 +143,7 @@ class Describing:
         """Answer the question. Raises `WrongAnswer` without having changed anything."""
         question = self.question
         line = self.line
-        if question is not None and question.key == "name" and arm_path(line).exists():
+        if question is not None and question.key == "name" and is_there(arm_path(line)):
             raise WrongAnswer(
                 f"an arm file named {line} exists and is not overwritten: choose another name"
             )

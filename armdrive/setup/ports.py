@@ -13,12 +13,14 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.dialog.conversation import Finding, Grade, note, ok, parted, problem
 from armdrive.errors import ArmError, NoSuchPort, PortUnavailable
+from armdrive.errors.printable import command_line
 from armdrive.registry.arm_files import arm_paths, load_arm
 from armdrive.storage.lock_client import ask_holder
+from armdrive.text.reading import is_there
 from armdrive.text.toml import value as toml
 from armdrive.transports import ports as system
 from armdrive.transports.address import is_can, scheme
-from armdrive.transports.ports import PortInfo, holder, owning_group, refusal
+from armdrive.transports.ports import PSEUDO_TERMINALS, PortInfo, holder, owning_group, refusal
 
 # Which arm files a port belongs to, and which armdrive program has it open.
 
@@ -85,7 +87,7 @@ def same_port(one: str, other: str) -> bool:
 def held_by_armdrive(port: str, arms: Iterable[str] = ()) -> str:
     """Return the name of the arm for which an armdrive program holds a port, or an empty text."""
     # a program listens under the name that it was given: the port, its real name, or an arm's
-    for name in (port, os.path.realpath(port), *arms):
+    for name in (*((port, os.path.realpath(port)) if port else ()), *arms):
         with contextlib.suppress(ArmError):
             status = ask_holder(name, "status")
             return str(status.get("arm") or name)
@@ -95,7 +97,6 @@ def held_by_armdrive(port: str, arms: Iterable[str] = ()) -> str:
 # A port that is looked at, and not opened.
 
 SYSFS = Path("/sys/bus/usb-serial/devices")
-PSEUDO = "/dev/pts/"
 LATENCY_MS = 1
 """How long an FTDI adapter may hold bytes back; new ones are set to 16."""
 
@@ -179,7 +180,7 @@ def look_at(
     known = replace(known, owners=owners, strangers=strangers)
     if scheme(port):
         return known
-    if not Path(port).exists() and os.name == "posix":
+    if not is_there(Path(port)) and os.name == "posix":
         absent = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
         return ClosedPort(port, (_refused(port, absent),), openable=False)
     info = info_of(port, system.list_ports() if listed is None else listed)
@@ -207,7 +208,7 @@ def _belonging(
         yield note(
             f"the arm file {each.arm} names {port}, but wants the adapter with the USB serial "
             f"number {each.usb_serial}, which this is not",
-            f"`armdrive doctor --arm {each.arm}` looks for that adapter",
+            f"`{command_line('doctor', '--arm', each.arm)}` looks for that adapter",
         )
 
 
@@ -233,7 +234,7 @@ def info_of(port: str, listed: Iterable[PortInfo]) -> PortInfo:
         if os.path.realpath(info.device) == real:
             return info
     readable = os.name != "posix" or os.access(port, os.R_OK | os.W_OK)
-    held = None if real.startswith(PSEUDO) else holder(real)
+    held = None if real.startswith(PSEUDO_TERMINALS) else holder(real)
     return PortInfo(port, holder=held, readable=readable, group=owning_group(real))
 
 
@@ -241,9 +242,10 @@ def _in_use(port: str, arm: str) -> Finding:
     """Return the finding for a port that a program has open, perhaps to drive an arm."""
     if not arm:
         return _refused(port, OSError(errno.EBUSY, os.strerror(errno.EBUSY)))
+    status = command_line("status", "--arm", arm)
     return problem(
         f"{port} is in use: an armdrive program drives {arm} on it",
-        f"end that program; `armdrive status --arm {arm}` asks it, `armdrive stop` stops it",
+        f"end that program; `{status}` asks it, `armdrive stop` stops it",
     )
 
 

@@ -188,7 +188,7 @@ class Board(abc.ABC):
     def set_input(self, bit: int, on: bool) -> None:
         """Set an input bit, which survives a loss of power."""
         if not 0 <= bit < self.input_bits:
-            raise BadRequest(f"input bits are 0 to {self.input_bits - 1}, not {bit}")
+            raise BadRequest(f"inputs are numbered 1 to {self.input_bits}, not {bit + 1}")
         self.shared.inputs_set = self.shared.inputs_set & ~(1 << bit) | on << bit
 
     def moved_by_hand(self, *, counted: bool) -> None:  # noqa: B027 - most boards see nothing of it
@@ -216,7 +216,7 @@ class Board(abc.ABC):
 # its lock.
 
 
-Action = Callable[[], None]
+Action = Callable[[], object]
 
 
 class SimDevice:

@@ -201,9 +201,8 @@ class TeachMoverBoard(Board):
 
     def set_input(self, bit: int, on: bool) -> None:
         """Set an input bit. The grip switch's own bit follows only the fingers."""
-        grip = self.settings.grip_bit
-        if not 0 <= bit < self.input_bits or bit == grip:
-            raise BadRequest(f"input bits are 0 to 7 without {grip}, the grip switch; not {bit}")
+        if bit == self.settings.grip_bit:
+            raise BadRequest(f"input {bit + 1} is the grip switch, which the fingers close")
         super().set_input(bit, on)
 
     def press_named(self, name: str) -> None:

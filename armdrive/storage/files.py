@@ -25,6 +25,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from armdrive.errors import BadRequest
+from armdrive.errors.printable import reason_of
 from armdrive.text.reading import (
     CAREFULLY,
     PRIVATE,
@@ -207,6 +208,12 @@ def require_folder(path: Path) -> None:
     If it were made, a misspelt folder would keep the file, and the person would not find it.
     """
     folder = path.absolute().parent
+    try:
+        path.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except (OSError, ValueError) as error:  # a name that is too long, or has a NUL in it
+        raise BadRequest(f"{path} could not be written: {reason_of(error)}") from None
     if not folder.is_dir():
         raise BadRequest(f"{path} could not be written: there is no folder {folder}; make it first")
 
@@ -400,13 +407,17 @@ def recordings() -> Path:
     return states() / "recordings"
 
 
+LONGEST_NAME = 100
+"""Characters of an arm's name in a file's name, of which most systems allow 255 bytes."""
+
+
 def file_name(arm: str) -> str:
     """Return a unique file name for an arm's name, whatever characters the name contains.
 
     It has no capitals, because some file systems ignore case, and no dots, because they separate
-    our endings.
+    our endings, and is short enough for any of these.
     """
-    plain = re.sub(r"[^a-z0-9_-]+", "_", arm.lower()).strip("_")
+    plain = re.sub(r"[^a-z0-9_-]+", "_", arm.lower()).strip("_")[:LONGEST_NAME]
     if plain == arm:
         return plain
     # an argument that is not UTF-8 contains lone surrogates

@@ -26,7 +26,7 @@ from armdrive.errors import (
     PortUnavailable,
 )
 from armdrive.errors.printable import reason_of
-from armdrive.transports.address import CanAddress, is_can
+from armdrive.transports.address import BITRATE, CanAddress, is_can
 from kinematics.errors import suggestion
 
 if sys.platform != "win32":
@@ -279,10 +279,9 @@ def is_left_link(port: Path) -> bool:
     A program makes the link to its pseudo-terminal after that. Reading and writing a terminal
     leaves its `st_ctime` alone.
     """
-    if not (port.is_symlink() and os.path.realpath(port).startswith(PSEUDO_TERMINALS)):
-        return False
-    with contextlib.suppress(OSError):
-        return port.lstat().st_mtime_ns < port.stat().st_ctime_ns
+    with contextlib.suppress(OSError):  # there is none, or its name is too long
+        if port.is_symlink() and os.path.realpath(port).startswith(PSEUDO_TERMINALS):
+            return port.lstat().st_mtime_ns < port.stat().st_ctime_ns
     return False
 
 
@@ -433,7 +432,6 @@ CANDLELIGHT: Mapping[tuple[int, int], str] = MappingProxyType(
     }
 )
 """Adapters that are not serial ports (linux/drivers/net/can/usb/gs_usb.c)."""
-BITRATE = 500_000
 PATIENCE_S = 10.0
 _NO_ADAPTERS = ("virtual", "udp_multicast", "serial")
 """Interfaces of python-can that also list devices that are not CAN adapters."""

@@ -11,7 +11,7 @@ from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, reporter, say, tell
-from armdrive.cli.terminal_operator import TerminalOperator, settle_trust
+from armdrive.cli.terminal_operator import TerminalOperator, ready_arm
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.motion.reference import Verdict, Verified, verified_view
 from armdrive.motion.resolve import park_pose
@@ -136,8 +136,7 @@ FINE = "Use small jogs, such as shoulder 0.1. The smallest jog is one motor step
 
 def verify(options: argparse.Namespace) -> Result:
     """Measure the drift, and return it."""
-    with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
-        settle_trust(arm)
+    with ready_arm(options) as arm:
         verified = _verified(arm, options)
         logbook = () if arm.logbook is None else (f"logged in {arm.logbook}",)
     right = verified.accepted or verified.verdict is Verdict.ROUNDING

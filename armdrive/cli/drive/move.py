@@ -8,11 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 from armdrive.arm import Arm
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.presenter import Result
-from armdrive.cli.terminal_operator import settle_trust
-from armdrive.errors import BadRequest
+from armdrive.cli.terminal_operator import confirm_simulated, ready_arm, settled_arm
+from armdrive.errors import BadRequest, WrongState
 from armdrive.motion.preview import preview_lines, preview_view
 from armdrive.moves import (
     BASE_FRAME,
@@ -26,8 +27,9 @@ from armdrive.moves import (
     ParkMove,
     PoseMove,
 )
-from armdrive.status import status_view
-from armdrive.storage.points import point_view
+from armdrive.status import State, status_view
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import check_name, point_view
 from kinematics.spaces import JOINT_NAMES, Pose
 
 
@@ -41,18 +43,27 @@ def _moved(
     options: argparse.Namespace, asked: Callable[[Arm], Motion | MoveSequence]
 ) -> Iterator[Result]:
     """Run a move, or with --preview only plan it: a refusal is raised after what was planned."""
-    with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
-        settle_trust(arm)
-        move = asked(arm)
-        if options.preview:
-            preview = arm.preview(move)
-            result, refusal = Result(preview_view(preview), preview_lines(preview)), preview.refusal
-        else:
-            done = arm.run(move)
-            result, refusal = Result(status_view(arm.status), str(done)), None
+    if options.preview:
+        yield from _previewed(options, asked)
+        return
+    with ready_arm(options) as arm:
+        done = arm.run(asked(arm))
+        result = Result(status_view(arm.status), str(done))
     yield result
-    if refusal is not None:
-        raise refusal
+
+
+def _previewed(
+    options: argparse.Namespace, asked: Callable[[Arm], Motion | MoveSequence]
+) -> Iterator[Result]:
+    """Plan a move. The motors and the position's trust stay as they are, and nobody is asked."""
+    with opened_arm(options) as arm:
+        confirm_simulated(arm)
+        preview = arm.preview(asked(arm))
+        if arm.status.state is State.DISABLED and isinstance(preview.hindrance, WrongState):
+            preview = replace(preview, hindrance=None)  # the move switches the motors on itself
+    yield Result(preview_view(preview), preview_lines(preview))
+    if preview.refusal is not None:
+        raise preview.refusal
 
 
 def _names_pose(options: argparse.Namespace) -> bool:
@@ -141,13 +152,15 @@ def _goal(here: Pose, options: argparse.Namespace) -> Pose:
 
 def save_point(options: argparse.Namespace) -> Result:
     """Save the place where the arm is."""
-    with opened_arm(options, allow_restored=options.allow_restored) as arm:
-        settle_trust(arm)
+    check_name(options.name)  # before anything is opened or asked
+    with settled_arm(options) as arm:
         point = arm.points.teach(options.name, note=options.note, again=options.again)
     return Result({"name": options.name, **point_view(point)}, f"{options.name}: {point.joints}")
 
 
 def go_to_point(options: argparse.Namespace) -> Iterator[Result]:
     """Move to a point, or preview that."""
+    config = chosen_target(options).config
+    points_of(config.name, config.model.arm)[options.name]  # refused before anything is opened
     kind = LineMove if options.line else PoseMove
     return _moved(options, lambda _: kind(options.name, options.speed))

@@ -13,7 +13,7 @@ import armdrive.programs as programs
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig
-from armdrive.errors.printable import quoted
+from armdrive.errors.printable import command_line
 from armdrive.programs.teaching.export import program_of
 from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.status import pose_view
@@ -145,5 +145,5 @@ def export(options: argparse.Namespace) -> Result:
     write_named(path, program.text.encode("utf-8"))
     return Result(
         {"file": str(path), "sha256": program.digest, "steps": len(steps.steps)},
-        f"{options.name} is now {path}; `armdrive run {quoted(path)} --check` rehearses it",
+        f"{options.name} is now {path}; `{command_line('run', path, '--check')}` rehearses it",
     )

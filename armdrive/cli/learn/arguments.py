@@ -182,7 +182,7 @@ def _plot(parser: argparse.ArgumentParser) -> None:
       armdrive plot workspace --model puma --ascii
 
     """
-    parser.add_argument("what", choices=["workspace"], help="what to draw")
+    parser.add_argument("what", choices=["workspace"], metavar="WHAT", help="workspace")
     _add_model(parser)
     parser.add_argument(
         "--pitch",

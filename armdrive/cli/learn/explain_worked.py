@@ -344,7 +344,7 @@ def _efficiency(names: Sequence[str]) -> Result:
     )
     if not names:
         others = ", ".join(name for name in SYSTEMS if name not in COUNTED)
-        lines.append(f"armdrive explain efficiency NAME ... counts others: {others}")
+        lines.append(f"`armdrive explain efficiency NAME ...` counts others: {others}")
     return Result({"efficiency": [_efficiency_view(one) for one in counted]}, lines)
 
 

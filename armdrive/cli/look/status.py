@@ -18,7 +18,7 @@ from typing import Any
 import tui
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.drive.control_requests import ask, one_holder, watched
+from armdrive.cli.drive.control_requests import ask, one_holder
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
@@ -43,7 +43,7 @@ from kinematics.text import rounded
 def status(options: argparse.Namespace) -> Result:
     """Return the status; nothing is switched on."""
     try:
-        with contextlib.closing(connect_chosen(options)) as arm:
+        with contextlib.closing(connect_chosen(options, reads=True)) as arm:
             view: Mapping[str, Any] = status_view(arm.status)
     except ArmInUse:
         name = chosen_target(options).config.name
@@ -64,7 +64,7 @@ def watch(options: argparse.Namespace) -> int:
     lines = Watched()
     tell(options, f"watching {name}; Ctrl-C ends the watching and stops nothing")
     with contextlib.suppress(KeyboardInterrupt):
-        for view in map(watched, watch_holder(name, options.every)):
+        for view in watch_holder(name, options.every):
             show(Result(view, lines.lines(view)), options)
     return 0
 
@@ -128,8 +128,10 @@ def next_step(view: View) -> str:
         return "`armdrive resume` lets the arm go on."
     if state in (State.MOVING, State.HOMING, State.STOPPING):
         return "`armdrive stop` stops the arm, `armdrive pause` pauses it."
-    if trust is Trust.RESTORED and view["simulated"]:
-        return "`armdrive move` or `armdrive jog`: a simulated arm confirms its position by itself."
+    if trust is Trust.RESTORED:
+        own = "a simulated arm confirms its position by itself"
+        asked = "on a terminal, each asks first whether the arm still stands as it was left"
+        return f"`armdrive move` or `armdrive jog`: {own if view['simulated'] else asked}."
     if trust is not Trust.REFERENCED and view["trust_code"]:
         return by_code(view["trust_code"]).remedy
     if state is State.DISABLED:

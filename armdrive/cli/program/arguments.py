@@ -107,7 +107,7 @@ def _run(parser: argparse.ArgumentParser) -> None:
         "--assume-width",
         type=positive,
         metavar="MM",
-        help="the width of the object that the fingers find in a rehearsal (default none)",
+        help="the width of the object that a real arm finds in a rehearsal (default none)",
     )
     add_switches(before, {"--yes": "run it even if the rehearsal failed because of an assumption"})
     _add_put_option(before)

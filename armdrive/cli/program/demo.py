@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target, default_arm
-from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import Result, agreed, as_json, draw_over, put, say, show, tell
 from armdrive.cli.terminal_operator import ask_operator, settle_trust
 from armdrive.config.arm import ArmConfig
@@ -285,8 +285,7 @@ def run_on_real_arm(options: argparse.Namespace) -> Result:
     """Let the person put the blocks down, reference the arm if necessary, and perform."""
     if not sys.stdin.isatty():
         raise OperatorNeeded("on a real arm the demonstration needs a person at a terminal")
-    with connect_chosen(options, allow_restored=options.allow_restored) as arm:
-        say(arm.status.which)
+    with opened_arm(options) as arm:
         for job in JOBS:
             say(_placing(job))
         stop_s = rounded_up(arm.status.stop_time_s, 2)
@@ -295,8 +294,9 @@ def run_on_real_arm(options: argparse.Namespace) -> Result:
             raise OperatorNeeded("not confirmed: nothing was moved")
         settle_trust(arm)
         arm.operator = ask_operator
-        for each in perform(arm, JOBS, say):
-            say(f"block {each.job.name}: measured {each.measured_mm:.1f} mm")
+        with arm:  # switches the motors on
+            for each in perform(arm, JOBS, say):
+                say(f"block {each.job.name}: measured {each.measured_mm:.1f} mm")
     say("Whether every block stands where it belongs, only you can see.")
     return Result(None)
 

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
-from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
-from armdrive.cli.terminal_operator import settle_trust
+from armdrive.cli.terminal_operator import ready_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OperatorNeeded, PendantFileError
-from armdrive.motion.standing import named_rows
+from armdrive.motion.device import named_rows
 from armdrive.programs.teaching.export import rows_of
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
-from armdrive.status import Trust
+from armdrive.status import BELIEVED
 from armdrive.storage.files import require_free, write_named
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
@@ -27,16 +24,8 @@ from kinematics.text import counted
 
 
 def _read_from(options: argparse.Namespace) -> tuple[ArmConfig, PendantProgram]:
-    with _connected(options) as arm:
+    with ready_arm(options) as arm:
         return arm.config, arm.read_pendant_program()
-
-
-@contextlib.contextmanager
-def _connected(options: argparse.Namespace) -> Iterator[Arm]:
-    with opened_arm(options, allow_restored=options.allow_restored) as arm:
-        settle_trust(arm)
-        with arm:  # switches the motors on, once it is settled where the arm stands
-            yield arm
 
 
 def show(options: argparse.Namespace) -> Result:
@@ -59,7 +48,7 @@ def read(options: argparse.Namespace) -> Result:
 def write(options: argparse.Namespace) -> Result:
     """Write a file's rows into the arm."""
     program = from_file(Path(options.file), chosen_target(options).config)
-    with _connected(options) as arm:
+    with ready_arm(options) as arm:
         if options.as_is:
             program = program.without_origin()
         if options.shift:
@@ -76,7 +65,7 @@ def write(options: argparse.Namespace) -> Result:
 
 
 def _question(arm: Arm, program: PendantProgram) -> str:
-    known = arm.status.trust in (Trust.REFERENCED, Trust.RESTORED)
+    known = arm.status.trust in BELIEVED
     if program.origin is not None and not known:
         say("This arm was not homed: its rows may lead elsewhere than when they were read.")
     return (
@@ -146,7 +135,7 @@ def make_points(options: argparse.Namespace) -> Result:
 def make_rows(options: argparse.Namespace) -> Result:
     """Make a file of rows of a sequence, as the arm's registers count now."""
     require_free(Path(options.file), overwrite=options.force)
-    with _connected(options) as arm:
+    with ready_arm(options) as arm:
         steps, taught = arm.points.sequence(options.name), arm.points.read()
         origin = arm.read_pendant_program().origin
         program = rows_of(arm.config, steps, taught.points, origin)

@@ -22,6 +22,7 @@ from types import FrameType
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.commands import INTERRUPTED
 from armdrive.cli.presenter import ERROR_LABEL, as_json, complain, put_error, tell
 from armdrive.cli.program.run_output import Display
 from armdrive.cli.terminal_operator import ask_operator, settle_trust
@@ -50,23 +51,29 @@ class PromptLines:
 
     def __init__(self, number: int | None) -> None:
         self._number = number
-        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._begun = False
+        self._lines: queue.SimpleQueue[bool] = queue.SimpleQueue()
+        self._reading = False
 
     def forget(self) -> None:
         """Forget what a person typed before being asked; what a pipe brings is an answer."""
         if self._number is not None and os.isatty(self._number):
-            while self.take():
-                pass
+            with contextlib.suppress(EOFError):
+                while self.take():
+                    pass
 
     def take(self) -> bool:
-        """Return whether a line has come, and take it."""
-        if not self._begun:
-            self._begun = True
+        """Return whether a line has come, and take it. Raises `EOFError` at the end of the input.
+
+        The next call reads on: Ctrl-D at a terminal ends the input only once.
+        """
+        if not self._reading:
+            self._reading = True
             threading.Thread(target=self._read, name="lines", daemon=True).start()
         with contextlib.suppress(queue.Empty):
-            self._lines.get_nowait()
-            return True
+            self._reading = self._lines.get_nowait()
+            if self._reading:
+                return True
+            raise EOFError
         return False
 
     @contextlib.contextmanager
@@ -76,12 +83,11 @@ class PromptLines:
         yield lambda: self.take() or unpressed()
 
     def _read(self) -> None:
-        if self._number is None:
-            return
         with contextlib.suppress(OSError):
-            while data := os.read(self._number, 4096):
+            while self._number is not None and (data := os.read(self._number, 4096)):
                 for _ in range(data.count(b"\n")):
-                    self._lines.put("")
+                    self._lines.put(True)
+        self._lines.put(False)
 
 
 def standard_input() -> PromptLines:
@@ -93,7 +99,10 @@ def standard_input() -> PromptLines:
 
 
 Pressed = Callable[[], bool]
-"""Waits a moment, and returns whether Enter was pressed meanwhile."""
+"""Waits a moment, and returns whether Enter was pressed meanwhile.
+
+Raises `EOFError` where it cannot be pressed any more.
+"""
 
 
 def unpressed() -> bool:
@@ -127,14 +136,16 @@ class RunTerminal:
         with self._keys() if self._keys else contextlib.nullcontext(unpressed) as pressed:
             self._shown.waits(text, enter=self._keys is not None)
             while self._arm.paused and not over():
-                if pressed():
-                    self._arm.resume()
-                    return
+                try:
+                    if pressed():
+                        self._arm.resume()
+                        return
+                except EOFError:
+                    pressed = unpressed
+                    self._shown.waits("the input has ended", enter=False)
 
 
 # The first Ctrl-C stops the arm; the second one leaves at once.
-
-INTERRUPTED = 130
 
 
 @contextlib.contextmanager
@@ -194,7 +205,7 @@ def _say(words: str) -> None:
 def connect_to_run(options: argparse.Namespace, *, pace: PaceChoice = None) -> Arm:
     """Connect to the arm that the options name, and settle whether its position can be trusted."""
     require_table(chosen_target(options), options.put)
-    arm = connect_chosen(options, pace=options.pace or pace, allow_restored=options.allow_restored)
+    arm = connect_chosen(options, pace=options.pace or pace)
     try:
         put_blocks(arm, options.put)
         options.put = []  # once, however often a script connects

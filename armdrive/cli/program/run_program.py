@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import math
 import os
-import shlex
 import shutil
 import sys
 from collections.abc import Callable, Sequence
@@ -30,6 +29,7 @@ from armdrive.cli.program.run_common import (
 )
 from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
+from armdrive.errors.printable import command_line
 from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal, resumed_plan
 from armdrive.programs.problems import SourceLines, mark_of
@@ -173,12 +173,12 @@ def resume_command(options: argparse.Namespace) -> str:
     for number, on in options.input:
         how += ["--input", f"{number}={'on' if on else 'off'}"]
     # without --yes, which a person has to give again
-    return shlex.join(["armdrive", "run", str(options.program), *_which(options), *how, "--resume"])
+    return command_line("run", options.program, *_which(options), *how, "--resume")
 
 
 def move_command(options: argparse.Namespace) -> str:
     """Return the beginning of a command that moves the arm of this run."""
-    return shlex.join(["armdrive", "move", *_which(options), *typed_again(options, "speed")])
+    return command_line("move", *_which(options), *typed_again(options, "speed"))
 
 
 def _which(options: argparse.Namespace) -> list[str]:

@@ -274,7 +274,7 @@ def run(options: argparse.Namespace) -> int:
     """Take lines until they end."""
     at_terminal = sys.stdin.isatty() and not as_json(options)
     require_table(chosen_target(options), options.put)
-    arm = connect_chosen(options, pace=options.pace, allow_restored=options.allow_restored)
+    arm = connect_chosen(options, pace=options.pace)
     with contextlib.closing(arm):
         put_blocks(arm, options.put)
         tell(options, arm.status.which)

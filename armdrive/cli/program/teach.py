@@ -9,10 +9,9 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.drive.control_requests import one_holder, watched
+from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, show, tell
-from armdrive.cli.terminal_operator import settle_trust
+from armdrive.cli.terminal_operator import ready_arm, settled_arm
 from armdrive.connect.target import find
 from armdrive.errors import BadRequest, Refused
 from armdrive.motion.plan import audit_opening
@@ -41,7 +40,7 @@ def record(options: argparse.Namespace) -> Result:
     tell(options, f"{what}; Ctrl-C ends it")
     keep = partial(_keep, options, book, recorder)
     try:
-        for view in map(watched, watch_holder(name, LOOK_EVERY_S)):
+        for view in watch_holder(name, LOOK_EVERY_S):
             if view["state"] == "disconnected":
                 break
             keep(recorder.see(seen_in(view, config.model.arm.joint_names), time.monotonic()))
@@ -165,8 +164,8 @@ def reverse(options: argparse.Namespace) -> Result:
 
 def here(options: argparse.Namespace) -> Result:
     """Name the place where the arm stands, as the next step."""
-    with opened_arm(options, allow_restored=options.allow_restored) as arm:
-        settle_trust(arm)
+    check_name(options.point or options.name)  # before anything is opened or asked
+    with settled_arm(options) as arm:
         taught = arm.points.read()
         point = options.point or _free_name(options.name, taught.points)
         arm.points.teach(point)
@@ -184,8 +183,8 @@ def _free_name(sequence: str, taken: Mapping[str, object]) -> str:
 
 def run_sequence(options: argparse.Namespace) -> Result:
     """Run a sequence, step by step."""
-    with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
-        settle_trust(arm)
+    _book(options).sequence(options.name)  # refused before anything is opened
+    with ready_arm(options) as arm:
         taught = arm.points.read()
         stepper = Stepper(arm, arm.points.sequence(options.name), taught.points)
         stops = arm.stops

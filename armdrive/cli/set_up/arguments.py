@@ -54,13 +54,15 @@ def _config_check(parser: argparse.ArgumentParser) -> None:
 
 
 def _config_default(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", nargs="?", help="an arm file's name, or sim:DIALECT")
+    parser.add_argument(
+        "name", nargs="?", metavar="NAME", help="an arm file's name, or sim:DIALECT"
+    )
     parser.add_argument("--none", action="store_true", help="instead: remove the default")
     add_json_option(parser)
 
 
 def _config_new(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", nargs="?", help="what the arm is called")
+    parser.add_argument("name", nargs="?", metavar="NAME", help="what the arm is called")
     templates = list(available())
     parser.add_argument(
         "--template", metavar="NAME", choices=templates,
@@ -220,7 +222,9 @@ def _can_setup(parser: argparse.ArgumentParser) -> None:
 
     """
     parser.epilog = f"{parser.epilog}\n{ADAPTERS}\n"
-    parser.add_argument("name", help="the arm: an arm file's name, or that of a new one")
+    parser.add_argument(
+        "name", metavar="NAME", help="the arm: an arm file's name, or that of a new one"
+    )
     parser.add_argument(
         "--port", type=name, help="the adapter, such as can:slcan:/dev/ttyACM0?bitrate=500000"
     )
@@ -341,7 +345,13 @@ def _sim(parser: argparse.ArgumentParser) -> None:
     it; the end of the input does not.
 
     """
-    parser.add_argument("dialect", nargs="?", choices=list(DIALECTS), help="what it speaks")
+    parser.add_argument(
+        "dialect",
+        nargs="?",
+        choices=list(DIALECTS),
+        metavar="DIALECT",
+        help=f"what it speaks: {', '.join(DIALECTS)}",
+    )
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
     where.add_argument("--slcan", metavar="PATH", help="a new CAN adapter on a serial port")

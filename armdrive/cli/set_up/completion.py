@@ -27,6 +27,7 @@ from armdrive.cli.set_up.arguments import ARGUMENTS as SET_UP
 from armdrive.cli.set_up.arguments import SHELLS
 from armdrive.connect.target import find
 from armdrive.errors import ArmError
+from armdrive.errors.printable import command_line
 from armdrive.errors.table import ENTRIES
 from armdrive.registry.arm_files import arm_paths
 from armdrive.storage.point_file import points_of
@@ -143,7 +144,7 @@ def _ask(names: str) -> Any:
     For zsh that is a function of our own. zsh would run the command that shtab writes while it
     loads the script: once for each option that takes such a name, which takes a minute.
     """
-    command = f"armdrive completion --names {names} 2>/dev/null"
+    command = f"{command_line('completion', '--names', names)} 2>/dev/null"
     asked: dict[str, Any] = dict(shtab.cmd(command))
     function = f"_armdrive_{names}"
     asked["zsh"] = function

@@ -17,6 +17,7 @@ from armdrive.setup.ports import (
     look_at,
     same_port,
 )
+from armdrive.text.reading import is_there
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
 
@@ -103,7 +104,7 @@ def _missing(naming: PortNaming, ports: tuple[PortInfo, ...]) -> str:
         not port
         or "://" in port
         or is_can(port)
-        or Path(port).exists()
+        or is_there(Path(port))
         or any(same_port(port, info.device) for info in ports)
     )
     return "" if there else f"its port {port} is missing: check the cable and the name"

@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
-from armdrive.dialects.bus.ledger import SurplusAnswers
+from armdrive.dialects.bus.ledger import TRIES, SurplusAnswers
 from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,
@@ -36,6 +36,7 @@ from armdrive.dialects.cia402.objects import (
 from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenFrameDescriber
 from armdrive.dialects.exchange import Script
 from armdrive.dialog.conversation import Finding, note, ok, problem
+from armdrive.errors.printable import command_line
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen.drives import (
     DriveState,
@@ -62,6 +63,7 @@ from firmware_protocol.canopen.objects import (
 )
 from firmware_protocol.canopen.sdo import Aborted, SdoClient, Uploaded
 from firmware_protocol.canopen.services import (
+    HEARTBEAT_MISSING,
     NODE_MAX,
     Heartbeat,
     NodeState,
@@ -78,8 +80,8 @@ from firmware_protocol.frames import Frame, pack
 ASK_S = 0.02
 """Timeout of the first question to a node; drives answer within some milliseconds."""
 PAUSE_S = 0.005
-ROUNDS, TRIES = 2, 3
-LONGEST = 256
+ROUNDS = 2
+LONGEST_OBJECT = 256
 """The greatest object that is read, in bytes; names are the longest."""
 
 QUESTIONS = (
@@ -222,7 +224,7 @@ def _upload(
     wire: FrameWire, node: int, place: Place, wait_s: float, counts: _NodeCounts
 ) -> Script[Frame, Uploaded | Aborted | None]:
     """Read an object once; None if the transfer does not finish."""
-    client = SdoClient(node, size_max=LONGEST)
+    client = SdoClient(node, size_max=LONGEST_OBJECT)
     frame: Frame | None = client.upload(place)
     response_id = cob_id(Service.SDO_RESPONSE, node)
     while frame is not None:
@@ -276,7 +278,6 @@ def _value(answer: Uploaded) -> Value | None:
 
 # The result of a survey, as findings: the nodes that answer, their states, their faults.
 
-HEARTBEAT_MISSING = 0x8130
 """The error of a drive that missed its master's heartbeat; it has stopped and holds."""
 _BROKEN = (DriveState.FAULT, DriveState.FAULT_REACTION)
 
@@ -413,7 +414,8 @@ def _fault(name: str, node: SurveyedNode, arm: str) -> Finding | None:
     if broken:
         return problem(f"{name}: fault: {why}{kinds}", mend)
     if code == HEARTBEAT_MISSING:
-        mend = f"the program that drove it has ended: `armdrive enable --arm {arm}` continues"
+        enable = command_line("enable", "--arm", arm)
+        mend = f"the program that drove it has ended: `{enable}` continues"
     return note(f"{name}: it still reports {why}{kinds}", mend)
 
 
@@ -458,7 +460,7 @@ BUS = BusTools(
     heard=seen_nodes,
     harmless=True,
     leaves_free=NODE_MAX,
-    next="armdrive config new NAME --template minimover5-cia402 --port '{port}'",
+    next=("config", "new", "NAME", "--template", "minimover5-cia402"),
 )
 """CANopen on a bus. Reading objects by SDO does nothing to MKS drives with any ids."""
 

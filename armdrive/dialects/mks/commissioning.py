@@ -13,6 +13,7 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
 from armdrive.dialects import DeviceTools
+from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
 from armdrive.dialects.mks.compare import value_words, wanted_settings
@@ -27,9 +28,10 @@ from armdrive.dialects.mks.survey import (
     scripts,
     survey_drives,
 )
-from armdrive.dialects.mks.wire import TRIES, MksWire, WireScript
+from armdrive.dialects.mks.wire import MksWire, WireScript
 from armdrive.dialects.mks.words import TALK, MksFrameDescriber
 from armdrive.dialog.conversation import About, Question, whole
+from armdrive.errors.printable import command_line
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     NODE_DEFAULT,
@@ -200,8 +202,8 @@ class MksDriveAtHand:
         many = f"these {len(differing)} settings" if len(differing) > 1 else "this setting"
         if not self.dialog.agreed(
             f"Write {many} to drive {self.drive.node}? Nothing turns; the motor may begin to hold.",
-            "The drive keeps them without power. no leaves it as it is: `armdrive doctor "
-            f"--arm {self.arm.name} --mend` can write them later.",
+            "The drive keeps them without power. no leaves it as it is: "
+            f"`{command_line('doctor', '--arm', self.arm.name, '--mend')}` can write them later.",
         ):
             return 0
         failed = [each.what for each in differing if not self._write(each.setting)]
@@ -464,9 +466,8 @@ BUS = BusTools(
     reads_answer=is_answer,
     bit_rates=tuple(each.bits_s for each in Bitrate),
     connects=True,
-    next="armdrive can setup NAME --port '{port}'",
-    hint="`armdrive can setup NAME --port '{port}'` does more: it writes the arm file, and sets "
-    "the drives up and tries them one by one",
+    next=("can", "setup", "NAME"),
+    hint="does more: it writes the arm file, and sets the drives up and tries them one by one",
     commissioning=CommissioningTools(
         new_id=NODE_DEFAULT,
         counts_per_turn=COUNTS_PER_TURN,

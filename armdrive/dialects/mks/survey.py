@@ -10,13 +10,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
+from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.tools import Answers, SeenNodes, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.dialects.mks.contact import UNKNOWN_FIRMWARE, Firmware, firmware_of
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.wire import TRIES, MksWire, WireScript
+from armdrive.dialects.mks.wire import MksWire, WireScript
 from armdrive.dialects.mks.words import read_answer, read_request
 from armdrive.dialog.conversation import Finding, note, ok, problem
+from armdrive.errors.printable import command_line
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
@@ -263,19 +265,20 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
     words += ["holds" if drive.enabled else "has let its motor go"]
     words += [drive.state.name.lower().replace("_", " ")] if drive.state is not None else []
     name = f"drive {drive.node}"
+    setup, mend = command_line("can", "setup", arm), command_line("doctor", "--arm", arm, "--mend")
     found = [ok(f"{name}: {', '.join(words)}")]
     if drive.doubled:
         found.append(
             problem(
                 f"{name}: two drives have this id",
-                f"plug in one at a time: `armdrive can setup {arm}`",
+                f"plug in one at a time: `{setup}`",
             )
         )
     if mode is not None and mode.mode is not Mode.BUS_FOC:
         found.append(
             problem(
                 f"{name}: mode {int(mode.mode)} ({mode.mode.name}) obeys no motion from the bus",
-                f"`armdrive doctor --arm {arm} --mend`, or `armdrive can setup {arm}`, sets mode 5",
+                f"`{mend}`, or `{setup}`, sets mode 5",
             )
         )
     if drive.stalled:
@@ -286,11 +289,7 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
             )
         )
     if drive.version is not None and not drive.version.calibrated:
-        found.append(
-            problem(
-                f"{name}: its encoder is not calibrated", f"`armdrive can setup {arm}` does that"
-            )
-        )
+        found.append(problem(f"{name}: its encoder is not calibrated", f"`{setup}` does that"))
     if Ability.SILENCE_WATCHDOG not in drive.able:
         found.append(
             note(f"{name}: no watchdog before firmware 1.0.9; ends at its last target", "")

@@ -100,7 +100,7 @@ class DrivesBoard(Board, Generic[N]):
     def set_input(self, bit: int, on: bool) -> None:
         """Press or release the limit switch of a drive. Raises `BadRequest`."""
         if not 0 <= bit < len(self.nodes):
-            raise BadRequest(f"input bits are 0 to {len(self.nodes) - 1}, not {bit}")
+            raise BadRequest(f"inputs are numbered 1 to {len(self.nodes)}, not {bit + 1}")
         self.nodes[bit].motor.switch.held = on
         self._live()
         super().set_input(bit, on)

@@ -98,8 +98,7 @@ def _guide(console: Console, _: list[str]) -> ConsoleAnswer:
 
 def _put(console: Console, words: list[str]) -> ConsoleAnswer:
     block = console.device.world.put(block_of(words))
-    place = f"x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
-    return ConsoleAnswer(f"block {block.name} stands at {place}")
+    return ConsoleAnswer(f"block {block.name} stands at {block.place_words}")
 
 
 def _take(console: Console, words: list[str]) -> ConsoleAnswer:
@@ -163,9 +162,9 @@ def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
 
 
 def _input(console: Console, words: list[str]) -> ConsoleAnswer:
-    bit, on = whole(words[0]), _switch(words[1])
-    console.device.set_input(bit, on)
-    return ConsoleAnswer(f"input {bit} is {'on' if on else 'off'}")
+    number, on = whole(words[0]), _switch(words[1])
+    console.device.set_input(number - 1, on)
+    return ConsoleAnswer(f"input {number} is {'on' if on else 'off'}")
 
 
 def _push(console: Console, words: list[str]) -> ConsoleAnswer:
@@ -232,7 +231,7 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
             ConsoleCommand(
                 "plug", "all | none | NUMBER ...", "connect only these drives to the bus", _plug
             ),
-            ConsoleCommand("input", "BIT 0|1", "set an input bit", _input),
+            ConsoleCommand("input", "NUMBER on|off", "set an input, counted from 1", _input),
             ConsoleCommand(
                 "push", "MOTOR STEPS", "turn a motor by force; no register counts it", _push
             ),

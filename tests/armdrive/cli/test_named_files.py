@@ -1,14 +1,15 @@
 """Files that a person names: each is written once, and overwritten only with --force."""
 
-from __future__ import annotations
-
 import pytest
 
 from armdrive import Arm, BadRequest
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import simulated_config
+from armdrive.errors import ArmFileError
 
 OLD = "what was there before\n"
+LONG = "n" * 300
+"""More than a file's name may have."""
 PROGRAM = "{folder}/ready.arm"
 
 
@@ -51,6 +52,9 @@ def test_a_file_goes_into_a_folder_that_exists_and_over_another_only_with_force(
     said = call.refused(*words, str(missing / file), code=2)
     assert f"could not be written: there is no folder {missing}; make it first" in said
     assert not missing.exists()
+    ending = file.partition(".")[2]
+    for long in (folder / f"{LONG}.{ending}", folder / LONG / file):
+        assert "could not be written" in call.refused(*words, str(long), code=2)
     path = folder / file
     words.append(str(path))
     path.write_text(OLD, encoding="utf-8")
@@ -78,3 +82,33 @@ def test_a_recording_goes_only_where_a_file_may_be_made(folder, there, said):
         arm.save_recording(folder / "ready.arm", overwrite=True)
     assert (folder / "ready.arm").read_text(encoding="utf-8").startswith("{")
     assert sorted(each.name for each in folder.iterdir()) == ["ready.arm"]
+
+
+@pytest.mark.parametrize("length", [300, 5000])
+@pytest.mark.parametrize(
+    ("words", "ends"),
+    [
+        ("status --arm NAME", 2),
+        ("status --port /dev/NAME --dialect grbl", 4),
+        ("doctor /dev/NAME --yes", 4),
+        ("doctor --arm NAME", 2),
+        ("jog --keys NAME", 2),
+        ("config show NAME", 2),
+        ("config set-default NAME", 2),
+        ("can setup NAME --sim --yes", 2),
+        ("points delete NAME", 2),
+        ("run NAME.arm", 2),
+        ("run NAME.py", 2),
+        ("log NAME", 2),
+    ],
+)
+def test_a_name_that_is_too_long_for_a_file_is_refused_as_any_wrong_name(call, words, ends, length):
+    line = words.replace("NAME", "n" * length).split()
+    assert "E002" not in call(*line, code=ends).err
+
+
+def test_a_script_s_long_names_are_refused_as_any_wrong_name(tmp_path):
+    with pytest.raises(ArmFileError):
+        Arm.connect("n" * 5000)
+    with Arm.connect("sim:teachmover") as arm, pytest.raises(BadRequest):
+        arm.save_recording(tmp_path / LONG)

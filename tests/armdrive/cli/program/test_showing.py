@@ -1,5 +1,6 @@
 """What a run shows: one line that is rewritten, lines, or events."""
 
+import contextlib
 import threading
 
 import pytest
@@ -127,11 +128,48 @@ def test_lines_that_were_typed_before_are_no_answer_from_a_person(tmp_path, monk
         while lines._lines.empty():
             pass
         lines.forget()
-        assert not lines.take()
+        with contextlib.suppress(EOFError):
+            assert not lines.take()
         for each in threading.enumerate():  # none may read on in a number that is used again
             if each.name == "lines":
                 each.join()
-    assert not PromptLines(None).take()
+
+
+def test_the_end_of_the_input_is_told_and_a_terminal_is_read_on_after_it(tmp_path):
+    path = tmp_path / "typed"
+    path.write_text("\n", encoding="utf-8")
+    with path.open() as file:
+        lines = PromptLines(file.fileno())
+
+        def taken(lines: PromptLines) -> bool:
+            while not (line := lines.take()):
+                pass
+            return line
+
+        assert taken(lines)
+        with pytest.raises(EOFError):
+            taken(lines)
+        path.write_text("\n\n", encoding="utf-8")  # as Enter after Ctrl-D
+        assert taken(lines)
+        with pytest.raises(EOFError):
+            taken(lines)
+    with pytest.raises(EOFError):
+        taken(PromptLines(None))
+
+
+def test_a_hold_whose_input_has_ended_says_what_continues(arm):
+    shown = []
+
+    class Shown:
+        say = shown.append
+
+        def waits(self, text, *, enter=True):
+            shown.append((text, enter))
+            if len(shown) > 1:
+                arm.resume()  # as `armdrive resume` does
+
+    RunTerminal(arm, Shown(), PromptLines(None).keys).hold("turn it", lambda: False)
+    assert shown == [("turn it", True), ("the input has ended", False)]
 
 
 def test_what_waits_for_a_person_ends_with_the_run(arm):
