@@ -301,7 +301,7 @@ def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
     tell_event({"event": "begin", "arm": arm.config.name, "simulated": arm.simulated}, "")
     try:
         for position, line in enumerate(sys.stdin, 1):
-            terminal.take(line.rstrip("\r\n"), position)
+            terminal.take(line.removeprefix("\ufeff").rstrip("\r\n"), position)
         shell.session.end()
     except Left:
         shell.session.abandon()
