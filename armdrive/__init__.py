@@ -15,20 +15,19 @@ from __future__ import annotations
 
 TYPE_CHECKING = False  # like typing.TYPE_CHECKING; importing typing would slow down the start
 if TYPE_CHECKING:
-    from typing import Any
-
     from armdrive.exports import *  # noqa: F403 - for type checkers
+else:  # from them this is hidden: else they would take any name for a public one
 
+    def __getattr__(name: str) -> object:
+        """Return a public name."""
+        if name == "__all__" or not name.startswith("_"):  # unittest probes for private names
+            import armdrive.exports as exports
 
-def __getattr__(name: str) -> Any:
-    """Return a public name."""
-    if name == "__all__" or not name.startswith("_"):  # unittest probes modules for private names
-        import armdrive.exports as exports
+            if name in vars(exports):
+                return getattr(exports, name)
+            if name == "__all__":
+                return [each for each in vars(exports) if not each.startswith("_")]
+        raise AttributeError(f"module 'armdrive' has no attribute {name!r}")
 
-        if hasattr(exports, name):
-            return getattr(exports, name)
-    raise AttributeError(f"module 'armdrive' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__getattr__("__all__")])
+    def __dir__() -> list[str]:
+        return sorted([*globals(), *__getattr__("__all__")])

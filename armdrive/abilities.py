@@ -52,7 +52,7 @@ class Torque:
 
 BITS_A_CHARACTER = 10  # a start bit, eight data bits and a stop bit
 PATIENCE_S = 0.5  # longest burst on a slow wire, because a burst's length is the stopping time
-SEGMENTS_AHEAD = 3
+SEGMENTS_AHEAD = 3  # also how many a driver fetches whose drives hold only their last order
 RAMP_PIECE_S = 0.04  # length of the pieces that follow a queued motion's acceleration ramp
 HEADROOM = 2.0  # least ratio of a segment's duration to its line's time on the wire
 

@@ -1,143 +1,80 @@
-"""The public names of armdrive, each from the module that defines it."""
+"""The public names of armdrive, each from the module that defines it.
 
-from armdrive.aio import AsyncArm
-from armdrive.aio.calls import AsyncHandle
-from armdrive.arm import Arm
-from armdrive.arm.connected import Handle
-from armdrive.dialog.operator import MarkRequest, PostureRequest
-from armdrive.errors import (
-    ArmError,
-    ArmFileError,
-    ArmInUse,
-    BadArgument,
-    BadRequest,
-    DeviceFault,
-    InputTimeout,
-    LinkError,
-    LinkLost,
-    NoAnswer,
-    NotReferenced,
-    OperatorNeeded,
-    OutOfBounds,
-    PendantFileError,
-    PendantStop,
-    PointsChanged,
-    PointsFileError,
-    PortUnavailable,
-    PositionMismatch,
-    ProgramHalfWritten,
-    RecordingError,
-    Refused,
-    StateFileError,
-    Stopped,
-    UnknownPoint,
-    WaitTimeout,
-    WrongState,
-)
-from armdrive.motion.execute import Moved
-from armdrive.motion.gripper import Grasped
-from armdrive.motion.jog import Jogged
-from armdrive.motion.preview import Preview
-from armdrive.motion.reference import Drift, Verdict, Verified
-from armdrive.moves import (
-    ArcMove,
-    GraspMove,
-    GripperMove,
-    Jog,
-    JogMove,
-    JointMove,
-    LineMove,
-    MoveSequence,
-    ParkMove,
-    PathMove,
-    PoseMove,
-    Space,
-)
-from armdrive.programs.teaching.sequence import Stepper
-from armdrive.registry.pendant import PendantProgram
-from armdrive.runtime.clock import SimulatedClock
-from armdrive.status import Current, State, Status, Trust
-from armdrive.storage.points import Point, Step, StepList
-from armdrive.text.json_forms import move_from_json, move_to_json
-from kinematics.errors import KinematicsError, NoArc
-from kinematics.geometry import PathBroken, Unreachable
-from kinematics.paths.routes import ArcPart, JointPart, LinePart, PosePart
-from kinematics.spaces import Joints, Motors, Pose
+A name is imported as itself to be public (what type checkers call a re-export): no second list.
+"""
 
-__all__ = [
-    "ArcMove",
-    "ArcPart",
-    "Arm",
-    "ArmError",
-    "ArmFileError",
-    "ArmInUse",
-    "AsyncArm",
-    "AsyncHandle",
-    "BadArgument",
-    "BadRequest",
-    "Current",
-    "DeviceFault",
-    "Drift",
-    "GraspMove",
-    "Grasped",
-    "GripperMove",
-    "Handle",
-    "InputTimeout",
-    "Jog",
-    "JogMove",
-    "Jogged",
-    "JointMove",
-    "JointPart",
-    "Joints",
-    "KinematicsError",
-    "LineMove",
-    "LinePart",
-    "LinkError",
-    "LinkLost",
-    "MarkRequest",
-    "Motors",
-    "MoveSequence",
-    "Moved",
-    "NoAnswer",
-    "NoArc",
-    "NotReferenced",
-    "OperatorNeeded",
-    "OutOfBounds",
-    "ParkMove",
-    "PathBroken",
-    "PathMove",
-    "PendantFileError",
-    "PendantProgram",
-    "PendantStop",
-    "Point",
-    "PointsChanged",
-    "PointsFileError",
-    "PortUnavailable",
-    "Pose",
-    "PoseMove",
-    "PosePart",
-    "PositionMismatch",
-    "PostureRequest",
-    "Preview",
-    "ProgramHalfWritten",
-    "RecordingError",
-    "Refused",
-    "SimulatedClock",
-    "Space",
-    "State",
-    "StateFileError",
-    "Status",
-    "Step",
-    "StepList",
-    "Stepper",
-    "Stopped",
-    "Trust",
-    "UnknownPoint",
-    "Unreachable",
-    "Verdict",
-    "Verified",
-    "WaitTimeout",
-    "WrongState",
-    "move_from_json",
-    "move_to_json",
-]
+from armdrive.aio import AsyncArm as AsyncArm
+from armdrive.aio.calls import AsyncHandle as AsyncHandle
+from armdrive.arm import Arm as Arm
+from armdrive.arm.connected import Handle as Handle
+from armdrive.dialog.operator import MarkRequest as MarkRequest
+from armdrive.dialog.operator import PostureRequest as PostureRequest
+from armdrive.errors import ArmError as ArmError
+from armdrive.errors import ArmFileError as ArmFileError
+from armdrive.errors import ArmInUse as ArmInUse
+from armdrive.errors import BadArgument as BadArgument
+from armdrive.errors import BadRequest as BadRequest
+from armdrive.errors import DeviceFault as DeviceFault
+from armdrive.errors import InputTimeout as InputTimeout
+from armdrive.errors import LinkError as LinkError
+from armdrive.errors import LinkLost as LinkLost
+from armdrive.errors import NoAnswer as NoAnswer
+from armdrive.errors import NotReferenced as NotReferenced
+from armdrive.errors import OperatorNeeded as OperatorNeeded
+from armdrive.errors import OutOfBounds as OutOfBounds
+from armdrive.errors import PendantFileError as PendantFileError
+from armdrive.errors import PendantStop as PendantStop
+from armdrive.errors import PointsChanged as PointsChanged
+from armdrive.errors import PointsFileError as PointsFileError
+from armdrive.errors import PortUnavailable as PortUnavailable
+from armdrive.errors import PositionMismatch as PositionMismatch
+from armdrive.errors import ProgramHalfWritten as ProgramHalfWritten
+from armdrive.errors import RecordingError as RecordingError
+from armdrive.errors import Refused as Refused
+from armdrive.errors import StateFileError as StateFileError
+from armdrive.errors import Stopped as Stopped
+from armdrive.errors import UnknownPoint as UnknownPoint
+from armdrive.errors import WaitTimeout as WaitTimeout
+from armdrive.errors import WrongState as WrongState
+from armdrive.motion.execute import Moved as Moved
+from armdrive.motion.gripper import Grasped as Grasped
+from armdrive.motion.jog import Jogged as Jogged
+from armdrive.motion.preview import Preview as Preview
+from armdrive.motion.reference import Drift as Drift
+from armdrive.motion.reference import Verdict as Verdict
+from armdrive.motion.reference import Verified as Verified
+from armdrive.moves import ArcMove as ArcMove
+from armdrive.moves import GraspMove as GraspMove
+from armdrive.moves import GripperMove as GripperMove
+from armdrive.moves import Jog as Jog
+from armdrive.moves import JogMove as JogMove
+from armdrive.moves import JointMove as JointMove
+from armdrive.moves import LineMove as LineMove
+from armdrive.moves import MoveSequence as MoveSequence
+from armdrive.moves import ParkMove as ParkMove
+from armdrive.moves import PathMove as PathMove
+from armdrive.moves import PoseMove as PoseMove
+from armdrive.moves import Space as Space
+from armdrive.programs.teaching.sequence import Stepper as Stepper
+from armdrive.registry.pendant import PendantProgram as PendantProgram
+from armdrive.runtime.clock import SimulatedClock as SimulatedClock
+from armdrive.status import Current as Current
+from armdrive.status import State as State
+from armdrive.status import Status as Status
+from armdrive.status import Trust as Trust
+from armdrive.storage.points import Point as Point
+from armdrive.storage.points import Step as Step
+from armdrive.storage.points import StepList as StepList
+from armdrive.text.json_forms import move_from_json as move_from_json
+from armdrive.text.json_forms import move_to_json as move_to_json
+from kinematics.errors import KinematicsError as KinematicsError
+from kinematics.errors import NoArc as NoArc
+from kinematics.geometry import PathBroken as PathBroken
+from kinematics.geometry import Unreachable as Unreachable
+from kinematics.paths.routes import ArcPart as ArcPart
+from kinematics.paths.routes import JointPart as JointPart
+from kinematics.paths.routes import LinePart as LinePart
+from kinematics.paths.routes import PosePart as PosePart
+from kinematics.spaces import Joints as Joints
+from kinematics.spaces import Motors as Motors
+from kinematics.spaces import Pose as Pose

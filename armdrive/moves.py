@@ -225,6 +225,18 @@ def _check_way(move: PoseMove | LineMove | ArcMove | PathMove) -> None:
     speed_fraction(move.speed)
 
 
+def in_order(joints: Joints, names: tuple[str, ...]) -> Joints:
+    """Return a posture in the order of an arm's joints. Raises `BadRequest` for other joints."""
+    if joints.names == names:
+        return joints
+    if set(joints.names) != set(names):
+        raise BadRequest(
+            f"a goal for this arm needs the joints {', '.join(names)}, not "
+            f"{', '.join(joints.names) or 'nothing'}"
+        )
+    return Joints(tuple(joints[name] for name in names), names)
+
+
 @dataclass(frozen=True, slots=True)
 class JointMove:
     """Move to joint angles, with all joints turning in proportion.

@@ -147,6 +147,16 @@ class Trust(Enum):
     SUSPECT = "suspect"
 
 
+BELIEVED = (Trust.REFERENCED, Trust.RESTORED)
+"""The levels of trust at which the arm is believed to stand where its counts say.
+
+They allow no planned motion yet: `runtime.states.Belief.allows_planning` decides that.
+"""
+
+BELIEVED_WORDS = tuple(each.value for each in BELIEVED)
+"""The same, as a status in JSON, a record and a recording spell them."""
+
+
 class Evidence(Enum):
     """An observation that changes the trust in the position, in the words of the status."""
 

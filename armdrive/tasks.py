@@ -93,6 +93,10 @@ def never() -> bool:
     return False
 
 
+def unreported(_: object) -> None:
+    """Ignore a report: the default where nobody asked to hear of progress."""
+
+
 @dataclass(frozen=True, slots=True)
 class MoveBy:
     """Move all motors together, with the busiest one at no more than `rate_hz` steps a second.

@@ -23,7 +23,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import Stopped
-from armdrive.motion import standing
+from armdrive.motion import connecting
 from armdrive.storage.files import StateFiles
 from armdrive.storage.record import FileRecorder, PositionRecorder
 
@@ -139,7 +139,7 @@ class FirstByte:
 
 def latency(rounds: int = 30) -> Section:
     """Measure in real time: motions before which the registers are read, and others."""
-    rest_s, standing.STILL_S = 0.2, 0.1  # so that each motion leaves stand-still, and soon
+    rest_s, connecting.STILL_S = 0.2, 0.1  # so that each motion leaves stand-still, and soon
     rows: list[Row] = []
     with ExitStack() as stack, tempfile.TemporaryDirectory() as folder:
         file = FileRecorder(Path(folder) / "arm.json")
@@ -191,7 +191,7 @@ def slow_disk(rounds: int = 5) -> Section:
         recorder = FileRecorder(Path(folder) / "arm.json", disk)
         with connected(recorder, "real") as arm:
             for _ in range(rounds):
-                arm.sleep(standing.STILL_S + SLOW_S * 2)
+                arm.sleep(connecting.STILL_S + SLOW_S * 2)
                 disk.entered.clear()
                 handle = arm.move_j(base_deg=MOVE_DEG, wait=False)
                 disk.entered.wait()

@@ -178,7 +178,7 @@ def _whole(record: bytes) -> Frame | None:
 CR = b"\r"
 BELL = b"\a"
 ON_BUS = b"tTrR"  # first letters of the lines that are frames
-LONGEST = 256  # longer lines count as noise
+LONGEST_LINE = 256  # longer lines count as noise
 _FRAME = re.compile(rb"(?:([tr])([0-7][0-9A-F]{2})|([TR])([01][0-9A-F]{7}))([0-8])([0-9A-F]*)")
 _STAMP_DIGITS = 4  # an adapter may append a timestamp, which is ignored
 
@@ -192,8 +192,8 @@ class SlcanLines:
     def feed(self, data: bytes) -> list[bytes]:
         """Return the completed lines, without CR but with the bell."""
         *whole, rest = (self._rest + data.replace(BELL, BELL + CR)).split(CR)
-        self._rest = rest[: LONGEST + 1]  # one byte more, so that a cut line still is too long
-        return [line for line in whole if len(line) <= LONGEST]
+        self._rest = rest[: LONGEST_LINE + 1]  # one byte more, so that a cut line still is too long
+        return [line for line in whole if len(line) <= LONGEST_LINE]
 
 
 def line_of(frame: Frame) -> bytes:

@@ -1,5 +1,20 @@
 """The kinematics of the arm: poses, joint angles, motor steps, and conversions between them.
 
+What is decided where:
+
+    spaces         the three types: `Pose`, `Joints`, `Motors`
+    transmission   joint angles and opening to motor steps: couplings, the only rounding
+    limits         ranges, their tolerance, and which turn of an angle is taken
+    geometry       what every arm that can be driven offers, and how it refuses
+    presets        the built-in arms: lengths, limits, speeds, steps, guards
+    five_axis/     the Mini-mover's build
+    chains/        any other build
+    frames/        vectors, rotations, frames
+    paths/         lines, arcs, blends, timing
+    guards/        where the arm would hit something
+    textbook/      the lecture notes; nothing that drives an arm uses them
+    errors, text   refusals with the nearest known word; numbers and columns as text
+
 Units: mm, rad, whole motor steps. Everything named here is plain Python. The public names are
 listed in `kinematics.exports` and, for the lecture notes, in `kinematics.textbook.exports`. Each
 list is loaded when one of its names is first used, so that importing a submodule loads nothing
@@ -10,27 +25,25 @@ from __future__ import annotations
 
 TYPE_CHECKING = False  # as typing's
 if TYPE_CHECKING:
-    from typing import Any
-
     from kinematics.exports import *  # noqa: F403 - what type checkers see
     from kinematics.textbook.exports import *  # noqa: F403
+else:  # hidden from them: else they would take any name for a public one
 
+    def __getattr__(name: str) -> object:
+        """Return a public name."""
+        if name == "__all__" or not name.startswith("_"):  # unittest asks for private names
+            import kinematics.exports as exports
 
-def __getattr__(name: str) -> Any:
-    """Return a public name."""
-    if name == "__all__" or not name.startswith("_"):  # unittest asks all modules for private names
-        import kinematics.exports as exports
+            if name in vars(exports):
+                return getattr(exports, name)
+            import kinematics.textbook.exports as textbook
 
-        if name in vars(exports):
-            return getattr(exports, name)
-        import kinematics.textbook.exports as textbook
+            if name in vars(textbook):
+                return getattr(textbook, name)
+            if name == "__all__":
+                names = (*vars(exports), *vars(textbook))
+                return [each for each in names if not each.startswith("_")]
+        raise AttributeError(f"module 'kinematics' has no attribute {name!r}")
 
-        if name in vars(textbook):
-            return getattr(textbook, name)
-        if name == "__all__":
-            return [each for each in (*vars(exports), *vars(textbook)) if not each.startswith("_")]
-    raise AttributeError(f"module 'kinematics' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__getattr__("__all__")])
+    def __dir__() -> list[str]:
+        return sorted([*globals(), *__getattr__("__all__")])

@@ -23,14 +23,31 @@ KinematicsError            base class
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, TypeVar
+
+RaisedError = TypeVar("RaisedError", bound=BaseException)
+
+
+def remade(
+    kind: type[RaisedError], words: tuple[object, ...], further: Mapping[str, object]
+) -> RaisedError:
+    """Return an error with this message and these attributes, as a copy or another process needs.
+
+    `__init__` is not called: many errors write their message there.
+    """
+    made = kind.__new__(kind, *words)
+    vars(made).update(further)
+    return made
 
 
 class KinematicsError(ValueError):
     """Base class of the kinematics' errors."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return remade, (type(self), self.args, vars(self))
 
 
 class BadNumber(KinematicsError):
@@ -296,15 +313,21 @@ MOST_TURN_RAD = 4.0 * math.pi
 def hand_angle(name: str, value: object, in_degrees: str = "") -> float:
     """Return an angle of a goal in rad, or raise `BadNumber` if it exceeds two turns.
 
-    Such an angle is probably in degrees: the message says how to write it. `in_degrees` is that
-    hint for goals other than poses.
+    The value is in degrees if its name ends in `_deg`, else in rad. Such an angle in rad is
+    probably in degrees: the message says how to write it. `in_degrees` is that hint for goals other
+    than poses.
     """
-    angle = finite(name, value)
+    given = finite(name, value)
+    stem, _, unit = name.rpartition("_")
+    angle = math.radians(given) if unit == "deg" else given
     if -MOST_TURN_RAD <= angle <= MOST_TURN_RAD:
         return angle
-    in_degrees = in_degrees or f"Pose.of({name.replace('_rad', '_deg')}=...)"
-    rule = f"must be within two turns, {MOST_TURN_RAD:.2f} rad either way (degrees: {in_degrees})"
-    raise BadNumber(name, value, rule)
+    if unit == "deg":
+        most = f"{math.degrees(MOST_TURN_RAD):.0f}° either way"
+    else:
+        in_degrees = in_degrees or f"Pose.of({stem}_deg=...)"
+        most = f"{MOST_TURN_RAD:.2f} rad either way (degrees: {in_degrees})"
+    raise BadNumber(name, value, f"must be within two turns, {most}")
 
 
 def positive(name: str, value: float, *, endless: bool = False) -> float:
@@ -364,6 +387,19 @@ def did_you_mean(
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return the same question as the end of a sentence, or an empty string."""
+    """Return the same question as the end of a sentence, or an empty string.
+
+    A word that is right but for its unit is no slip of the pen: the sentence says that the value
+    has to change with the name.
+    """
+    known = tuple(known)
+    stem, _, unit = word.rpartition("_")
+    for right, to in _ANGLE_UNITS.items():
+        if unit in _ANGLE_UNITS and unit != right and f"{stem}_{right}" in known:
+            return f"; write {stem}_{right}=math.{to}(...)"
     asked = did_you_mean(word, known)
     return f"; {asked}" if asked else ""
+
+
+_ANGLE_UNITS = {"deg": "degrees", "rad": "radians"}
+"""The units of angles, and the function of `math` that converts the other one to each."""

@@ -20,6 +20,9 @@ root of the floating-point precision), so a tighter tolerance would refuse a pos
 On an arm of 450 mm it is worth 5e-5 mm, thousands of times less than one motor step.
 """
 
+SAME_POSTURE_RAD = 1e-4
+"""Postures with no joint farther apart than this are one, apart from rounding."""
+
 
 @dataclass(frozen=True, slots=True)
 class JointRange:

@@ -7,10 +7,10 @@ properties named `_deg`, which are edges where a person reads or types.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, overload
+from typing import TYPE_CHECKING, ClassVar, SupportsIndex
 
 from kinematics.errors import (
     BadNumber,
@@ -18,12 +18,13 @@ from kinematics.errors import (
     check_fields,
     finite,
     hand_angle,
+    require,
     suggestion,
 )
 from kinematics.text import counted, rounded
 
-_UNITS = MappingProxyType({"deg": math.degrees(1.0), "rad": 1.0})
-"""What an angle in rad is multiplied by."""
+_UNITS = ("deg", "rad")
+"""The endings of a joint's name that state the unit of its angle."""
 
 JOINT_NAMES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll")
 """Joints of the Mini-mover's build, from the table to the hand."""
@@ -81,9 +82,9 @@ class Pose:
             x_mm,
             y_mm,
             z_mm,
-            math.radians(finite("pitch_deg", pitch_deg)),
-            math.radians(finite("roll_deg", roll_deg)),
-            None if yaw_deg is None else math.radians(finite("yaw_deg", yaw_deg)),
+            hand_angle("pitch_deg", pitch_deg),
+            hand_angle("roll_deg", roll_deg),
+            None if yaw_deg is None else hand_angle("yaw_deg", yaw_deg),
         )
 
     @property
@@ -141,7 +142,8 @@ class Joints:
     Of the Mini-mover's build: base; shoulder, the elevation of the upper arm, up positive;
     elbow, forearm elevation minus upper-arm elevation; wrist pitch, hand elevation minus forearm
     elevation; wrist roll. Iterates over the angles. `joints["base"]` and `joints.base_rad` are a
-    joint's angle in rad, `joints.base_deg` in degrees; of any name that the arm's joints have.
+    joint's angle in rad, `joints.base_deg` in degrees; of any name that the arm's joints have. An
+    index and `replace` take the names with units as well.
     """
 
     angles_rad: tuple[float, ...]
@@ -182,7 +184,8 @@ class Joints:
     @classmethod
     def of(cls, *angles_deg: float, names: tuple[str, ...] = JOINT_NAMES) -> Joints:
         """Make joint angles from degrees, in the order of the joints."""
-        return cls(tuple(math.radians(finite("angle_deg", angle)) for angle in angles_deg), names)
+        named = ((f"angles_deg[{index}]", angle) for index, angle in enumerate(angles_deg))
+        return cls(tuple(math.radians(finite(name, angle)) for name, angle in named), names)
 
     @property
     def deg(self) -> dict[str, float]:
@@ -192,18 +195,17 @@ class Joints:
             for name, angle in zip(self.names, self.angles_rad, strict=True)
         }
 
-    def replace(self, **angles_rad: float) -> Joints:
-        """Return these joints with the named ones at new angles in rad."""
-        unknown = angles_rad.keys() - set(self.names)
-        if unknown:
-            raise self._unknown(min(unknown))
-        return Joints(
-            tuple(
-                angles_rad.get(name, angle)
-                for name, angle in zip(self.names, self.angles_rad, strict=True)
-            ),
-            self.names,
-        )
+    def replace(self, **angles: float) -> Joints:
+        """Return these joints with the named ones at new angles.
+
+        `base=` and `base_rad=` are in rad, `base_deg=` is in degrees. Raises `KinematicsError` for
+        an unknown joint, and `BadNumber`.
+        """
+        new = list(self.angles_rad)
+        for name, angle in angles.items():
+            index, unit = self._named(name)
+            new[index] = math.radians(finite(name, angle)) if unit == "deg" else angle
+        return Joints(tuple(new), self.names)
 
     def __iter__(self) -> Iterator[float]:
         return iter(self.angles_rad)
@@ -214,9 +216,8 @@ class Joints:
     def __getitem__(self, joint: int | str) -> float:
         if not isinstance(joint, str):
             return self.angles_rad[joint]
-        if joint not in self.names:
-            raise self._unknown(joint)
-        return self.angles_rad[self.names.index(joint)]
+        index, unit = self._named(joint)
+        return math.degrees(self.angles_rad[index]) if unit == "deg" else self.angles_rad[index]
 
     if not TYPE_CHECKING:  # else a type checker would take any name for an attribute
 
@@ -224,26 +225,55 @@ class Joints:
             """Return a joint's angle: `base_deg`, `turret_rad`. Raises `AttributeError`."""
             joint, _, unit = name.rpartition("_")
             if unit in _UNITS and joint in self.names:
-                return self[joint] * _UNITS[unit]
-            known = [f"{each}_{unit}" for each in self.names for unit in _UNITS] if joint else []
-            raise AttributeError(
-                f"Joints has no attribute {name!r}{suggestion(name, known) if known else ''}",
-                name=name,
-                obj=self,
-            )
+                return self[name]
+            hint = suggestion(name, self._with_units) if joint else ""
+            raise AttributeError(f"Joints has no attribute {name!r}{hint}", name=name, obj=self)
 
     def __dir__(self) -> list[str]:
-        angles = [f"{name}_{unit}" for name in self.names for unit in _UNITS]
-        return [*object.__dir__(self), *angles]
+        return [*object.__dir__(self), *self._with_units]
 
-    def _unknown(self, name: str) -> KinematicsError:
-        return KinematicsError(
+    @property
+    def _with_units(self) -> tuple[str, ...]:
+        return tuple(f"{name}_{unit}" for name in self.names for unit in _UNITS)
+
+    def _named(self, name: str) -> tuple[int, str]:
+        """Return the index of the joint that a name means, and the unit of its angle."""
+        joint, _, unit = (name, "", "rad") if name in self.names else name.rpartition("_")
+        if joint in self.names and unit in _UNITS:
+            return self.names.index(joint), unit
+        raise KinematicsError(
             f"no joint is named {name!r}; this arm has {', '.join(self.names)}"
-            f"{suggestion(name, self.names)}"
+            f"{suggestion(name, (*self.names, *self._with_units))}"
         )
 
     def __str__(self) -> str:
         return ", ".join(f"{name} {rounded(angle, 1)}°" for name, angle in self.deg.items())
+
+
+def angles_of(joints: Joints, names: tuple[str, ...]) -> tuple[float, ...]:
+    """Return the angles of an arm's joints, in rad. Raises `KinematicsError` for other joints.
+
+    The same joints in another order are others: formulas know them by their place.
+    """
+    require("joints", joints, Joints, JOINTS_EXAMPLE)
+    if joints.names == names:
+        return joints.angles_rad
+    if len(joints) != len(names):
+        raise KinematicsError(f"this arm has {counted(len(names), 'joint')}, not {len(joints)}")
+    raise KinematicsError(
+        f"the joints of this arm are {', '.join(names)}, in this order, not "
+        f"{', '.join(joints.names)}"
+    )
+
+
+def _whole(motor: int, count: SupportsIndex) -> int:
+    """Return a count of steps as Python's int, also one of numpy's."""
+    name = f"motor {motor} steps"
+    finite(name, count)
+    try:
+        return operator.index(count)
+    except TypeError:
+        raise BadNumber(name, count, "must be a whole number") from None
 
 
 class Motors(tuple[int, ...]):
@@ -257,9 +287,9 @@ class Motors(tuple[int, ...]):
     def __new__(cls, steps: Iterable[int] = ()) -> Motors:
         """Make motor steps; raises `BadNumber` for anything but whole numbers."""
         made = super().__new__(cls, steps)
-        for number, count in enumerate(made, 1):
+        for count in made:
             if type(count) is not int:
-                raise BadNumber(f"motor {number} steps", count)
+                return super().__new__(cls, [_whole(*motor) for motor in enumerate(made, 1)])
         return made
 
     def __sub__(self, other: Motors) -> Motors:
@@ -267,15 +297,6 @@ class Motors(tuple[int, ...]):
 
     def __add__(self, other: tuple[int, ...]) -> Motors:  # type: ignore[override]
         return Motors([a + b for a, b in zip(self, other, strict=True)])
-
-    @overload  # type: ignore[override]
-    def __getitem__(self, index: int) -> int: ...
-    @overload
-    def __getitem__(self, index: slice) -> Motors: ...
-    def __getitem__(self, index: int | slice) -> int | Motors:
-        """Return one motor's steps, or some motors'."""
-        picked = super().__getitem__(index)
-        return Motors(picked) if isinstance(picked, tuple) else picked
 
     @property
     def largest(self) -> int:

@@ -1,7 +1,5 @@
 """How much the tests try: a sample by default, everything with THOROUGH=1 in the environment."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from itertools import product

@@ -1,7 +1,5 @@
 """For all tests: repeatable hypothesis runs, a home folder each, and options for a real arm."""
 
-from __future__ import annotations
-
 import gc
 import itertools
 import os

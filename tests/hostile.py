@@ -1,7 +1,5 @@
 """Text and files that are made to do harm, and checks of what is printed."""
 
-from __future__ import annotations
-
 import os
 import socket
 

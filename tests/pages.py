@@ -1,7 +1,5 @@
 """The pages of the documentation, found by their names in any folder of docs/."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Everything on the page about adding a controller works: its files, its row, its commands."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

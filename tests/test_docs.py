@@ -4,6 +4,7 @@ import dataclasses
 import math
 import pkgutil
 import re
+import sys
 import tomllib
 
 import pytest
@@ -11,12 +12,19 @@ from pages import DOCS, PAGES, ROOT, blocks, page
 
 from armdrive.config import arm as armfile
 from armdrive.config import sections as armsections
-from armdrive.config.write import MEANINGS
+from armdrive.config.write import MEANINGS, complete
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
-from armdrive.registry.arm_files import parse_arm
+from armdrive.registry import DIALECTS
+from armdrive.registry.arm_files import parse_arm, preset_arm
 from armdrive.text.toml import rule_of
 from kinematics import preset
 from kinematics.geometry import Tool
+
+sys.path.append(str(DOCS))
+import arm_file_keys
+import generated
+
+sys.path.remove(str(DOCS))
 
 PACKAGES = ("armdrive", "firmware_protocol", "kinematics", "tui")
 
@@ -184,3 +192,46 @@ def test_a_docstring_names_nothing_of_the_packages_that_is_not_there(package):
                 pkgutil.resolve_name(name)
             except (ImportError, AttributeError):
                 pytest.fail(f"{path.relative_to(ROOT)} names {name}")
+
+
+# What is generated.
+
+
+@pytest.mark.parametrize(
+    ("path", "text"), generated.files(), ids=lambda each: getattr(each, "name", "")
+)
+def test_a_generated_page_is_fresh(path, text):
+    assert path.read_text(encoding="utf-8") == text, "run: python docs/generated.py"
+
+
+def test_every_generated_part_stands_on_one_page():
+    text = "".join(path.read_text(encoding="utf-8") for path in PAGES)
+    for name in generated.PARTS:
+        assert text.count(f"<!-- {name} -->") == 1, name
+
+
+SECTIONS = {
+    **dict(arm_file_keys.SECTIONS),
+    **dict(arm_file_keys.MODEL_SECTIONS),
+    **{row.name: row.settings() for row in DIALECTS.values()},
+}
+KEYS = [(name, key) for name, kind in SECTIONS.items() for key in dataclasses.fields(kind)]
+
+
+@pytest.mark.parametrize(("section", "key"), KEYS, ids=lambda it: getattr(it, "name", it))
+def test_every_key_of_an_arm_file_has_a_meaning_and_is_on_the_page(section, key):
+    assert rule_of(key).help
+    _, _, table = arm_file_keys.page().partition(f"## `[{section}]`")
+    assert f"| `{key.name}` |" in table.partition("\n## ")[0]
+
+
+@pytest.mark.parametrize("row", DIALECTS.values(), ids=DIALECTS)
+def test_a_whole_file_says_what_the_keys_of_its_dialect_mean(row):
+    wire = armsections.Connection(row.name)
+    config = preset_arm(row.preset, name="bench", connection=wire)
+    _, _, section = complete(config, config.source.table).partition(f"\n[{row.name}]")
+    written = section.partition("\n\n")[0]
+    for key in dataclasses.fields(row.settings()):
+        if getattr(config.device, key.name) is not None:
+            (line,) = re.findall(rf"(?m)^{key.name} = .*$", written)
+            assert line.endswith(f"# {rule_of(key).help}")

@@ -4,8 +4,6 @@ What has to be waited for is waited for by `waiting.py`, until it is seen. This 
 does otherwise, by the syntax of every file under `tests/`.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator
@@ -49,8 +47,7 @@ ALLOWED = {
     "armdrive/transports/can_served.py": DEVICE,
     "armdrive/sim/cia402/test_sim_cia402_master.py": DEVICE,
     "armdrive/mortal_host.py": "dies at a random time for `benchmarks/kill_everywhere.py`",
-    "armdrive/aio/test_async_cancelled.py": TIMEOUT,
-    "armdrive/aio/test_async_ends.py": TIMEOUT,
+    "armdrive/aio/test_async_arm.py": TIMEOUT,
 }
 """Who may, and why."""
 

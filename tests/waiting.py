@@ -6,8 +6,6 @@ computer never reaches it, and no test asserts how long anything took. Check bou
 simulated time, or by the clock of the simulated device.
 """
 
-from __future__ import annotations
-
 import asyncio
 import threading
 import time

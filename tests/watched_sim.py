@@ -5,8 +5,6 @@ the simulated device: from the moment by which it has received all that the prog
 moment at which it was last seen to move.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable

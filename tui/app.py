@@ -33,7 +33,14 @@ from armdrive.errors.printable import in_words
 from kinematics.errors import KinematicsError
 from tui.dialogs import HelpScreen, StillPalette
 from tui.keys.keyboard import Keyboard
-from tui.keys.presses import Confirmation, StaleInput, SuspensionDetector, UrgentKeys
+from tui.keys.presses import (
+    BURST,
+    BurstDetector,
+    Confirmation,
+    StaleInput,
+    SuspensionDetector,
+    UrgentKeys,
+)
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair
 from tui.safety import StopButton
 from tui.settings import COLOURLESS, HIGH_CONTRAST, look_after, look_named
@@ -129,16 +136,17 @@ class InputFilter:
         self.starved_s = math.inf
         """An app that did nothing for this long has kept its keys waiting."""
         self.person_s = 0.0
-        """A key that comes sooner than this after another was not pressed by a person."""
-        self._hasty = False
-        self._came_s = -math.inf
+        """A key waits this long, and does nothing if another one comes meanwhile."""
         self._app = app
+        self._bursts = BurstDetector()
+        self._waiting: events.Key | None = None
+        self._alarm = HoldAlarm(app, lambda: app.call_later(app.act_on_waiting))
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
         self._key: events.Key | None = None
         self._suspension = SuspensionDetector()
         self._stale = StaleInput()
-        self._absent_s = 0.0
+        self._why_stale = ""
         self._urgent_keys = UrgentKeys()
 
     def was_read(self, message: Message) -> None:
@@ -159,29 +167,45 @@ class InputFilter:
         absent_s, reported = self._suspension.look(now_s, self.busy_s())
         if reported or absent_s > self.suspended_s:
             self._stale.begin(now_s)
-            self._absent_s = absent_s
-            self._app.resumed(absent_s)
+            self._why_stale = f"this program was suspended for {absent_s:.1f} s"
+            self._app.disarm(self._why_stale)
         elif absent_s > self.starved_s:
             self._app.starved(absent_s)
+
+    def take(self, key: events.Key, *, at_once: bool) -> list[events.Key]:
+        """Take a key from the terminal; return the keys that the app acts on now, in order.
+
+        Of keys that came together none does anything, nor does what follows them, until there is
+        a silence. Those that act `at_once` only type, or go to the dead-man, which judges them.
+        """
+        waited = self.waited()
+        together = self._bursts.came_together(key.key, key.time, self.person_s)
+        if key.key in self._app.stop_keys:
+            return [key]  # what was typed before a stop begins nothing
+        if together and (waited or not at_once):
+            self._stale.begin(key.time)
+            self._why_stale = BURST
+            self._app.came_together()
+            return []
+        if at_once or not self.person_s:
+            return [*waited, key]
+        self._waiting = key
+        self._alarm.after(max(key.time + self.person_s - self.monotonic_s(), 0.0))
+        return waited
+
+    def waited(self) -> list[events.Key]:
+        """Return the key that has waited, if there is one; no other one has followed it so far."""
+        waiting, self._waiting = self._waiting, None
+        return [] if waiting is None else [waiting]
 
     @contextlib.contextmanager
     def acting_on(self, key: events.Key) -> Iterator[None]:
         """Remember which key the app acts on, and so how old it is."""
         self._key = key
-        if not key.is_forwarded:
-            self._hasty = key.time - self._came_s < self.person_s
-            self._came_s = key.time
-            if self._hasty:  # whatever key it is, the one before was no person's either
-                self._app.confirmation.refuse()
         try:
             yield
         finally:
             self._key = None
-
-    @property
-    def hasty(self) -> bool:
-        """Whether the key that the app acts on came too soon for a person to have pressed it."""
-        return self._key is not None and self._hasty
 
     def key_age_s(self) -> float:
         """Return the age of the key that the app acts on; 0 while there is none.
@@ -198,7 +222,7 @@ class InputFilter:
             return True
         stale = self._stale.is_stale(came_s)
         if stale and key.key not in self.urgent:
-            self._app.key_dropped(self._absent_s)
+            self._app.key_dropped(self._why_stale)
         return stale
 
     def drops_mouse(self, event: events.MouseEvent) -> bool:
@@ -233,27 +257,6 @@ def action_call(action: str | ActionParseResult, node: object) -> Callable[[], o
         return _do_nothing
     found = getattr(holder, name if part else f"action_{name}", None)
     return partial(found, *words) if callable(found) else None
-
-
-class AppScreens(Protocol):
-    """The screens of an app, and the one whose keys count."""
-
-    @property
-    def place(self) -> str:
-        """The id of the current screen."""
-
-    def show_place(self, place: str) -> None:
-        """Go to the screen on which a row of the table of keys counts, if there are several."""
-
-
-class OneScreen:
-    """The only screen of an app."""
-
-    def __init__(self, place: str = "") -> None:
-        self.place = place
-
-    def show_place(self, place: str) -> None:
-        """Stay: there is nowhere else to go."""
 
 
 Outcome = Callable[[], object]
@@ -366,7 +369,7 @@ class Dialogs:
 
     def help(self) -> None:
         """Show all keys."""
-        help_screen = HelpScreen(self._app.keys, self._app.screens.place, self._app.pairs)
+        help_screen = HelpScreen(self._app.keys, self._app.place, self._app.pairs)
         self.open(help_screen, reason="the help is shown")
 
     def palette(self) -> None:
@@ -416,7 +419,6 @@ class KeyApp(App[int], inherit_bindings=False):
     """The jog keys that the help explains."""
     keys_bound: Sequence[DeskKey] = TABLE
     """The rows that the bindings of the app and its screens were made from."""
-    screens: AppScreens = OneScreen()
 
     def __init__(
         self,
@@ -466,16 +468,17 @@ class KeyApp(App[int], inherit_bindings=False):
         """Let no key of the current screen move anything."""
         self.confirmation.forget()
 
-    def resumed(self, time_s: float) -> None:
-        """Note a suspension of this length. What was typed meanwhile is dropped."""
-        self.disarm(f"this program was suspended for {time_s:.1f} s")
+    def came_together(self) -> None:
+        """Say that keys were dropped that no person has pressed; they confirm nothing either."""
+        self.confirmation.refuse()
+        self.say(f"{BURST}: they were dropped")
 
     def starved(self, time_s: float) -> None:
         """Note that keys may have waited for the app for this long."""
 
-    def key_dropped(self, time_s: float) -> None:
+    def key_dropped(self, why: str) -> None:
         """Say why a key had no effect: a key that is dropped without a word seems broken."""
-        self.say(f"a key was dropped: this program was suspended for {time_s:.1f} s; press again")
+        self.say(f"a key was dropped: {why}; press again")
 
     def run_or_raise(self) -> None:
         """Run until the user leaves. Raises the error that ended the app, if one did."""
@@ -499,10 +502,18 @@ class KeyApp(App[int], inherit_bindings=False):
         """Do what the stop keys do."""
         raise NotImplementedError
 
+    @property
+    def place(self) -> str:
+        """The id of the current screen, by which its rows of the table of keys go."""
+        return getattr(self.screen_stack[0], "place", "")
+
+    def show_place(self, place: str) -> None:
+        """Go to the screen on which a row of the table of keys counts, if there are several."""
+
     async def action_do_row(self, name: str) -> None:
         """Act as a row of the table of keys, as if its key was pressed on its screen."""
         row = self.keys.row(name)
-        self.screens.show_place(row.place)
+        self.show_place(row.place)
         await self.run_action(row.action, self.screen_stack[0] if row.place else self)
 
     @on(Driver.SignalResume)
@@ -529,8 +540,9 @@ class KeyApp(App[int], inherit_bindings=False):
     async def on_event(self, event: events.Event) -> None:
         """Take the stop keys before anything else sees them, and drop what is stale."""
         if isinstance(event, events.Key):
-            with self.input.acting_on(event):
-                await self._on_key_event(event)
+            new = not event.is_forwarded
+            taken = self.input.take(event, at_once=self.acts_at_once(event)) if new else [event]
+            await self._act_on(taken)
             return
         if isinstance(event, events.MouseEvent) and not event.is_forwarded:
             if isinstance(event, events.MouseDown) and self._is_on_stop(event):
@@ -548,6 +560,28 @@ class KeyApp(App[int], inherit_bindings=False):
             return False
         return isinstance(widget, StopButton)
 
+    def acts_at_once(self, key: events.Key) -> bool:
+        """Return whether a key only types a letter: people type faster than they command."""
+        if not self.screen_stack:
+            return True  # the screens are already being taken down
+        line, widget = self._typing, self.focused
+        types = line is not None and line.takes(key.character)
+        return types or (widget is not None and widget.check_consume_key(key.key, key.character))
+
+    async def act_on_waiting(self) -> None:
+        """Act on a key that no other one has followed."""
+        await self._act_on(self.input.waited())
+
+    async def _act_on(self, keys: Sequence[events.Key]) -> None:
+        for key in keys:
+            with self.input.acting_on(key):
+                await self._on_key_event(key)
+
+    @property
+    def _typing(self) -> TypedText | None:
+        """The line that is typed into, if there is one."""
+        return self.screen.typing if isinstance(self.screen, TypingScreen) else None
+
     async def _on_key_event(self, event: events.Key) -> None:
         """Take a key that has come, or that no widget wanted."""
         if not event.is_forwarded:
@@ -564,7 +598,7 @@ class KeyApp(App[int], inherit_bindings=False):
 
     def _takes_typed(self, character: str | None) -> bool:
         """Type a character into the line that is typed into, if there is one; return whether."""
-        line = self.screen.typing if isinstance(self.screen, TypingScreen) else None
+        line = self._typing
         if line is None or character is None or not line.takes(character):
             return False
         with self.calls.acting():
@@ -585,7 +619,7 @@ class HoldAlarm:
     If the app was too busy to ring in time, it handles waiting events before it rings.
     """
 
-    def __init__(self, app: KeyApp, call: Callable[[], None]) -> None:
+    def __init__(self, app: KeyApp, call: Callable[[], object]) -> None:
         self._app = app
         self._call = call
         self._timer: Timer | None = None

@@ -35,6 +35,9 @@ DRAG_DEG = (3, 6)
 REST_S = 1.0
 """Outlines of the reach are worked out no more often: it takes time from the arm's own thread."""
 
+LEAST_ROWS = 5
+"""In fewer rows nothing can be recognised, and nothing is drawn."""
+
 CLEAR = "clear"
 """Asks for the driven way to be forgotten."""
 
@@ -46,15 +49,15 @@ INK_STYLES: Mapping[Ink, str] = MappingProxyType(
         Ink.NONE: "",
         Ink.TABLE: "$foreground 70%",
         Ink.REACH: "$text-secondary",
-        Ink.GUARD: "$error",
+        Ink.GUARD: "$text-error",
         Ink.BASE: "$foreground",
-        Ink.PLANNED: "$accent",
-        Ink.DRIVEN: "$success",
-        Ink.GOAL: "bold $accent",
+        Ink.PLANNED: "$text-accent",
+        Ink.DRIVEN: "$text-success",
+        Ink.GOAL: "bold $text-accent",
         Ink.ARM: "bold $foreground",
         Ink.GRIPPER: "bold $foreground",
-        Ink.JOINT: "bold $primary",
-        Ink.AXIS: "bold $warning",
+        Ink.JOINT: "bold $text-primary",
+        Ink.AXIS: "bold $text-warning",
         Ink.WORD: "bold $foreground",
     }
 )
@@ -182,7 +185,8 @@ class SpaceView(Widget):
         return found
 
     def _redraw(self) -> None:
-        if not self.size:
+        if self.size.height < LEAST_ROWS:
+            self._painted, self._strips = None, {}
             return
         space = (
             self._scene.space(self._moment, self._unknown)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from textual import events
 
+from kinematics.text import rounded
 from tui.keys.table import JogPair, words
 from tui.widgets import PlainText, Span
 
@@ -25,8 +26,8 @@ AT_SHARE = 0.002
 UNKNOWN = "?"
 DEGREE = "\N{DEGREE SIGN}"
 CAP_STYLE = "reverse"
-MOVING_STYLE = "bold $primary"
-MARK_STYLES = {"": "bold $primary", "!": "bold $warning", "!!": "bold $error"}
+MOVING_STYLE = "bold $text-primary"
+MARK_STYLES = {"": "bold $text-primary", "!": "bold $text-warning", "!!": "bold $text-error"}
 """The style of a value and of its mark on the bar, by the sign after the value."""
 
 
@@ -35,7 +36,7 @@ class AxisRow:
     """One axis as it is shown. A value or limits of None are not known.
 
     `pair` are the keys that move it in the present mode; None where none do. `moving` says that
-    the value has just changed.
+    the value has just changed. `warns` is whether it is worth a warning that a limit is near.
     """
 
     name: str
@@ -44,11 +45,12 @@ class AxisRow:
     limits: tuple[float, float] | None = None
     pair: JogPair | None = None
     moving: bool = False
+    warns: bool = True
 
     @property
     def sign(self) -> str:
         """How close the value is to a limit: `!` near it, `!!` at it or beyond."""
-        if self.value is None or self.limits is None:
+        if self.value is None or self.limits is None or not self.warns:
             return ""
         low, high = self.limits
         margin = min(self.value - low, high - self.value) / (high - low)
@@ -57,7 +59,7 @@ class AxisRow:
     @property
     def value_text(self) -> str:
         """The value with its unit."""
-        return UNKNOWN if self.value is None else f"{round(self.value, 1) + 0.0:.1f}{self.unit}"
+        return UNKNOWN if self.value is None else f"{rounded(self.value, 1)}{self.unit}"
 
 
 def bar(value: float | None, low: float, high: float, width: int) -> str:
@@ -128,13 +130,12 @@ class AxisTable(PlainText):
         width = self.content_size.width
         if width <= 0:
             return
-        spans: list[Span] = []
+        caps, spans = self._caps_width(), list[Span]()
         for row in self._rows:
-            spans += [*self._row(row, width), ("\n", "")]
+            spans += [*self._row(row, width, caps), ("\n", "")]
         self.show(*spans[:-1], *([f"\n{self._note}"] if self._note else []))
 
-    def _row(self, row: AxisRow, width: int) -> Iterator[Span]:
-        caps = self._caps_width()
+    def _row(self, row: AxisRow, width: int, caps: int) -> Iterator[Span]:
         yield from self._caps(row.pair, caps)
         style = MOVING_STYLE if row.moving else ""
         yield f" {'>' if row.moving else ' '}{words(row.name)[:NAME_WIDTH]:<{NAME_WIDTH}}", style

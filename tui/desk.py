@@ -17,7 +17,7 @@ from typing import ClassVar, cast
 from textual import events, on
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
-from textual.containers import Container, Vertical
+from textual.containers import Container, Vertical, VerticalScroll
 from textual.screen import Screen
 
 from armdrive import Arm
@@ -31,9 +31,9 @@ from tui.arm_view import SpaceView, move_cameras
 from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import DeskJogging
-from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
-from tui.keys.presses import PERSON_S
-from tui.keys.table import SCREENS, STOP, jog_pairs, spoken, summary_of, titled
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
+from tui.keys.presses import BURST, PERSON_S
+from tui.keys.table import PAUSE, SCREENS, STOP, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
     SafetyPanel,
     after_reset,
@@ -117,10 +117,24 @@ class ArmLink:
         if hand is not None and hand.armed and (why := self.why_immobile):
             hand.disarm(why)  # the first key after a reset must not move the arm
 
+    @property
+    def pausable(self) -> bool:
+        """Whether there is anything to pause or to resume: a motion, or a program that waits."""
+        return self.moves or self.status.paused or self._desk.arm.program is not None
+
     def switch_pause(self, place: str) -> None:
-        """Pause the arm after its next burst, or resume it; `place` is the screen of the key."""
-        self.paused_at = "" if self.status.paused else place
-        (self._desk.arm.pause if self.paused_at else self._desk.arm.resume)()
+        """Pause the arm after its next burst, or resume it; `place` is the screen of the key.
+
+        A pause is made at once. The key may still be held then, so only a later press resumes.
+        """
+        if not self.pausable:
+            raise BadRequest("nothing moves: there is nothing to pause")
+        if self._desk.arm.paused:
+            self._desk.confirmation.press("resumes", self._desk.arm.resume, needed=1)
+            return
+        self.paused_at = place
+        self._desk.arm.pause()
+        self._desk.confirmation.refuse()
 
     def _note_loss(self) -> None:
         """Let no key jog, and close the questions about an arm that is gone."""
@@ -149,8 +163,10 @@ class ArmControl:
 
     def estop(self) -> None:
         """Stop and latch the error state."""
-        self._arm.estop()
-        self._desk.disarm("emergency stop")
+        try:
+            self._arm.estop()
+        finally:
+            self._desk.disarm("emergency stop")
 
     def reset(self) -> None:
         """Leave the error state."""
@@ -249,7 +265,6 @@ class ArmControl:
             desk.keys,
             asked,
             braille=desk.braille,
-            hasty=lambda: desk.input.hasty,
         )
         desk.dialogs.open(dialog, answered)
 
@@ -292,7 +307,7 @@ class DeskScreen(Screen[None]):
     @property
     def says(self) -> str:
         """The words after the badge of the arm's state, while nothing forbids motion."""
-        return ""
+        return f"{self.desk.keys.label(STOP)} stops the arm" if self.desk.link.moves else ""
 
     @property
     def settings_text(self) -> str:
@@ -372,17 +387,33 @@ class DeskScreen(Screen[None]):
             spoken=desk.spoken,
         )
         lost = desk.link.lost
-        hint = without_link(status, desk.keys) if lost else self.hint
+        hint = without_link(status, desk.keys) if lost else self.hint + self._more
         messages = messages_of(status, desk.message or hint, bannered=bool(state.forbids))
-        idle = (*self.idle, STOP) if lost else self.idle
+        idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
         self.text("messages").show(desk.spoken(messages))
         footer.show_keys(rows, footer.content_size.width)
         self.show_body(status)
 
+    @property
+    def _pauses(self) -> tuple[str, ...]:
+        """The row that pauses the arm, where this screen has one."""
+        return tuple(row.id for row in self.desk.keys.at(self.place) if row.action == PAUSE)
+
+    @property
+    def _resting(self) -> tuple[str, ...]:
+        """The rows that would do nothing while the arm moves, or while it stands."""
+        return (f"{self.place}-go",) if self.desk.link.pausable else self._pauses
+
+    @property
+    def _more(self) -> str:
+        """How to see what the panels have no room for; empty if nothing is below."""
+        below = any(each.max_scroll_y > each.scroll_y for each in self.query(VerticalScroll))
+        return f" ({short_label(self.desk.keys.of('more')[0])}: more)" if below else ""
+
     def first_keys(self, status: Status) -> tuple[str, ...]:
-        """Return the rows, by id, that make a blocked arm drivable again."""
+        """Return the rows, by id, that pause a moving arm, or make a blocked one drivable again."""
         by_state = {
             State.DISCONNECTED: ("reconnect",),
             State.ERROR_STOP: ("reset",),
@@ -393,7 +424,12 @@ class DeskScreen(Screen[None]):
             Trust.SUSPECT: ("reference",),
             Trust.RESTORED: ("confirm",),
         }
-        return by_state.get(status.state, ()) or by_trust.get(status.trust, ())
+        pauses = self._pauses if self.desk.link.pausable else ()
+        return by_state.get(status.state, pauses) or by_trust.get(status.trust, ())
+
+    def action_pause(self) -> None:
+        """Pause the arm after its next burst, or resume it."""
+        self.desk.link.switch_pause(self.place)
 
     def show_body(self, status: Status) -> None:
         """Show this status in the middle of the screen."""
@@ -421,11 +457,6 @@ class DeskScreens:
         return cast("DeskScreen", self._desk.screen_stack[0])
 
     @property
-    def place(self) -> str:
-        """The id of the current screen."""
-        return self.current.place
-
-    @property
     def hand(self) -> DeskJogging | None:
         """The hand on the jog keys, where the current screen has those."""
         return self.current.hand if self._desk.screen_stack else None
@@ -437,10 +468,13 @@ class DeskScreens:
         self._desk.message = ""  # it was about the screen before
         self._desk.switch_mode(place)
 
-    def show_place(self, place: str) -> None:
-        """Go to the screen on which a row of the table of keys counts."""
-        if place and place != self.place:
-            self.show(place)
+    def scroll(self, by: int) -> None:
+        """Scroll the panels of the current screen by half of what is in view."""
+        panels = [each for each in self.current.query(VerticalScroll) if each.max_scroll_y]
+        if not panels:
+            raise BadRequest("nothing is out of view here")
+        for panel in panels:
+            panel.scroll_relative(y=by * max(panel.size.height // 2, 1), animate=False)
 
     def do_row(self, name: str) -> None:
         """Do what a row of the table of keys does on the current screen, or say why not."""
@@ -533,6 +567,17 @@ class Desk(KeyApp):
         if self.screen_stack:  # else the screens are already being taken down
             self.screens.current.disarm(reason)
 
+    def acts_at_once(self, key: events.Key) -> bool:
+        """Return whether a key only types a letter, or jogs: the dead-man judges those itself."""
+        jogs = self.screens.hand is not None and self.keys.jog_key(key.key) is not None
+        return (jogs and len(self.screen_stack) == 1) or super().acts_at_once(key)
+
+    def came_together(self) -> None:
+        """Disarm as well: some of the keys may be on their way to the dead-man."""
+        super().came_together()
+        if self.screens.hand is not None:
+            self.screens.hand.disarm(BURST)
+
     def starved(self, time_s: float) -> None:
         """Note that keys may have waited for the desk for this long; those move nothing."""
         if self.screens.hand is not None:
@@ -574,6 +619,11 @@ class Desk(KeyApp):
         """Return a text in the words of the desk, with the joints as people write them."""
         return spoken(self.keys.presented(text), self._joint_names)
 
+    def show_place(self, place: str) -> None:
+        """Go to the screen on which a row of the table of keys counts."""
+        if place and place != self.place:
+            self.screens.show(place)
+
     def action_view(self, what: str) -> None:
         """Move the camera about the arm that is drawn."""
         if not move_cameras(self.screen, what):
@@ -582,12 +632,8 @@ class Desk(KeyApp):
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer the actions of this screen, actions with other search words, and the looks."""
         del screen
-        known = (
-            row for row in self.keys.rows if row.also and row.place not in ("", self.screens.place)
-        )
-        return commands(
-            (*self.keys.at(self.screens.place), *known), self.action_do_row, self.looks.put_on
-        )
+        known = (row for row in self.keys.rows if row.also and row.place not in ("", self.place))
+        return commands((*self.keys.at(self.place), *known), self.action_do_row, self.looks.put_on)
 
     # -- stopping and ending ------------------------------------------------------------------
 

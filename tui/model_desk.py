@@ -14,7 +14,7 @@ from textual.screen import Screen
 
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
-from tui.app import KeyApp, OneScreen
+from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
 from tui.keys.remap import checked
@@ -181,6 +181,7 @@ NO_ARM = "MODEL ONLY: no arm is connected"
 class ModelScreen(Screen[None]):
     """A model, its theory, and the keys that move it."""
 
+    place = PLACE
     AUTO_FOCUS = ""
     BINDINGS: ClassVar[list[BindingType]] = bindings_of(
         row for row in model_keys().rows if row.place == PLACE
@@ -267,7 +268,6 @@ class ModelDesk(KeyApp):
         row for row in model_keys().rows if not row.place
     )
     keys_bound = model_keys().rows
-    screens = OneScreen(PLACE)
 
     def __init__(self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS) -> None:
         super().__init__(model_keys(keys), braille=braille)

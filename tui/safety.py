@@ -15,6 +15,7 @@ from textual.widgets import Static
 from armdrive.errors.printable import printable
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Status, Trust, bound_words, coded, rounded_up, trust_words
+from kinematics.text import rounded
 from tui.keys.keyboard import Keyboard, label
 from tui.keys.table import STOP, titled
 from tui.widgets import PlainText, Span
@@ -24,7 +25,11 @@ View = Mapping[str, Any]
 
 UNKNOWN = "?"
 GOOD, BUSY, CAREFUL, WRONG, QUIET = "$success", "$primary", "$warning", "$error", ""
-"""Green is well, blue the arm at work, amber near or armed, red stop or wrong, none ignorable."""
+"""Green is well, blue the arm at work, amber near or armed, red stop or wrong, none ignorable.
+
+These fill the ground of a word. Text on the ground of the screen has the theme's `$text-warning`
+and so on, which can be read in a light look too.
+"""
 
 BADGES: Mapping[str, Span] = {
     State.DISCONNECTED.value: ("LINK LOST", WRONG),
@@ -43,9 +48,9 @@ ARMED: Span = ("ARMED", CAREFUL)
 PAUSED: Span = ("PAUSED", CAREFUL)
 
 DOTS: Mapping[str, Span] = {
-    Trust.REFERENCED.value: ("\N{BLACK CIRCLE}", GOOD),
-    Trust.RESTORED.value: ("\N{BLACK CIRCLE}", CAREFUL),
-    Trust.SUSPECT.value: ("\N{BLACK CIRCLE}", WRONG),
+    Trust.REFERENCED.value: ("\N{BLACK CIRCLE}", "$text-success"),
+    Trust.RESTORED.value: ("\N{BLACK CIRCLE}", "$text-warning"),
+    Trust.SUSPECT.value: ("\N{BLACK CIRCLE}", "$text-error"),
     Trust.UNKNOWN.value: ("\N{WHITE CIRCLE}", QUIET),
 }
 
@@ -259,7 +264,7 @@ def progress_of(program: View) -> str:
 def number_text(value: object, digits: int = 1) -> str:
     """Return a number with this many digits, a question mark instead of anything else."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f"{float(value) + 0.0:.{digits}f}" if number else UNKNOWN  # type: ignore[arg-type]
+    return rounded(float(value), digits) if number else UNKNOWN  # type: ignore[arg-type]
 
 
 FACT_GAP = "   "

@@ -6,7 +6,7 @@ import json
 from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from textual.theme import Theme
 
@@ -16,6 +16,8 @@ from armdrive.status import Status
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file
 from tui.keys.table import JOG_PAIRS, MM_AXES, JogPair
+
+Number = TypeVar("Number", int, float)
 
 INCREMENTS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 """Sizes of one step, in degrees for angles and mm for the rest."""
@@ -106,9 +108,11 @@ class MoveSettings:
     speed: float = 0.5
 
 
-def neighbour(values: tuple[float, ...], value: float, by: int) -> float:
-    """Return the value `by` places further in a table, at most its last or first."""
-    return values[min(max(values.index(value) + by, 0), len(values) - 1)]
+def neighbour(values: tuple[Number, ...], value: Number, by: int) -> Number:
+    """Return the value `by` places further up or down a table; beyond its ends nothing changes."""
+    further: list[Number] = [n for n in values if (n > value if by > 0 else n < value)]
+    further.sort(reverse=by < 0)
+    return further[min(abs(by), len(further)) - 1] if further else value
 
 
 # How an app looks: its themes. The layout is in desk.tcss. No theme is needed to understand the

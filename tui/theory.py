@@ -24,6 +24,7 @@ from armdrive.status import Status
 from kinematics.chains.assignment import assign_frames
 from kinematics.chains.links import Convention, JointKind
 from kinematics.presets import ArmModel
+from kinematics.text import rounded
 from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections, wrapped
 from kinematics.textbook.stepping import axes_of
 from kinematics.textbook.study import Study, Subject, searched, study, subject_of_arm
@@ -370,8 +371,8 @@ def _range(value: float, limits: tuple[float, float], kind: JointKind, room: int
 
 def _value(value: float, unit: str) -> str:
     if unit == "rad":
-        return f"{round(math.degrees(value), 1) + 0.0:.1f}\N{DEGREE SIGN}"
-    return f"{round(value, 1) + 0.0:.1f}mm"
+        return f"{rounded(math.degrees(value), 1)}\N{DEGREE SIGN}"
+    return f"{rounded(value, 1)}mm"
 
 
 LOOK_S = 0.2

@@ -28,6 +28,7 @@ from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.presses import PERSON_S
 from tui.keys.remap import load_keys
 from tui.keys.table import STOP
 from tui.safety import (
@@ -44,7 +45,7 @@ from tui.safety import (
     progress_of,
     stopping_text,
 )
-from tui.settings import memory_file, recall
+from tui.settings import memory_file, neighbour, recall
 from tui.terminal import draws_braille
 from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLines, panels
 
@@ -127,13 +128,6 @@ def percent(view: View) -> int:
     """Return the speed that the arm may go at, in percent of what it is asked for."""
     share = view.get("speed_override", 1.0)
     return round(share * 100) if isinstance(share, int | float) else 100
-
-
-def next_percent(now: int, by: int) -> int:
-    """Return the next speed below or above, in percent; the ends hold."""
-    if by < 0:
-        return max((each for each in PERCENTS if each < now), default=PERCENTS[0])
-    return min((each for each in PERCENTS if each > now), default=PERCENTS[-1])
 
 
 def _named(values: object, ending: str, unit: str) -> list[str]:
@@ -289,7 +283,7 @@ class Watching(KeyApp):
         self.view: Mapping[str, Any] = {}
         self.ended = ""
         self.message = "watching: no key here begins a motion, and leaving does not stop the arm"
-        self.input.suspended_s = SUSPENDED_S
+        self.input.suspended_s, self.input.person_s = SUSPENDED_S, PERSON_S
         self._holder = holder
 
     def get_default_screen(self) -> Screen[None]:
@@ -305,9 +299,6 @@ class Watching(KeyApp):
     def _receive(self) -> None:
         try:
             for view in self._holder.views():
-                if "state" not in view:
-                    self.ended = str(view.get("error", "its program cannot be watched"))
-                    return
                 self.view = view
             self.ended = GIVEN_BACK
         except ArmError as error:
@@ -341,7 +332,7 @@ class Watching(KeyApp):
 
     def action_change_speed(self, by: int) -> None:
         """Ask for a lower or higher speed."""
-        wanted = next_percent(percent(self.view), by)
+        wanted = neighbour(PERCENTS, percent(self.view), by)
         self._ask("slow", f"asked to go at {wanted} % of its speed", percent=wanted)
 
     def action_leave(self) -> None:

@@ -10,7 +10,7 @@ from textual.content import Content
 from textual.widgets import OptionList, Static
 
 from armdrive.errors.printable import printable, printable_lines
-from tui.keys.keyboard import KEYS_LAST, OWN_KEPT, PAIRS, Keyboard, label
+from tui.keys.keyboard import KEYS_LAST, OWN_KEPT, PAIRS, Keyboard, short_label
 from tui.keys.table import SCREENS, DeskKey
 
 Span = tuple[str, str]
@@ -105,7 +105,7 @@ class KeyGroup:
     @property
     def texts(self) -> tuple[str, ...]:
         """What each row is clicked on: its key; the last one has the name behind it."""
-        keys = [label(row.keys[0]).replace("ctrl+", "^") for row in self.rows]
+        keys = [short_label(row.keys[0]) for row in self.rows]
         return (*(f"{key} " for key in keys[:-1]), f"{keys[-1]} {self.name}{KEY_GAP}")
 
 
@@ -216,7 +216,7 @@ def panels(**titles: str) -> Iterator[PlainText]:
 
 CURRENT_STYLE = "bold reverse $primary"
 DONE_STYLE = "dim"
-WRONG_STYLE = "bold $error"
+WRONG_STYLE = "bold $text-error"
 LINES_SHOWN = 12
 
 

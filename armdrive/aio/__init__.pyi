@@ -11,13 +11,13 @@ from armdrive.arm.moving import Gripper, Place
 from armdrive.arm.reference import Accept, GroupReport
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import Operator, PostureRequest
+from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog import Jogged
 from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
 from armdrive.motion.reference import Verified
-from armdrive.motion.standing import RowReport
 from armdrive.moves import (
     Angles,
     GraspMove,

@@ -41,6 +41,9 @@ class AsyncHandle(Generic[T_co]):
         self.sync = sync
         self._carry = carry
 
+    def __repr__(self) -> str:
+        return f"<Async{repr(self.sync)[1:]}"
+
     @property
     def done(self) -> bool:
         """Whether the motion has ended, successfully or not."""
@@ -65,6 +68,9 @@ class AsyncCalls(Generic[S]):
     def __init__(self, sync: S, arm: Arm) -> None:
         self.sync = sync
         self._arm = arm
+
+    def __repr__(self) -> str:
+        return f"<Async{repr(self.sync)[1:]}"
 
     async def carry(self, call: Coroutine[Any, Any, R]) -> R:
         """Run a call; cancelling it stops the arm."""
@@ -185,12 +191,8 @@ class Connecting(Generic[A]):
         return self._connected().__await__()
 
     async def __aenter__(self) -> A:
-        arm = self._arm = await self._connected()
-        try:
-            return await arm.__aenter__()
-        except BaseException:
-            await arm.close()
-            raise
+        self._arm = await self._connected()
+        return await self._arm.__aenter__()  # closes the arm if that fails
 
     async def __aexit__(
         self,

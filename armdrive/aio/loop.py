@@ -145,7 +145,9 @@ class SimulatedCall(LoopCall[R]):
 # awaits the call, also through `gather` or nested tasks, start its next call at the same moment.
 SETTLING = 10
 
-STEPS = 4  # clock steps per turn: fewer cost more overhead, more delay the loop's other tasks
+STEPS_PER_TURN = (
+    4  # clock steps per turn: fewer cost more overhead, more delay the loop's other tasks
+)
 
 
 class ClockDriver:
@@ -199,7 +201,7 @@ class ClockDriver:
     def _advance(self) -> None:
         """Run each arm's due work and advance the time, until a wait is over."""
         with SignalsBetweenSteps() as signals:
-            for _ in range(STEPS):
+            for _ in range(STEPS_PER_TURN):
                 with self._clock.lock:
                     next_s = self._clock.advance()
                     if self._any_ready():

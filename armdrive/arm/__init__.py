@@ -1,5 +1,11 @@
 """`Arm`: the calls of a program. Each call delegates to the collaborator that does the work.
 
+    moving      planned moves, increments, held jogs and their lease, deadlines, the gripper
+    reference   home, confirmations, verification
+    device      inputs, outputs, and a program in the controller's memory
+    connected   closing, reconnecting, the log, handles of motions
+    arguments   the checks of arguments, by annotation
+
 Every call is safe from any thread; `stop`, `estop` and `status` also work while another call waits.
 """
 
@@ -16,7 +22,7 @@ from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import Connection, Handle, finished, log_reader
 from armdrive.arm.device import InputsOutputs, Lines, read_pendant_program, write_pendant_program
 from armdrive.arm.moving import Gripper, Jogging, Moving, Place, move_to_place
-from armdrive.arm.reference import Accept, GroupReport, Referencing, unreported
+from armdrive.arm.reference import Accept, GroupReport, Referencing
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
@@ -24,7 +30,8 @@ from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors import LinkLost, NoAnswer, StateFileError, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes, made_of
-from armdrive.motion import standing
+from armdrive.motion import connecting
+from armdrive.motion.device import RowReport, mend_settings
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
@@ -32,7 +39,6 @@ from armdrive.motion.jog import Jogged
 from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
 from armdrive.motion.reference import Verified
-from armdrive.motion.standing import RowReport
 from armdrive.moves import (
     BASE_FRAME,
     Angles,
@@ -56,11 +62,11 @@ from armdrive.moves import (
 )
 from armdrive.runtime.arm_state import EMERGENCY_STOP
 from armdrive.runtime.clock import PaceChoice
-from armdrive.runtime.states import Event, after
+from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage.files import require_free
 from armdrive.storage.point_file import Points
-from armdrive.tasks import DeviceSettings, never
+from armdrive.tasks import DeviceSettings, unreported
 from armdrive.trace.recorder import traced
 from kinematics.paths.routes import PathPart
 from kinematics.presets import ArmModel
@@ -76,7 +82,13 @@ if TYPE_CHECKING:  # few arms and programs need these
 @traced
 @checked_calls(RULES)
 class Arm:
-    """A connected arm. Create it with `Arm.connect` and use it in a `with` statement."""
+    """A connected arm. Create it with `Arm.connect` and use it in a `with` statement.
+
+    A call that moves the arm may raise `WrongState`, `NotReferenced`, `OutOfBounds`, or an error of
+    the kinematics, before anything is sent; and `Stopped`, `LinkLost`, `NoAnswer` or another
+    `DeviceFault` on the way. A stop ends `sleep` and `wait_inputs` too. If another program stops
+    the arm between two of all these calls, the next one raises `Stopped`.
+    """
 
     program: Callable[[], dict[str, Any]] | None = None
     """Describes the running program to other processes, as plain data; None if none is running."""
@@ -111,6 +123,12 @@ class Arm:
             except StateFileError:  # what moves an arm must be within reach of `armdrive stop`
                 self.close()
                 raise
+
+    def __repr__(self) -> str:  # takes no lock: a debugger may ask in mid-motion
+        kind = "SIMULATED" if self.simulated else "REAL"
+        state = "closed" if self.closed else self.core.state.value
+        trust = self.core.belief.trust.value
+        return f"<{type(self).__name__} {self.config.name}, {kind}: {state}, position {trust}>"
 
     # -- connecting -----------------------------------------------------------------------------
 
@@ -204,7 +222,7 @@ class Arm:
 
         Moves nothing.
         """
-        await self.runner.perform(standing.enable(self.wire))
+        await self.runner.perform(connecting.enable(self.wire))
 
     @blocking
     async def disable(self) -> None:
@@ -212,8 +230,8 @@ class Arm:
 
         Afterwards the position is suspect. A TeachMover receives `@RESET`.
         """
-        after(self.core.state, Event.DISABLE)
-        await self.runner.perform(standing.disable(self.wire))
+        self.runner.require(Event.DISABLE)
+        await self.runner.perform(connecting.disable(self.wire))
 
     @blocking
     async def reset(self) -> None:
@@ -221,9 +239,9 @@ class Arm:
 
         In standby, or while the motors are off, `reset` unlocks a locked device.
         """
-        after(self.core.state, Event.RESET)
+        self.runner.require(Event.RESET)
         await self.runner.stop()
-        await self.runner.perform(standing.reset(self.wire))
+        await self.runner.perform(connecting.reset(self.wire))
 
     # -- referencing ----------------------------------------------------------------------------
 
@@ -308,7 +326,8 @@ class Arm:
         """Start a move, and return a `Handle` to wait for its end or to cancel it.
 
         `stops` is the value of `arm.stops` when the program decided on the move. If a stop has been
-        requested since then, the move does not start and `Stopped` is raised.
+        requested since then, the move does not start and `Stopped` is raised. Without `stops`, that
+        happens after a stop by another program that no call has reported yet.
         """
         return self.moving.start(move, stops)
 
@@ -529,9 +548,9 @@ class Arm:
         """Jog joints: by increments, `shoulder_deg=2, gripper_mm=5`, or for a time.
 
         With `duration_s`, the axes are directions from -1 to 1, `shoulder=1`, that share the
-        speed. A jog stops at a limit, and `note` of the result says so. An arm without a reference
-        can jog too, slowly and without limits. If a model file gives joints other names, use a
-        mapping: `{"turret_deg": 2}`.
+        speed. A jog ends at a limit or in a pause, and `note` of the result says so; a stop raises
+        `Stopped`. An arm without a reference can jog too, slowly and without limits. If a model
+        file gives joints other names, use a mapping: `{"turret_deg": 2}`.
         """
         named = jog_axes(by_name(amounts, axes), in_steps=duration_s is None)
         return await self._jogging.jog(Jog(Space.JOINT, named), speed, duration_s)
@@ -558,6 +577,7 @@ class Arm:
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once.
 
+        After a stop, no `hold` moves the arm before `release` or the end of the latest `for_s`.
         If the jog is refused, the status's `notice` says why until the next motion begins.
         """
         self._jogging.hold(jog, speed, for_s)
@@ -587,21 +607,29 @@ class Arm:
         await self.runner.stop()
         if stopped is not None and isinstance(stopped.error, NoAnswer):
             raise stopped.error
-        if self.engine.broken is not None and not self.closed:
-            raise LinkLost(
-                f"the stop did not reach the arm ({self.engine.broken}): look at the arm, and stop "
-                "it at its own switch"
-            )
+        self._require_stoppable()
 
     def estop(self) -> None:
         """Stop, latch error-stop, and return at once. Only `reset` leaves error-stop.
 
-        A device that can stop without a ramp does so, even if it loses its position.
+        A device that can stop without a ramp does so, even if it loses its position. The call does
+        not wait for the device; `stop` waits until the arm stands, and can follow. Raises
+        `LinkLost` if the connection is lost: nothing can be sent, and error-stop latches if the
+        connection comes back.
         """
         self.request_stop(hard=True)  # before taking the lock, because the engine may hold it
         with self.pace.lock:
             self.core.fault("emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP)
             self.request_stop(hard=True)
+        self._require_stoppable()
+
+    def _require_stoppable(self) -> None:
+        """Raise `LinkLost` if a stop cannot reach the arm."""
+        if self.engine.broken is not None and not self.closed:
+            raise LinkLost(
+                f"the stop did not reach the arm ({self.engine.broken}): look at the arm, and stop "
+                "it at its own switch"
+            )
 
     def request_stop(self, *, hard: bool = False) -> None:
         """Request a stop and return at once. A signal handler may call nothing but this."""
@@ -616,12 +644,13 @@ class Arm:
     async def sleep(self, time_s: float) -> None:
         """Wait on the arm's own clock, for at most 1,000,000 s.
 
-        Raises `Stopped` if the program or its computer was suspended during the wait: an arm that
-        moved on after such a gap would surprise the people around it.
+        Raises `Stopped` if a stop is requested, or if the program or its computer was suspended
+        during the wait: an arm that moved on after such a gap would surprise the people around it.
         """
-        absences = self.runner.absences()
-        await Wait(self.pace, never, time_s)
+        absences, stops = self.runner.absences(), self.runner.known_stops
+        await Wait(self.pace, lambda: self.runner.stops != stops, time_s)
         self.runner.require_present(absences)
+        self.runner.require_no_stop(stops, "while the program slept")
 
     def pause(self) -> None:
         """Pause the arm after its current burst or segment, until `resume` or a stop.
@@ -750,7 +779,7 @@ class Arm:
         program: PendantProgram,
         *,
         leave_others: bool = False,
-        report: RowReport = standing.unreported,
+        report: RowReport = unreported,
     ) -> int:
         """Write a program into the arm's memory and read it back; moves nothing.
 
@@ -769,7 +798,7 @@ class Arm:
         Without `lines`, write all those that `status.notice` and `armdrive doctor` show.
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
-        body = standing.mend_settings(self.wire, tuple(chosen))
+        body = mend_settings(self.wire, tuple(chosen))
         return await self.runner.perform(body, PATIENCE_S)
 
     # -- the flight recorder --------------------------------------------------------------------

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -57,6 +56,9 @@ class Connection:
     async def close(self) -> None:
         """Stop, save the position, and release the port. Closing twice is no error."""
         parts = self._parts
+        if parts.engine.forked:  # the port, the record and the lock are the parent's
+            self.closed = True
+            return
         try:
             if parts.core.state is not State.DISCONNECTED:
                 await parts.runner.stop()
@@ -74,11 +76,9 @@ class Connection:
 
     def _close_at_exit(self) -> None:
         """Close the arm when its program ends without doing so."""
-        process = os.getpid()
 
         def close() -> None:
-            if os.getpid() == process:  # a forked child has only a copy of the arm
-                run_blocking(self.close())
+            run_blocking(self.close())
 
         atexit.register(close)
         self.on_close(lambda: atexit.unregister(close))
@@ -97,13 +97,13 @@ class Connection:
 def log_reader(pace: Pace, tracer: Tracer, dialect: str, back: int | None) -> LogReader:
     """Return a reader of a flight recorder's entries in words, starting with the latest `back`."""
     # imported here to keep start-up fast: few programs read the log
-    from armdrive.trace.log import BACK, LogReader
+    from armdrive.trace.log import FURTHEST_BEHIND, LogReader
 
     def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with pace.lock:
             return tracer.since(number, most, back)
 
-    return LogReader(since, dialect, tracer.began_s, back=BACK if back is None else back)
+    return LogReader(since, dialect, tracer.began_s, back=FURTHEST_BEHIND if back is None else back)
 
 
 # The handle of a running motion, which a call with `wait=False` returns.
@@ -120,6 +120,11 @@ class Handle(Generic[T_co]):
         self._runner = runner
         self._task = task
         self._timeout_s = timeout_s
+
+    def __repr__(self) -> str:
+        error = self._task.error
+        end = "done" if error is None else f"ended by {type(error).__name__}"
+        return f"<{type(self).__name__}: {end if self.done else 'under way'}>"
 
     @property
     def done(self) -> bool:
@@ -138,7 +143,7 @@ class Handle(Generic[T_co]):
             return await self._runner.finish(self._task, self._timeout_s)
         if not await Wait(self._runner.pace, lambda: self._task.done, timeout_s):
             raise WaitTimeout(f"the motion had not ended after {timeout_s:g} s")
-        return self._task.result()
+        return self._runner.result(self._task)
 
     @blocking
     async def cancel(self) -> None:

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 from armdrive.abilities import OUTPUTS
 from armdrive.blocking import Wait
 from armdrive.connect.parts import Parts
-from armdrive.errors import BadRequest, InputTimeout, Refused, Stopped
-from armdrive.motion import standing
+from armdrive.errors import BadRequest, InputTimeout, Refused
+from armdrive.motion import device as device_tasks
 from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import RealPace
-from armdrive.runtime.engine import Engine
-from armdrive.runtime.states import Event, after
-from armdrive.status import State, Trust
+from armdrive.runtime.states import Event
+from armdrive.status import BELIEVED, State
 
 if TYPE_CHECKING:
     from armdrive.dialects import PendantTools
@@ -74,8 +73,8 @@ class InputsOutputs:
 
     async def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""
-        after(self._core.state, Event.MOVE, "switching an output")
-        await self._parts.runner.perform(standing.set_outputs(self._parts.wire, bits))
+        self._parts.runner.require(Event.MOVE, "switching an output")
+        await self._parts.runner.perform(device_tasks.set_outputs(self._parts.wire, bits))
 
     async def set_output(self, number: int, on: bool = True) -> None:
         """Switch one output, counted from 1; see `Arm.set_output`."""
@@ -98,16 +97,17 @@ class InputsOutputs:
             raise BadRequest(
                 "name at least one input as high or low, and none as both: high=1, low=2"
             )
-        core, stops = self._core, self._parts.runner.stops
+        core, runner = self._core, self._parts.runner
+        stops = runner.known_stops
         with self._parts.pace.lock:
             if core.state in _NOT_POLLED:
-                after(core.state, Event.MOVE, WAITING)
+                runner.require(Event.MOVE, WAITING)
             core.readings.awaiting += 1
             seen = core.readings.sensed
             absences = self._parts.engine.suspend_count
 
         def ended() -> bool:
-            if self._parts.runner.stops != stops or core.state in _NOT_POLLED:
+            if runner.stops != stops or core.state in _NOT_POLLED:
                 return True
             bits = core.readings.inputs or 0
             return core.readings.sensed != seen and bits & want == want and not bits & shun
@@ -118,23 +118,16 @@ class InputsOutputs:
         finally:
             with self._parts.pace.lock:
                 core.readings.awaiting -= 1
-        self._require_looking(self._parts.engine, stops)
-        self._parts.runner.require_present(absences)
+        runner.require_no_stop(stops, "while the program waited for inputs")
+        if core.state in _NOT_POLLED:
+            runner.require(Event.MOVE, WAITING)
+        runner.require_present(absences)
         if not met:
             raise InputTimeout(
                 f"waited {patience_s:g} s for {_words(want, shun)}: the inputs still read "
                 f"{core.readings.inputs or 0:08b} (the last digit is input 1)"
             )
         return core.readings.inputs or 0
-
-    def _require_looking(self, engine: Engine, stops: int) -> None:
-        """Raise the reason why the inputs are no longer read, if there is one."""
-        if engine.broken is not None:
-            raise engine.broken
-        if self._parts.runner.stops != stops:
-            raise Stopped("a stop was requested while the program waited for inputs")
-        if self._core.state in _NOT_POLLED:
-            after(self._core.state, Event.MOVE, WAITING)
 
     def _patience_s(self, within_s: float | None) -> float:
         if within_s is None or within_s == math.inf:
@@ -160,18 +153,18 @@ PATIENCE_S = 3600.0
 async def read_pendant_program(parts: Parts) -> PendantProgram:
     """Read the program in the arm's own memory; see `Arm.read_pendant_program`."""
     memory = _pendant_memory(parts)
-    rows = await parts.runner.perform(standing.read_program(parts.wire), PATIENCE_S)
+    rows = await parts.runner.perform(device_tasks.read_program(parts.wire), PATIENCE_S)
     return memory.from_words(rows, _origin(parts.core))
 
 
 async def write_pendant_program(
-    parts: Parts, program: PendantProgram, leave_others: bool, report: standing.RowReport
+    parts: Parts, program: PendantProgram, leave_others: bool, report: device_tasks.RowReport
 ) -> int:
     """Write a program into the arm's memory; see `Arm.write_pendant_program`."""
     _pendant_memory(parts)
     program.require_fitting(parts.core.controller.abilities.program_rows)
     program.require_origin(_origin(parts.core))
-    body = standing.write_program(
+    body = device_tasks.write_program(
         parts.wire, program.words, leave_others=leave_others, report=report
     )
     return await parts.runner.perform(body, PATIENCE_S)
@@ -180,11 +173,10 @@ async def write_pendant_program(
 def _pendant_memory(parts: Parts) -> PendantTools[PendantProgram]:
     """Return the dialect's pendant tools. Raises `Refused` if the arm has no such memory."""
     memory = pendant_of(parts.config)
-    after(parts.core.state, Event.MOVE, "using the arm's own program memory")
+    parts.runner.require(Event.MOVE, "using the arm's own program memory")
     return memory
 
 
 def _origin(core: Core) -> tuple[int, ...] | None:
     """Return the offset from registers to motor positions; None if it is not trusted."""
-    trusted = core.belief.trust in (Trust.REFERENCED, Trust.RESTORED)
-    return tuple(core.position.offset) if trusted else None
+    return tuple(core.position.offset) if core.belief.trust in BELIEVED else None

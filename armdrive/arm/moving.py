@@ -13,7 +13,7 @@ from typing import Any, Protocol, overload
 from armdrive.arm.connected import Handle, finished
 from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import PATIENCE_S, Parts
-from armdrive.errors import BadRequest, Refused, Stopped, WrongState
+from armdrive.errors import BadRequest, LinkLost, Refused, Stopped, WrongState
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.motion import execute as motion
 from armdrive.motion.context import MotionContext
@@ -62,7 +62,7 @@ from armdrive.moves import (
     speed_fraction,
 )
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.runtime.states import Event, after
+from armdrive.runtime.states import Event
 from armdrive.status import State, Trust
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
@@ -132,8 +132,13 @@ def _together(moved: Sequence[Moved]) -> Moved:
 
 # Jogging: programs wait for the end of a jog; the desk does not.
 
-LONGEST_HOLD_S = 1.0  # a held jog that is not renewed within this time ends
-LONGEST_WAIT_S = 1.0  # an increment that starts later than this would surprise the operator
+LET_GO = "the jog was stopped: let go, then jog again"
+
+BEFORE = "before the motion started"
+"""When a stop was requested that keeps a motion from starting."""
+
+LONGEST_LEASE_S = 1.0  # a held jog that is not renewed within this time ends
+LATEST_START_S = 1.0  # an increment that starts later than this would surprise the operator
 
 
 class Jogging:
@@ -143,27 +148,18 @@ class Jogging:
         self._parts = parts
         self._core = parts.core
         self._session: Task[Jogged] | None = None
+        self._held_until_s = -math.inf
+        """When the latest hold expires, even if a stop has ended it."""
+        self._held_stops = 0
+        """The number of stops before the held jog."""
 
     async def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
         """Jog by an increment or for a time, and wait for the end."""
         if duration_s is None:
             return await finished(self.start(JogMove(jog, speed)))
-        return await self.jog_for(jog, speed, duration_s)
-
-    def start(self, move: JogMove) -> Handle[Jogged]:
-        """Start an increment. Raises `WrongState` while another one waits."""
-        with self._parts.pace.lock:
-            nudge = IncrementalJog(move.jog, move.speed)
-            if self._core.nudges:
-                self._require(nudge)  # what is wrong with the jog itself matters more
-                raise WrongState("another increment is already waiting: wait for its end")
-            task = self._begin(nudge)
-        return Handle(self._parts.runner, task, PATIENCE_S * 10)
-
-    async def jog_for(self, jog: Jog, speed: float, duration_s: float) -> Jogged:
-        """Jog for a time, and wait for the end."""
         fraction = speed_fraction(speed)
         with self._parts.pace.lock:
+            self._parts.runner.require_no_stop(None, BEFORE)
             if not finite("duration_s", duration_s) > 0.0:
                 raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
             hold = ContinuousJog(jog, fraction, self._parts.pace.now_s() + duration_s)
@@ -172,38 +168,61 @@ class Jogging:
             task = self._begin(hold)
         return await self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
 
+    def start(self, move: JogMove, stops: int | None = None) -> Handle[Jogged]:
+        """Start an increment. Raises `WrongState` while another one waits."""
+        with self._parts.pace.lock:
+            self._parts.runner.require_no_stop(stops, BEFORE)
+            nudge = IncrementalJog(move.jog, move.speed)
+            if self._core.nudges:
+                self._require(nudge)  # what is wrong with the jog itself matters more
+                raise WrongState("another increment is already waiting: wait for its end")
+            task = self._begin(nudge)
+        return Handle(self._parts.runner, task, PATIENCE_S * 10)
+
     def hold(self, jog: Jog, speed: float, for_s: float) -> None:
-        """Jog for a time, unless another call extends the jog; returns at once."""
-        pace = self._parts.pace
+        """Jog for a time, unless another call extends the jog; returns at once.
+
+        A stop ends what is held: after it, no call extends the jog.
+        """
+        pace, runner = self._parts.pace, self._parts.runner
         with pace.lock:
-            until_s = pace.now_s() + min(for_s, LONGEST_HOLD_S)
-            self._go_on(ContinuousJog(jog, speed_fraction(speed), until_s))
+            now_s = pace.now_s()
+            asked = ContinuousJog(jog, speed_fraction(speed), now_s + min(for_s, LONGEST_LEASE_S))
+            extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
+            if not extended:
+                self._held_stops = runner.known_stops = runner.stops
+            if runner.stops == self._held_stops:
+                self._go_on(asked)
+            else:
+                self._core.notify(LET_GO, Stopped())
         pace.wake()
 
     def nudge(self, jog: Jog, speed: float) -> None:
         """Jog by one increment, unless another one is already waiting; returns at once."""
         pace = self._parts.pace
         with pace.lock:
-            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LONGEST_WAIT_S)
+            self._parts.runner.known_stops = self._parts.runner.stops
+            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
             if not self._core.nudges:
                 self._go_on(nudge)
         pace.wake()
 
     def release(self) -> None:
         """End a held jog."""
-        self._parts.core.hold = None
+        self._parts.core.hold, self._held_until_s = None, -math.inf
         self._parts.pace.wake()
 
     def _require(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> None:
         """Raise if a jog may not start now; with `joins`, it may extend the running session."""
-        core = self._core
+        core, runner = self._core, self._parts.runner
+        runner.require_link()
         if isinstance(asked, IncrementalJog):
             check_increment(core, asked.jog)
         else:
             check_jog(core, asked.jog)
         alive = joins and self._session is not None and not self._session.done
         if not alive and core.state is not State.HOMING:
-            after(core.state, Event.MOVE, "jogging")
+            runner.require(Event.MOVE, "jogging")
 
     def _begin(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> Task[Jogged]:
         """Hand a jog to a session. Raises if the jog may not start."""
@@ -221,8 +240,8 @@ class Jogging:
         """Hand a jog to a session, and report a refusal in the status's notice."""
         try:
             self._begin(asked, joins=True)
-        except Refused as refusal:
-            self._core.diagnostics.notify(str(refusal), refusal)
+        except (Refused, LinkLost) as refusal:
+            self._core.notify(str(refusal), refusal)
 
     def _join_session(self) -> Task[Jogged]:
         """Return the running jog session, or start one."""
@@ -258,27 +277,22 @@ class Moving:
     @overload
     def start(self, move: Motion, stops: int | None = None) -> Handle[Moved]: ...
     @overload
-    def start(self, move: GraspMove, stops: int | None = None) -> Handle[Grasped]: ...
-    @overload
-    def start(self, move: JogMove, stops: int | None = None) -> Handle[Jogged]: ...
-    @overload
-    def start(self, move: MoveSequence, stops: int | None = None) -> Handle[Moved | Grasped]: ...
+    def start(self, move: Move, stops: int | None = None) -> Handle[Moved | Grasped | Jogged]: ...
     def start(self, move: Move, stops: int | None = None) -> Handle[Any]:
         """Resolve and plan a move and hand it to the engine, unless a stop is requested meanwhile.
 
-        `stops` is the stop count from which on a stop matters, by default the current one.
+        `stops` is the stop count from which on a stop matters, by default the last known one.
         """
         if isinstance(move, JogMove):
-            return self._jogging.start(move)
+            return self._jogging.start(move, stops)
         runner = self._parts.runner
-        asked = runner.stops if stops is None else stops
+        since = runner.known_stops if stops is None else stops
         with self._parts.pace.lock:
             self._require(move)
-            after(self._core.state, Event.MOVE)
+            runner.require(Event.MOVE)
             # planning may take a second, and a stop waits for no lock
             made = prepare(move, self.ground())
-            if runner.stops != asked:
-                raise Stopped("a stop was requested before the motion started")
+            runner.require_no_stop(since, BEFORE)
             body = carry_out(self._parts.wire, self._parts.speeds, made)
             task = runner.submit(body, alone=True)
         longest_s = made.duration_s * PATIENCE + PATIENCE_S
@@ -315,9 +329,8 @@ class Moving:
         fraction = speed_fraction(speed)
         with self._parts.pace.lock:
             if core.state is not State.HOMING:
-                after(core.state, Event.MOVE, "turning motors")
-            if stops is not None and runner.stops != stops:
-                raise Stopped("a stop was requested before the motors started")
+                runner.require(Event.MOVE, "turning motors")
+            runner.require_no_stop(stops, BEFORE)
             takes_s = self._bench_duration_s(motors, fraction)
             body = motion.bench_move(self._parts.wire, self._parts.speeds, motors, fraction)
             task = runner.submit(body, alone=True)
@@ -350,6 +363,7 @@ class Moving:
     def _require(self, move: Move) -> None:
         """Raise `Refused` if a move of this kind is not possible now, whatever its goal."""
         core = self._core
+        self._parts.runner.require_link()  # the loss explains all that follows from it
         if is_cartesian(move):
             core.require_geometry()
         for each in move.moves if isinstance(move, MoveSequence) else (move,):
@@ -371,12 +385,13 @@ class Moving:
         """Return whether a move only commands a gripper servo, which needs no reference."""
         return isinstance(move, GripperMove) and not self._core.transmission.has_gripper
 
-    def _hindrance(self, move: Move) -> Refused | None:
+    def _hindrance(self, move: Move) -> Refused | LinkLost | None:
         try:
             self._require(move)
             self._core.require_settings()
-            after(self._core.state, Event.MOVE)  # last: switching the motors on mends just this
-        except Refused as refusal:
+            # last: switching the motors on mends just this
+            self._parts.runner.require(Event.MOVE)
+        except (Refused, LinkLost) as refusal:
             return refusal
         return None
 
@@ -403,6 +418,9 @@ class Gripper:
     def __init__(self, arm: TracedArm, parts: Parts) -> None:
         self._arm = arm
         self._parts = parts
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self._parts.config.name}>"
 
     @property
     def opening_mm(self) -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from armdrive.arm.connected import finished
-from armdrive.arm.moving import Moving
+from armdrive.arm.moving import BEFORE, Moving
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
 from armdrive.dialog.operator import JoggedArm, MarkRequest, Operator, PostureRequest
@@ -27,17 +27,13 @@ from armdrive.motion.reference import (
 from armdrive.motion.resolve import above_mark
 from armdrive.moves import ParkMove
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.runtime.states import Event, after
+from armdrive.runtime.states import Event
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage.record import last_entry, write_down
 from kinematics.errors import finite
 from kinematics.spaces import Joints, Pose
 
 GroupReport = Callable[[tuple[str, ...]], None]
-
-
-def unreported(_: tuple[str, ...]) -> None:
-    """Ignore which motors have been homed."""
 
 
 Accept = bool | Callable[[Verified], bool]
@@ -81,7 +77,7 @@ class Referencing:
                 "operator, or bring it to a known posture and call `declare_posture()`. "
                 f"{request}"
             )
-        after(self._core.state, Event.HOME)
+        self._parts.runner.require(Event.HOME)
         await self._parts.runner.perform(reference_tasks.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)
@@ -106,7 +102,8 @@ class Referencing:
     async def _home_by_switches(self, homing: HomingSettings, report: GroupReport) -> Pose:
         wire, runner = self._parts.wire, self._parts.runner
         with self._parts.pace.lock:
-            after(self._core.state, Event.HOME)
+            self._parts.runner.require(Event.HOME)
+            runner.require_no_stop(None, BEFORE)
             names = self.homing_groups
             body = reference_tasks.home_device(wire, homing, lambda group: report(names[group]))
             task = runner.submit(body, alone=True)
@@ -136,25 +133,22 @@ class Referencing:
     async def confirm_reference(self) -> None:
         """Declare that the arm now stands in its reference posture."""
         request = self.request()
-        after(self._core.state, Event.MOVE, "confirming the reference")
+        self._parts.runner.require(Event.MOVE, "confirming the reference")
         await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
 
     async def declare_posture(self, posture: Joints | Pose, opening_mm: float) -> None:
         """Declare that the arm now stands in this posture, given by its joints or its pose."""
         geometry = self._config.model.arm
-        joints = geometry.ik(posture) if isinstance(posture, Pose) else posture
+        if isinstance(posture, Pose):
+            joints = geometry.ik(posture)
+        else:
+            joints = self._moving.ground().posture(posture)
         geometry.check(joints)
-        after(self._core.state, Event.MOVE, "declaring a posture")
+        self._parts.runner.require(Event.MOVE, "declaring a posture")
         await self._confirm_posture(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
 
     async def confirm_restored(self) -> None:
         """Confirm that the arm stands at the restored position; planned motion is allowed again."""
-        trust = self._parts.status.trust
-        if trust is not Trust.RESTORED:
-            todo = "" if trust is Trust.REFERENCED else ": call `home()`"
-            raise Refused(
-                f"there is no restored position to confirm; the position is {trust.value}{todo}"
-            )
         await self._parts.runner.perform(reference_tasks.confirm_record(self._parts.wire))
 
     def request(self) -> PostureRequest:
@@ -194,7 +188,7 @@ class Referencing:
             )
         reference = self._core.belief.reason
         await finished(self._moving.start(ParkMove(speed, above_mark(self._config))))
-        after(self._core.state, Event.HOME, "verifying the position")
+        self._parts.runner.require(Event.HOME, "verifying the position")
         await self._parts.runner.perform(reference_tasks.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)

@@ -52,9 +52,8 @@ def connect_chosen(
         return connect_remembered(
             target.config, fresh=options.fresh, pace=pace, allow_restored=allow_restored
         )
-    parts = connecting.connect_real(
-        target.config, allow_restored=allow_restored, reconnect=reconnect
-    )
+    made = connecting.ConnectOptions(allow_restored=allow_restored, reconnect=reconnect)
+    parts = connecting.connect_real(target.config, made)
     if not reads or parts.lock is None:
         return Arm(parts)
     arm = Arm(replace(parts, lock=None))

@@ -128,18 +128,21 @@ INSTEAD: Mapping[str, str] = MappingProxyType(
 EXIT_CODES_TOPIC = "exit-codes"
 """`armdrive help exit-codes` prints the table below."""
 
+USAGE, REFUSED, FAULT, INTERRUPTED = 2, 3, 70, 130
+"""Exit codes of what is no `ArmError`, which has its own; 70 is EX_SOFTWARE of sysexits.h."""
+
 EXIT_CODES: Mapping[int, str] = MappingProxyType(
     {
         0: "done",
         1: "something went wrong, or a check at the end failed",
-        2: "the command itself is wrong: an option, a number, an arm file, a program",
-        3: "refused: out of reach, beyond a limit, not referenced; nothing moved",
+        USAGE: "the command itself is wrong: an option, a number, an arm file, a program",
+        REFUSED: "refused: out of reach, beyond a limit, not referenced; nothing moved",
         4: "the port cannot be opened, was lost, or another program has the arm",
         5: "stopped before the end",
         6: "the controller did not answer as it should",
-        70: "a fault of armdrive itself; the message names the file with the details",
+        FAULT: "a fault of armdrive itself; the message names the file with the details",
         129: "ended by SIGHUP (the terminal was closed); the arm was stopped",
-        130: "interrupted by Ctrl-C; the arm was stopped",
+        INTERRUPTED: "interrupted by Ctrl-C; the arm was stopped",
         143: "ended by SIGTERM; the arm was stopped",
     }
 )

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
 
-from armdrive.cli.commands import COMMANDS, INSTEAD
+from armdrive.cli.commands import COMMANDS, FAULT, INSTEAD, INTERRUPTED, REFUSED, USAGE
 from armdrive.cli.loading import load
 from armdrive.cli.options import JSON_OPTION, CommandParser, Declare, help_of
 from armdrive.cli.presenter import (
@@ -32,12 +32,6 @@ from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import as_message, in_words
 from armdrive.errors.table import error_view, tagged
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem, nearest_word
-
-REFUSED = 3
-USAGE = 2
-INTERRUPTED = 130
-FAULT = 70
-"""What sysexits.h calls EX_SOFTWARE: an internal error."""
 
 
 class CommandEnded(BaseException):

@@ -17,7 +17,7 @@ from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment, PostureDrawing
-from armdrive.status import State, Trust
+from armdrive.status import BELIEVED, State, Trust
 from armdrive.text.numbers import number
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
@@ -215,7 +215,7 @@ def difference(request: PostureRequest) -> str:
 
 def axes_of(arm: JoggedArm) -> tuple[str, ...]:
     """Return what a line may jog; the arm itself refuses the tip where it trusts no position."""
-    tip = TIP_AXES if arm.status.trust in (Trust.REFERENCED, Trust.RESTORED) else ()
+    tip = TIP_AXES if arm.status.trust in BELIEVED else ()
     return (*arm.model.arm.joint_names, GRIPPER_AXIS, *tip)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any
@@ -195,6 +195,10 @@ class YawedPostureSettings(PostureSettings):
     yaw_deg: float = setting(0.0, "the hand's heading, of an arm of six joints")
 
 
+PARK_HEIGHT_MM = 30.0
+"""Without a park posture in its file an arm parks this far above its reference mark."""
+
+
 @dataclass(frozen=True, slots=True)
 class FrameSettings:
     """A frame of the user's own: its origin in the base frame, and its orientation.
@@ -274,15 +278,33 @@ def read_homing(table: TomlTable, model: ArmModel) -> HomingSettings | None:
     why = ": where every joint stands once the device has homed"
     angles = table.by_name("joints_deg", names, number, all_since=why)
     motors = len(model.transmission.motors) if model.transmission is not None else 0
-    if not all(group and min(group) >= 1 and max(group) <= motors for group in given.groups):
-        table.problems.note(
-            f"homing.groups lists motors by number, 1 to {motors}, in the order in which they "
-            "home, for example [[3], [2], [1, 4, 5]]"
-        )
+    if given.groups and (wrong := wrong_homing_order(given.groups, motors, len(names))):
+        table.problems.note(f"homing.groups: {wrong}")
     if len(angles) < len(names):
         return None
     turned = tuple(math.radians(angles[name]) for name in names)
     return HomingSettings(Joints(turned, names), given.opening_mm, given.groups)
+
+
+def wrong_homing_order(groups: Sequence[Sequence[int]], motors: int, joints: int) -> str:
+    """Return what is wrong with the order in which motors home; empty if nothing is.
+
+    Each motor that turns a joint homes once: otherwise the arm would count as referenced with a
+    joint that sought no switch. The gripper's motor, the last one, may be left out.
+    """
+    listed = [motor for group in groups for motor in group]
+    if not all(groups) or not set(listed) <= set(range(1, motors + 1)):
+        return (
+            f"list motors by number, 1 to {motors}, in the order in which they home, for example "
+            "[[3], [2], [1, 4, 5]]"
+        )
+    if len(set(listed)) < len(listed):
+        return "a motor is listed twice"
+    left_out = sorted(set(range(1, joints + 1)) - set(listed))
+    if left_out:
+        numbers = ", ".join(map(str, left_out))
+        return f"list every motor that turns a joint: {numbers} would seek no switch"
+    return ""
 
 
 # Backlash in whole motor steps: how far a motor turns after a reversal before the arm follows.

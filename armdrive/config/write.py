@@ -15,6 +15,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.preset import LENGTHS
 from armdrive.config.sections import (
     OPENING,
+    PARK_HEIGHT_MM,
     SLIDING,
     TURNING,
     FingerModel,
@@ -41,7 +42,7 @@ MEANINGS: Mapping[str, str] = {
     "steps_per_mm": "gripper motor, steps per mm of opening",
     SLIDING: "its lost motion at reversals",
     "reference": "the posture that a reference is taken in",
-    "park": "where it parks, by default 30 mm above the reference",
+    "park": f"where it parks, by default {PARK_HEIGHT_MM:g} mm above the reference",
     "tool": "a tool in the fingers: its point, seen from the finger tips",
     "homing.joints_deg": "where every joint stands after homing",
     "speeds_deg_s": "at full load",

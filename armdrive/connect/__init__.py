@@ -1,1 +1,9 @@
-"""Connects an arm, reconnects it, and answers other programs that ask about it."""
+"""Connects an arm, reconnects it, and answers other programs that ask about it.
+
+What is decided where:
+
+    target          which arm a name means; whether simulation is forced
+    parts           the parts of an arm and how they are assembled; the wait for a task's end
+    port            which port is opened, why a connection failed, when a lost one is tried again
+    control_socket  what other programs may request of an arm: one table
+"""

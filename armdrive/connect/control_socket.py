@@ -17,6 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol, TypeGuard
 
+from armdrive.connect.parts import TaskRunner
 from armdrive.errors import ArmError, BadRequest
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import Pace
@@ -33,6 +34,7 @@ class ControlledArm(Protocol):
 
     core: Core
     pace: Pace
+    runner: TaskRunner
     tracer: Tracer
 
     @property
@@ -46,9 +48,6 @@ class ControlledArm(Protocol):
     @property
     def status(self) -> Status:
         """A frozen picture of this moment."""
-
-    def request_stop(self) -> None:
-        """Ask for a stop, and return at once."""
 
     def pause(self) -> None:
         """Pause the arm after its next burst or segment."""
@@ -112,7 +111,7 @@ def _status(arm: ControlledArm, _: Json) -> Iterator[Json]:
 
 
 def _stop(arm: ControlledArm, _: Json) -> Iterator[Json]:
-    arm.request_stop()
+    arm.runner.request_stop(elsewhere=True)
     yield {"done": "stop"}
 
 

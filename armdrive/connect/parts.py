@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import NewLink, Reconnector
-from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
+from armdrive.connect.target import DEFAULT_TARGET, find, require_real_ports, state_file
 from armdrive.dialog.operator import Operator
-from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, PortUnavailable, Stopped
-from armdrive.motion import standing
-from armdrive.motion.context import MotionContext, alerted
+from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, Stopped
+from armdrive.motion import connecting
+from armdrive.motion.context import MotionContext
 from armdrive.motion.plan import SpeedLimits
 from armdrive.registry import dialect, simulate
-from armdrive.runtime.arm_state import Core
+from armdrive.runtime.arm_state import Core, alerted
 from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
 from armdrive.runtime.engine import Engine, Received, call_limit_s
-from armdrive.runtime.states import Event
+from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock, hold
@@ -59,12 +59,19 @@ class TaskRunner:
         self.pace = pace
         self.stops = 0
         """The number of stops requested so far."""
+        self.known_stops = 0
+        """The number that this program knows of: its own, and those that `Stopped` has reported."""
 
     # -- stopping -----------------------------------------------------------------------------
 
-    def request_stop(self, *, hard: bool = False) -> None:
-        """Request a stop and return at once. Takes no lock: a signal handler may call this."""
+    def request_stop(self, *, hard: bool = False, elsewhere: bool = False) -> None:
+        """Request a stop and return at once. Takes no lock: a signal handler may call this.
+
+        `elsewhere`: for another program, so that this one does not know of it yet.
+        """
         self.stops += 1
+        if not elsewhere:
+            self.known_stops += 1
         self.core.hold = None
         self.engine.stop_hard = self.engine.stop_hard or hard
         self.engine.stop_asked = True
@@ -106,6 +113,12 @@ class TaskRunner:
         if not ended:
             await self.stand_still()
             raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
+        return self.result(task)
+
+    def result(self, task: Task[T]) -> T:
+        """Return the result of a task that has ended, or raise its error."""
+        if isinstance(task.error, Stopped):
+            self.known_stops = self.stops
         return task.result()
 
     async def perform(self, body: TaskBody[T], within_s: float | None = None) -> T:
@@ -134,7 +147,30 @@ class TaskRunner:
                 return False
         return True
 
-    # -- suspensions --------------------------------------------------------------------------
+    # -- requirements of a call ---------------------------------------------------------------
+
+    def require(self, event: Event, action: str = "") -> None:
+        """Raise unless the arm may do this now: `LinkLost` without a connection, or `WrongState`.
+
+        `action` names the call in the error, if it differs from the event.
+        """
+        self.require_link()
+        after(self.core.state, event, action)
+
+    def require_link(self) -> None:
+        """Raise `LinkLost`, with the reason, if the connection is lost or closed."""
+        if self.engine.broken is not None:
+            raise LinkLost(str(self.engine.broken))
+
+    def require_no_stop(self, since: int | None, when: str) -> None:
+        """Raise `Stopped` if a stop was requested since `stops` had the value `since`.
+
+        None stands for the last stop that this program knows of.
+        """
+        if self.stops != (self.known_stops if since is None else since):
+            by = " by another program" if self.stops != self.known_stops else ""
+            self.known_stops = self.stops
+            raise Stopped(f"a stop was requested{by} {when}")
 
     def absences(self) -> int:
         """Return how often this program or its computer was suspended."""
@@ -254,7 +290,7 @@ async def assemble(
     tracer.begin(config, link.description, pace.now_s, core.condition)
     pace.start(driven.engine)  # from here on another thread may call the engine
     try:
-        await runner.perform(standing.connect(driven.wire))
+        await runner.perform(connecting.connect(driven.wire))
         with pace.lock:
             tracer.opened()
     except BaseException:
@@ -282,7 +318,7 @@ class _Driven:
         self.wire = MotionContext(self.engine, core)
         self.reconnector = None if rewiring is None else Reconnector(self.wire, rewiring)
         self.engine.reconnect = self.reconnector
-        self._idling = standing.Idling(self.wire)
+        self._idling = connecting.Idling(self.wire)
 
     def _idle(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
         return self._idling.due(now_s)
@@ -344,12 +380,7 @@ async def connect(target: str | None, options: ConnectOptions) -> Parts:
         )
     if options.pace not in (None, "real", 1.0):
         raise BadRequest("a real arm runs in real time: leave out pace=")
-    return await coroutine_of(connect_real)(
-        found.config,
-        allow_restored=options.allow_restored,
-        operator=options.operator,
-        reconnect=options.reconnect,
-    )
+    return await coroutine_of(connect_real)(found.config, options)
 
 
 @blocking
@@ -381,25 +412,14 @@ async def connect_simulated(
 
 
 @blocking
-async def connect_real(
-    config: ArmConfig,
-    *,
-    allow_restored: bool = False,
-    operator: Operator | None = None,
-    reconnect: bool | None = None,
-) -> Parts:
+async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptions()) -> Parts:
     """Open the arm's port and connect; one program at a time holds an arm.
 
-    With `reconnect` (the default is in the arm file), a lost link is opened again as soon as
-    possible. If another dialect answers, the `DeviceFault` names it.
+    If another dialect answers, the `DeviceFault` names it.
     """
     from armdrive.connect.port import PortOpening, explaining  # a simulated arm has no port
 
-    if simulation_forced():
-        raise PortUnavailable(
-            f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "
-            "simulated twin, or clear that variable"
-        )
+    require_real_ports()
     wiring = PortOpening(config)
     lock = hold(config.name, wiring.find())
     recorder = FlightRecorder(places.recordings())
@@ -411,10 +431,10 @@ async def connect_real(
                 RealPace(),
                 simulated=False,
                 recorder=FileRecorder(state_file(config.name)),
-                allow_restored=allow_restored,
-                operator=operator,
+                allow_restored=options.allow_restored,
+                operator=options.operator,
                 tracer=recorder,
-                rewiring=NewLink(wiring.open, automatic=_wanted(reconnect, config), in_thread=True),
+                rewiring=NewLink(wiring.open, _wanted(options.reconnect, config), in_thread=True),
             )
     except BaseException:
         lock.release()

@@ -15,8 +15,8 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import Recogniser, comes_back, says_something_readable
 from armdrive.errors import ArmError, DeviceFault, LinkLost, PortUnavailable
 from armdrive.errors.printable import command_line, reason_of
+from armdrive.motion.connecting import recover
 from armdrive.motion.context import MotionContext, without_reset
-from armdrive.motion.standing import recover
 from armdrive.registry import DIALECTS, dialect
 from armdrive.runtime.engine import NOT_THE_ANSWER, Engine, excerpt
 from armdrive.tasks import TaskBody
@@ -157,7 +157,7 @@ def _doctor(port: str) -> str:
 
 # Reconnecting a lost link: attempts to open it again, with increasing pauses. The engine then gets
 # the new link and a new controller, which repeats no request of the old one. Afterwards the arm is
-# in a state in which nothing moves (motion/standing.py).
+# in a state in which nothing moves (motion/connecting.py).
 
 PAUSES_S = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
 """The pauses before each attempt; the last one repeats. Opening a port can reset a board."""
@@ -314,7 +314,7 @@ class Reconnector:
         core.controller = dialect(core.config.connection.dialect).controller(core.config)
         self._engine.take(link, core.controller)
         absent.close()
-        core.diagnostics.notice = f"found {link.description}: checking whether the arm answers"
+        core.notify(f"found {link.description}: checking whether the arm answers")
         # a motion that was sent before the loss may still be running: wait for its end first
         runs_s = max(self._lost_s + core.stop_bound().silent_time_s - self._engine.now_s, 0.0)
         self._engine.start(self._resume(), within_s=runs_s + self._engine.call_limit_s)
@@ -338,7 +338,7 @@ class Reconnector:
         self.tries += 1
         self._failures += 1
         self.trouble = error
-        self._wire.core.diagnostics.notify(f"could not reconnect: {without_reset(error)}", error)
+        self._wire.core.notify(f"could not reconnect: {without_reset(error)}", error)
         if self._rewiring.automatic:
             self._due_s = now_s + self._pause_s()
 

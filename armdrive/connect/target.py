@@ -9,7 +9,7 @@ from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
-from armdrive.errors import ArmFileError, BadRequest
+from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry import DEFAULT, DIALECTS, dialect
 from armdrive.registry.arm_files import ENDING, arm_path, arm_paths, load_arm, preset_arm
@@ -72,9 +72,21 @@ def _as_named(target: Target, name: str, dialect_name: str | None, baud: int | N
     return target
 
 
+FORCE_SIM = "ARMDRIVE_FORCE_SIM"
+"""The environment variable that replaces every arm with its simulated twin and closes all ports."""
+
+
 def simulation_forced() -> bool:
     """Return whether the environment variable replaces every arm with its simulated twin."""
-    return os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")
+    return os.environ.get(FORCE_SIM, "") not in ("", "0")
+
+
+def require_real_ports() -> None:
+    """Raise `PortUnavailable` if simulation is forced: called before any real port is opened."""
+    if simulation_forced():
+        raise PortUnavailable(
+            f"{FORCE_SIM} is set, so no port is opened: clear that variable, or use a simulated arm"
+        )
 
 
 def _real_unless_forced(config: ArmConfig) -> Target:

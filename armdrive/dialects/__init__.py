@@ -1,7 +1,14 @@
 """The drivers of controllers: one subpackage a dialect, with its registry entry, a `Dialect`.
 
 Entries are light, because every command reads all of them. The driver and the tools of a dialect
-are imported on demand.
+are imported on demand. What several drivers share:
+
+    controller   the interface of a driver, the bounds of its stops, and the delays all allow for
+    exchange     scripts: something is sent, an answer waited for
+    recognition  probes, their risk and their order, and what an answer says about the device
+    words        messages in words
+    speed_table  speeds that a device names by numbers
+    bus/         what drives on a CAN bus share
 """
 
 from __future__ import annotations

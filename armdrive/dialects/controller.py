@@ -12,6 +12,13 @@ from armdrive.dialects.exchange import Codec, H, Script, ScriptIO, ScriptLoop
 from armdrive.tasks import Event, Reply, Request
 from kinematics.spaces import Motors
 
+HOST_DELAY_S = 0.03
+"""Delay that this computer, an adapter, a network or other traffic may add to a message."""
+
+FRESH_POSITION_S = 0.3
+"""A driver starts a motion only from a position that it read no longer ago than this. The driver's
+caller looks again sooner (`FRESH_S` in `motion.context`)."""
+
 
 @dataclass(frozen=True, slots=True)
 class StopPart:

@@ -131,22 +131,6 @@ def bounds(line: str) -> tuple[float, float]:
     return low, high
 
 
-def groups(motors: int) -> Reader:
-    """Return a reader for motor numbers: "3; 2; 1 4 5" homes 3, then 2, then the others."""
-
-    def read(line: str) -> tuple[tuple[int, ...], ...]:
-        if line in ("", "own"):
-            return ()
-        parts = [part.replace(",", " ").split() for part in line.split(";")]
-        listed = tuple(tuple(whole(1, motors)(word) for word in part) for part in parts if part)
-        every = [motor for part in listed for motor in part]
-        if len(set(every)) != len(every):
-            raise WrongAnswer("a motor is listed twice")
-        return listed
-
-    return read
-
-
 def plain_number(line: str) -> float:
     """Return a finite number."""
     try:

@@ -35,7 +35,13 @@
     +-- KeyFileError              2   a file of the desk's keys that cannot be used
     +-- ProgramError              2   a program that cannot be read or cannot continue
 
-programs/problems.py defines `ProgramError`.
+programs/problems.py defines `ProgramError`. What is decided where:
+
+    table, catalogue.txt   the code of every error: title, cause, what it does to the arm, remedy
+    actions                what a sentence asks a person to do, in the words of each interface
+    kinematic              which error of a call a refusal of the kinematics becomes
+    arguments              the checks of arguments, by annotation
+    printable              what is shown of text that came from elsewhere
 
 A refusal of the kinematics in a call of an arm is a `Refused` too (kinematic.py): an unreachable
 goal is both that and a `kinematics.Unreachable`, with exit code 3. table.py says for each
@@ -44,9 +50,10 @@ goal is both that and a `kinematics.Unreachable`, with exit code 3. table.py say
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from armdrive.errors.printable import as_message
+from kinematics.errors import remade
 
 if TYPE_CHECKING:  # every module imports this one, and few need a pose
     from kinematics.spaces import Pose
@@ -64,6 +71,9 @@ class ArmError(Exception):
 
     def __str__(self) -> str:
         return as_message(super().__str__())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return remade, (type(self), self.args, vars(self))
 
 
 class Refused(ArmError):

@@ -296,7 +296,9 @@ def known_attributes(kind: C) -> C:
             vars(self)[_COMPLETE] = True
 
     def assign(self: Any, name: str, value: object) -> None:
-        if not name.startswith("_") and _COMPLETE in vars(self):
+        own = vars(self)
+        is_variable = name in own and not callable(own[name])  # as for each jump of a clock
+        if not (is_variable or name.startswith("_")) and _COMPLETE in own:
             _require_known(self, name, value)
         object.__setattr__(self, name, value)
 

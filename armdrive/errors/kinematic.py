@@ -76,6 +76,5 @@ def refusal_of(error: mathematics.KinematicsError) -> Refused:
     if isinstance(error, Refused):
         return error
     kind = next(_REFUSALS[each] for each in type(error).__mro__ if each in _REFUSALS)
-    made = kind.__new__(kind, *error.args)  # without __init__: the message is complete
-    vars(made).update(vars(error))
+    made = mathematics.remade(kind, error.args, vars(error))
     return made.with_traceback(error.__traceback__)

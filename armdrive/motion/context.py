@@ -7,9 +7,8 @@ the arm's position and state.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 from armdrive.abilities import segment_s
 from armdrive.errors import (
@@ -22,14 +21,12 @@ from armdrive.errors import (
     Stopped,
 )
 from armdrive.motion.deviation import lags, pieces, strays_steps
-from armdrive.runtime.arm_state import ALARM_VOUCHED, EMERGENCY_STOP, Core, code_of
+from armdrive.runtime.arm_state import EMERGENCY_STOP, Core
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.stop_bounds import straying_mm
 from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
-    Alert,
-    AlertKind,
     Done,
     Exchange,
     Halted,
@@ -49,6 +46,8 @@ from armdrive.tasks import (
 from kinematics.spaces import Motors
 
 QUIET_S = 0.3  # after this long without a byte, no more of a disturbed reply will come
+FRESH_S = 0.05  # a motion begins without another look at a position that was read this long ago
+BLIND_S = 2.0  # longest motion without comparing the position
 TRIES = 3  # attempts to read the registers; reading moves nothing, so it may be repeated
 
 
@@ -203,9 +202,8 @@ class MotionContext:
         """Raise the error that has latched error-stop, if one has."""
         if self.core.state is not State.ERROR_STOP:
             return
-        diagnostics = self.core.diagnostics
-        asked_for = diagnostics.error_code == EMERGENCY_STOP
-        raise Stopped(diagnostics.error) if asked_for else DeviceFault(diagnostics.error)
+        error = self.core.error
+        raise (Stopped if error.code == EMERGENCY_STOP else DeviceFault)(error.words)
 
     # -- motion -------------------------------------------------------------------------------
 
@@ -347,7 +345,7 @@ class MotionContext:
         already given a reason, the error uses its words.
         """
         core = self.core
-        alert = core.diagnostics.error if core.state is State.ERROR_STOP else ""
+        alert = core.error.words if core.state is State.ERROR_STOP else ""
         difference = yield from self.read()
         words = f": {reply.reason}" if reply.reason else ""
         # only a device that says so itself, and whose registers agree, has certainly not moved
@@ -373,7 +371,7 @@ def weigh_difference(wire: MotionContext, difference: Motors) -> None:
     zeroed = take_difference(core)
     evidence = Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS
     core.learn(evidence, wire.now_s)
-    core.diagnostics.notify(core.belief.reason, evidence)
+    core.notify(core.belief.reason, evidence)
 
 
 def take_difference(core: Core) -> bool:
@@ -431,36 +429,7 @@ def _pauses_s() -> Iterator[float]:
         pause_s = min(pause_s * POLL_GROWTH, LAST_POLL_S)
 
 
-# Alerts, the unsolicited messages of a device, and their effect on trust and state: one table.
-
-EVIDENCE: Mapping[AlertKind, Evidence | None] = MappingProxyType(
-    {
-        AlertKind.RESTARTED: Evidence.RESTARTED,
-        AlertKind.ALARM: None,
-        AlertKind.ALARM_LOST: Evidence.ALARM,
-        AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,
-        AlertKind.OFF_PATH: Evidence.OFF_THE_PATH,
-    }
-)
-"""The evidence of each alert about the position; None if the device still guarantees it."""
-
-
-def alerted(core: Core, alert: Alert, now_s: float) -> None:
-    """Latch error-stop with the device's message, and apply its evidence to the position."""
-    evidence = EVIDENCE[alert.kind]
-    if evidence is not None:
-        core.learn(evidence, now_s, alert.text)
-        core.early_evidence = core.early_evidence or (evidence, alert.text)
-    if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
-        core.readings.current = Current.UNKNOWN
-    code = ALARM_VOUCHED if evidence is None else code_of(evidence)
-    core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)
-
-
 # The segments of one motion.
-
-FRESH_S = 0.05  # a motion may start from a position that was read this long ago
-BLIND_S = 2.0  # longest motion without comparing the position
 
 TURNING_ROUND = "the arm stopped while reversing, so the backlash may or may not be taken up"
 

@@ -4,9 +4,10 @@ Most terminals report no key release. A first press is one bounded increment; a 
 means that the key is held, and each further repeat extends the hold a little. This code reads no
 clock and moves nothing: key events and times come in, actions go out.
 
-A stalled link delivers old repeats all at once, long after the key was released. Events after a
-silence therefore wait for 30 ms before they count. More events in that time than a keyboard can
-send are a backlog: they are dropped, the jog ends, and the keys are disarmed.
+A stalled link delivers old repeats all at once, long after the key was released, and pasted text
+comes all at once too. Every event that begins something therefore waits for 30 ms before it counts.
+Other keys in that time are no person's: they are dropped. More events in that time than a keyboard
+can send are a backlog: they are dropped, the jog ends, and the keys are disarmed.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from dataclasses import dataclass, replace
 
 REPEAT_WITHIN_S = 0.75  # the longest usual repeat delay: a repeat within it means held
 
-# A hold ends three repeat intervals after the latest repeat, within these two bounds.
+# A hold ends three repeat intervals after the latest repeat, within these two bounds (`hold_s`).
 HOLD_SHORTEST_S = 0.12
 HOLD_LONGEST_S = 0.25
 HOLD_INTERVALS = 3.0
@@ -38,7 +39,6 @@ A stalled link delivers its backlog within a few milliseconds. A computer that w
 delivers three events at once, and the next one 10 ms later.
 """
 
-WATCH_S = 2.0  # a key that returns within this time may be the start of a backlog
 ARM_AFTER_QUIET_S = 0.25  # arming needs this long without keys, so that no backlog can arm
 
 BACKLOG_REASON = (
@@ -48,6 +48,11 @@ BACKLOG_REASON = (
 
 _INTERVALS_TO_TRUST = 3
 _INTERVALS_KEPT = 8
+
+
+def hold_s(interval_s: float) -> float:
+    """Return how long a hold lasts after the latest repeat, given the interval between repeats."""
+    return min(max(HOLD_INTERVALS * interval_s, HOLD_SHORTEST_S), HOLD_LONGEST_S)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +89,7 @@ Action = Increment | HeldKey | Release | Disarm
 
 @dataclass(frozen=True, slots=True)
 class _Gate:
-    """Events after a silence that may turn out to be a backlog."""
+    """Events that begin something, and may turn out to be a backlog."""
 
     key: str
     opened_s: float
@@ -111,7 +116,6 @@ class DeadMan:
         self._pressed_s = -math.inf
         self._until_s = -math.inf
         self._event_s = -math.inf
-        self._watch_until_s = -math.inf
         self._gate: _Gate | None = None
         self._intervals: deque[float] = deque(maxlen=_INTERVALS_KEPT)
 
@@ -156,7 +160,6 @@ class DeadMan:
         if self._gate is not None and now_s >= self._gate.due_s:
             actions = self._open(self._gate, now_s)
         if self.held is not None and now_s >= self._until_s:
-            self._watch_until_s = now_s + WATCH_S
             actions += self._let_go()
         return actions
 
@@ -172,9 +175,8 @@ class DeadMan:
         waits = gate is not None and gate.repeat and gate.key == key
         return actions + self._let_go() if waits or key == self.held else actions
 
-    def release_all(self, now_s: float) -> tuple[Action, ...]:
-        """End any hold. Repeats that arrive later may be a backlog."""
-        self._watch_until_s = now_s + WATCH_S
+    def release_all(self) -> tuple[Action, ...]:
+        """End any hold."""
         return self._let_go()
 
     def disarm(self, reason: str) -> tuple[Action, ...]:
@@ -184,22 +186,14 @@ class DeadMan:
         return (*released, Disarm(reason)) if was_armed else released
 
     def _begin(self, key: str, now_s: float, gap_s: float) -> tuple[Action, ...]:
-        """Take an event of a key that is not held, while no event is waiting."""
+        """Let an event of a key that is not held wait, while no other event is waiting."""
         hasty = gap_s < GATE_S
-        same = key == self._key
-        repeat = same and not hasty and now_s - self._pressed_s <= REPEAT_WITHIN_S
+        repeat = key == self._key and not hasty and now_s - self._pressed_s <= REPEAT_WITHIN_S
         replaced = self._let_go()
-        if hasty or (same and gap_s < WATCH_S) or now_s < self._watch_until_s:
-            # The event just before belongs to the same burst unless it was part of a live hold.
-            events = 2 if hasty and not replaced else 1
-            self._gate = _Gate(key, now_s, now_s, events, repeat)
-            return replaced
-        return (*replaced, self._first(key, now_s))
-
-    def _first(self, key: str, event_s: float) -> Increment:
-        self._key = key
-        self._pressed_s = event_s
-        return Increment(key)
+        # The event just before belongs to the same burst unless it was part of a live hold.
+        events = 2 if hasty and not replaced else 1
+        self._gate = _Gate(key, now_s, now_s, events, repeat)
+        return replaced
 
     def _gather(self, gate: _Gate) -> tuple[Action, ...]:
         burst = gate.events >= BURST_EVENTS and gate.last_s - gate.opened_s < BURST_S
@@ -214,11 +208,11 @@ class DeadMan:
         alone = gate.events == 1
         until_s = gate.last_s + HOLD_LONGEST_S
         if gate.mixed or now_s >= until_s or not (gate.repeat or alone):
-            self._watch_until_s = now_s + WATCH_S
             return ()
-        if not gate.repeat:
-            return (self._first(gate.key, gate.opened_s),)
         self._key = gate.key
+        if not gate.repeat:
+            self._pressed_s = gate.opened_s
+            return (Increment(gate.key),)
         self._until_s = until_s
         return (HeldKey(gate.key, until_s),)
 
@@ -231,8 +225,7 @@ class DeadMan:
         """Return how long to wait for the next repeat; a mean needs a few intervals."""
         if len(self._intervals) < _INTERVALS_TO_TRUST:
             return HOLD_LONGEST_S
-        mean_s = sum(self._intervals) / len(self._intervals)
-        return min(max(HOLD_INTERVALS * mean_s, HOLD_SHORTEST_S), HOLD_LONGEST_S)
+        return hold_s(sum(self._intervals) / len(self._intervals))
 
     def _let_go(self) -> tuple[Action, ...]:
         """Clear key, hold and waiting events; return the release of the held key."""

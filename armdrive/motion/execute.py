@@ -200,7 +200,7 @@ def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]
         core.happen(Event.MOVE)
         wire.straying_mm = wire.slow_s = wire.total_s = 0.0
     believed = core.belief
-    core.diagnostics.notice = ""
+    core.notify("")
     try:
         yield
         wire.require_no_fault()

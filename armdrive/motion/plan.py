@@ -16,7 +16,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OutOfBounds
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates, MotionSegment, joints_between
-from kinematics.errors import finite, suggestion
+from kinematics.errors import suggestion
 from kinematics.geometry import ArmGeometry, Unreachable
 from kinematics.guards import GuardViolation, Violation
 from kinematics.guards.escape import nearest_allowed
@@ -178,14 +178,12 @@ class MotionPlan:
 
 def named_joints(start: Joints, named_deg: Mapping[str, float]) -> Joints:
     """Return `start` with some joints replaced, given as `shoulder_deg=40`."""
-    known = {f"{name}_deg": name for name in start.names}
-    changed = {}
-    for word, value in named_deg.items():
+    known = [f"{name}_deg" for name in start.names]
+    for word in named_deg:
         if word not in known:
             hint = suggestion(word, (*known, *OPTIONS))
             raise BadRequest(f"no joint is called {word!r}; known are {', '.join(known)}{hint}")
-        changed[known[word]] = math.radians(finite(word, value))
-    return start.replace(**changed)
+    return start.replace(**named_deg)
 
 
 def plan_joints(
@@ -276,6 +274,9 @@ def _plan(
     return MotionPlan(start, tuple(legs))
 
 
+SLACK_RAD = 1e-9  # a joint beyond its limit whose excess grows by rounding alone goes no further
+
+
 def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> None:
     """Raise `OutOfBounds` for the first limit or guard that a joint path would violate.
 
@@ -339,9 +340,6 @@ def guard_error(guard: Violation, share: float, nearest: Pose | None = None) -> 
         bound=bound,
         nearest=nearest,
     )
-
-
-SLACK_RAD = 1e-9
 
 
 def audit_opening(config: ArmConfig, opening_mm: float) -> None:

@@ -36,6 +36,7 @@ from kinematics.errors import KinematicsError
 from kinematics.five_axis import Posture, postures
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.path import Clearance, least_clearances
+from kinematics.limits import SAME_POSTURE_RAD
 from kinematics.paths.curves import straight_line
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
@@ -206,8 +207,6 @@ def _furthest(ground: Ground, joints: Joints, share: float) -> Furthest:
 
 # The postures at a goal: which one a motion takes, and why not the others.
 
-SAME_RAD = 1e-4  # postures with smaller joint differences are the same, apart from rounding
-
 
 @dataclass(frozen=True, slots=True)
 class PostureOption:
@@ -245,13 +244,13 @@ def _different(found: Sequence[Posture]) -> Iterator[Posture]:
     """Yield each posture once: for a stretched arm, elbow up and elbow down are the same."""
     seen: list[Posture] = []
     for posture in found:
-        if not any(alike(posture.joints, each.joints, SAME_RAD) for each in seen):
+        if not any(alike(posture.joints, each.joints, SAME_POSTURE_RAD) for each in seen):
             seen.append(posture)
             yield posture
 
 
 def _way(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> PostureOption:
-    taken = end is not None and alike(posture.joints, end, SAME_RAD)
+    taken = end is not None and alike(posture.joints, end, SAME_POSTURE_RAD)
     if taken:
         return PostureOption(posture.name, posture.joints, taken=True)
     forbidden = _forbidden(ground, posture)

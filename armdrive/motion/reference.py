@@ -69,7 +69,7 @@ def home_device(
     core.position.slack.doubt()  # the direction in which it left its switches is not known
     core.position.refer(registers.positions, ArmCoordinates(homing.joints, homing.opening_mm))
     core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
-    core.clear_diagnostics()
+    core.clear_messages()
     core.still_since_s = wire.now_s
     yield from _settled(wire)
 
@@ -108,10 +108,12 @@ def confirm_record(wire: MotionContext) -> TaskBody[None]:
     """Turn a restored position into a referenced one: the operator has compared it with the arm."""
     core = wire.core
     yield from wire.look()
-    if core.belief.trust is not Trust.RESTORED:
+    trust = core.belief.trust
+    if trust is not Trust.RESTORED:
+        todo = f": {core.belief.reason}. To fix this, call `home()`"
         raise NotReferenced(
-            f"there is no restored position to confirm, this one is {core.belief.trust.value}: "
-            f"{core.belief.reason}. To fix this, call `home()`"
+            f"there is no restored position to confirm; the position is {trust.value}"
+            f"{'' if trust is Trust.REFERENCED else todo}"
         )
     core.learn(Evidence.CONFIRMED, wire.now_s)
     core.mark_still()
@@ -169,7 +171,7 @@ def take_reference(wire: MotionContext, confirmed: ConfirmedPosture) -> TaskBody
         )
     core.position.refer(registers, confirmed.there)
     core.learn(confirmed.evidence, wire.now_s)
-    core.clear_diagnostics()
+    core.clear_messages()
     yield from _settled(wire)
 
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import PARK_HEIGHT_MM
 from armdrive.errors import BadRequest, OutOfBounds, Refused
 from armdrive.motion.frames import goal_in_base
 from armdrive.motion.jog.course import stride
@@ -41,6 +42,7 @@ from armdrive.moves import (
     PoseMove,
     SingleMove,
     Space,
+    in_order,
 )
 from armdrive.runtime.position import ArmCoordinates, alike
 from kinematics.paths.routes import ArcPart, JointPart, PathPart
@@ -55,7 +57,6 @@ OTHER_POSTURE = (
 SAME_IN_EVERY_FRAME = "a saved point is a set of joint angles, which are the same in every frame"
 
 PARK_RISE_MM = 60.0  # `park` rises this far first if a guard is in its way
-PARK_HEIGHT_MM = 30.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,15 +79,7 @@ class Ground:
 
     def posture(self, joints: Joints) -> Joints:
         """Return the angles of all joints in the arm's order. Raises `BadRequest` for others."""
-        names = self.config.model.arm.joint_names
-        if joints.names == names:
-            return joints
-        if set(joints.names) != set(names):
-            raise BadRequest(
-                f"a goal for this arm needs the joints {', '.join(names)}, not "
-                f"{', '.join(joints.names) or 'nothing'}"
-            )
-        return Joints(tuple(joints[name] for name in names), names)
+        return in_order(joints, self.config.model.arm.joint_names)
 
 
 # Resolving.
@@ -164,7 +157,7 @@ def _point(name: str, frame: str, ground: Ground) -> Joints:
 
 def _part_in_base(part: PathPart, frame: str, ground: Ground) -> PathPart:
     if isinstance(part, JointPart):
-        return part
+        return replace(part, goal=ground.posture(part.goal))
     goal = ground.in_base(part.goal, frame)
     if isinstance(part, ArcPart):
         return replace(part, goal=goal, via=ground.in_base(part.via, frame))

@@ -50,7 +50,7 @@ from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 
 FORMAT = 2
-LONGEST = 8_000_000
+LONGEST_JOURNAL = 8_000_000
 """Bytes. What is longer is not even read."""
 
 _CHECK = "check"
@@ -163,7 +163,7 @@ def interrupted(arm: str) -> JournalEntry:
     """
     path = journal_file(arm)
     try:
-        return from_text(DISK.read_own(path, LONGEST + 1))
+        return from_text(DISK.read_own(path, LONGEST_JOURNAL + 1))
     except StateFileError as error:
         raise StateFileError(
             f"the journal {path} {error}: resume with the armdrive that wrote it, or start the "
@@ -221,7 +221,7 @@ def from_text(text: bytes) -> JournalEntry:
     Raises `StateFileError` for one of another format, and `ValueError` or `KeyError` for a damaged
     one.
     """
-    if len(text) > LONGEST:
+    if len(text) > LONGEST_JOURNAL:
         raise ValueError("it is too long")
     entries = json.loads(text.decode("utf-8"))
     number = entries.get("format") if isinstance(entries, dict) else None

@@ -21,6 +21,7 @@ from typing import Any, Protocol, cast
 
 from armdrive.arm import Arm, override_connections
 from armdrive.connect.parts import ConnectOptions
+from armdrive.connect.target import FORCE_SIM
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable_lines
 from armdrive.moves import GraspMove, MoveSequence
@@ -93,8 +94,6 @@ def script_line(traced: FrameType, script: str) -> int | None:
 
 LARGEST_SCRIPT = 4_000_000
 """Bytes. A script may contain a table."""
-
-FORCE_SIM = "ARMDRIVE_FORCE_SIM"
 
 
 class ScriptStage(Protocol):

@@ -331,7 +331,7 @@ def _block_of(shell: Shell, name: str) -> Reply:
     scene = _world(shell).scene
     block, held = scene.blocks[name], scene.held == name
     where = "in the fingers, its" if held else "its"
-    text = f"{where} bottom at x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
+    text = f"{where} bottom at {block.place_words}"
     size = f"{block.width_mm:g} mm wide and {block.height_mm:g} mm high"
     view = {"event": "block", **asdict(block), "held": held}
     return Reply(view, f"  {name}: {text}, {size}")

@@ -1,1 +1,10 @@
-"""Pictures of arms in terminal characters and as PNG or SVG files."""
+"""Pictures of arms in terminal characters and as PNG or SVG files.
+
+What is decided where:
+
+    figure       an arm or a chain as lines; `frame_steps` its frames as they are assigned
+    scene        the layers of one picture, and which of them changed
+    camera       where it is seen from
+    canvas       lines as characters
+    sketch       plane curves to scale, in characters or a file
+"""

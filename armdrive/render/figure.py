@@ -22,7 +22,7 @@ from kinematics.spaces import Joints, Pose
 _FINGERS = 0.4  # length of the fingers, as a share of the hand
 _LEAST_FINGERS = 0.05  # share of the reach; keeps fingers visible if the hand is short or missing
 _AXIS = 0.13  # length of the tool's axes, as a share of the reach
-_LETTER = 1.3  # distance of an axis's letter from the tip, in lengths of the axis
+LETTER = 1.3  # distance of an axis's letter from its origin, in lengths of the axis
 
 AXES = "xyz"
 GOAL_LETTER = "G"
@@ -113,7 +113,7 @@ def _fingers(of: Stance) -> tuple[tuple[Point, ...], ...]:
 def _axes(of: Stance, length_mm: float) -> Layer:
     strokes = tuple(Stroke(Ink.AXIS, (of.tip, _moved(of.tip, axis, length_mm))) for axis in of.axes)
     letters = tuple(
-        Letters(Ink.AXIS, _moved(of.tip, axis, length_mm * _LETTER), letter)
+        Letters(Ink.AXIS, _moved(of.tip, axis, length_mm * LETTER), letter)
         for axis, letter in zip(of.axes, AXES, strict=True)
     )
     return Layer(strokes, letters)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from armdrive.render.camera import VIEWS, Dome
 from armdrive.render.canvas import Ink, Layer, Letters, Stroke
+from armdrive.render.figure import LETTER
 from armdrive.render.scene import SceneSpace, Studio
 from kinematics.chains.assignment import Assignment, FoundFrame, KnownFrames
 from kinematics.frames.rotations import columns
@@ -13,7 +14,6 @@ from kinematics.frames.transforms import position_of, rotation_of
 from kinematics.frames.vectors import Vector, add, distance, scale, subtract
 
 _ARROW = 0.3  # length of a frame's axes, as a share of half the arm's size
-_LETTER = 1.3  # distance of an axis's letter from the origin, in lengths of the axis
 _BELOW = 0.09  # distance of an origin's letters from it, as a share of half the arm's size
 _AXIS = 0.5  # length of a joint axis to either side of its origin, in the same measure
 _LEAST_MM = 10.0  # half the size of an arm whose frames share one origin
@@ -37,7 +37,7 @@ class StepDrawing:
         self._middle = (x, y, z)
         self._size_mm = max(_LEAST_MM, *(distance(self._middle, origin) for origin in origins))
         self._lines = [axis.line for axis in found.zero.axes]
-        self.dome = Dome((0.0, 0.0, 0.0), self._size_mm * (1.0 + _ARROW * _LETTER))
+        self.dome = Dome((0.0, 0.0, 0.0), self._size_mm * (1.0 + _ARROW * LETTER))
 
     def space(self, known: KnownFrames) -> SceneSpace:
         """Return the picture of a step: the frames that it is about with axes, the others' origins.
@@ -87,7 +87,7 @@ class StepDrawing:
             return
         yield self._beneath(position_of(found.frame)), f"L{found.number}"
         for name, axis in _axes(found, known):
-            yield self._end(found, axis, _LETTER), f"{name}{found.number}"
+            yield self._end(found, axis, LETTER), f"{name}{found.number}"
 
     def _end(self, found: FoundFrame, axis: Vector, times: float) -> Vector:
         return add(position_of(found.frame), scale(self._size_mm * _ARROW * times, axis))

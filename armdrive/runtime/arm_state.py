@@ -7,6 +7,7 @@ The position ledger is in position.py.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller
@@ -26,6 +27,7 @@ from armdrive.runtime.position import (
     motors_of,
 )
 from armdrive.runtime.states import (
+    ALERTED,
     FIRST_BELIEF,
     PLANNED_MOTION,
     Belief,
@@ -34,14 +36,23 @@ from armdrive.runtime.states import (
     require_reference,
 )
 from armdrive.runtime.stop_bounds import StopBound, StopForecast
-from armdrive.status import Evidence, LinkStats, SchedulingJitter, State, Status, Trust, coded
+from armdrive.status import (
+    Current,
+    Evidence,
+    LinkStats,
+    SchedulingJitter,
+    State,
+    Status,
+    Trust,
+    coded,
+)
 from armdrive.storage.record import PositionRecorder, Record
-from armdrive.tasks import Difference
+from armdrive.tasks import Alert, AlertKind, Difference
 from armdrive.trace.entries import EntryCondition
 from armdrive.trace.recorder import NO_TRACER, Tracer
 from kinematics.spaces import Motors
 
-# The error and the notice in the status. Text and code are always set together.
+# The error and the notice in the status.
 
 FAULT = named("DeviceFault").code
 """The code of a fault that is reported as text only."""
@@ -58,52 +69,15 @@ def code_of(cause: BaseException | Evidence) -> str:
     return "" if row is None else row.code
 
 
-class Diagnostics:
-    """The error and the notice of one arm."""
+@dataclass(frozen=True, slots=True)
+class Message:
+    """An error or a notice for the operator, and its code if it reports a problem."""
 
-    def __init__(self) -> None:
-        self._error = self._notice = ("", "")
+    words: str = ""
+    code: str = ""
 
-    @property
-    def error(self) -> str:
-        """Why the arm is in error-stop, or why its link is lost."""
-        return self._error[0]
-
-    @error.setter
-    def error(self, words: str) -> None:
-        self._error = (words, "")
-
-    @property
-    def error_code(self) -> str:
-        """The code of the error."""
-        return self._error[1]
-
-    @property
-    def notice(self) -> str:
-        """What the operator should know."""
-        return self._notice[0]
-
-    @notice.setter
-    def notice(self, words: str) -> None:
-        self._notice = (words, "")
-
-    @property
-    def notice_code(self) -> str:
-        """The code of the notice, if it reports a problem."""
-        return self._notice[1]
-
-    def set_error(self, words: str, code: str) -> None:
-        """Set the error and its code."""
-        self._error = (words, code)
-
-    def notify(self, words: str, cause: BaseException | Evidence) -> None:
-        """Set the notice, with the code of its cause."""
-        self._notice = (words, code_of(cause))
-
-    def change_state(self) -> None:
-        """Drop a notice that only the state before explains."""
-        if self.notice_code == WRONG_STATE:
-            self.notice = ""
+    def __str__(self) -> str:
+        return coded(self.words, self.code)
 
 
 class Core:
@@ -122,7 +96,10 @@ class Core:
         self.config = config
         self.controller = controller
         self.transmission = motors_of(config, controller)
-        self.diagnostics = Diagnostics()
+        self.error = Message()
+        """Why the arm is in error-stop, or why its link is lost."""
+        self.notice = Message()
+        """What the operator should know."""
         self.readings = DeviceReadings(grip_switch=controller.abilities.grip_switch)
         self.fingers = FingerState(config, self.transmission)
         self.position = PositionLedger(
@@ -140,7 +117,7 @@ class Core:
         self.geometry_known = config.model.verified
         self.state = State.DISCONNECTED
         self.before_loss = State.DISCONNECTED
-        self.latched = ("", "")
+        self.latched = Message()
         self.early_evidence: tuple[Evidence, str] | None = None
         """Evidence that the device sent by itself, before the position record was read."""
         self.belief: Belief = FIRST_BELIEF
@@ -160,8 +137,8 @@ class Core:
     def happen(self, event: Event) -> None:
         """Apply an event to the state machine; raises `WrongState` if it is not allowed."""
         before, self.state = self.state, after(self.state, event)
-        if self.state is not before:
-            self.diagnostics.change_state()
+        if self.state is not before and self.notice.code == WRONG_STATE:
+            self.notice = Message()  # only the state before explains it
         self.tracer.changed()
 
     def settle(self) -> None:
@@ -173,10 +150,10 @@ class Core:
     def fault(self, cause: str | ArmError, code: str = FAULT) -> None:
         """Latch error-stop with its cause, and drop the jogs that have not begun."""
         code = code_of(cause) if isinstance(cause, ArmError) else code
-        self.diagnostics.set_error(str(cause), code)
+        self.error = Message(str(cause), code)
         self._drop_pending()
         if self.state is State.DISCONNECTED:  # kept until the link is back: see `lose`
-            self.latched = (self.diagnostics.error, self.diagnostics.error_code)
+            self.latched = self.error
         else:
             self.happen(Event.FAULT)
 
@@ -184,9 +161,8 @@ class Core:
         """Record the loss of the link, and drop the jogs that have not begun."""
         if self.state is not State.DISCONNECTED:
             self.before_loss = self.state
-            latched = self.diagnostics.error, self.diagnostics.error_code
-            self.latched = latched if self.state is State.ERROR_STOP else ("", "")
-        self.diagnostics.set_error(str(lost), code_of(lost))
+            self.latched = self.error if self.state is State.ERROR_STOP else Message()
+        self.error = Message(str(lost), code_of(lost))
         self._drop_pending()
         self.happen(Event.LOST)
 
@@ -236,9 +212,7 @@ class Core:
     @property
     def position_known(self) -> bool:
         """Whether soft limits and Cartesian coordinates are meaningful."""
-        return self.belief.trust is Trust.REFERENCED or (
-            self.belief.trust is Trust.RESTORED and self.allow_restored
-        )
+        return self.belief.allows_planning(allow_restored=self.allow_restored)
 
     @property
     def seen(self) -> Motors:
@@ -249,11 +223,15 @@ class Core:
             return self.position.read_back
         return self.position.acknowledged
 
-    def clear_diagnostics(self) -> None:
+    def notify(self, words: str, cause: BaseException | Evidence | None = None) -> None:
+        """Set the notice, with the code of its cause if it reports a problem."""
+        self.notice = Message(words, "" if cause is None else code_of(cause))
+
+    def clear_messages(self) -> None:
         """Clear error and notice at a reference; report backlash that the reference left open."""
-        self.diagnostics.error = ""
+        self.error = Message()
         names = [motor.name for motor in self.transmission.motors]
-        self.diagnostics.notice = doubt_words(names, self.position.slack)
+        self.notify(doubt_words(names, self.position.slack))
 
     # -- the position record ------------------------------------------------------------------
 
@@ -270,7 +248,7 @@ class Core:
     def report_write_errors(self) -> None:
         """Show in the notice why the latest write failed, if it did."""
         if trouble := self.memory.trouble():
-            self.diagnostics.notify(trouble, StateFileError(trouble))
+            self.notify(trouble, StateFileError(trouble))
 
     def record(self, in_motion: bool) -> Record:
         """Return the record of this moment."""
@@ -297,8 +275,8 @@ class Core:
             self.state,
             (self.belief.trust, self.belief.reason, self.belief.since_s),
             self.readings.current,
-            coded(self.diagnostics.notice, self.diagnostics.notice_code),
-            coded(self.diagnostics.error, self.diagnostics.error_code),
+            str(self.notice),
+            str(self.error),
         )
 
     def stop_bound(self) -> StopBound:
@@ -348,10 +326,10 @@ class Core:
             silent_distance_mm=bound.silent_distance_mm,
             last_sent=engine.last_sent,
             last_answer=engine.last_answer,
-            notice=self.diagnostics.notice,
-            error=self.diagnostics.error,
-            error_code=self.diagnostics.error_code,
-            notice_code=self.diagnostics.notice_code,
+            notice=self.notice.words,
+            error=self.error.words,
+            error_code=self.error.code,
+            notice_code=self.notice.code,
             torque=dialect(self.config.connection.dialect).torque,
             time_s=engine.now_s,
             paused=self.speed_override.paused,
@@ -362,3 +340,15 @@ class Core:
                 engine.bytes_sent, engine.bytes_received, self.config.connection.baud
             ),
         )
+
+
+def alerted(core: Core, alert: Alert, now_s: float) -> None:
+    """Latch error-stop with the device's message, and apply its evidence to the position."""
+    evidence = ALERTED[alert.kind]
+    if evidence is not None:
+        core.learn(evidence, now_s, alert.text)
+        core.early_evidence = core.early_evidence or (evidence, alert.text)
+    if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
+        core.readings.current = Current.UNKNOWN
+    code = ALARM_VOUCHED if evidence is None else code_of(evidence)
+    core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)

@@ -8,6 +8,7 @@ in every run.
 from __future__ import annotations
 
 import math
+import os
 import signal
 import threading
 import time
@@ -95,6 +96,9 @@ class SimulatedClock:
         self.lock = threading.RLock()
         self.now_s = checked_number("now_s", now_s)
         self._engines: tuple[Engine, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.now_s:g})"
 
     @property
     def engines(self) -> tuple[Engine, ...]:
@@ -315,6 +319,7 @@ class RealPace:
         """Start a thread that calls the engine."""
         self._engine = engine
         engine.asleep_s, engine.round_s = self._asleep_s, self._lasted_s
+        engine.process = os.getpid()
         self._thread = threading.Thread(target=self._drive, name="armdrive", daemon=True)
         self._thread.start()
 

@@ -8,6 +8,7 @@ calls `advance` touches the wire.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import fields, replace
@@ -141,6 +142,11 @@ T = TypeVar("T")
 MOST_TURNS = 10_000  # a task that takes more steps without waiting is broken, and is ended
 LAST_STEPS = 16  # steps that a task may take to clean up after its time limit
 
+FORKED = (
+    "the arm belongs to the process that connected to it, and this process was forked from that "
+    "one: drive the arm there, or connect again here after it was closed there"
+)
+
 
 def _never() -> float:
     return 0.0
@@ -194,6 +200,8 @@ class Engine:
         self._next: Task[Any] | None = None
         self._wait: Exchange | SleepUntil | None = None
         self._asked = False
+        self.process: int | None = None
+        """The process whose thread calls the engine; None if the callers that wait do."""
         self._broken: LinkLost | None = None
         self._proved = True
         self.received = received or Received()
@@ -228,12 +236,17 @@ class Engine:
     @property
     def at_rest(self) -> bool:
         """Whether no task is running and no stop is pending."""
-        return self._broken is not None or not (self.busy or self.stop_asked)
+        return self.broken is not None or not (self.busy or self.stop_asked)
 
     @property
     def broken(self) -> LinkLost | None:
-        """The loss of the link, once it has happened."""
-        return self._broken
+        """The loss of the link, once it has happened; a forked process never had one."""
+        return LinkLost(FORKED) if self.forked else self._broken
+
+    @property
+    def forked(self) -> bool:
+        """Whether this process has only a copy of the engine, whose thread stayed in its parent."""
+        return self.process is not None and self.process != os.getpid()
 
     def start(
         self, body: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
@@ -245,15 +258,15 @@ class Engine:
         if anything but routine work is running: no arm may start to move after its caller has
         stopped expecting it. A pending stop also applies to this task.
         """
+        task = Task(body, within_s=within_s)
+        if (lost := self.broken) is not None:
+            task.fail(lost)
+            return task
         busy = self._task is not None and not self._task.routine and alone
         if self._next is not None or busy:
             body.close()
             raise WrongState("something else is still at work: wait for its end, or stop the arm")
-        task = Task(body, within_s=within_s)
-        if self._broken is not None:
-            task.fail(self._broken)
-        else:
-            self._next = task
+        self._next = task
         return task
 
     @contextmanager

@@ -12,8 +12,8 @@ import time
 from armdrive.errors import BadRequest, WrongState
 from kinematics.errors import finite
 
-SLOWEST = 0.01
-FULL = 1.0
+LEAST_OVERRIDE, FULL = 0.01, 1.0
+"""The bounds of a speed override, as a share of the requested speed."""
 
 DELAY_MARGIN = 4.0  # allow a slowed motion this many times the delay that it should have
 
@@ -111,9 +111,9 @@ def override_share(share: float) -> float:
     Raises `BadRequest` for any other number.
     """
     value = finite("the speed override", share)
-    if not SLOWEST <= value <= FULL:
+    if not LEAST_OVERRIDE <= value <= FULL:
         raise BadRequest(
-            f"the speed override is a share of the speed from {SLOWEST:g} to {FULL:g} (1 to 100 "
-            f"percent), not {share!r}"
+            f"the speed override is a share of the speed from {LEAST_OVERRIDE:g} to {FULL:g} "
+            f"(1 to 100 percent), not {share!r}"
         )
     return value

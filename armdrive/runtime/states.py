@@ -1,4 +1,4 @@
-"""Two tables: the state machine of an arm, and the trust in its position.
+"""Three tables: the state machine of an arm, the trust in its position, and what alerts do to it.
 
 The states are PLCopen's. Trust is independent of them.
 
@@ -21,6 +21,7 @@ from types import MappingProxyType
 
 from armdrive.errors import NotReferenced, WrongState
 from armdrive.status import Evidence, State, Trust
+from armdrive.tasks import AlertKind
 
 
 class Event(Enum):
@@ -138,6 +139,19 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
     }
 )
 
+# An alert, a device's unsolicited message, is evidence too.
+
+ALERTED: Mapping[AlertKind, Evidence | None] = MappingProxyType(
+    {
+        AlertKind.RESTARTED: Evidence.RESTARTED,
+        AlertKind.ALARM: None,
+        AlertKind.ALARM_LOST: Evidence.ALARM,
+        AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,
+        AlertKind.OFF_PATH: Evidence.OFF_THE_PATH,
+    }
+)
+"""The evidence of each alert about the position; None if the device still guarantees it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Belief:
@@ -156,6 +170,13 @@ class Belief:
             return self  # a returning link can only lower trust
         reason = f"{evidence.value} ({detail})" if detail else evidence.value
         return Belief(result, reason, now_s)
+
+    def allows_planning(self, *, allow_restored: bool) -> bool:
+        """Return whether planned motion is allowed, and coordinates and soft limits mean anything.
+
+        A restored position counts once its operator or caller has accepted it.
+        """
+        return self.trust is Trust.REFERENCED or (self.trust is Trust.RESTORED and allow_restored)
 
 
 FIRST_BELIEF = Belief(Trust.UNKNOWN, Evidence.NO_RECORD.value)
@@ -178,11 +199,8 @@ def require_reference(belief: Belief, *, allow_restored: bool, what: str = PLANN
 
     `what` begins the message: what needs a trusted position.
     """
-    if belief.trust is Trust.REFERENCED:
-        return
-    if belief.trust is Trust.RESTORED and allow_restored:
-        return
-    raise NotReferenced(
-        f"{what} a trusted position, and this one is {belief.trust.value}: "
-        f"{belief.reason}. To fix this, {_REMEDY[belief.trust]}"
-    )
+    if not belief.allows_planning(allow_restored=allow_restored):
+        raise NotReferenced(
+            f"{what} a trusted position, and this one is {belief.trust.value}: "
+            f"{belief.reason}. To fix this, {_REMEDY[belief.trust]}"
+        )

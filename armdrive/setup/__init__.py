@@ -1,1 +1,27 @@
-"""Sets an arm up: finds its port, asks about it, writes its file, tries its motors."""
+"""Sets an arm up: finds its port, asks about it, writes its file, tries its motors.
+
+Finding it:
+
+    ports          a port while it is closed: whose it is, who holds it
+    prober         who answers on an open one: how long it listens before the probes and between
+                   them (which probes, in which order: `dialects.recognition`)
+    survey         what that means, in words, and what to do next
+    bus_survey     the drives on a CAN bus, and the settings of a known controller
+
+Describing it:
+
+    templates      what an interview begins with
+    questions      every question once: words, check, default, place in the arm file
+    interview      which question is next, and a step back; `draft` holds the answers
+    filing         the new file, or the difference in a present one, before it is written
+
+Trying it:
+
+    plan           the drives of an arm, their trials, and the notes kept about them
+    commissioning  the drives, one after the other
+    directions     how far each motor is turned, and what the answers say about its direction
+    arm_checks     the same with a connected arm, and its limit switches
+    keyboard       how keys repeat in this terminal, and whether that is enough to jog
+
+`dialog_runner` carries questions and scripts out, `simulated_person` answers for a simulated arm.
+"""

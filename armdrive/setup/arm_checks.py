@@ -46,7 +46,7 @@ def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
     saw nothing, are unclear.
     """
     check = check_of(arm.config, None)
-    dialog.say(*picture, _explanation(arm))
+    dialog.say(*picture, before_trials("like this", arm.status.stop_time_s))
     if not dialog.agreed(
         "Switch the motors on and begin?", "Anything but yes leaves the arm alone."
     ):
@@ -57,12 +57,13 @@ def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
     return check.signs()
 
 
-def _explanation(arm: Arm) -> str:
+def before_trials(shown: str, stop_s: float | None) -> str:
+    """Say where arm and user stand before motors turn; `shown` is where the posture is seen."""
+    stop = "" if stop_s is None else f"; a stop takes up to {rounded_up(stop_s, 2):.2f} s"
     return (
-        "Have the arm stand roughly like this, clear of everything, fingers half open. Stand "
+        f"Have the arm stand roughly {shown}, clear of everything, fingers half open. Stand "
         "behind it: left and right are yours as you look along the arm, clockwise as you look "
-        "along the hand. Keep a hand at the power switch; a stop takes up to "
-        f"{rounded_up(arm.status.stop_time_s, 2):.2f} s."
+        f"along the hand. Keep a hand at the power switch{stop}."
     )
 
 

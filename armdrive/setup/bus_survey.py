@@ -16,7 +16,7 @@ from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.port import bare
-from armdrive.connect.target import simulation_forced
+from armdrive.connect.target import require_real_ports
 from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import (
     IDS,
@@ -61,8 +61,7 @@ Agree = Callable[[DeviceSettings], bool]
 
 def probe(port: str) -> Report:
     """Open any port and report what it leads to; moves nothing. Raises `LinkError`."""
-    if simulation_forced():
-        raise PortUnavailable("ARMDRIVE_FORCE_SIM is set, so that no real port is opened")
+    require_real_ports()
     report = Report(port)
     if is_can(port):
         BusSurvey(report, None).run()

@@ -46,14 +46,14 @@ T = TypeVar("T")
 # times too far. The dialect's controller turns the motor as if it were a whole arm, in pieces that
 # each end by themselves within a quarter of a second.
 
-NUDGE = 8
+FIRST_PART = 8
 """The first motion is this part of the second."""
-LIKE = 0.2
+GEAR_TOLERANCE = 0.2
 """The user's gear is kept if the motion seen differs from the expected by at most this share."""
 AS_SAID, MORE = "as announced", "more"
-MUCH = 2.5
+MUCH_FURTHER = 2.5
 """A motion this many times as far as announced is "more"."""
-MOST = 10_000.0
+MOST_SEEN = 10_000.0
 
 PIECE_S = 0.25
 """No motion is commanded further ahead."""
@@ -64,7 +64,7 @@ RUN_S = 0.8
 SENT_S = 0.1
 """That motion is sent like any other for this long; then nothing more is sent."""
 MOST_RPM = 60
-GIVE = 32
+GIVES_WAY_PART = 32
 """A motor is sent back at most as far as it was sent, plus one turn divided by this."""
 
 
@@ -97,7 +97,7 @@ class TriedMotor:
         if not isinstance(reply, Registers):
             return self._off_target(reply)
         at = reply.positions[0]
-        if abs(target - at) > abs(counts) + self.turn // GIVE:
+        if abs(target - at) > abs(counts) + self.turn // GIVES_WAY_PART:
             return f"stands at {at} counts, too far from {target}: it was reset, or turned by force"
         rate_hz = self._rate_hz(counts, WHOLE_S)
         pieces = math.ceil(abs(target - at) / max(1, int(rate_hz * PIECE_S)))
@@ -177,7 +177,7 @@ class MotorTrial:
 
     def counts(self, gear: float) -> int:
         """Return the counts of the trial if the motor has this gear."""
-        return max(round(self.drive.trial.steps * gear / self.drive.gear), NUDGE)
+        return max(round(self.drive.trial.steps * gear / self.drive.gear), FIRST_PART)
 
     def try_out(self) -> bool:
         """Find the motor's direction and gear; return whether that worked.
@@ -229,8 +229,8 @@ class MotorTrial:
     def _nudged(self, start: int, gear: float) -> float:
         """Move very little and back; return a gear that fits, or 0 to leave the motor out."""
         while True:
-            counts = max(self.counts(gear) // NUDGE, 1)
-            about = self.drive.amount / NUDGE
+            counts = max(self.counts(gear) // FIRST_PART, 1)
+            about = self.drive.amount / FIRST_PART
             if not self.dialog.agreed(
                 f"The motor turns the {self.drive.moves} by about {self.drive.shown(about)} and "
                 "back. Keep a hand at the supply's switch. Now?",
@@ -244,7 +244,7 @@ class MotorTrial:
                 return 0.0
             if seen != MORE:
                 return gear
-            gear = self._gear(gear / NUDGE)
+            gear = self._gear(gear / FIRST_PART)
 
     def _compared(self, about: float) -> str:
         words = (AS_SAID, MORE, NOTHING)
@@ -256,7 +256,7 @@ class MotorTrial:
         )
 
         def by_eye(motion: ArmMotion) -> str:
-            return MORE if self.drive.moved(motion) > MUCH * about else AS_SAID
+            return MORE if self.drive.moved(motion) > MUCH_FURTHER * about else AS_SAID
 
         return str(self.dialog.ask(question, by_eye=by_eye))
 
@@ -293,7 +293,7 @@ class MotorTrial:
             f"How far did the {self.drive.moves} move, in {self.drive.unit_words}?",
             "Measure it, or judge it by eye: an error of a fifth is small enough to find a wrong "
             "gear.",
-            number(0.001, MOST, self.drive.unit),
+            number(0.001, MOST_SEEN, self.drive.unit),
             f"{about:.2g}",
         )
         by_eye = lambda motion: f"{self.drive.moved(motion):.3g}"  # noqa: E731
@@ -302,7 +302,7 @@ class MotorTrial:
     def _concluded(self, gear: float, measured: float) -> float:
         """Return the gear: the user's if the motion agrees with it, else ask for it again."""
         about = self.drive.amount
-        if abs(measured / about - 1.0) <= LIKE:
+        if abs(measured / about - 1.0) <= GEAR_TOLERANCE:
             return gear
         by_sight = gear * about / measured
         self.dialog.say(

@@ -21,6 +21,7 @@ from armdrive.errors import BadRequest, Refused
 from armdrive.sim.world.body import found_posture
 from armdrive.text.toml_amend import Change
 from kinematics.geometry import ArmGeometry
+from kinematics.limits import wrap
 from kinematics.spaces import Joints
 from kinematics.transmission import Transmission
 
@@ -98,8 +99,8 @@ def sight(arm: ArmGeometry, before: Joints, after: Joints, opened_mm: float = 0.
     """Return how the motion from one posture to another looks."""
     (x0, y0, z0), (x1, y1, z1) = arm.points(before)[-1], arm.points(after)[-1]
     radius = math.hypot(x0, y0)
-    turned = _wrapped(math.atan2(y1, x1) - math.atan2(y0, x0)) if radius > LEAST_MM else 0.0
-    rolled = _wrapped(arm.fk(after).roll_rad - arm.fk(before).roll_rad)
+    turned = wrap(math.atan2(y1, x1) - math.atan2(y0, x0)) if radius > LEAST_MM else 0.0
+    rolled = wrap(arm.fk(after).roll_rad - arm.fk(before).roll_rad)
     return Sight(
         {
             "turn": turned * radius,
@@ -109,10 +110,6 @@ def sight(arm: ArmGeometry, before: Joints, after: Joints, opened_mm: float = 0.
             "fingers": opened_mm,
         }
     )
-
-
-def _wrapped(angle_rad: float) -> float:
-    return math.remainder(angle_rad, math.tau)
 
 
 # Trials, answers, and the conclusion about the directions of motors and joints.

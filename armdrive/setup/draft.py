@@ -25,7 +25,7 @@ from kinematics.text import counted
 
 # From a motor to its joint: full steps, microsteps, and a gear or belt.
 
-MOST = 100_000.0
+HIGHEST_GEAR = 100_000.0
 """No arm has a gear with a higher ratio."""
 
 
@@ -55,7 +55,7 @@ def ratio(line: str) -> Ratio:
         if top <= 0.0 or bottom <= 0.0:
             raise WrongAnswer(f"write a ratio like 20:1 or 60/16, not {line!r}")
         turns *= top / bottom
-    if not 1.0 / MOST <= turns <= MOST:
+    if not 1.0 / HIGHEST_GEAR <= turns <= HIGHEST_GEAR:
         raise WrongAnswer(f"no arm has a ratio of {turns:g}: write it like 20:1")
     return Ratio(turns, " ".join(line.split()))
 

@@ -21,12 +21,12 @@ from typing import Protocol
 from armdrive.motion.dead_man import (
     HOLD_INTERVALS,
     HOLD_LONGEST_S,
-    HOLD_SHORTEST_S,
     REPEAT_WITHIN_S,
     Action,
     DeadMan,
     Disarm,
     Release,
+    hold_s,
 )
 from kinematics.text import counted
 
@@ -203,12 +203,11 @@ def sentence(found: Held) -> str:
     """Return the measurements in one line."""
     if found.delay_s is None or found.interval_s is None:
         return f"{counted(found.events, 'event')} of the held key came"
-    hold_s = min(max(HOLD_INTERVALS * found.interval_s, HOLD_SHORTEST_S), HOLD_LONGEST_S)
     return (
         f"first repeat after {found.delay_s * 1e3:.0f} ms, then {1.0 / found.interval_s:.0f} a "
         f"second; one in twenty {found.jitter_s * 1e3:.0f} ms late, the longest gap "
         f"{found.longest_s * 1e3:.0f} ms. A release is noticed after "
-        f"{(found.released_s or hold_s) * 1e3:.0f} ms"
+        f"{(found.released_s or hold_s(found.interval_s)) * 1e3:.0f} ms"
     )
 
 

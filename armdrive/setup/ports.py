@@ -20,7 +20,7 @@ from armdrive.text.reading import is_there
 from armdrive.text.toml import value as toml
 from armdrive.transports import ports as system
 from armdrive.transports.address import is_can, scheme
-from armdrive.transports.ports import PortInfo, holder, owning_group, refusal
+from armdrive.transports.ports import PSEUDO_TERMINALS, PortInfo, holder, owning_group, refusal
 
 # Which arm files a port belongs to, and which armdrive program has it open.
 
@@ -87,7 +87,7 @@ def same_port(one: str, other: str) -> bool:
 def held_by_armdrive(port: str, arms: Iterable[str] = ()) -> str:
     """Return the name of the arm for which an armdrive program holds a port, or an empty text."""
     # a program listens under the name that it was given: the port, its real name, or an arm's
-    for name in (port, os.path.realpath(port), *arms):
+    for name in (*((port, os.path.realpath(port)) if port else ()), *arms):
         with contextlib.suppress(ArmError):
             status = ask_holder(name, "status")
             return str(status.get("arm") or name)
@@ -97,7 +97,6 @@ def held_by_armdrive(port: str, arms: Iterable[str] = ()) -> str:
 # A port that is looked at, and not opened.
 
 SYSFS = Path("/sys/bus/usb-serial/devices")
-PSEUDO = "/dev/pts/"
 LATENCY_MS = 1
 """How long an FTDI adapter may hold bytes back; new ones are set to 16."""
 
@@ -235,7 +234,7 @@ def info_of(port: str, listed: Iterable[PortInfo]) -> PortInfo:
         if os.path.realpath(info.device) == real:
             return info
     readable = os.name != "posix" or os.access(port, os.R_OK | os.W_OK)
-    held = None if real.startswith(PSEUDO) else holder(real)
+    held = None if real.startswith(PSEUDO_TERMINALS) else holder(real)
     return PortInfo(port, holder=held, readable=readable, group=owning_group(real))
 
 

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, get_args, get_type_hints
 
 from armdrive.config.preset import LENGTHS
-from armdrive.config.sections import Connection, FingerModel, GuardSettings
+from armdrive.config.sections import Connection, FingerModel, GuardSettings, wrong_homing_order
 from armdrive.config.write import MEANINGS
 from armdrive.dialog.conversation import (
     Question,
@@ -21,7 +21,6 @@ from armdrive.dialog.conversation import (
     WrongAnswer,
     bounds,
     choice,
-    groups,
     number,
     numbers,
     plain_number,
@@ -364,6 +363,22 @@ def _count(draft: Draft) -> int:
     return len(_motor_names(draft))
 
 
+def homing_order(draft: Draft) -> Reader:
+    """Return a reader for motor numbers: "3; 2; 1 4 5" homes 3, then 2, then the others."""
+    motors = _count(draft)
+
+    def read(line: str) -> tuple[tuple[int, ...], ...]:
+        if line in ("", "own"):
+            return ()
+        parts = [part.replace(",", " ").split() for part in line.split(";")]
+        listed = tuple(tuple(whole(1, motors)(word) for word in part) for part in parts if part)
+        if wrong := wrong_homing_order(listed, motors, len(draft.joints)):
+            raise WrongAnswer(wrong)
+        return listed
+
+    return read
+
+
 def _homes_itself(draft: Draft, own: bool) -> Entries:
     if not own or "homing" not in draft.device_fields:
         return ()
@@ -632,7 +647,7 @@ ROWS = (
         "homing.groups", "Which motors home after which? (own: the controller's own order)",
         "By number: 3; 2; 1 4 5 homes motor 3, then 2, then 1, 4 and 5 together. Lift what could "
         "hit something first.",
-        lambda draft: groups(_count(draft)), "own", when=_homes,
+        homing_order, "own", when=_homes,
         place="homing.groups",
     ),
     ArmRow(

@@ -26,13 +26,19 @@ from armdrive.status import Lateness, SchedulingJitter
 from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.text.toml import value as toml
-from armdrive.transports.can_health import BusHealth, BusState, frame_bits
+from armdrive.transports.can_health import BUSY_LOAD, BusHealth, BusState, frame_bits
 from kinematics.text import counted
 
 CHECK_WIRING = (
     "check that the arm is switched on, that the cable carries data, and that transmit and "
     "receive are not swapped"
 )
+OPENING_RISK = (
+    "Opening {port} can restart the board behind it: its motors lose their current, and a raised "
+    "arm sags. Support it, or park it first. Nothing that is sent moves it."
+)
+"""The warning before a port is opened."""
+
 NEVER_RESET = "in the arm file, under [connection]: raise_dtr = true and keep_dtr_on_close = true"
 
 
@@ -149,7 +155,7 @@ def next_steps(
     row = DIALECTS[identity.dialect]
     spoken = ["--dialect", row.name]
     if found.baud not in (None, row.baud):
-        spoken += ["--baud", found.baud]
+        spoken += ["--baud", str(found.baud)]
     status = command_line("status", "--port", port, *spoken)
     settings = command_line("doctor", port, *spoken)
     return [status] if compared else [settings, status]
@@ -177,8 +183,6 @@ def arm_file_lines(port: str, found: Examination, usb_serial: str = "") -> list[
 
 # A CAN bus: its traffic, its adapter, and the drives that answer.
 
-BUSY = 0.7
-"""A bus with a higher load makes its nodes wait."""
 MOST_SHOWN = 3
 
 
@@ -201,7 +205,7 @@ def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding
             )
         ]
     found = [ok(f"{what}; no other program commands drives")]
-    if bits_s and bits / seconds / bits_s > BUSY:
+    if bits_s and bits / seconds / bits_s > BUSY_LOAD:
         found.append(note("the bus is very busy: answers come late", "use a higher bit rate"))
     return found
 

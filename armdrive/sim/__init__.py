@@ -1,1 +1,13 @@
-"""Simulated devices."""
+"""Simulated devices.
+
+    device          what all of them share: board, options, report; the wire comes from `wire`
+    simulated_arm   one arm in a process: world, device, wire, and an operator who answers
+    world/          the physical arm and its table: blocks, gripping, incidents
+    mechanics/      motors in motion: profiles, queues, shafts, switches
+    faults/         what can be made to fail, and when: one table
+    serving/        a simulated arm as a program of its own
+    bus/            several drives on one CAN bus
+
+`armdroid`, `robko01`, `teachmover` and the other subpackages are one dialect each. A quirk of a
+device cites where it was seen, or says that it is a guess.
+"""

@@ -216,7 +216,7 @@ class Board(abc.ABC):
 # its lock.
 
 
-Action = Callable[[], None]
+Action = Callable[[], object]
 
 
 class SimDevice:

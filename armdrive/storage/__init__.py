@@ -1,1 +1,12 @@
-"""Files that armdrive keeps: saved positions, points, locks, and verification logs."""
+"""Files that armdrive keeps: saved positions, points, locks, and verification logs.
+
+What is decided where:
+
+    files        how a file is replaced and never half written, who may overwrite one, and in which
+                 folders all of them are (`ARMDRIVE_HOME`)
+    record       the saved position: its text, when it would be restored, the thread that writes
+    points       points and sequences as values, and their bounds
+    point_file   the file of points, read again for each query and changed in place
+    arm_lock     one program at a time holds an arm; the socket that it answers on
+    lock_client  the lock, which the system releases if its program dies; asking that program
+"""

@@ -124,7 +124,7 @@ def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
 def watch_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
     """Yield the status of a held arm whenever it changes, until the holder releases the arm.
 
-    Raises `HolderError` if no program holds the arm, or the holder stops answering.
+    Raises `HolderError` if no program holds the arm, or the holder refuses or stops answering.
     """
     return _changes(name, "watch", every_s)
 
@@ -145,7 +145,10 @@ def overhear_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
 def _changes(name: str, request: str, every_s: float) -> Iterator[dict[str, Any]]:
     """Yield the answers that are not empty; closing this generator hangs up."""
     with contextlib.closing(_streamed(name, request, every_s)) as answers:
-        yield from filter(None, answers)
+        for answer in filter(None, answers):
+            if "state" not in answer:
+                raise HolderError(str(answer.get("error", "the program cannot be watched")))
+            yield answer
 
 
 def _streamed(name: str, request: str, every_s: float) -> Generator[dict[str, Any], None, None]:

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
 from armdrive.errors.arguments import BASIC, Rule, checked_calls, known_attributes, made_of
 from armdrive.errors.printable import reason_of
+from armdrive.moves import in_order
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, NotWanted, StateFiles, followed, replace_durably, stamp_of
 from armdrive.storage.points import (
@@ -257,6 +258,9 @@ class Points(MutableMapping[str, Point]):
         self._here = here
         self._files = files
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} in {self.path}>"
+
     # -- the file -----------------------------------------------------------------------------
 
     def _bytes(self) -> bytes:
@@ -283,7 +287,7 @@ class Points(MutableMapping[str, Point]):
             data = self._bytes()
             before = self._parsed(data)
             try:
-                self._write(data, before, rounded(change(before)))
+                self._write(data, before, rounded(self._in_order(change(before))))
             except NotWanted:
                 continue
             except OSError as error:
@@ -291,6 +295,14 @@ class Points(MutableMapping[str, Point]):
                 raise PointsFileError(f"{self.path} cannot be written: {why}") from None
             return
         raise PointsChanged(f"{self.path} is being written by another program: try again")
+
+    def _in_order(self, taught: Taught) -> Taught:
+        """Return the points with their joints in the arm's order."""
+        points = {
+            name: replace(each, joints=in_order(each.joints, self._names))
+            for name, each in taught.points.items()
+        }
+        return replace(taught, points=points)
 
     def _write(self, data: bytes, before: Taught, after: Taught) -> None:
         # `data` is what the change is based on; `wanted` sees whether it is still in the file.

@@ -34,6 +34,12 @@ GRIPPER_WORDS = ("open", "close", "grasp", "point")
 
 LONGEST_WAIT_S = 3600.0
 
+SLOWEST_STEP = 0.01
+"""The lowest speed that an edit or a conversion gives a step, as a share of the limits."""
+
+SAME_OPENING_MM = 1.0
+"""Fingers whose opening changes by less than this between two places need no step of their own."""
+
 _JOINTS = rules.made_of(Joints, "joint angles", "arm.joints")
 _DATE = rules.made_of((datetime, NoneType), "a date and a time", "datetime.now()")
 
@@ -52,7 +58,7 @@ class Point:
         rules.text("note", self.note)
         _DATE("taught", self.taught)
         if self.opening_mm is not None:
-            object.__setattr__(self, "opening_mm", checked_number("gripper_mm", self.opening_mm))
+            object.__setattr__(self, "opening_mm", checked_number("opening_mm", self.opening_mm))
 
 
 def point_view(point: Point) -> dict[str, Any]:

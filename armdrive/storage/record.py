@@ -19,7 +19,7 @@ from typing import Any, Protocol
 
 from armdrive.errors import StateFileError
 from armdrive.errors.printable import reason_of
-from armdrive.status import Trust
+from armdrive.status import BELIEVED_WORDS, Trust
 from armdrive.storage import files as places
 from armdrive.storage.files import (
     DISK,
@@ -38,12 +38,10 @@ from armdrive.text.toml import FORMAT_KEY, Problems, TomlTable, setting
 # Any deviation from the written text is a `StateFileError` that says what is wrong.
 
 FORMAT = 2  # format 1 had no checksum
-LONGEST = 16384  # bytes, ten times the longest record; a longer file is not parsed
+LONGEST_RECORD = 16384  # bytes, ten times the longest record; a longer file is not parsed
 MOST_MOTORS = 64
 STEPS_MOST = 10_000_000_000  # beyond any motor's travel; sums stay exact as floats
 COORDINATE_MOST = 1e6
-RESTORING = frozenset({Trust.REFERENCED.value, Trust.RESTORED.value})
-"""The levels of trust with which the next program restores a saved position."""
 
 _CHECK = "check"
 _OPTIONAL = ("taken", "unsure")
@@ -72,7 +70,7 @@ class Record:
     @property
     def would_restore(self) -> bool:
         """Whether the next program would restore this position if the registers agree."""
-        return not self.in_motion and self.trust in RESTORING
+        return not self.in_motion and self.trust in BELIEVED_WORDS
 
     def require_owner(self, arm: str, calibration: str, motors: int) -> None:
         """Raise `StateFileError` unless the record is of this arm, with this calibration."""
@@ -95,8 +93,8 @@ def to_text(record: Record) -> bytes:
 
 def from_text(text: bytes) -> Record:
     """Parse a record; any error is a `StateFileError` with the reason."""
-    if len(text) > LONGEST:
-        raise StateFileError(f"it is damaged: no record is longer than {LONGEST} bytes")
+    if len(text) > LONGEST_RECORD:
+        raise StateFileError(f"it is damaged: no record is longer than {LONGEST_RECORD} bytes")
     if not text.strip(b" \r\n\t\x00"):
         raise StateFileError("it is empty")
     try:
@@ -199,7 +197,7 @@ class FileRecorder:
     def load(self) -> Record | None:
         """Read the file. Reject a file that cannot be replaced, as it may be out of date."""
         try:
-            text = self._files.read_own(self.path, LONGEST + 1)
+            text = self._files.read_own(self.path, LONGEST_RECORD + 1)
         except FileNotFoundError:
             return None
         except OSError as error:
@@ -370,7 +368,7 @@ def _misleads(left: Record, now: Record) -> bool:
     """Return whether the next program would restore a position that this one no longer trusts."""
     if not left.would_restore:
         return False
-    return now.trust not in RESTORING or now.offset != left.offset
+    return now.trust not in BELIEVED_WORDS or now.offset != left.offset
 
 
 # The log of verifications: a file of JSON lines in the state folder.

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 TYPE_CHECKING = False  # like typing.TYPE_CHECKING
 if TYPE_CHECKING:
-    from typing import Any
-
     from armdrive.testing.arm_world import ArmWorld
+else:
+
+    def __getattr__(name: str) -> object:
+        """Import a public name on its first use."""
+        if name != "ArmWorld":
+            raise AttributeError(f"module 'armdrive.testing' has no attribute {name!r}")
+        from armdrive.testing.arm_world import ArmWorld
+
+        return ArmWorld
+
 
 __all__ = ["ArmWorld"]
-
-
-def __getattr__(name: str) -> Any:
-    """Import a public name on its first use."""
-    if name != "ArmWorld":
-        raise AttributeError(f"module 'armdrive.testing' has no attribute {name!r}")
-    from armdrive.testing.arm_world import ArmWorld
-
-    return ArmWorld

@@ -89,12 +89,13 @@ def _alike(asked: ArmConfig, here: ArmConfig) -> bool:
     return same_dialect and asked.calibration == here.calibration
 
 
+_NAME = made_of(str, "the name of an arm", f'"{DEFAULT_TARGET}"')
 RULES: Mapping[str, Rule] = MappingProxyType(
     {
         **BASIC,
         "Callable[[], object]": call,
         "Operator": call,
-        "target: str": made_of(str, "the name of an arm", f'"{DEFAULT_TARGET}"'),
+        "target: str": _NAME,
     }
 )
 """The checks of the arguments of an `ArmWorld`'s calls, by annotation."""
@@ -120,7 +121,7 @@ class ArmWorld:
         self.clock = SimulatedClock()
         self._table = Table()
         # Found here and not at the first connection: a test may never connect.
-        self._chosen = None if target is None else find(target).config
+        self._chosen = None if target is None else find(str(_NAME("target", target))).config
         self._placed: dict[str, Placed] = {}
         self._open = ExitStack()
 
@@ -252,11 +253,7 @@ class ArmWorld:
     def after(self, by_s: float, action: Callable[[], object]) -> None:
         """Run `action` after a delay: `arm_world.after(5, lambda: world.take("A"))`."""
         device = self.twin.device
-
-        def act() -> None:
-            action()
-
-        device.at(max(device.now_s, self.clock.now_s) + by_s, act)
+        device.at(max(device.now_s, self.clock.now_s) + by_s, action)
 
     # -- connections --------------------------------------------------------------------------
 

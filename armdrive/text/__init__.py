@@ -1,1 +1,10 @@
-"""Strict reading and writing of text: TOML, JSON, and what a person types."""
+"""Strict reading and writing of text: TOML, JSON, and what a person types.
+
+What is decided where:
+
+    reading     files from elsewhere, within limits of size and depth
+    toml        schemas: each key with its type, bounds, help and nearest misspelling
+    toml_amend  single keys changed in a file that a person keeps
+    json_forms  how moves, poses, status and errors look in JSON
+    numbers     numbers and speeds as people type them
+"""

@@ -1,1 +1,10 @@
-"""What an arm does, recorded as it happens, put into words, and replayed against a twin."""
+"""What an arm does, recorded as it happens, put into words, and replayed against a twin.
+
+What is decided where:
+
+    entries    an entry, and the ring: how much of the past is kept
+    recorder   which events become entries, and when a recording is written
+    files      the file of a recording, and how many are kept
+    log        entries in words
+    replay     a recording against a simulated device: the first difference
+"""

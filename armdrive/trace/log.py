@@ -194,8 +194,10 @@ def lines(
 
 # Following a flight recorder: each read returns the new entries, and its cost is bounded.
 
-MOST = 500  # lines made at once: about 25 ms on a small computer
-BACK = 2000  # a reader further behind skips the oldest entries; `armdrive record` writes them all
+LINES_AT_ONCE = 500  # lines made at once: about 25 ms on a small computer
+FURTHEST_BEHIND = (
+    2000  # a reader further behind skips the oldest entries; `armdrive record` writes them all
+)
 
 
 class LogReader:
@@ -204,14 +206,16 @@ class LogReader:
     A reader belongs to one thread. Several readers of one arm are independent.
     """
 
-    def __init__(self, since: Since, dialect: str, began_s: float, *, back: int = BACK) -> None:
+    def __init__(
+        self, since: Since, dialect: str, began_s: float, *, back: int = FURTHEST_BEHIND
+    ) -> None:
         self._since = since
-        self._back = max(back, BACK)
+        self._back = max(back, FURTHEST_BEHIND)
         self._next, _ = since(0, 0, back)
         self._missing_at_start = self._next if back else 0  # none are missed if none are wanted
         self._narrator = Narrator(dialect, began_s)
 
-    def read(self, most: int = MOST) -> tuple[LogLine, ...]:
+    def read(self, most: int = LINES_AT_ONCE) -> tuple[LogLine, ...]:
         """Return the new lines since the last call, the oldest first.
 
         At most `most` lines (and one that counts the skipped entries); the rest follows at the next
@@ -238,7 +242,7 @@ def recorded(recording: Recording) -> Iterator[LogLine]:
 
 # The latest lines of a log, filtered, within a bounded memory.
 
-KEPT = 2000  # beyond this number the oldest lines are dropped
+LINES_KEPT = 2000  # beyond this number the oldest lines are dropped
 SEPARATOR = ","  # between search words that a line must all contain; the space bar stops the arm
 
 
@@ -264,7 +268,7 @@ class LogFilter:
 class LogBook:
     """The latest lines, and those that pass the filter. The cost of a new line is bounded."""
 
-    def __init__(self, kept: int = KEPT) -> None:
+    def __init__(self, kept: int = LINES_KEPT) -> None:
         self.filter = LogFilter()
         self._all: deque[LogLine] = deque(maxlen=kept)
         self._passed: deque[LogLine] = deque(maxlen=kept)

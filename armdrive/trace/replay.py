@@ -28,6 +28,7 @@ from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT
 from armdrive.sim.wire import PacedDevice
+from armdrive.status import BELIEVED_WORDS
 from armdrive.tasks import AlertKind
 from armdrive.text.reading import parse_toml
 from armdrive.trace.entries import EntryKind, TraceEntry, counts_text
@@ -180,7 +181,6 @@ class ReplayBench:
 
 Counts = tuple[int, ...]
 
-_POSITIONED = ("referenced", "restored")
 _COUNTS = re.compile(r"(-?[0-9]{1,9}(?: -?[0-9]{1,9})*)(?:;|$)")
 _NO_COUNTS = (EntryKind.REQUEST, EntryKind.TIMEOUT, EntryKind.REPLY, EntryKind.LOST)
 
@@ -204,7 +204,7 @@ def first_offset(entries: Sequence[TraceEntry]) -> Counts | None:
     for entry in entries:
         if entry.kind is EntryKind.OFFSET:
             offset = counts_of(entry)
-        elif entry.kind is EntryKind.TRUST and str(entry.what).startswith(_POSITIONED):
+        elif entry.kind is EntryKind.TRUST and str(entry.what).startswith(BELIEVED_WORDS):
             return offset
     return None
 

@@ -1,1 +1,12 @@
-"""The links to controllers: serial ports, network addresses, CAN buses, and in-process devices."""
+"""The links to controllers: serial ports, network addresses, CAN buses, and in-process devices.
+
+What is decided where:
+
+    link         the interface, and the link to a simulated line
+    opening      which link an address opens; `address` reads it
+    ports        the ports and adapters of this computer, who holds one, and why one is refused
+    serial_port  handshake lines, exclusive use, and what opening does to a board
+    udp          one datagram for each write
+    can_link     a CAN bus; `can_threads` decides when it is lost, `can_health` puts its errors into
+                 words, `can_slcan` is an adapter on a serial port
+"""

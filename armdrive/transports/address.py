@@ -14,6 +14,8 @@ from armdrive.errors import BadRequest
 
 TCP_SCHEMES = frozenset({"socket", "rfc2217"})
 PREFIX = "can:"
+BITRATE = 500_000
+"""Bits a second of a CAN bus, unless its address or an arm file says otherwise."""
 
 
 def is_can(port: str) -> bool:

@@ -130,6 +130,9 @@ _CRC_BITS = 15
 _CRC_MASK = (1 << _CRC_BITS) - 1
 _RUN = 5
 
+BUSY_LOAD = 0.7
+"""The share of a bus that its traffic may take: beyond it, nodes wait for their turn."""
+
 
 @lru_cache(maxsize=4096)
 def frame_bits(frame: Frame) -> int:

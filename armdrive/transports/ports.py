@@ -26,7 +26,7 @@ from armdrive.errors import (
     PortUnavailable,
 )
 from armdrive.errors.printable import reason_of
-from armdrive.transports.address import CanAddress, is_can
+from armdrive.transports.address import BITRATE, CanAddress, is_can
 from kinematics.errors import suggestion
 
 if sys.platform != "win32":
@@ -432,7 +432,6 @@ CANDLELIGHT: Mapping[tuple[int, int], str] = MappingProxyType(
     }
 )
 """Adapters that are not serial ports (linux/drivers/net/can/usb/gs_usb.c)."""
-BITRATE = 500_000
 PATIENCE_S = 10.0
 _NO_ADAPTERS = ("virtual", "udp_multicast", "serial")
 """Interfaces of python-can that also list devices that are not CAN adapters."""

@@ -1,4 +1,14 @@
-"""CANopen (CiA 301) and its drive profile (CiA 402), for the master and for drives."""
+"""CANopen (CiA 301) and its drive profile (CiA 402), for the master and for drives.
+
+What is decided where:
+
+    services            ids, heartbeats, emergencies and their codes
+    objects             object dictionaries
+    sdo, sdo_server     objects read and written one by one; abort codes
+    pdo                 objects sent in one frame
+    drives              states and modes of a drive, and the way from one state to another
+    host                a master's end
+"""
 
 from firmware_protocol.canopen.drives import TRANSITIONS as TRANSITIONS
 from firmware_protocol.canopen.drives import Command as Command
@@ -110,6 +120,7 @@ from firmware_protocol.canopen.sdo_server import SdoServerEvent as SdoServerEven
 from firmware_protocol.canopen.sdo_server import WriteAsked as WriteAsked
 from firmware_protocol.canopen.services import ALL_NODES as ALL_NODES
 from firmware_protocol.canopen.services import ERROR_WORDS as ERROR_WORDS
+from firmware_protocol.canopen.services import HEARTBEAT_MISSING as HEARTBEAT_MISSING
 from firmware_protocol.canopen.services import NODE_MAX as NODE_MAX
 from firmware_protocol.canopen.services import SPEAKS as SPEAKS
 from firmware_protocol.canopen.services import Emergency as Emergency

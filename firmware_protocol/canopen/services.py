@@ -294,6 +294,8 @@ class Sync:
 # The first digits are the class of the error, the others specify it. A code without a row of its
 # own is described by the row of its class.
 
+HEARTBEAT_MISSING = 0x8130
+
 ERROR_WORDS: dict[int, str] = {
     0x0000: "no error any more",
     0x1000: "an error of no particular kind",
@@ -356,7 +358,7 @@ ERROR_WORDS: dict[int, str] = {
     0x8100: "communication",
     0x8110: "frames were lost: CAN overrun",
     0x8120: "CAN is error-passive",
-    0x8130: "a heartbeat or life guard is missing",
+    HEARTBEAT_MISSING: "a heartbeat or life guard is missing",
     0x8140: "recovered from bus-off",
     0x8150: "another node sends with its id",
     0x8200: "protocol",

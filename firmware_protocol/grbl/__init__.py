@@ -1,4 +1,13 @@
-"""The dialect of GRBL 1.1, grbl-Mega-5X, grblHAL and FluidNC, for both ends."""
+"""The dialect of GRBL 1.1, grbl-Mega-5X, grblHAL and FluidNC, for both ends.
+
+What is decided where:
+
+    commands, gcode   lines of a host, and which words exclude which
+    answers           lines of a board
+    codes             errors and alarms: what they mean, what to do, whether the position is kept
+    host, device      the two ends, and how long a line each accepts
+    dialect           numbers and letters: what is accepted, and how it is written
+"""
 
 from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable

@@ -1,4 +1,13 @@
-"""The MKS SERVO42D/57D on CAN, for the host of a bus of drives and for a drive."""
+"""The MKS SERVO42D/57D on CAN, for the host of a bus of drives and for a drive.
+
+What is decided where:
+
+    values     codes, units, options, and the check byte
+    requests   a host's requests, and the firmware that each needs
+    answers    a drive's answers; frames checked and read
+    host       which reply belongs to which request
+    device     a drive's end
+"""
 
 from firmware_protocol.events import Overrun as Overrun
 from firmware_protocol.events import UnreadableFrame as UnreadableFrame

@@ -33,9 +33,8 @@ from kinematics.limits import (
     refuse_worst,
     widened_to,
 )
-from kinematics.paths.curves import NearFollower, largest_turn, leap_sentence
-from kinematics.spaces import JOINTS_EXAMPLE, Joints, Pose
-from kinematics.text import counted
+from kinematics.paths.curves import LEAP_RAD, NearFollower, largest_turn, leap_sentence
+from kinematics.spaces import Joints, Pose, angles_of
 
 EFFORT = Effort(starts=16)
 """Postures tried before a pose is called out of reach: a person is waiting for the answer."""
@@ -45,9 +44,6 @@ HAND_FIRST: First = (
     frozenset({Part.POSITION}),
 )
 """If a pose cannot be reached, keep the hand's orientation and come as near as possible."""
-
-AT_ONCE_RAD = 0.5
-"""The furthest that a joint may turn in one small step; further is another posture."""
 
 LENGTH_MM = 1e-9
 """A link shorter than this moves no point."""
@@ -128,12 +124,12 @@ class ChainArm:
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
         """Return the posture a small step from the seed; raises `Unreachable`."""
         near = self.solve_near(pose, seed)
-        if near is not None and math.dist(near, seed) <= AT_ONCE_RAD:
+        if near is not None and math.dist(near, seed) <= LEAP_RAD:
             return near
         found = descend(self.chain, self.goal(pose), self._values(seed))
         joints = self.joints_of(found.joints)
         turned = max(abs(b - a) for a, b in zip(seed, joints, strict=True))
-        if not found.ok or turned > AT_ONCE_RAD:
+        if not found.ok or turned > LEAP_RAD:
             raise _step_refusal(self, pose, found, seed)
         return joints
 
@@ -199,9 +195,9 @@ class ChainArm:
         wide = self._widened(start)
         if self.has_yaw:
             whole = _four(quaternion_of(self.hand_axes(start)))
-            return WholeHandFollower(wide, whole, LARGEST_TURN_RAD)
+            return WholeHandFollower(wide, whole, WAYPOINT_TURN_RAD)
         origin = self.fk(start)
-        return NearFollower(wide, (origin.pitch_rad, origin.roll_rad), LARGEST_TURN_RAD)
+        return NearFollower(wide, (origin.pitch_rad, origin.roll_rad), WAYPOINT_TURN_RAD)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this much."""
@@ -244,12 +240,7 @@ class ChainArm:
         return ChainArm(self.chain.within((one.low_rad, one.high_rad) for one in wide))
 
     def _values(self, joints: Joints) -> tuple[float, ...]:
-        require("joints", joints, Joints, JOINTS_EXAMPLE)
-        if len(joints.angles_rad) != len(self.chain):
-            raise KinematicsError(
-                f"this arm has {counted(len(self.chain), 'joint')}, not {len(joints)}"
-            )
-        return joints.angles_rad
+        return angles_of(joints, self.joint_names)
 
     def _directions(self, joints: Joints) -> tuple[float, ...]:
         """Return the angles, those of many turns as the same direction: formulas add them."""
@@ -309,7 +300,7 @@ def _longest_levers(chain: Chain) -> tuple[float, ...]:
 # angles, of any turn. Six turn the hand about one axis, the shorter way, which no angle's own
 # degeneracy disturbs: a hand is the unit quaternion of its rotation.
 
-LARGEST_TURN_RAD = 0.1
+WAYPOINT_TURN_RAD = 0.1
 """The furthest that a joint may turn between two waypoints, so that the hand's direction, which
 is no sum of joint angles here, stays within some thousandths of a rad of the line's."""
 

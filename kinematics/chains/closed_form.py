@@ -21,7 +21,7 @@ from kinematics.chains.generated import generated
 from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, frame_goal, turned_to
 from kinematics.chains.structure import Family, Structure, structures, why_no_structure
 from kinematics.frames.transforms import Transform
-from kinematics.limits import all_fitted
+from kinematics.limits import SAME_POSTURE_RAD, all_fitted
 
 NEAR_MM = 1e-5
 """How far a posture's tip may be from the goal: a tenth of the tolerance for a met goal."""
@@ -34,9 +34,6 @@ ROUGH = (0.1, 1e-3)
 
 ROUGHER = (100.0, 0.3)
 """The same for an arm that only nearly has its structure."""
-
-SAME_RAD = 1e-4
-"""Postures with no joint farther apart than this are one."""
 
 PROOFS = 6
 """Before a structure's code is used, it must find this many random postures again; for an arm that
@@ -237,7 +234,8 @@ def _found_again(solver: Solver, values: Posture) -> bool:
 def _same(one: Posture, other: Posture) -> bool:
     """Whether two postures are one, but for whole turns."""
     return all(
-        abs(math.remainder(a - b, math.tau)) < SAME_RAD for a, b in zip(one, other, strict=True)
+        abs(math.remainder(a - b, math.tau)) < SAME_POSTURE_RAD
+        for a, b in zip(one, other, strict=True)
     )
 
 

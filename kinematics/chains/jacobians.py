@@ -80,7 +80,7 @@ def manipulability(jacobian: Jacobian) -> float:
 # direction is damped by itself and only below a threshold e: there the gain 1/s becomes s/e^2,
 # which is damping by e^2 - s^2, continuous at s = e and never more than 1/e.
 
-THRESHOLD = 0.05
+DAMPED_BELOW = 0.05
 """Singular value, dimensionless, below which a direction is damped: joint rates in rad/s stay
 under 20 times the tip's rate in lengths of the arm a second."""
 
@@ -106,7 +106,7 @@ def joint_rates(
     tip_rates: Sequence[float],
     *,
     length_mm: float,
-    threshold: float = THRESHOLD,
+    threshold: float = DAMPED_BELOW,
 ) -> Rates:
     """Return joint rates for tip rates (mm/s and rad/s, in the order of the Jacobian's rows).
 
@@ -158,7 +158,7 @@ def _damped(
 SINGULAR = 1e-9
 """A dimensionless singular value below this is zero."""
 
-EVEN = 1e-6
+EQUAL_SHARE = 1e-6
 """Singular values no further apart than this share are one: no direction is the hardest."""
 
 SMALL_PART = 0.05
@@ -265,9 +265,9 @@ def _sentence(
 ) -> str:
     """Describe the direction that is lost, nearly lost, or the hardest."""
     largest, smallest = singular_values[0], singular_values[-1]
-    if smallest >= (1.0 - EVEN) * largest > SINGULAR:
+    if smallest >= (1.0 - EQUAL_SHARE) * largest > SINGULAR:
         return f"the tip moves as easily in every direction: all singular values are {smallest:.3g}"
-    is_singular, is_near = smallest < SINGULAR, smallest < THRESHOLD
+    is_singular, is_near = smallest < SINGULAR, smallest < DAMPED_BELOW
     joints = _named(
         [(name.replace("_", " "), part) for name, part in zip(chain.joint_names, idle, strict=True)]
     )

@@ -1,5 +1,11 @@
 """An arm of the Mini-mover's build: forward and inverse kinematics with limits and branches.
 
+    closed_form   every branch for a pose, and the one that is taken: the nearest within limits
+    nearest       the reachable pose nearest to a goal
+    rates         joint rates from tip rates, and where the build is singular
+    tool_arm      the same arm with a tool in its fingers
+    workspace     what it reaches in one vertical plane
+
 Units: mm and rad. Joint angles are relative (facts of the build: base; shoulder = elevation of
 the upper arm; elbow = forearm minus upper arm; wrist pitch = hand minus forearm; wrist roll).
 In the arm's plane, with the shoulder s, elbow e and wrist w,
@@ -51,10 +57,10 @@ from kinematics.limits import (
 from kinematics.paths.curves import in_proportion
 from kinematics.spaces import (
     JOINT_NAMES,
-    JOINTS_EXAMPLE,
     POSE_EXAMPLE,
     Joints,
     Pose,
+    angles_of,
     refuse_yaw,
 )
 
@@ -179,17 +185,20 @@ class FiveAxisArm:
             for base, side, angles in turned
         )
 
-    def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
+    def solve(
+        self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
+    ) -> Joints | None:
         """Return the posture within limits nearest to the seed, or None: `ik` without reasons.
 
         Nearest is by the sum of the squares of the joints' changes. On the base axis, where the
         base is free and no direction is outwards, a pitch and its mirror image are the same
-        elevation of the hand: the mirror image is used if only it can be held.
+        elevation of the hand: the mirror image is used if only it can be held. With `facing_rad`
+        the base is not free there: see `branches`.
         """
         x, y, z, pitch, roll = pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad
         near = _seed(seed, self.limits)
-        found = nearest_branch((x, y, z, pitch, roll), self, near)
-        if found is None and math.hypot(x, y) <= AXIS_MM:
+        found = nearest_branch((x, y, z, pitch, roll), self, near, facing_rad)
+        if found is None and facing_rad is None and math.hypot(x, y) <= AXIS_MM:
             mirrored = (x, y, z, wrap(math.pi - pitch), wrap(roll + math.pi))
             found = nearest_branch(mirrored, self, near)
         return None if found is None else Joints(found)
@@ -219,7 +228,9 @@ class FiveAxisArm:
         """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
         return solve_frame(goal, self, near)
 
-    def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
+    def ik(
+        self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
+    ) -> Joints:
         """Return what `solve` does: the posture within the limits nearest to the seed.
 
         Raises `Unreachable`, which says which constraint fails, by how much, and which reachable
@@ -229,9 +240,9 @@ class FiveAxisArm:
         """
         require("a pose", pose, Pose, POSE_EXAMPLE)
         refuse_yaw(pose)
-        joints = self.solve(pose, seed)
+        joints = self.solve(pose, seed, facing_rad=facing_rad)
         if joints is None:
-            raise self._refusal(pose, seed)
+            raise self._refusal(pose, seed, facing_rad)
         return joints
 
     # The closed form is fast enough for every small step.
@@ -289,10 +300,10 @@ class FiveAxisArm:
             0.0,
         )
 
-    def _refusal(self, pose: Pose, seed: Joints | None) -> Unreachable:
+    def _refusal(self, pose: Pose, seed: Joints | None, facing_rad: float | None) -> Unreachable:
         """Return why no posture was found: the violation of the branch that comes closest."""
         instead = nearest(self, pose, seed).pose
-        branches = self.branches(pose, seed)
+        branches = self.branches(pose, seed, facing_rad=facing_rad)
         if not branches:
             return span_refusal(pose, self.lengths, instead)
         best = min(branches, key=lambda branch: branch.excess_rad)
@@ -302,10 +313,7 @@ class FiveAxisArm:
 
 def _angles(joints: Joints) -> Angles:
     """Return the five angles. Raises if these are not the joints of this build."""
-    require("joints", joints, Joints, JOINTS_EXAMPLE)
-    if len(joints.angles_rad) != len(JOINT_NAMES):
-        raise KinematicsError(f"this arm has {len(JOINT_NAMES)} joints, not {len(joints)}")
-    return joints.angles_rad  # type: ignore[return-value]
+    return angles_of(joints, JOINT_NAMES)  # type: ignore[return-value]
 
 
 def _directions(joints: Joints) -> Angles:

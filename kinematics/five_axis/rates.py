@@ -1,61 +1,24 @@
-"""Rates of the five-axis build: of its joints for a moving tip, in a jog and of its tip.
+"""Rates of the five-axis build: of its joints for a moving tip, and of the tip for moving joints.
 
-Lengths in mm, angles in rad, times in s. The tip's rates are x, y, z, pitch and roll; the joints'
-follow from solving the build's own two links and its turning base (the derivative of the five-axis
-closed form: McKerrow, chapter 4, sections 12 and 16).
+Lengths in mm, angles in rad. The tip's rates are x, y, z, pitch and roll; the joints' follow from
+solving the build's own two links and its turning base (the derivative of the five-axis closed form:
+McKerrow, chapter 4, sections 12 and 16). Nothing but floats and tuples is made, and nothing is
+checked: a jog asks many times a second.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from math import cos, inf, sin, sqrt
-from operator import add, sub
+from math import cos, sin
 
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles, Lengths
 from kinematics.geometry import AXIS_MM
 from kinematics.spaces import Jacobian, Joints
 
-# The arithmetic of one jog cycle: ramps, joint rates of a moving tip, braking. A jog is decided
-# many times a second, so that nothing but floats and tuples is made, and nothing is checked.
-
-Rates = tuple[float, ...]
-
-SINGULAR = 1e-9
-"""A sine of the elbow so small, or of the tip's distance from the base in units of it, is none."""
-
-
-def ramped(now: Rates, wish: Rates, slope: float, time_s: float) -> tuple[Rates, Rates]:
-    """Return the mean over a time, and what there is at its end, of rates on their way to a wish.
-
-    They go straight there, all at once, the one with most to change by `slope` a second: so a
-    line from rest is straight, and a change of direction passes through zero.
-    """
-    gaps = list(map(sub, wish, now))
-    gap = max(*gaps, -min(gaps))
-    if gap == 0.0 or slope == inf:
-        return wish, wish
-    share = slope * time_s / gap
-    if share >= 1.0:
-        return _along(wish, -0.5 / share, gaps), wish
-    return _along(now, 0.5 * share, gaps), _along(now, share, gaps)
-
-
-def _along(place: Rates, share: float, gaps: Sequence[float]) -> Rates:
-    return tuple(map(add, place, map(share.__mul__, gaps)))
-
-
-def braked(way_s: float, time_s: float, ramp_s: float) -> float:
-    """Return the share of a speed that may be had for a time, so as to stop before a bound still.
-
-    At that speed the way to the bound would last `way_s`, and losing the speed lasts `ramp_s`:
-    v^2 = 2 a d at the end of the time. From rest to the bound it is never more than all of it.
-    """
-    if way_s <= 0.0:
-        return 0.0
-    share = 2.0 * way_s / (time_s + sqrt(time_s * time_s + 2.0 * ramp_s * way_s))
-    return min(share, 1.0)
+SMALLEST_SINE = 1e-9
+"""A sine of the elbow so small counts as none: the elbow is straight or folded."""
 
 
 def joint_rates(angles: Angles, tip: Sequence[float], lengths: Lengths) -> Angles | None:
@@ -71,7 +34,7 @@ def joint_rates(angles: Angles, tip: Sequence[float], lengths: Lengths) -> Angle
     bend = sin(elbow)
     cos_base, sin_base = cos(base), sin(base)
     across = vy * cos_base - vx * sin_base
-    if -SINGULAR < bend < SINGULAR or (-AXIS_MM < r < AXIS_MM and across):
+    if -SMALLEST_SINE < bend < SMALLEST_SINE or (-AXIS_MM < r < AXIS_MM and across):
         return None
     if r < 0.0:
         pitching = -pitching
@@ -80,40 +43,6 @@ def joint_rates(angles: Angles, tip: Sequence[float], lengths: Lengths) -> Angle
     first = (out * cos_second + up * sin_second) / (upper * bend)
     both = -(out * cos_first + up * sin_first) / (fore * bend)
     return (across / r if across else 0.0, first, both - first, pitching - both, rolling)
-
-
-def share_of_limits(rates: Sequence[float], limits: Sequence[float]) -> float:
-    """Return by how much rates have to be slowed so that none exceeds its limit: 1 for not at all.
-
-    Slowing all of them alike keeps the tip on its line.
-    """
-    share = 1.0
-    for rate, limit in zip(rates, limits, strict=True):
-        if rate > limit or -rate > limit:
-            share = min(share, limit / abs(rate))
-    return share
-
-
-def shares_to_stop(
-    places: Sequence[float],
-    rates: Sequence[float],
-    spans: Sequence[tuple[float, float]],
-    time_s: float,
-    ramps_s: Sequence[float],
-) -> list[float]:
-    """Return by how much each rate has to be slowed to stop at the end of its span at the latest.
-
-    `ramps_s` is how long each takes to lose its speed. The least of the shares, given to all of
-    them, keeps the tip on its line.
-    """
-    shares = []
-    for place, rate, (low, high), ramp_s in zip(places, rates, spans, ramps_s, strict=True):
-        if rate == 0.0:
-            shares.append(1.0)
-            continue
-        way_s = ((high if rate > 0.0 else low) - place) / rate
-        shares.append(1.0 if way_s > time_s + ramp_s else braked(way_s, time_s, ramp_s))
-    return shares
 
 
 # The task Jacobian of the five-axis build.

@@ -2,7 +2,8 @@
 
 Units: mm and rad. With the tip's plane turned by the base, the tool's point is R outwards in that
 plane and c beside it; both follow from the roll alone, so that the inverse is closed as well:
-R = sqrt(x^2 + y^2 - c^2), and the base turns to the direction of the point plus atan2(c, R).
+R = sqrt(x^2 + y^2 - c^2), and the base turns to the direction of the point plus atan2(c, R), also
+where that puts the finger tips over the base axis.
 Pitch and roll remain the hand's; the pitch counts outwards on the side on which the point is.
 """
 
@@ -16,13 +17,10 @@ from typing import Protocol, runtime_checkable
 from kinematics.errors import KinematicsError
 from kinematics.five_axis import Branch, FiveAxisArm
 from kinematics.frames.rotations import Matrix3
-from kinematics.geometry import ArmGeometry, Constraint, Point, Tool, Unreachable
+from kinematics.geometry import AXIS_MM, ArmGeometry, Constraint, Point, Tool, Unreachable
 from kinematics.limits import JointRange, LimitViolation, widened_to, wrap
-from kinematics.paths.curves import NearFollower
+from kinematics.paths.curves import LEAP_RAD, NearFollower
 from kinematics.spaces import Joints, Pose
-
-LARGEST_TURN_RAD = 0.5
-"""The furthest that a joint may turn between two waypoints: further is another posture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,21 +78,25 @@ class ToolArm:
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
         """Return the posture within the limits nearest to the seed, or None."""
-        fingers = self._fingers(pose)
-        return None if fingers is None else self.bare.solve(fingers, seed)
+        if self._is_too_near(pose):
+            return None
+        fingers, facing_rad = self._fingers(pose, seed)
+        return self.bare.solve(fingers, seed, facing_rad=facing_rad)
 
     def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
         """Return every posture for a pose, those beyond the limits included: see `FiveAxisArm`."""
-        fingers = self._fingers(pose)
-        return () if fingers is None else self.bare.branches(fingers, seed)
+        if self._is_too_near(pose):
+            return ()
+        fingers, facing_rad = self._fingers(pose, seed)
+        return self.bare.branches(fingers, seed, facing_rad=facing_rad)
 
     def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
         """Return the posture within the limits nearest to the seed; raises `Unreachable`."""
-        fingers = self._fingers(pose)
-        if fingers is None:
+        if self._is_too_near(pose):
             raise self._beside_the_plane(pose, seed)
+        fingers, facing_rad = self._fingers(pose, seed)
         try:
-            return self.bare.ik(fingers, seed)
+            return self.bare.ik(fingers, seed, facing_rad=facing_rad)
         except Unreachable as refusal:
             raise refusal.instead(self.nearest_pose(pose, seed), goal=pose) from None
 
@@ -104,12 +106,13 @@ class ToolArm:
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose of the tool for which the finger tips are nearest to what is asked."""
-        if self.solve(pose, seed) is not None:
+        fingers, facing_rad = self._fingers(pose, seed)
+        joints = self.bare.solve(fingers, seed, facing_rad=facing_rad)
+        if joints is None:
+            joints = self.bare.ik(self.bare.nearest_pose(fingers, seed), seed)
+        elif not self._is_too_near(pose):
             return pose
-        fingers = self._fingers(pose) or self._fingers(_beside(pose, self._across(pose.roll_rad)))
-        if fingers is None:  # only rounding can bring this about
-            return pose if seed is None else self.fk(seed)
-        return self.fk(self.bare.ik(self.bare.nearest_pose(fingers, seed), seed))
+        return self.fk(joints)
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture breaks."""
@@ -123,7 +126,7 @@ class ToolArm:
         """Return what keeps a posture along curves of the tool's point that begin in it."""
         origin = self.fk(start)
         wide = replace(self, bare=replace(self.bare, limits=widened_to(self.limits, start)))
-        return NearFollower(wide, (origin.pitch_rad, origin.roll_rad), LARGEST_TURN_RAD)
+        return NearFollower(wide, (origin.pitch_rad, origin.roll_rad), LEAP_RAD)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this in proportion."""
@@ -154,23 +157,35 @@ class ToolArm:
         """Return how far the point is beside the arm's plane."""
         return self.tool.up_mm * math.sin(roll) + self.tool.side_mm * math.cos(roll)
 
-    def _fingers(self, pose: Pose) -> Pose | None:
-        """Return the pose of the finger tips that brings the point there; None beside the axis."""
+    def _is_too_near(self, pose: Pose) -> bool:
+        """Whether the point is nearer to the base axis than the tool is beside the arm's plane."""
+        across = abs(self._across(pose.roll_rad))
+        return math.hypot(pose.x_mm, pose.y_mm) < across - AXIS_MM
+
+    def _fingers(self, pose: Pose, seed: Joints | None) -> tuple[Pose, float]:
+        """Return the pose of the finger tips that brings the point there, and their direction.
+
+        If the finger tips are over the base axis, their position does not show the direction, which
+        the point needs. If the point is, any direction is as good, and the seed's base is used. A
+        point that is too near the axis is taken outwards to where it can be.
+        """
         across = self._across(pose.roll_rad)
         upwards = self.tool.up_mm * math.cos(pose.roll_rad)
         upwards -= self.tool.side_mm * math.sin(pose.roll_rad)
-        squared = pose.x_mm**2 + pose.y_mm**2 - across**2
-        if squared < 0.0:
-            return None
-        out = math.sqrt(squared)
-        base = math.atan2(pose.y_mm, pose.x_mm) + math.atan2(across, out)
+        out = math.sqrt(max(pose.x_mm**2 + pose.y_mm**2 - across**2, 0.0))
+        towards = math.atan2(pose.y_mm, pose.x_mm)
+        if math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM:
+            towards = 0.0 if seed is None else self.limits[0].clamp(seed[0])
+        base = towards + math.atan2(across, out)
         cos_pitch, sin_pitch = math.cos(pose.pitch_rad), math.sin(pose.pitch_rad)
         out -= self.tool.along_mm * cos_pitch - upwards * sin_pitch
         z = pose.z_mm - self.tool.along_mm * sin_pitch - upwards * cos_pitch
         pitch, roll = pose.pitch_rad, pose.roll_rad
         if out < 0.0:  # the finger tips are behind the axis though the point is not
+            out, base = -out, base + math.pi
             pitch, roll = wrap(math.pi - pitch), wrap(roll + math.pi)
-        return Pose(out * math.cos(base), out * math.sin(base), z, pitch, roll, pose.yaw_rad)
+        x, y = out * math.cos(base), out * math.sin(base)
+        return Pose(x, y, z, pitch, roll, pose.yaw_rad), base
 
     def _beside_the_plane(self, pose: Pose, seed: Joints | None) -> Unreachable:
         across, r = abs(self._across(pose.roll_rad)), math.hypot(pose.x_mm, pose.y_mm)
@@ -201,13 +216,6 @@ def holding(arm: ArmGeometry, tool: Tool) -> ArmGeometry:
     if isinstance(arm, TakesTool):
         return arm.with_tool(tool)
     raise KinematicsError("this arm already holds a tool")
-
-
-def _beside(pose: Pose, across_mm: float) -> Pose:
-    """Return the pose outwards of this one, as far from the base axis as the tool is beside it."""
-    direction = math.atan2(pose.y_mm, pose.x_mm)
-    r = abs(across_mm) * (1.0 + 1e-9)
-    return replace(pose, x_mm=r * math.cos(direction), y_mm=r * math.sin(direction))
 
 
 def _in_plane_mm(centre: Point, point: Point, base: float) -> float:

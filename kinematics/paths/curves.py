@@ -250,6 +250,10 @@ def largest_turn(before: Joints, reached: Joints) -> tuple[str, float]:
     return reached.names[turns.index(furthest)], furthest
 
 
+LEAP_RAD = 0.5
+"""The furthest that a joint may turn in one small step: further is a leap to another posture."""
+
+
 def leap_sentence(joint: str, turn_rad: float, why: str) -> str:
     """Return the reason for refusing to turn a joint so far in one step."""
     turn = f"{math.degrees(turn_rad):.0f}° at once"
@@ -257,9 +261,6 @@ def leap_sentence(joint: str, turn_rad: float, why: str) -> str:
 
 
 T = TypeVar("T", bound=Blendable | Bezier, covariant=True)
-
-LARGEST_BASE_TURN_RAD = 0.5
-"""The furthest that the base may turn between two corners of a curve of the tip."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -310,7 +311,7 @@ class HandCurve(Generic[T]):
     def leap(self, before: Joints, reached: Joints) -> str | None:
         """Refuse a base that swings round because the tip passed its axis."""
         turn = abs(reached.angles_rad[0] - before.angles_rad[0])
-        if turn <= LARGEST_BASE_TURN_RAD:
+        if turn <= LEAP_RAD:
             return None
         return leap_sentence("base", turn, f"the {self.shape} meets the base axis")
 

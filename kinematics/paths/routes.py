@@ -13,7 +13,7 @@ from itertools import pairwise
 from operator import add, sub
 from typing import NamedTuple, cast
 
-from kinematics.errors import KinematicsError, NoArc, check_fields, finite, not_negative, require
+from kinematics.errors import NoArc, check_fields, finite, not_negative, require
 from kinematics.frames.vectors import add as plus
 from kinematics.frames.vectors import scale
 from kinematics.geometry import ArmGeometry, Curve, Follower, Hand, PathBroken, Point, Unreachable
@@ -38,8 +38,7 @@ from kinematics.paths.curves import (
     beginning,
     straight_between,
 )
-from kinematics.spaces import JOINTS_EXAMPLE, POSE_EXAMPLE, Joints, Pose
-from kinematics.text import counted
+from kinematics.spaces import JOINTS_EXAMPLE, POSE_EXAMPLE, Joints, Pose, angles_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,11 +157,7 @@ class _Layer:
         return found
 
     def _turn(self, goal: Joints) -> list[Chord]:
-        if len(goal) != len(self._here):
-            raise KinematicsError(
-                f"this arm has {counted(len(self._here), 'joint')}, not the {len(goal)} of "
-                "a joint motion"
-            )
+        angles_of(goal, self._here.names)
         curve = JointCurve(self._arm, (self._here, goal))
         return cut(self._arm, curve, self._here, self._tolerance_mm)
 

@@ -1,7 +1,5 @@
 """A driven arm whose gear trains have play, and how far the physical arm is off."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 

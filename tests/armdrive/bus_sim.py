@@ -1,7 +1,5 @@
 """The twin of an arm on a bus, and whoever is at the other end of it: simulated time passes."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any, Generic, TypeVar
 

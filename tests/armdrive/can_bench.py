@@ -1,7 +1,5 @@
 """For tests of CAN: functions that read links, an echoing drive, a bus that fails on request."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 

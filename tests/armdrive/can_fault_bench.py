@@ -3,8 +3,6 @@
 Two tables of faults use this module: faults found when connecting, and faults in motion.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace

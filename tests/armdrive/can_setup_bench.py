@@ -1,7 +1,5 @@
 """New drives on a simulated bus, a simulated person with scripted answers, and a record of it."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager

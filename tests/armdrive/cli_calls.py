@@ -1,9 +1,9 @@
-"""Calling the command line within the test's own process, and reading what it said."""
-
-from __future__ import annotations
+"""Calling the command line, within the test's own process or in another, and what it said."""
 
 import io
 import json
+import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,6 +67,13 @@ class Caller:
         return called.err.strip()
 
 
+def started(*words: str) -> subprocess.Popen[str]:
+    """Start a command in a process of its own, at pipes."""
+    pipe = subprocess.PIPE
+    command = [sys.executable, "-m", "armdrive", *words]
+    return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, bufsize=1)
+
+
 class Terminal(io.StringIO):
     """A terminal: what was typed at it, or what is shown on it."""
 
@@ -87,10 +94,10 @@ def write_arm_file(name: str, text: str) -> Path:
     return path
 
 
-def write_bench() -> Path:
-    """Put the arm file of an arm called `bench`, on a port that is not there."""
-    connection = '[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
-    return write_arm_file("bench", f'model = "teachmover"\n{connection}')
+def write_bench(port: object = "/dev/none", name: str = "bench", usb_serial: str = "") -> Path:
+    """Put the arm file of a TeachMover on a port, which is not there unless one is given."""
+    keys = f'dialect = "teachmover"\nport = "{port}"\nusb_serial = "{usb_serial}"\n'
+    return write_arm_file(name, f'model = "teachmover"\n[connection]\n{keys}')
 
 
 def state_files(ending: str) -> list[Path]:

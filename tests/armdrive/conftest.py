@@ -1,7 +1,5 @@
 """Fixtures for several packages: calling commands, writing programs, holding a simulated arm."""
 
-from __future__ import annotations
-
 from textwrap import dedent
 
 import pytest

@@ -1,7 +1,5 @@
 """A port with a simulated arm behind it, for the doctor, which may try any baud rate."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass, field

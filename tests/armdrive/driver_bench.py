@@ -1,7 +1,5 @@
 """A controller in simulated time without the engine; subclasses add the device on its wire."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from heapq import heappop, heappush

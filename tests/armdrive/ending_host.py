@@ -7,8 +7,6 @@ then, what its status announces at the next line that it gets, when it raises wh
 `raises`, and how it ended when it has.
 """
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import json

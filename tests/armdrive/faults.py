@@ -5,8 +5,6 @@ matches once, or as often as it says, and turns the message into what arrives in
 after a delay.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace

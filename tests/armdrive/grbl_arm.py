@@ -1,16 +1,17 @@
 """A driven GRBL arm on a wire that a test can disturb, and ways to set it moving."""
 
-from __future__ import annotations
-
 import math
 import re
+from dataclasses import replace
 from functools import partial
 
-from faults import DisturbedLink, arm_config, driven, stand_still_s
+from faults import DisturbedLink, Rule, arm_config, driven, stand_still_s
 
 from armdrive import Jog
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
+from armdrive.connect.parts import connect_simulated
+from armdrive.registry import simulate
 from kinematics import Pose
 
 PIECES = re.compile(rb"[?!~\x18\x80-\xff]|[^?!~\x18\x80-\xff\n]*\n|[^?!~\x18\x80-\xff\n]+")
@@ -46,24 +47,20 @@ def ready(made: ArmConfig | None = None, **options) -> Arm:
     return driven(made or config(), link=Disturbed, **options)
 
 
+def over(*rules: Rule, **options) -> Arm:
+    """Connect over a wire that changes by rules what the board sends."""
+    twin = simulate(config(), **options)
+    link = Disturbed(twin.link)
+    link.back += rules
+    return Arm(connect_simulated(config(), twin=replace(twin, link=link)))
+
+
 stands = partial(stand_still_s, quiet_s=0.4, look_s=0.008)
 
 
 def standing_as_said(arm: Arm) -> bool:
     """Tell whether the arm stands where it is said to stand."""
     return arm.twin.world.motors == arm.status.acknowledged
-
-
-def killed(arm: Arm, look_s: float = 0.004) -> float:
-    """Let the device live on without its driver; return for how long its motors turned."""
-    start_s = now_s = since_s = arm.status.time_s
-    last = arm.twin.world.motors
-    while now_s < start_s + 1.2:
-        now_s += look_s
-        arm.twin.link.inner.read(now_s)  # what is on the wire arrives
-        if arm.twin.world.motors != last:
-            last, since_s = arm.twin.world.motors, now_s
-    return since_s - start_s
 
 
 def begin_planned(arm: Arm) -> None:

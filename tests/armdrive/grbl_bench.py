@@ -1,7 +1,5 @@
 """A simulated GRBL board on a simulated wire: send lines, let time pass, read the replies."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import partial

@@ -3,8 +3,6 @@
 Used by a test for a handful of kills, and by benchmarks/kill_everywhere.py for a hundred.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

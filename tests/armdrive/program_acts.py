@@ -1,7 +1,5 @@
 """The acts of programs, in the words of the tests."""
 
-from __future__ import annotations
-
 from armdrive.moves import (
     GraspMove,
     GripperMove,

@@ -1,7 +1,5 @@
 """Recorded runs for tests: a simulated arm with a recorder, and its recordings."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from armdrive import Arm

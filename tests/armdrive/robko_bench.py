@@ -1,67 +1,16 @@
-"""A small host for a simulated Robko, a wire that disturbs frames by rule, and ready arms."""
+"""A Robko's wire that disturbs frames by rule, and ready arms on it."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from functools import partial
 
 from faults import DisturbedLink, arm_config, driven
 
 from armdrive.arm import Arm
-from armdrive.sim.device import SimDevice
-from armdrive.sim.robko01 import SimRobkoBoard
-from armdrive.sim.simulated_arm import link_to
-from firmware_protocol.robko01 import Answer, Answered, Axes, Enable, Host, Op, Request
+from firmware_protocol.robko01 import Op
 
 AA = 0xAA
-
-
-@dataclass
-class RobkoBench:
-    """Sends one request at a time, and lets simulated time pass until the reply."""
-
-    board: SimRobkoBoard = field(default_factory=SimRobkoBoard)
-    now_s: float = 0.0
-
-    def __post_init__(self) -> None:
-        self.device = SimDevice(self.board)
-        self.link = link_to(self.device)
-        self.host = Host()
-
-    def begin(self, request: Request) -> None:
-        self.link.write(self.host.send(request), self.now_s)
-
-    def finish(self, longest_s: float = 1.0) -> Answer | None:
-        """Let time pass until the reply, and return it; None without one."""
-        until_s = self.now_s + longest_s
-        while self.now_s < until_s:
-            self.now_s = min(max(self.now_s, self.link.next_s()), until_s)
-            self.host.receive_data(self.link.read(self.now_s))
-            while (event := self.host.next_event()) is not None:
-                if isinstance(event, Answered):
-                    return event.answer
-        self.host.forget()
-        return None
-
-    def ask(self, request: Request) -> Answer | None:
-        self.begin(request)
-        return self.finish()
-
-    def enabled(self) -> RobkoBench:
-        self.ask(Enable())
-        return self
-
-    def pass_time(self, seconds: float) -> bytes:
-        """Let time pass; return the bytes that arrived."""
-        self.now_s += seconds
-        return self.link.read(self.now_s)
-
-
-def axes(*steps: int, speed: int = 100) -> Axes:
-    """Return a motion of the first axes at one speed; axes that stand get no speed."""
-    steps = (*steps, *(0,) * (6 - len(steps)))
-    return Axes(steps, tuple(speed if each else 0 for each in steps))
 
 
 def of(op: Op) -> bytes:

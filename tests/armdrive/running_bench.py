@@ -1,7 +1,5 @@
 """Scripted programs for tests of the program runner, and a pick-and-place program."""
 
-from __future__ import annotations
-
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """Calls that wait, written once: made as plain calls, and taken as coroutines."""
 
-from __future__ import annotations
-
 import inspect
 
 import pytest

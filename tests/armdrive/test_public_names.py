@@ -1,7 +1,5 @@
 """What `from armdrive import ...` gives, and that naming it costs nothing before it is used."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import subprocess

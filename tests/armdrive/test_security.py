@@ -1,18 +1,16 @@
 """Who may reach an arm, and what is never done with what a file or a program says."""
 
-from __future__ import annotations
-
 import ast
 import os
 import re
 import socket
 import stat
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from cli_calls import started
 
 import armdrive
 from armdrive.connect.control_socket import serve
@@ -76,13 +74,7 @@ def test_no_address_at_all_is_refused():
 
 def test_the_simulator_says_the_warning_where_a_person_sees_it():
     words = ["sim", "teachmover", "--tcp", "0.0.0.0:0"]
-    with subprocess.Popen(
-        [sys.executable, "-m", "armdrive", *words],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
+    with started(*words) as process:
         _, err = process.communicate("quit\n", timeout=30.0)
     assert err.startswith("armdrive: WARNING: anyone who reaches 0.0.0.0")
 

@@ -21,8 +21,6 @@ A failing page names the command and its answer. With `WRITE_PAGES=1` in the env
 write the new answers into the pages, line by line: read the difference before you keep it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os
@@ -41,7 +39,7 @@ from pages import ROOT
 from waiting import LONG_S
 
 from armdrive.config.sections import is_model_file
-from armdrive.programs.scripts import FORCE_SIM
+from armdrive.connect.target import FORCE_SIM
 from armdrive.registry import DIALECTS
 from armdrive.storage import files as places
 

@@ -1,7 +1,5 @@
 """What a serial receiver makes of bytes that were sent at another baud rate, bit by bit."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from dataclasses import dataclass
 

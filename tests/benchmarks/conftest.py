@@ -1,7 +1,5 @@
 """The tests of benchmarks import them as they import each other: by their names alone."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The benchmarks of drives on a CAN bus run, with counts too small to measure anything."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys

@@ -1,7 +1,5 @@
 """The benchmarks of the desk run on a real terminal, with counts too small to measure anything."""
 
-from __future__ import annotations
-
 import json
 import sys
 

@@ -4,8 +4,6 @@ What they do in real time over ptys is left out here: those runs last seconds ea
 on a computer that runs tests. How a stop is recognised on the wire is tested by itself.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

@@ -5,8 +5,6 @@ on. The worst moment must reach half of the announced bound, unless a reason of 
 the simulated device cannot.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 Each row of the table is measured in simulated time, against the physical arm.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

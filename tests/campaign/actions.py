@@ -1,7 +1,5 @@
 """The actions of a mission. Each draws its own numbers, makes its calls, and returns the error."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager

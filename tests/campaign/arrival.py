@@ -4,8 +4,6 @@ An aim follows from the request and the posture before the call; the driver is n
 and transmission give the motors' steps, and how far off rounding to whole steps may leave them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass

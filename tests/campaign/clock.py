@@ -1,7 +1,5 @@
 """Simulated time that outlives a program, and can kill it, suspend it, or find that it hangs."""
 
-from __future__ import annotations
-
 import math
 import signal
 import threading

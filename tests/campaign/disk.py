@@ -1,7 +1,5 @@
 """A simulated disk that can be full, lose unsynced data, and kill the program at an operation."""
 
-from __future__ import annotations
-
 import errno
 import random
 from pathlib import Path

@@ -4,8 +4,6 @@ Each fault draws its numbers from the mission's generator. When it strikes, it t
 it excuses.
 """
 
-from __future__ import annotations
-
 import random
 
 from armdrive.errors import ArmError

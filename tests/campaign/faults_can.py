@@ -1,7 +1,5 @@
 """The faults that only drives on a CAN bus have: of frames, node ids, modes, and single drives."""
 
-from __future__ import annotations
-
 from armdrive.sim.bus import DrivesBoard
 
 from .injection import DEVICE, HOST, CampaignFault, inject, motor

@@ -1,7 +1,5 @@
 """Random goals near the arm's present posture, and the commands and aims that belong to them."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """A row of the campaign's table of faults, and the request that makes the simulator inject one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@
 - No law of motion was broken during the call (`check_watch`; `physical` has these laws).
 """
 
-from __future__ import annotations
-
 import math
 import traceback
 from collections.abc import Callable

@@ -5,8 +5,6 @@ drives go on, and a joint that several drives turn may leave its path and pass i
 happens if a program dies while it sends one order to each drive, and on a line that damages frames.
 """
 
-from __future__ import annotations
-
 from armdrive.dialects.bus.ledger import REJECTION_LIMIT, START_WINDOW_S
 from armdrive.dialects.bus.observer import MAX_DELAY_S
 from armdrive.dialects.cia402.settings import Cia402Settings
@@ -19,9 +17,6 @@ ORDER_PERIODS = 2.0
 """A moving MKS drive gets its next order after this many periods of steering, at the latest."""
 SHOWN_PERIODS = 3.0
 """A CiA 402 drive's new mode shows at the next SYNC, and the driver reads it one SYNC later."""
-CATCHES_UP_S = 2.0
-"""An MKS drive at full speed that is as far behind as the driver lets it be has caught up after
-this time. Until then a joint that it turns with another drive may be faster than planned."""
 APART_LOOKS = 2.0
 """An MKS drive is found off its path at this many looks once it is `MAX_DELAY_S` behind. One that
 leaves everything unanswered is noticed sooner (`ObservedDrive.may_have_restarted`)."""
@@ -63,7 +58,7 @@ def orders_lost(stage: Stage, for_s: float) -> MissedOrders | None:
     settings = stage.config.device
     if not isinstance(settings, MksSettings) or stage.arm is None:
         return None
-    stands_s = for_s + stage.arm.status.silent_time_s + (CATCHES_UP_S if for_s else 0.0)
+    stands_s = for_s + stage.arm.status.silent_time_s
     stands_by_s = stage.now_s + stands_s
     rates = _rates(stage, shared_joints(stage.config))
     apart_s = MAX_DELAY_S + APART_LOOKS * settings.poll_s

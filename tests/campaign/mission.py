@@ -3,8 +3,6 @@
 The dialect's name and a seed determine the whole mission, so that it can be repeated.
 """
 
-from __future__ import annotations
-
 import random
 
 from armdrive.errors import LinkError, OutOfBounds, Refused, Stopped

@@ -1,7 +1,5 @@
 """The outcome of a mission, and the table of faults by outcome."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -14,8 +14,6 @@ No driver can know that a stepper has slipped, so its path is judged by what was
 controller gave it. That is where a motor does stand as long as it has not slipped.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager

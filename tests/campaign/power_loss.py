@@ -5,8 +5,6 @@ Then the board may send a greeting, or a poll may find it silent. If neither hap
 know of the restart, and it is excused.
 """
 
-from __future__ import annotations
-
 from .stage import Stage
 
 LOOK_S = 0.5

@@ -7,8 +7,6 @@
 The exit code is 1 if a mission broke a law; the command that repeats this mission is printed.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

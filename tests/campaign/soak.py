@@ -9,8 +9,6 @@ returns to its start, where its motors must stand on the same steps. The exit co
 not, or if memory keeps growing.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

@@ -6,8 +6,6 @@ pairs of figures, which one or two outliers do not change (P. K. Sen, "Estimates
 coefficient based on Kendall's tau", 1968).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,7 +1,5 @@
 """One arm at work for hours, without faults, and the figures that are taken of it."""
 
-from __future__ import annotations
-
 import math
 import random
 import time

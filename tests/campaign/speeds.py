@@ -1,7 +1,5 @@
 """The law of speeds: no joint of the physical arm turns faster than its limit or the request."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Collection, Mapping

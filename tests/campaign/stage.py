@@ -4,8 +4,6 @@ Programs drive the arm one after the other, and each leaves it as it is. A perso
 motors and confirms postures. The stage also keeps what the faults excuse, and the announced bounds.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable, Iterable
@@ -25,7 +23,7 @@ from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
-from armdrive.motion.standing import MEANWHILE
+from armdrive.motion.connecting import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.cia402.node import Cia402Node
@@ -305,8 +303,8 @@ class Stage:
         An error that was latched before the loss keeps its code.
         """
         assert self.arm is not None
-        diagnostics = self.arm.core.diagnostics
-        return diagnostics.error_code in LINK_ERRORS or MEANWHILE in diagnostics.error
+        error = self.arm.core.error
+        return error.code in LINK_ERRORS or MEANWHILE in error.words
 
     @property
     def polls_arm(self) -> bool:

@@ -3,8 +3,6 @@
 An arm file that is accepted must also drive an arm: no accepted number may break a motion.
 """
 
-from __future__ import annotations
-
 import contextlib
 import re
 import tomllib

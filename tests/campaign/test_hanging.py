@@ -1,7 +1,5 @@
 """A driver that hangs, in each way, is a violation `hangs`; a paused arm is not."""
 
-from __future__ import annotations
-
 import pytest
 
 from armdrive.errors import WrongState

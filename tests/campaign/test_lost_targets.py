@@ -1,7 +1,5 @@
 """`LostTargets` excuses shared joints alone, by a bounded angle, while the bus loses targets."""
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -1,7 +1,5 @@
 """The soak's judge tells a leak from a cache that fills; its census sees objects that are kept."""
 
-from __future__ import annotations
-
 import gc
 import itertools
 import random

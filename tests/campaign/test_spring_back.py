@@ -1,7 +1,5 @@
 """`SpringBack` excuses the motor that was blocked, and only for a moment."""
 
-from __future__ import annotations
-
 import contextlib
 import random
 

@@ -1,7 +1,5 @@
 """`TurnedByHand` excuses the turned shaft alone, between the two places, for a moment."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

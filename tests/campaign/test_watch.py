@@ -1,7 +1,5 @@
 """The watch judges the physical arm: a slip excuses one motor, and a sag excuses no bound."""
 
-from __future__ import annotations
-
 import math
 import random
 

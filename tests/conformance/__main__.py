@@ -6,8 +6,6 @@
 The exit code is 1 if a behaviour is not as promised.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

@@ -4,8 +4,6 @@ A rule returns why a row is not applicable to an arm, or an empty text. It looks
 the dialect, the arm's model or the class of the simulated device, never at a name.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum

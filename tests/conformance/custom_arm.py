@@ -6,8 +6,6 @@ The program runs like `armdrive sim`, also with `--tcp` or `--slcan`. NAME=VALUE
 simulated device.
 """
 
-from __future__ import annotations
-
 import sys
 import tomllib
 from functools import partial

@@ -6,8 +6,6 @@ Each line of the standard input is a JSON list: a method of `CommandDriver` and 
 program answers each with one line: the result as JSON.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import sys

@@ -1,7 +1,5 @@
 """A bench in this process: the dialect's simulated device, in simulated time."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -22,7 +20,7 @@ from armdrive.storage.record import FileRecorder
 
 from .bench import Bench
 from .custom_arm import custom_config
-from .expected_errors import PROFILE, STRIKES_S
+from .faults import PROFILE, STRIKES_S
 from .observation import Observation
 
 WAKES_S = 0.001

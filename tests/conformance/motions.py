@@ -1,7 +1,5 @@
 """Motions that any arm can make from where a simulated arm begins, and checks of refusals."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

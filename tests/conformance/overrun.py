@@ -4,8 +4,6 @@ The arm is simulated in another process, over a pty. A third process drives it, 
 stops a motion, or is killed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import random

@@ -3,8 +3,6 @@
 They wait on the wall clock. Drivers and devices may be late on a busy computer.
 """
 
-from __future__ import annotations
-
 import hashlib
 import subprocess
 import sys

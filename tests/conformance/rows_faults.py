@@ -5,8 +5,6 @@ arm is not referenced where it does not stand. Once the fault is over, a reset (
 and a reference make the arm work as before; they move nothing.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from functools import partial
@@ -19,14 +17,12 @@ from kinematics import Motors
 
 from .behaviour import IN_SIMULATION, MOVING, STANDING, Behaviour, Moment
 from .bench import Bench
-from .expected_errors import STRIKES_S, expected_error
-from .faults import FAULTS, Fault
+from .faults import FAULTS, STRIKES_S, Fault, expected_error
 from .motions import begin_joints, joints_from, motors_at_end
 from .observation import ON_THE_STEP, Observation, check
-from .rows_connecting import connect_moves_nothing
+from .rows_connecting import a_wire_that_comes_back_moves_nothing, connect_moves_nothing
 from .rows_jogging import a_held_jog_expires_by_itself
 from .rows_moving import a_joint_motion_arrives, check_moves
-from .rows_reconnecting import a_wire_that_comes_back_moves_nothing
 from .rows_stopping import a_joint_motion_stops_within_its_bound
 
 ENDS_S = 15.0

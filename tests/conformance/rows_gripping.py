@@ -1,7 +1,5 @@
 """Behaviours of fingers without a stepped motor: on a servo, or on an output."""
 
-from __future__ import annotations
-
 from armdrive.arm import Arm
 from armdrive.errors import ArmError, BadRequest, OutOfBounds, Refused
 from armdrive.status import State

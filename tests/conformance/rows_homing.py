@@ -3,8 +3,6 @@
 Each switch is a little beyond the place where its motor begins.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -55,7 +53,7 @@ SEARCHES: Mapping[str, Search] = MappingProxyType(
     }
 )
 """The search of each dialect, which is also the name of its section in the arm file."""
-ORDER = ((3,), (2,), (1,))
+ORDER = ((3,), (2,), (1,), (4, 5))
 STUCK = 2
 STOPPED_AFTER_S = 0.25
 

@@ -1,7 +1,5 @@
 """Behaviours of jogging: increments, held jogs, and how each of them ends."""
 
-from __future__ import annotations
-
 import math
 
 from armdrive.arm import Arm

@@ -1,7 +1,5 @@
 """Behaviours of planned motion, of the gripper, and of the position afterwards."""
 
-from __future__ import annotations
-
 import math
 
 from armdrive.arm import Arm

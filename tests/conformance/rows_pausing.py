@@ -1,7 +1,5 @@
 """Behaviours of pausing, resuming and slowing, which change the time of a motion, not its path."""
 
-from __future__ import annotations
-
 from armdrive.arm import Arm
 from armdrive.arm.connected import Handle
 from armdrive.errors import ArmError, Stopped, WrongState

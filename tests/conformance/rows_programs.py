@@ -1,7 +1,5 @@
 """What other programs of the same user may do to an arm in use: watch, stop, pause and slow it."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

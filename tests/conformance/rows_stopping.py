@@ -1,7 +1,5 @@
 """Behaviours of stopping, the emergency stop, and switching the motors off."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from armdrive.abilities import HELD

@@ -3,8 +3,6 @@
 `BEHAVIOURS` has all rows in the order of the page, and `BENCHES` all benches.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -22,7 +20,6 @@ from . import (
     rows_moving,
     rows_pausing,
     rows_programs,
-    rows_reconnecting,
     rows_stopping,
 )
 from .behaviour import Behaviour
@@ -70,7 +67,7 @@ def run_row(
 
 BEHAVIOURS: tuple[Behaviour, ...] = (
     *rows_connecting.ROWS,
-    *rows_reconnecting.ROWS,
+    *rows_connecting.LOST_WIRE_ROWS,
     *rows_homing.ROWS,
     *rows_moving.ROWS,
     *rows_gripping.ROWS,

@@ -1,7 +1,5 @@
 """The results as a table of behaviours by dialect, for the terminal and for the page."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 
@@ -32,7 +30,7 @@ before. Two things that no driver can prevent are excused and listed in [testing
 wire without check bytes that changes or repeats a command, and a stepper that slips without a
 switch. In simulated time a fault strikes at seven moments of a motion, in real time at one.
 
-`tests/conformance/expected_errors.py` lists the error that each arm reports after a fault: its
+`tests/conformance/faults.py` lists the error that each arm reports after a fault: its
 code, its words and the remaining trust. The everyday tests run the same rows on other boards, other
 firmware and other ways to drive (`VARIANTS` in `tests/conformance/memory_bench.py`).
 

@@ -6,8 +6,6 @@
 Exit code 1 where the world is not as it should be afterwards.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys
@@ -18,9 +16,8 @@ from pathlib import Path
 from armdrive.registry import DIALECTS
 
 from . import worlds
-from .examples_table import EXAMPLES
+from .examples_table import EXAMPLES, cell, table, with_table
 from .on_arms import Example, run_example
-from .page import cell, table, with_table
 
 
 def tried(example: Example, dialect: str) -> tuple[str, list[str]]:

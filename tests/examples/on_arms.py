@@ -1,7 +1,5 @@
 """Runs an example on a simulated arm, as `armdrive run` does, and watches the world of that arm."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import re

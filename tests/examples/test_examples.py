@@ -1,7 +1,5 @@
 """Every example runs as it stands, and by the command at its top; so does the design's own."""
 
-from __future__ import annotations
-
 import io
 import json
 import os
@@ -10,21 +8,30 @@ import runpy
 import shlex
 import subprocess
 import sys
+import tomllib
 import warnings
 
 import pytest
+from amounts import THOROUGH
+from pages import page_path
 from waiting import LONG_S
 
 from armdrive.cli import main
 from armdrive.cli.chosen_arm import world_file
+from armdrive.registry import DIALECTS
+from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.world.table import TableBlock
+from kinematics.five_axis.tool_arm import ToolArm
+from kinematics.geometry import Tool
 
-from .on_arms import FOLDER, PUT
+from . import worlds
+from .examples_table import COMMAND, EXAMPLES, amounts, cell, table, told, with_table
+from .on_arms import FOLDER, PUT, run_example
 
-EXAMPLES = sorted(FOLDER.glob("*.py"))
+SCRIPTS = sorted(FOLDER.glob("*.py"))
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
 def test_an_example_runs_unattended(path, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
@@ -114,3 +121,83 @@ def test_the_first_command_of_a_drawing_rehearses_it(file, capsys, monkeypatch):
     assert "--check" in words
     assert main(words) == 0, capsys.readouterr().err
     assert "move_" in capsys.readouterr().out
+
+
+# The page about the examples tells of each, and what it says of refusals is so.
+
+
+PAGE = page_path("examples")
+
+
+@pytest.fixture(scope="module")
+def page():
+    return PAGE.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.iterdir()), ids=lambda path: path.name)
+def test_the_page_names_every_example(page, path):
+    if path.is_file():
+        assert f"`{path.name}`" in page
+
+
+def test_the_table_tells_of_every_dialect_how_it_went_or_why_not(page):
+    for file, example in EXAMPLES.items():
+        for dialect in DIALECTS:
+            said = told(page, file, dialect)
+            if why_not := example.against(dialect):
+                assert said == why_not
+            else:
+                assert len(amounts(said)) == (1 if example.beside_mm is None else 2), said
+
+
+def test_a_new_table_takes_the_place_of_the_old_one(page):
+    example = EXAMPLES["circle.py"]
+    cells = {(example.file, dialect): "1 s" for dialect in DIALECTS}
+    changed = with_table(page, table([example], cells))
+    assert told(changed, "circle.py", "mks") == "1 s"
+    assert told(changed, "hanoi.arm", "mks") == ""
+    assert "what it shows" in changed
+
+
+# Every example on the arm of every dialect: the physical world at its end, and no incident.
+#
+# Every day some dialects run a shorter form of an example, with fewer blocks or letters; with
+# THOROUGH=1 all run the whole.
+
+
+CASES = [
+    pytest.param(example, form, dialect, id=f"{example.file}-{dialect}")
+    for example in EXAMPLES.values()
+    for dialect in DIALECTS
+    if not example.against(dialect) and (form := example.form(dialect, whole=THOROUGH)) is not None
+]
+
+
+@pytest.mark.parametrize(("example", "form", "dialect"), CASES)
+def test_an_example_leaves_the_world_as_it_says(example, form, dialect):
+    ran = run_example(example, form, dialect)
+    assert worlds.incidents(ran) == []
+    assert example.wrong(ran, form.size) == []
+    if form is example.whole:
+        shown = told(PAGE.read_text(encoding="utf-8"), example.file, dialect)
+        found = cell(example, form, ran)
+        assert amounts(shown) == pytest.approx(amounts(found), rel=0.1, abs=0.2), COMMAND
+
+
+def test_the_table_has_every_program_file():
+    assert {path.name for path in FOLDER.glob("*.arm")} <= set(EXAMPLES)
+
+
+def test_a_pen_that_the_arm_file_knows_of_draws_the_same_circle():
+    """The tool's point is what goes round, 40 mm beyond the finger tips and beside them."""
+    config = config_with_tool(Tool(along_mm=40.0, up_mm=6.0))
+    example = EXAMPLES["circle.py"]
+    ran = run_example(example, example.whole, config)
+    assert isinstance(ran.watch.world.body.arm, ToolArm)
+    assert worlds.incidents(ran) == []
+    assert example.wrong(ran, example.whole.size) == []
+
+
+def config_with_tool(tool):
+    text = f'model = "teachmover"\n[tool]\nalong_mm = {tool.along_mm}\nup_mm = {tool.up_mm}\n'
+    return parse_arm(tomllib.loads(text), name="bench", folder=FOLDER)

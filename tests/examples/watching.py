@@ -3,8 +3,6 @@
 Nothing of the driver is asked: what is seen here is physical.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What has to be physically there after each example, and what must never have been on the way."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from itertools import pairwise

@@ -4,8 +4,6 @@ An image is an ELF file that the user has built by the firmware's own instructio
 by port and bit: F0 is bit 0 of port F.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType

@@ -1,9 +1,9 @@
-"""Measurements on a bench: how long motions take, and how soon the arm stands after a stop."""
-
-from __future__ import annotations
+"""How long motions take and how soon they stop, of an arm and of a GRBL board without a driver."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 from armdrive.arm import Arm
 from armdrive.arm.connected import Handle
@@ -11,13 +11,115 @@ from armdrive.errors import ArmError
 from armdrive.motion.execute import Moved
 from armdrive.moves import Jog
 from armdrive.status import State, Trust
-from kinematics import LinePart
+from kinematics import LinePart, Motors
 from tests.conformance.bench import Bench
 from tests.conformance.motions import shifted
-from tests.conformance.observation import Broken, check
+from tests.conformance.observation import Broken, Observation, check
+from tests.conformance.real_time_bench import RealTimeBench
 from tests.conformance.rows_moving import check_arrived
 
-from .steps import Watcher
+from .grbl_setup import SOFT_RESET, Conversation
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of one motor, by the device's clock."""
+
+    time_s: float
+    axis: str
+    direction: int
+
+
+@runtime_checkable
+class LogsSteps(Protocol):
+    """A bench that logs the time of every step."""
+
+    def device_now_s(self) -> float:
+        """Return the time by the clock of the step log."""
+
+    def steps_since(self, time_s: float) -> list[Step]:
+        """Return the steps after a time."""
+
+
+class StepLog:
+    """The step log that the processor simulator writes."""
+
+    def __init__(self, path: Path, hz: int) -> None:
+        self.path, self._hz = path, hz
+
+    def since(self, time_s: float) -> list[Step]:
+        """Return the steps after a time."""
+        with self.path.open(encoding="ascii") as lines:
+            next(lines)
+            return [step for line in lines if (step := self._step(line)).time_s > time_s]
+
+    def _step(self, line: str) -> Step:
+        cycle, axis, direction, _ = line.split(",")
+        return Step(int(cycle) / self._hz, axis, int(direction))
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """A motion as it was observed. Times are in seconds from the start of watching.
+
+    `first_s` and `last_s` are the times of the first and the last step; `pulses` is the number of
+    steps of the motor that made most.
+    """
+
+    first_s: float
+    last_s: float
+    pulses: int
+    way_mm: float
+    end: Observation
+
+    @property
+    def physical_s(self) -> float:
+        """The time from the first step to the last."""
+        return self.last_s - self.first_s
+
+
+class Watcher:
+    """Observes a bench from its creation on."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+        self._start = bench.look()
+        self._log = bench if isinstance(bench, LogsSteps) else None
+        self._log_start_s = self._log.device_now_s() if self._log else 0.0
+
+    def until(self, done: Callable[[], bool], longest_s: float) -> Motion:
+        """Observe until `done()` and until the arm stands."""
+        seen = list(self._bench.watch(done, longest_s))
+        seen.append(self._bench.rest(longest_s=longest_s).end)
+        way_mm = max(each.off_mm(self._start) for each in seen)
+        if self._log is not None:
+            first_s, last_s, pulses = self._by_log()
+        else:
+            first_s, last_s, pulses = self._by_looks(seen)
+        return Motion(first_s, last_s, pulses, way_mm, seen[-1])
+
+    def _by_log(self) -> tuple[float, float, int]:
+        assert self._log is not None
+        steps = self._log.steps_since(self._log_start_s)
+        if not steps:
+            return 0.0, 0.0, 0
+        counts = {
+            axis: sum(each.axis == axis for each in steps) for axis in {s.axis for s in steps}
+        }
+        first_s, last_s = steps[0].time_s, steps[-1].time_s
+        return first_s - self._log_start_s, last_s - self._log_start_s, max(counts.values())
+
+    def _by_looks(self, seen: list[Observation]) -> tuple[float, float, int]:
+        times, before = [], self._start
+        pulses = Motors([0] * len(before.motors))
+        for each in seen:
+            if each.motors != before.motors:
+                times.append(each.time_s - self._start.time_s)
+                made = each.motors - before.motors
+                pulses = Motors(abs(a) + b for a, b in zip(made, pulses, strict=True))
+            before = each
+        return (times[0], times[-1], pulses.largest) if times else (0.0, 0.0, 0)
+
 
 SPEEDS = (1.0, 0.5, 0.3, 0.1)
 SHORT_DEG, LONG_DEG = 3.0, 30.0
@@ -228,3 +330,69 @@ def _settled(bench: Bench, arm: Arm) -> str:
 def _words(error: Exception) -> str:
     code = getattr(error, "code", "")
     return f"{code} {error}".strip() if code else str(error)
+
+
+# -- A GRBL board without a driver: also of too few axes for an arm, and compared directly ---------
+
+LENGTHS = (60, 600)
+FAR = 5000
+BOARD_LONGEST_S = 60.0
+FEED_HOLD, JOG_CANCEL = b"!", b"\x85"
+
+
+@dataclass(frozen=True, slots=True)
+class BoardMotion:
+    """One motion or stop of the board's first axis.
+
+    `took_s` is the time from the first step to the last, or from the stop command to the last step.
+    """
+
+    what: str
+    rate_hz: float
+    took_s: float
+    pulses: int
+
+
+def board_motions(
+    bench: RealTimeBench, speeds: tuple[float, ...] = SPEEDS
+) -> Iterator[BoardMotion]:
+    """Time motions of one line each, from the first step to the last."""
+    with Conversation(bench.device_port) as board:
+        unlock(board)
+        for steps in LENGTHS:
+            for number, speed in enumerate(speeds):
+                rate_hz = speed * full_rate_hz(bench)
+                watcher = Watcher(bench)
+                board.ask(f"G91G1F{rate_hz * 60.0:.1f}X{steps if number % 2 else -steps}")
+                motion = watcher.until(_moved(bench), BOARD_LONGEST_S)
+                yield BoardMotion(f"{steps} steps", rate_hz, motion.physical_s, motion.pulses)
+
+
+def board_stops(
+    bench: RealTimeBench, rates_hz: tuple[float, ...] = RATES_HZ
+) -> Iterator[BoardMotion]:
+    """Time from a feed hold, and from a jog cancel, to the last step."""
+    with Conversation(bench.device_port) as board:
+        unlock(board)
+        for what, line, end in (("!", "G91G1", FEED_HOLD), ("0x85", "$J=G91", JOG_CANCEL)):
+            for number, rate_hz in enumerate(rates_hz):
+                board.ask(f"{line}F{rate_hz * 60.0:.1f}X{FAR if number % 2 else -FAR}")
+                bench.wait_until_moving()
+                bench.sleep(STEADY_S)
+                watcher = Watcher(bench)
+                board.say(end)
+                motion = watcher.until(lambda: True, BOARD_LONGEST_S)
+                yield BoardMotion(what, rate_hz, motion.last_s, motion.pulses)
+                unlock(board)
+
+
+def unlock(board: Conversation) -> None:
+    """Reset the board and clear its alarm."""
+    board.say(SOFT_RESET)
+    board.heard_until("Grbl")
+    board.ask("$X")
+
+
+def _moved(bench: RealTimeBench) -> Callable[[], bool]:
+    start = bench.look().motors
+    return lambda: bench.look().motors != start

@@ -5,8 +5,6 @@ succeeds or raises a typed error, and the arm works again once the faults are ov
 name and a seed determine a mission's actions and faults, but not their exact timing.
 """
 
-from __future__ import annotations
-
 import random
 import traceback
 from collections.abc import Callable, Mapping

@@ -1,13 +1,10 @@
 """Results as plain text: a line for each row, mission, motion and stop."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from tests.conformance.running import RowResult, Verdict
 
-from .board_alone import BoardMotion
-from .measuring import Measured, Stopped
+from .measuring import BoardMotion, Measured, Stopped
 from .missions import MissionResult
 
 KEEPS_PACE = 0.98

@@ -1,7 +1,5 @@
 """The devices under test: how to make their benches, and those of the simulated board."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import tempfile

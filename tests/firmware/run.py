@@ -10,8 +10,6 @@ Images are ELF files that you have built; the project contains none. Without --r
 promised; 2: nothing could be measured.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json
@@ -27,11 +25,10 @@ from armdrive.registry import DIALECTS
 from tests.conformance.running import BEHAVIOURS, Verdict, run_row
 
 from . import report
-from .avrdev import NoSimulator
-from .board_alone import board_motions, board_stops
+from .avr_bench import NoSimulator
 from .boards import BOARDS
 from .grbl_setup import SetUpFailed
-from .measuring import durations, stops
+from .measuring import board_motions, board_stops, durations, stops
 from .missions import FirmwareMission
 from .rigs import Rig, of_image, of_port, own_home, simulated
 

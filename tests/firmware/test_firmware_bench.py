@@ -13,23 +13,23 @@ from filelock import Timeout
 
 from armdrive.errors import BadRequest
 from armdrive.sim.faults import parse_words
+from tests.conformance import rows_faults
 from tests.conformance.behaviour import on_bus
 from tests.conformance.faults import FAULTS
 from tests.conformance.real_time_bench import DeviceProcess, port_lock
 from tests.conformance.running import Verdict
 
-from . import avrdev, report
+from . import avr_bench, report
 from .boards import BOARDS, GRBL_328P, MEGA_5X
 from .control import commands_of
-from .measuring import MOTIONS, Stopped, durations, stops
+from .measuring import MOTIONS, Step, StepLog, Stopped, durations, stops
 from .missions import FirmwareMission
 from .rigs import simulated
 from .run import main
-from .steps import Step, StepLog
 
 AXES = "XYZABC"
 JOINT_MOTION = "a joint motion arrives"
-SOURCE = avrdev.SOURCE.read_text(encoding="utf-8")
+SOURCE = avr_bench.SOURCE.read_text(encoding="utf-8")
 
 
 def console_words(command: str) -> str:
@@ -86,7 +86,8 @@ class FakeControlPort:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-def test_a_device_on_a_port_with_a_control_port(tmp_path, capsys):
+def test_a_device_on_a_port_with_a_control_port(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(rows_faults, "IDLE_S", 0.3)  # real time, and no message is that late here
     found = tmp_path / "found.json"
     program, door = ("armdrive", "sim", "grbl"), ("--pty", str(tmp_path / "board"))
     device = DeviceProcess(program, door, "grbl")
@@ -204,11 +205,11 @@ def test_a_missing_tool_or_file_is_reported(tmp_path, capsys, monkeypatch):
     image.write_text(":100000000C9434000C9451000C9451000C945100", encoding="ascii")
     assert main(["--robko", str(image)]) == 2
     assert "no ELF file for AVR" in capsys.readouterr().err
-    image.write_bytes(b"\x7fELF".ljust(18, b"\0") + avrdev.AVR_MACHINE)
+    image.write_bytes(b"\x7fELF".ljust(18, b"\0") + avr_bench.AVR_MACHINE)
     assert main(["--robko", str(image), "--simavr", str(tmp_path)]) == 2
     assert "no sim_avr.h" in capsys.readouterr().err
     monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setattr(avrdev.shutil, "which", lambda _: None)
+    monkeypatch.setattr(avr_bench.shutil, "which", lambda _: None)
     assert main(["--robko", str(image)]) == 2
     assert "C compiler" in capsys.readouterr().err
 

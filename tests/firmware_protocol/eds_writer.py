@@ -1,7 +1,5 @@
 """A dictionary written as the text of an EDS file (CiA 306), to be read again."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 from firmware_protocol.canopen.objects import (

@@ -20,9 +20,9 @@ from pathlib import Path
 from fuzzing import FuzzCase, Machine
 
 CODECS = tuple(
-    sorted(path.stem.partition("_")[2] for path in Path(__file__).parent.glob("fuzzing_*.py"))
+    sorted(path.stem.partition("_")[2] for path in Path(__file__).parent.glob("cases_*.py"))
 )
-"""Whatever has a module fuzzing_NAME, with a HOST, a DEVICE or both, is registered by that."""
+"""Whatever has a module cases_NAME, with a HOST, a DEVICE or both, is registered by that."""
 
 _Cache = functools._lru_cache_wrapper
 
@@ -64,7 +64,7 @@ class Tally:
 
 def registered(codecs: Sequence[str] = CODECS) -> list[FuzzCase]:
     """Return both ends of every codec, or the one that takes bytes."""
-    modules = [import_module(f"fuzzing_{codec}") for codec in codecs]
+    modules = [import_module(f"cases_{codec}") for codec in codecs]
     ends = (vars(module).get(end) for module in modules for end in ("HOST", "DEVICE"))
     return [end for end in ends if end is not None]
 

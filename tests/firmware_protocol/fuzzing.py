@@ -1,7 +1,5 @@
 """What a codec registers to be fuzzed: one case for each of its two ends."""
 
-from __future__ import annotations
-
 import functools
 import math
 import random

@@ -4,6 +4,7 @@ import math
 
 from hypothesis import strategies as st
 
+from kinematics import system
 from kinematics.chains.assignment import JointAxis, tip_frame
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
@@ -34,17 +35,7 @@ ALPHA_II_AXES = (
 ALPHA_II_TOOL = tip_frame(ALPHA_II_AXES[-1], (485.1, 0.0, 215.0), normal=(0, 0, 1))
 """The joints and the hand of the Alpha II, stretched out level."""
 
-MINI_MOVER = Chain(
-    (
-        DHLink(0.0, 195.0, 0.0, QUARTER, low=-QUARTER, high=QUARTER),
-        DHLink(0.0, 0.0, 177.8, 0.0, low=math.radians(-35), high=math.radians(144)),
-        DHLink(0.0, 0.0, 177.8, 0.0, low=math.radians(-149), high=0.0),
-        DHLink(QUARTER, 0.0, 0.0, QUARTER, low=-QUARTER, high=QUARTER),
-        DHLink(0.0, 96.5, 0.0, 0.0, low=-math.tau, high=math.tau),
-    ),
-    name="Mini-mover 5",
-    joint_names=("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll"),
-)
+MINI_MOVER = system("minimover5").chain()
 
 PUMA = Chain(
     (

@@ -2,9 +2,11 @@
 
 import math
 import sys
+from dataclasses import replace
 
+import numpy as np
 import pytest
-from chain_cases import gap
+from chain_cases import MINI_MOVER, gap
 from hypothesis import example, given
 from hypothesis import strategies as st
 from kinematics_cases import MINI, TEACHMOVER
@@ -17,9 +19,12 @@ from kinematics import (
     DHLink,
     EulerZYZ,
     FrameGraph,
+    Guards,
     JointAxis,
+    JointRange,
     Joints,
     KinematicsError,
+    Motors,
     NotARotation,
     Pose,
     Quaternion,
@@ -27,6 +32,7 @@ from kinematics import (
     assign_frames,
     chain_of_rows,
     check_transform,
+    condition,
     frame_goal,
     geometric_jacobian,
     invert,
@@ -36,26 +42,39 @@ from kinematics import (
     rot_z,
     solve_euler,
     solve_frame_ik,
+    solve_loop,
     solve_rpy,
     system,
     transform,
     translation,
+    urdf_of_chain,
     work_chain,
     work_system,
 )
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.inverse import solve_goal, solve_pose_ik
-from kinematics.chains.links import Convention, JointKind
+from kinematics.chains.links import Convention, JointKind, link_type
 from kinematics.chains.urdf import read_urdf
+from kinematics.errors import suggestion
 from kinematics.frames.orientations import RPY
 from kinematics.frames.rotations import IDENTITY
 from kinematics.frames.transforms import IN_PLACE
 from kinematics.frames.user_frame import UserFrame
+from kinematics.guards.shapes import Box
 from kinematics.limits import turn_into, turn_near, wrap
+from kinematics.textbook.efficiency import Ledger
 from kinematics.textbook.systems import MODEL_NAMES
+from kinematics.textbook.systems.mini_movers import arm_of
 from kinematics.textbook.worked_example import example_posture
 
 LINKS = (DHLink(a_mm=100.0), DHLink(a_mm=80.0))
+SLIDE = DHLink(kind=JointKind.PRISMATIC)
+HOME = Joints.of(0, 40, -60, -70, 0)
+AT_HOME = TEACHMOVER.fk(HOME)
+ORIGIN = (0.0, 0.0, 0.0)
+CABLES = preset("teachmover").transmission
+TURNED_ROUND = Joints(HOME.angles_rad[::-1], HOME.names[::-1])
+"""The same posture with its joints in another order."""
 
 
 def is_angle(coordinate):
@@ -235,10 +254,27 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: preset({}), "no preset arm is named"),
         (lambda: Joints(None), "joint angles are a list of numbers, not None"),
         (lambda: Joints("12345"), "base_rad must be a finite number"),
+        (lambda: Joints.of(0, 40, "x", 0, 0), r"angles_deg\[2\] must be a finite number"),
+        (lambda: HOME.replace(base_deg=None), "base_deg must be a finite number"),
+        (lambda: HOME.replace(base_degrees=3), "no joint is named 'base_degrees'.*'base_deg'"),
+        (lambda: HOME.replace(sholder_deg=3), r"did you mean 'shoulder_deg'\?$"),
+        (lambda: HOME["sholder"], r"did you mean 'shoulder'\?$"),
+        (lambda: HOME["turret_deg"], "no joint is named 'turret_deg'"),
+        (lambda: TEACHMOVER.fk(TURNED_ROUND), "joints of this arm are base, .* not wrist_roll, "),
+        (lambda: TEACHMOVER.check(TURNED_ROUND), "in this order, not wrist_roll, wrist_pitch"),
+        (lambda: MINI.fk(TURNED_ROUND), "the joints of this arm are "),
+        (lambda: TEACHMOVER.ik(TEACHMOVER.fk(HOME), TURNED_ROUND), "the joints of this arm"),
+        (lambda: Motors((1, 2.0)), "motor 2 steps must be a whole number, not 2.0"),
+        (lambda: Motors((True,)), "motor 1 steps must be a finite number, not True"),
         (lambda: TEACHMOVER.fk((0.0,) * 5), "joints must be of the class Joints"),
         (lambda: TEACHMOVER.ik(None), "a pose must be of the class Pose"),
         (lambda: TEACHMOVER.branches((1.0,) * 5), "a pose must be of the class Pose"),
+        (lambda: TEACHMOVER.ik(replace(AT_HOME, yaw_rad=0.1)), "cannot take a yaw"),
+        (lambda: MINI.ik(replace(AT_HOME, yaw_rad=0.1)), "cannot take a yaw"),
+        (lambda: ChainArm(PUMA.chain()).ik(AT_HOME), "need a yaw: yaw_deg in Python, --yaw"),
         (lambda: ChainArm(None), "a chain must be of the class Chain"),
+        (lambda: ChainArm(Chain(MINI.chain.links[:4])), "five or six joints, not 4"),
+        (lambda: ChainArm(Chain((DHLink(),) * 5)), "no limits"),
         (lambda: MINI.fk((0.0,) * 5), "joints must be of the class Joints"),
         (lambda: MINI.ik(None), "a pose must be of the class Pose"),
         (lambda: MINI.ik("x=1", Joints((0.0,) * 5)), "a pose must be of the class Pose"),
@@ -251,13 +287,59 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: AxisAngle((0.0, 0.0, 1.0), "1"), "angle_rad must be a finite number"),
         (lambda: chain_of_rows(("d_mm",)), "row 1 is a table of keys and values, not 'd_mm'"),
         (lambda: chain_of_rows(None), "at least one link"),
+        (lambda: chain_of_rows([{"alpa_deg": 90}]),
+         "row 1: a revolute joint has no 'alpa_deg'; did you mean 'alpha_deg'"),
+        (lambda: chain_of_rows([{"kind": "prismatic", "low_deg": 0}]), "joint has no 'low_deg'"),
+        (lambda: chain_of_rows([{"kind": "rotary"}]), "revolute or prismatic, not 'rotary'"),
+        (lambda: chain_of_rows([{"d_mm": "long"}]), "d_mm must be a finite number"),
         (lambda: work_chain(Chain(LINKS), goal=1.0), "a goal is x, y, z, or"),
+        (lambda: work_chain(Chain(LINKS), goal=(1.0,) * 4), r"not \(1.0, 1.0, 1.0, 1.0\)"),
         (lambda: read_urdf(b"<robot/>"), "the URDF must be of the class str"),
+        (lambda: urdf_of_chain(Chain((SLIDE,))), "slides without limits"),
+        (lambda: urdf_of_chain(Chain((DHLink(),), joint_names=("tool_joint",))), "fixed joint of"),
+        (lambda: urdf_of_chain(Chain((DHLink(Ledger().number(0.1)),))), "not of symbols"),
+        (lambda: replace(SLIDE, low=3.0, high=2.0), r"low limit \(3 mm\).*\(2 mm\)"),
+        (lambda: link_type(4).link(a_mm=12), "type 4 has no constant a, so 12 mm"),
+        (lambda: link_type(5).link(d_mm=1), "type 5 has no constant d"),
+        (lambda: link_type(9), "1 to 8"),
+        (lambda: MINI_MOVER.fk((0.0, 0.0)), r"5 numbers \(base, shoulder"),
+        (lambda: MINI_MOVER.fk((0.0, 0.0, math.nan, 0.0, 0.0)), "elbow .* must be a finite number"),
+        (lambda: Chain(LINKS, joint_names=("a",)), "2 different joint names"),
+        (lambda: Chain(LINKS, joint_names=("a", "a")), "2 different joint names"),
+        (lambda: condition(Chain(LINKS), (0.1, 0.2), rows=(0, 6)), "numbered 0 to 5"),
+        (lambda: frame_goal(IN_PLACE, frozenset()), "asks at least one of position, heading"),
+        (lambda: solve_frame_ik(Chain(LINKS), IN_PLACE, (0.0,)), "2 numbers"),
+        (lambda: ChainArm(PUMA.chain()).fk(HOME), "this arm has 6 joints, not 5"),
+        (lambda: TEACHMOVER.fk(Joints((0.0, 0.0), ("a", "b"))), "5 joints, not 2"),
+        (lambda: replace(TEACHMOVER, upper_arm_mm=0), "longer than 0"),
+        (lambda: replace(TEACHMOVER, limits=TEACHMOVER.limits[:4]), "4 were given"),
+        (lambda: JointRange.of(10, -10), "must not lie above"),
+        (lambda: CABLES.to_joints(Motors((0,) * 5)), "6 motors were expected, not 5"),
+        (lambda: CABLES.motor_rates((0.0, 0.0)), "5 joints were expected, not 2"),
+        (lambda: CABLES.to_motors(HOME, math.nan), "gripper opening.* must be a finite number"),
+        (lambda: CABLES.with_signs(motors=(1, 0, 1, 1, 1, 1)), "6 motor signs"),
+        (lambda: assign_frames([JointAxis((0, 1e300, 0), (0, 0, 1))]),
+         r"\(0.0, 1e\+300, 0.0\) is no point of an arm"),
+        (lambda: assign_frames([JointAxis((math.nan, 0, 0), (0, 0, 1))]),
+         "an axis' point.* must be a finite number"),
+        (lambda: solve_loop([IN_PLACE], [IN_PLACE]), "exactly one"),
+        (lambda: solve_loop([None, None], [IN_PLACE]), "exactly one"),
+        (lambda: UserFrame.through(ORIGIN, ORIGIN, (0.0, 50.0, 0.0)), "three points"),
+        (lambda: UserFrame.through(ORIGIN, (9.0, 0.0, 0.0), (90.0, 0.0, 0.0)), "three points"),
+        (lambda: Guards(radii_mm=(30.0, 20.0)).violations(TEACHMOVER, HOME),
+         "each of upper arm, forearm, hand: 3, not 2"),
+        (lambda: Box("", (0, 0, 0), (1, 1, 1)), "needs a name"),
+        (lambda: Box("vice", (0, 0, 5), (1, 1, 5)), "needs a z of min_mm below"),
+        (lambda: Box("vice", (0, 0), (1, 1, 1)), "needs x, y and z"),
+        (lambda: Box("vice", (0, 0, math.nan), (1, 1, 1)), "min_mm of 'vice'"),
+        (lambda: arm_of(PUMA), "puma is no arm of the Mini-mover's build"),
     ],
-)
-def test_wrong_types_raise_the_typed_error(make, says):
-    with pytest.raises(KinematicsError, match=says):
+)  # fmt: skip
+def test_what_cannot_be_meant_is_refused_in_words(make, says):
+    with pytest.raises(KinematicsError, match=says) as refusal:
         make()
+    if "must be a finite number" in says:
+        assert isinstance(refusal.value, BadNumber)
 
 
 # Angles of many turns.
@@ -295,6 +377,15 @@ def test_turns_are_taken_off_before_anything_is_added(turns):
     assert turn_near(angle, 0.1) == pytest.approx(expected, abs=1e-15)
     joints = Joints((0.0, 0.5, -0.5, 0.0, angle))
     assert TEACHMOVER.fk(joints).roll_rad == pytest.approx(expected, abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["pitch_deg", "roll_deg", "yaw_deg"])
+@pytest.mark.parametrize("angle", [5000, -721.0, math.nan, "x"])
+def test_an_angle_in_degrees_is_refused_as_it_was_given(name, angle):
+    within = "must be within two turns, 720° either way" if angle in (5000, -721.0) else "finite"
+    with pytest.raises(BadNumber, match=f"^{name} .*{within}.*, not {angle!r}$"):
+        Pose.of(x_mm=0, y_mm=0, z_mm=0, **{"pitch_deg": 0.0, name: angle})
+    assert Pose.of(x_mm=0, y_mm=0, z_mm=0, pitch_deg=-720.0).pitch_deg == -720.0
 
 
 @pytest.mark.parametrize("name", ["pitch_rad", "roll_rad", "yaw_rad"])
@@ -442,3 +533,29 @@ def test_axes_a_hair_from_parallel_make_a_chain_that_holds_its_tool(lean, conven
     assert ("nearly parallel" in said) == (1e-9 <= lean <= 1e-7)
     if lean <= 1e-7:
         assert max(abs(link.d_mm) for link in made.chain.links) < 1.0
+
+
+def test_steps_of_numpy_are_steps():
+    found = Motors(np.array([1, -2, 3]))
+    assert found == Motors((1, -2, 3))
+    assert {type(count) for count in found} == {int}
+
+
+def test_a_joint_of_any_unit_is_the_same_joint():
+    turned = HOME.replace(base_deg=3)
+    assert turned == HOME.replace(base=math.radians(3)) == HOME.replace(base_rad=math.radians(3))
+    assert turned == Joints.of(3, 40, -60, -70, 0)
+    assert turned["base"] == turned["base_rad"] == turned.base_rad == turned[0]
+    assert turned["base_deg"] == turned.base_deg == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("base_rad", "; write base_deg=math.degrees(...)"),
+        ("bse_deg", "; did you mean 'base_deg'?"),
+        ("lift_deg", "; write lift_rad=math.radians(...)"),
+    ],
+)
+def test_a_name_that_is_right_but_for_its_unit_is_not_taken_for_a_slip_of_the_pen(word, said):
+    assert suggestion(word, ("base_deg", "lift_rad")) == said

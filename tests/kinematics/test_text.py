@@ -1,7 +1,5 @@
 """Counts and numbers in words, and lines folded to a width."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

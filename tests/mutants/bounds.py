@@ -3,8 +3,6 @@
 Each of the four figures is scaled where all dialects share it, and in each dialect's derivation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -80,7 +78,7 @@ DERIVATIONS = {
     ),
     "mks": Derivation(
         "armdrive/dialects/mks/controller.py",
-        ("begun_s + brakes_s", "asked[0]", "silent_s + brakes_s + HOST_S", "silent[0]"),
+        ("begun_s + brakes_s", "asked[0]", "silent_s + brakes_s + HOST_DELAY_S", "silent[0]"),
         **LINES,
     ),
     "cia402": Derivation(

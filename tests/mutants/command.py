@@ -8,8 +8,6 @@ The tests of all mutants first run without any fault, so that a failure means so
 code is 1 if a mutant survives without an explanation in the table, or if a row is broken.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

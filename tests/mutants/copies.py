@@ -1,7 +1,5 @@
 """Copies of the project, and pytest run in one of them, as if it were the only one there is."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """A deliberate fault, and a context that applies it to a copy of the project."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager

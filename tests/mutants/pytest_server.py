@@ -10,8 +10,6 @@ no module that stays may have imported it. The answer is one line: pytest's exit
 number of the signal that ended the run.
 """
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import gc

@@ -1,7 +1,5 @@
 """All mutants: the rows of the TOML files beside this one, by subject, and scaled stop bounds."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

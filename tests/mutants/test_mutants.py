@@ -1,7 +1,5 @@
 """The table of mutants fits the code, and the command tells a killed mutant from a survivor."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Runs the tests of mutants in copies of the project that have the fault, several in parallel."""
 
-from __future__ import annotations
-
 import shutil
 import threading
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """Makes tests of the desk wait until it has nothing to do, however busy the computer is."""
 
-from __future__ import annotations
-
 import asyncio
 from types import SimpleNamespace
 
@@ -52,6 +50,13 @@ def _time_stands_still(monkeypatch):
     A test of old keys or of a suspension gives its app another clock.
     """
     monkeypatch.setattr(app_module, "_time", SimpleNamespace(get_time=lambda: 0.0))
+
+
+@pytest.fixture(autouse=True)
+def _keys_do_not_wait(monkeypatch):
+    """Let a test press keys one after the other at once; a test of pasted text lets them wait."""
+    monkeypatch.setattr("tui.desk.PERSON_S", 0.0)
+    monkeypatch.setattr("tui.watch.PERSON_S", 0.0)
 
 
 @pytest.fixture

@@ -77,6 +77,10 @@ class FakeArm:
         pose = MODEL.reference.pose
         return PostureRequest(self, pose, MODEL.arm.ik(pose), 0.0)
 
+    @property
+    def paused(self):
+        return self.status.paused
+
     referencing = SimpleNamespace(homes_by_switches=False)
     program = None
     frames = ("base", "tool", "board")

@@ -44,6 +44,7 @@ class Going:
 class PlannerArm(FakeArm):
     """Previews are the real ones; `during` is called while a motion would be under way."""
 
+    config = CONFIG
     frames = ("base", "tool")
     stops = 0
 

@@ -6,17 +6,51 @@ from desk_fake import Clock, FakeArm
 from desk_planner import at_rest, laid_out
 from waiting import until_seen
 
+from armdrive.motion.dead_man import GATE_S, REPEAT_WITHIN_S
 from tui.desk import Desk
 from tui.safety import SafetyPanel
 from tui.startup import SCREENS
 from tui.widgets import PlainText
 
+FILLS = {"$primary", "$warning", "$error", "$success"}
+"""Colours of the theme that text has a ground of its own with."""
+
+AGAIN_S = REPEAT_WITHIN_S + 0.05
+"""After this long a key that comes again was let go and pressed again."""
+
 NAMES = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon"}
 """The framework's names of characters that are typed."""
 
 
-class Session:
+class AppSession:
+    """An app on a headless terminal, driven key by key."""
+
+    def __init__(self, app, *, size=(80, 24)):
+        self.app = app
+        self._running = app.run_test(size=size)
+
+    async def __aenter__(self):
+        self.pilot = await self._running.__aenter__()
+        await self.pilot.pause()  # paints, and the app looks at its arm after that
+        await self.pilot.pause()
+        return self
+
+    async def __aexit__(self, *error):
+        await self._running.__aexit__(*error)
+
+    async def press(self, *keys):
+        for key in keys:
+            await self.pilot.press(key)
+        await self.pilot.pause()
+
+    def text(self, name):
+        return self.app.screen_stack[0].query_one(f"#{name}", PlainText).shown
+
+
+class Session(AppSession):
     """A desk on a headless terminal, a fake arm and a clock that the test sets."""
+
+    opens_with = ""  # the key of the screen where a test begins, if it is not the first one
 
     def __init__(self, arm=None, *, size=(80, 24), braille=True, **more):
         self.arm = arm or FakeArm()
@@ -24,14 +58,12 @@ class Session:
         self.desk = Desk(self.arm, screens=SCREENS, braille=braille, clock=self.clock, **more)
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
-        self.desk.input.person_s = 0.0  # and at once, one after the other
-        self._running = self.desk.run_test(size=size)
+        super().__init__(self.desk, size=size)
 
     async def __aenter__(self):
-        self.pilot = await self._running.__aenter__()
-        await self.pilot.pause()  # paints, and the desk looks at the arm after that
-        await self.pilot.pause()
+        await super().__aenter__()
         self.desk.polling.pause()  # from here on the desk looks when the test lets it
+        await self.keys(self.opens_with)
         return self
 
     async def __aexit__(self, *error):
@@ -39,13 +71,23 @@ class Session:
             for text in self.desk.screen.query(PlainText):
                 for _, style in text._spans:  # fails for a style that could not be painted
                     self.desk.stylesheet.parse_style(style)
-        await self._running.__aexit__(*error)
+                    fills = {"reverse", "on"} & set(style.split())
+                    assert fills or not FILLS & set(style.split()), "not to be read on light ground"
+        await super().__aexit__(*error)
 
     async def press(self, *keys, after_s=0.0):
         """Press keys, each so long after the one before on the desk's clock."""
         for key in keys:
             self.clock.now_s += after_s
             await self.pilot.press(key)
+
+    async def tap(self, *keys, after_s=0.0):
+        """Press keys, and let each time pass in which another key would take it back."""
+        for key in keys:
+            await self.press(key, after_s=after_s)
+            self.clock.now_s += GATE_S
+            if self.desk.screens.hand is not None:
+                self.tick()
 
     async def keys(self, line, after_s=0.0):
         """Press the keys of a line, one after the other; a word after a quote is typed.
@@ -72,7 +114,7 @@ class Session:
     async def twice(self, key, *, wait_s=0.5):
         """Press a key twice, and wait until that counts as confirmed."""
         await self.press(key)
-        await self.press(key, after_s=0.2)
+        await self.press(key, after_s=AGAIN_S)
         await self._let_it_count(wait_s)
 
     async def _let_it_count(self, wait_s=0.5):
@@ -105,10 +147,8 @@ class Session:
     async def hold(self, key="w"):
         """Arm the keys, and hold one until it moves the arm."""
         await self.arm_keys()
-        await self.press(key)
-        await self.press(key, after_s=0.4)
-        self.clock.now_s += 0.03
-        self.tick()
+        await self.tap(key)
+        await self.tap(key, after_s=0.4)
         assert self.arm.asked("hold")
 
     async def resize(self, width, height):

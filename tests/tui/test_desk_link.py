@@ -205,7 +205,7 @@ def replug(arm):
 async def test_an_arm_that_is_unplugged_in_a_jog_comes_back_standing(arm):
     async with Session(arm) as session:
         await session.arm_keys()
-        await session.press("w")
+        await session.tap("w")
         arm.sleep(0.05)
         assert arm.status.state is State.MOVING
         unplug(arm)
@@ -243,3 +243,12 @@ async def test_a_referenced_position_is_trusted_again_once_it_was_compared(arm):
         await session.press("y")
         await session.settle()
         assert arm.status.trust is Trust.REFERENCED
+
+
+async def test_an_emergency_stop_that_cannot_reach_the_arm_says_so(arm):
+    async with Session(arm) as session:
+        await session.arm_keys()
+        unplug(arm)
+        await session.press("X")
+        assert "the stop did not reach the arm" in session.text("messages")
+        assert not session.desk.screens.hand.armed

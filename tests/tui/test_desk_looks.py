@@ -11,9 +11,9 @@ from armdrive.status import LinkStats, State, status_view
 from tui.axes import AxisTable, bar
 from tui.desk import Desk
 from tui.jog.panels import OVER_S
-from tui.jog.screen import TALL
 from tui.startup import SCREENS
 from tui.watch import Watching
+from tui.widgets import PlainText
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
 
@@ -89,7 +89,10 @@ DETAILED = [
     ((80, 24), "D", ("joints", "gripper", "details")),
     ((80, 24), "D m", ("tip", "gripper", "details")),
     ((80, 24), "D D", ("tip", "joints", "gripper", "near")),
-    ((80, 39), "D", ("joints", "gripper", "details")),
+    ((80, 39), "D", ALL_PANELS),
+    ((80, 14), "", ("joints", "gripper")),
+    ((80, 14), "m", ("tip", "gripper")),
+    ((80, 9), "", ("joints", "gripper")),
     ((120, 40), "D", ALL_PANELS),
 ]
 
@@ -106,7 +109,7 @@ async def test_details_are_shown_on_asking_and_no_line_is_cut(size, keys, panels
                 shown = " ".join(session.text(name).split())
                 painted = session.screen.query_one(f"#{name}").display
                 assert painted == (name in panels), name
-                if painted and (name != "near" or size[1] >= TALL):  # it may end with less
+                if painted and size[1] >= (40 if name == "near" else 24):  # smaller ones cut it
                     assert session.painted_words(name) == shown, name
             if "details" in panels:
                 assert "sent @STEP" in session.text("details")
@@ -145,3 +148,39 @@ async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(more):
                 assert max(len(line.rstrip()) for line in lines) <= table.content_size.width, mode
                 assert table.region.bottom <= 22, f"the panel is cut off: {mode}"
             await session.press("m")
+
+
+@pytest.mark.parametrize("app", ["a desk", "a watched arm"])
+async def test_text_is_seen_though_it_is_painted_before_the_app_has_its_colours(app):
+    made = {
+        "a desk": lambda: Desk(FakeArm(), screens=SCREENS, braille=True, clock=Clock()),
+        "a watched arm": lambda: Watching("sim", MODEL, FakeHolder({}), braille=True),
+    }[app]()
+    async with made.run_test(size=(80, 24)) as pilot:
+        await at_rest(pilot)
+        made.styles.base.clear_rule("color")
+        for text in made.screen.query(PlainText):
+            text.notify_style_update()
+            assert text.visual_style.foreground.a > 0.0, text
+        if app == "a watched arm":
+            made._holder.said.put(END)
+
+
+async def test_what_a_small_terminal_has_no_room_for_is_a_key_away():
+    async with Session(FakeArm(**LONG)) as session:
+        shown = lambda: session.screen.query_one("#panels").scroll_offset.y  # noqa: E731
+        await session.follow(
+            [
+                ("f2", {"messages": "(^d: more)"}),
+                ("ctrl+d", {"not_messages": "more)"}),
+            ]
+        )
+        assert shown() > 0
+        await session.follow([("ctrl+u", {"messages": "(^d: more)"})])
+        assert shown() == 0
+        await session.keys("question_mark down pagedown")
+        dialog = session.desk.screen.query_one(".dialog")
+        await until_seen(lambda: dialog.scroll_offset.y > 0, session.pilot.pause)
+        await session.keys("question_mark")
+        await session.resize(120, 40)
+        await session.follow([("ctrl+d", {"messages": "nothing is out of view here"})])

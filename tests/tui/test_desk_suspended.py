@@ -158,6 +158,7 @@ async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
         assert not session.screen.armed
         await session.arm_again()
         await session.type("w")
+        await session.pass_by(POLL_S)
         assert len(session.arm.asked("nudge")) == 1
 
 
@@ -190,6 +191,7 @@ async def test_what_a_busy_desk_works_is_no_absence():
         session.desk.input.busy_s = lambda: worked_s
         await session.suspend(3.1, told=False)
         await session.type("w")
+        await session.pass_by(POLL_S)
         assert len(session.arm.asked("nudge")) == 1
 
 
@@ -316,6 +318,12 @@ class Pasted(Suspended):
         super().__init__(arm)
         self.desk.input.person_s = PERSON_S
 
+    async def type(self, text):
+        """Send keys that come together; then none follows, and one that has waited acts."""
+        await super().type(text)
+        await self.desk.act_on_waiting()
+        await self.pilot.pause()
+
     async def paste(self, text):
         await self.type(text)
         for _ in range(2):  # it is confirmed, and then done
@@ -332,7 +340,7 @@ async def test_two_pasted_line_ends_confirm_no_motion():
             assert session.desk.confirmation.effect == ""
         for _ in range(2):
             await session.type("\r")
-            await session.pass_by(0.1)
+            await session.pass_by(1.0)
         await session.paste("")
         assert len(session.arm.asked_for) == 1, "a person presses it twice"
 
@@ -342,11 +350,16 @@ async def test_pasted_lines_neither_arm_the_keys_nor_move_the_fingers(text):
     async with Pasted(PlannerArm()) as session:
         await session.paste(text)
         assert session.arm.calls == []
+        assert not session.screen.armed, "not even by its first letter"
+        assert "as fast as pasted text" in session.text("messages")
         await session.type("\r")
+        assert session.screen.armed
         await session.pass_by(1.0)
         await session.paste("12")
-        assert session.arm.calls == [], "the first letter of a paste is no press"
-        await session.paste("1")
+        assert session.arm.asked("open") == [], "the first letter of a paste is no press"
+        assert not session.screen.armed
+        for key in ("\r", "1"):
+            await session.paste(key)
         assert session.arm.asked("open"), "a person arms the keys and opens the fingers"
 
 
@@ -355,9 +368,67 @@ async def test_a_pasted_word_answers_no_question_that_it_asks(text):
     async with Pasted(PlannerArm()) as session:
         await session.paste(text)
         assert session.arm.asked_for == []
-        assert len(session.desk.screen_stack) == 2, "the question is still open"
-        await session.paste("y")
+        assert len(session.desk.screen_stack) == 1, "it does not even put the question"
+        for key in "Ky":
+            await session.paste(key)
         assert len(session.arm.asked_for) == 1, "a person has read it"
+
+
+ONE_KEY_ACTS = {
+    # what a letter alone does, seen in what the screen says
+    "m": ("tip", "Tip, Cartesian"),
+    "D": ("details", "position"),
+    "]": ("stopping", "step [5"),
+    "T": ("messages", "look: light"),
+}
+
+
+@pytest.mark.parametrize(("key", "part", "said"), [(k, *v) for k, v in ONE_KEY_ACTS.items()])
+async def test_no_letter_of_a_paste_does_anything_and_alone_each_does(key, part, said):
+    async with Pasted(PlannerArm()) as session:
+
+        def done():
+            shown = session.title(part) if part == "tip" else session.text(part)
+            return said in shown
+
+        for text in (f"{key}x", f"{key}{key}", f"x{key}", f"{key}xyz", f"q{key}", f"{key}q"):
+            await session.paste(text)
+            assert not done(), text
+        await session.paste(key)
+        assert done()
+
+
+async def test_what_follows_a_paste_in_pieces_is_dropped_until_there_is_a_silence():
+    async with Pasted(PlannerArm()) as session:
+        await session.type("xy")
+        for _ in range(4):
+            await session.pass_by(SILENCE_S - 0.1)
+            await session.type("m")
+            assert session.title("tip") == "Tip"
+            assert "press again" in session.text("messages")
+        await session.pass_by(SILENCE_S + 0.1)
+        await session.type("m")
+        assert session.title("tip") == "Tip, Cartesian"
+
+
+async def test_letters_that_are_typed_may_come_at_once_and_a_line_end_with_them_takes_nothing():
+    async with Pasted(PlannerArm()) as session:
+        await session.type("\x1bOR")
+        await session.settle()
+        await session.type("250\r\r")
+        assert session.screen.typing.text == "250"
+        await session.paste("")
+        assert session.arm.asked_for == []
+
+
+async def test_a_key_that_follows_the_last_repeat_of_a_held_one_counts():
+    async with Pasted(PlannerArm()) as session:
+        for gap_s in (0.4, 0.015, 0.015):  # the fastest keyboards repeat as soon
+            await session.type("]")
+            await session.pass_by(gap_s)
+        assert "step [20" in session.text("stopping")
+        await session.type("m")
+        assert session.title("tip") == "Tip, Cartesian"
 
 
 GAPS = st.lists(st.floats(0.0, SILENCE_S * 0.99), max_size=20)

@@ -1,7 +1,5 @@
 """While the desk runs, threads take turns quickly; afterwards as they did before."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 

@@ -2,37 +2,38 @@
 
 import pytest
 from desk_fake import END, MODEL, FakeArm, FakeHolder, unknown_position
+from desk_session import AppSession
 from waiting import until_seen
 
 from armdrive import Arm
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
 from tui import watch as watch_words
 from tui.keys.remap import load_keys
-from tui.safety import SafetyPanel
+from tui.safety import SafetyPanel, number_text
+from tui.settings import neighbour
 from tui.watch import HeldArm, Watching, WatchScreen
 from tui.widgets import LINES_SHOWN, PlainText
 
 
-class Session:
+class Session(AppSession):
     """A watching app on a headless terminal."""
 
     def __init__(self, holder, **more):
         self.holder = holder
-        self.app = Watching("sim", MODEL, holder, braille=True, **more)
-        self._running = self.app.run_test(size=(100, 30))
+        super().__init__(Watching("sim", MODEL, holder, braille=True, **more), size=(100, 30))
 
     async def __aenter__(self):
-        self.pilot = await self._running.__aenter__()
+        await super().__aenter__()
         await self.seen(lambda: self.text("title"))
         return self
 
     async def __aexit__(self, *error):
         if isinstance(self.holder, FakeHolder):
             self.holder.said.put(END)
-        await self._running.__aexit__(*error)
+        await super().__aexit__(*error)
 
     async def seen(self, happened):
         """Wait until the app has heard of something: another thread tells it."""
@@ -45,7 +46,7 @@ class Session:
         await self.seen(lambda: self.app.view == view)
 
     async def press(self, key):
-        await self.pilot.press(key)
+        await super().press(key)
         await self.app.workers.wait_for_complete()
         await self.pilot.pause()
 
@@ -56,7 +57,7 @@ class Session:
     def text(self, name):
         if name == "title":
             return self.app.screen.query_one(SafetyPanel).arm
-        return self.app.screen.query_one(f"#{name}", PlainText).shown
+        return super().text(name)
 
 
 async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
@@ -169,7 +170,7 @@ async def test_what_was_refused_or_not_received_is_said_with_what_to_do():
     [
         (END, "released the arm"),
         (ArmError("it fell silent"), "it fell silent"),
-        ({"error": "16 programs watch"}, "16 programs watch"),
+        (HolderError("16 programs watch"), "16 programs watch"),
     ],
 )
 async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
@@ -249,9 +250,14 @@ def test_the_program_that_is_under_way_is_named_with_its_line_and_share(program,
     assert watch_words.program_words({"program": program}) == words
 
 
-@pytest.mark.parametrize(("now", "steps", "then"), [(10, -1, 10), (100, 1, 100), (33, -1, 25)])
-def test_a_tempo_between_the_steps_goes_to_the_next_one(now, steps, then):
-    assert watch_words.next_percent(now, steps) == then
+TEMPOS = [(10, -1, 10), (100, 1, 100), (33, -1, 25), (33, 1, 50), (5, -1, 5), (5, 1, 10)]
+
+
+@pytest.mark.parametrize(("now", "steps", "then"), TEMPOS)
+def test_a_tempo_between_the_steps_goes_to_the_next_one_and_slower_never_speeds_up(
+    now, steps, then
+):
+    assert neighbour(watch_words.PERCENTS, now, steps) == then
 
 
 @pytest.mark.parametrize(
@@ -269,3 +275,10 @@ def test_the_title_names_the_program_and_how_far_it_is(program, words):
     title = watch_words.watched_state("left", view, "").arm
     assert title.endswith(words)
     assert title.startswith("REAL ARM, WATCHED: left (TeachMover) ")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(-0.04, "0.0"), (-0.05001, "-0.1"), (7, "7.0"), (True, "?"), (None, "?")]
+)
+def test_a_number_that_rounds_to_zero_has_no_sign(value, text):
+    assert number_text(value) == text

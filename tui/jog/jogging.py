@@ -12,7 +12,15 @@ from functools import partial
 
 from armdrive import Arm
 from armdrive.errors import ArmError
-from armdrive.motion.dead_man import GATE_S, Action, DeadMan, Disarm, HeldKey, Increment
+from armdrive.motion.dead_man import (
+    GATE_S,
+    HOLD_LONGEST_S,
+    Action,
+    DeadMan,
+    Disarm,
+    HeldKey,
+    Increment,
+)
 from armdrive.moves import Jog
 from tui.app import HoldAlarm
 from tui.keys.presses import StaleInput
@@ -26,8 +34,7 @@ MOUSE_HOLDS_S = 2.0
 """A hold ends this long after the last event of its mouse or gamepad, also a small one."""
 
 MOUSE_RENEWS_S = 0.1
-MOUSE_HOLD_S = 0.25
-"""Each hold that the mouse renews ends by itself after this, as that of a key does."""
+"""The mouse renews its hold so often; each ends by itself after the longest hold of a key."""
 
 STEER_S = 0.03
 """A stick that is moved changes the way of a jog no more often."""
@@ -167,7 +174,7 @@ class DeskJogging:
             return
         self._renew_s, self._renewed_s = now_s + MOUSE_RENEWS_S, now_s
         # the last hold ends with the time that a silent mouse has, not a renewal after it
-        speed, for_s = self.settings.speed, min(MOUSE_HOLD_S, left_s)
+        speed, for_s = self.settings.speed, min(HOLD_LONGEST_S, left_s)
         self._tell(partial(self._arm.hold, jog, speed=speed, for_s=for_s))
 
     # -- arming -------------------------------------------------------------------------------
@@ -186,7 +193,7 @@ class DeskJogging:
     def release(self) -> None:
         """End a held jog: it was begun with other settings."""
         self.lift()
-        self._apply(self._deadman.release_all(self._clock()))
+        self._apply(self._deadman.release_all())
 
     def disarm_idle(self) -> None:
         """Disarm keys that have not been used for a while."""

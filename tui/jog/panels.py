@@ -107,7 +107,8 @@ def gripper_row(
     """Return the gripper's row; its keys move it in either mode."""
     opening_mm = status.gripper_mm
     pair, bounds = settings.rows[-1], model.gripper_range_mm
-    return AxisRow("opening", opening_mm, "mm", bounds, pair, changed("opening", opening_mm))
+    moving = changed("opening", opening_mm)
+    return AxisRow("opening", opening_mm, "mm", bounds, pair, moving, warns=False)
 
 
 def coordinates(pose: Pose) -> tuple[float, ...]:
@@ -160,7 +161,7 @@ def near_lines(
     Nothing ends a jog at a limit or a guard before the position is trusted.
     """
     if not limits_hold(status):
-        yield "NO LIMITS before it is referenced: watch the arm", "$warning"
+        yield "NO LIMITS before it is referenced: watch the arm", "$text-warning"
     else:
         found = [*_near_limit(joints)]
         if status.pose is not None:
@@ -177,7 +178,7 @@ def _near_limit(joints: Sequence[AxisRow]) -> Iterator[Span]:
     if nearest is not None and nearest.value is not None and nearest.limits is not None:
         low, high = nearest.limits
         margin = min(nearest.value - low, high - nearest.value)
-        style = {"": "", "!": "$warning", "!!": "$error"}[nearest.sign]
+        style = {"": "", "!": "$text-warning", "!!": "$text-error"}[nearest.sign]
         yield f"{words(nearest.name)} {margin:.1f}{DEGREE} from its limit", style
 
 
@@ -186,15 +187,15 @@ def _near_guards(pose: Pose, model: ArmModel) -> Iterator[Span]:
     if guards.table:
         near = pose.z_mm < TABLE_NEAR_MM
         side = "above" if round(pose.z_mm) < 0 else "below"
-        yield f"table {abs(round(pose.z_mm))} mm {side} the tip", "$warning" if near else ""
+        yield f"table {abs(round(pose.z_mm))} mm {side} the tip", "$text-warning" if near else ""
     outer_mm = guards.outer_radius_mm
     if outer_mm is not None and outer_mm - radius_mm < RIM_NEAR_MM:
-        yield f"end of the reach {outer_mm - radius_mm:.0f} mm away", "$warning"
+        yield f"end of the reach {outer_mm - radius_mm:.0f} mm away", "$text-warning"
     inner_mm = guards.inner_radius_mm
     if inner_mm is not None and pose.z_mm < guards.inner_height_mm:
         gap_mm = radius_mm - inner_mm
         if gap_mm < RIM_NEAR_MM:
-            yield f"the arm's own base {gap_mm:.0f} mm away", "$warning"
+            yield f"the arm's own base {gap_mm:.0f} mm away", "$text-warning"
 
 
 def _near_shapes(joints: Joints, model: ArmModel) -> Iterator[Span]:
@@ -212,7 +213,7 @@ def _near_shapes(joints: Joints, model: ArmModel) -> Iterator[Span]:
             link, other = reading.parts
             gap_mm = round(reading.clearance_mm)
             way = "inside" if gap_mm < 0 else "from"
-            yield f"{link} {abs(gap_mm)} mm {way} {other or f'the {guard}'}", "$warning"
+            yield f"{link} {abs(gap_mm)} mm {way} {other or f'the {guard}'}", "$text-warning"
 
 
 def _margin_share(row: AxisRow) -> float:

@@ -35,9 +35,6 @@ from tui.widgets import panels
 
 TAP_OR_HOLD = "tap a key for one step, hold it to keep moving"
 
-TALL = 40
-"""A terminal with this many rows has room for everything, details too."""
-
 
 class Adjustments:
     """The keys that change how jog keys move the arm."""
@@ -143,7 +140,7 @@ class JogScreen(DeskScreen):
         """What the jog keys do now."""
         keys, state = self.desk.keys, self.desk.link.status.state
         if self.desk.link.moves:
-            return f"{keys.label('stop')} stops the arm"
+            return super().says
         if state is State.DISABLED:
             return f"{keys.label('motors')} switches the motors on"
         if not self.armed:
@@ -206,16 +203,21 @@ class JogScreen(DeskScreen):
         near = near_lines(status, self.desk.arm.model, joints, quicker(status.dialect))
         self.text("near").show_lines(near)
         load = self._load.of(status.link_stats, self.desk.clock())
-        self._make_room()
         if self.text("details").display:
             self.text("details").show(detail_lines(status, load))
+        self._make_room()
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
 
     def _make_room(self) -> None:
-        """Let the details take the place of what no key moves, where the terminal is small."""
-        room = self.size.height >= TALL or not self.text("details").display
-        self.query_one("#near").display = room
-        self.axes.show_only_driven(only=not room)
+        """Where not everything fits, leave out what no key moves, and what is near."""
+        frame = 1 if self.has_class("-short") else 2
+        details = self.text("details")
+        below = details.shown.count("\n") + 1 + frame if details.display else 0
+        room = self.query_one("#body").size.height - below
+        table, gripper = len(self.desk.settings.rows) - 1 + frame, 2 + frame
+        both = room >= 2 * table + gripper
+        self.axes.show_only_driven(only=not both)
+        self.text("near").display = room > (1 + both) * table + gripper
 
     # -- keys ---------------------------------------------------------------------------------
 
@@ -230,7 +232,7 @@ class JogScreen(DeskScreen):
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""
         self.desk.link.require_motion()
-        if self.desk.input.hasty or not self.hand.arm_keys():
+        if not self.hand.arm_keys():
             arm = self.desk.keys.label("arm")
             raise BadRequest(f"keys are still arriving: let go of all keys, then press {arm} again")
         self.desk.say("armed: let go of a key and the arm stops")

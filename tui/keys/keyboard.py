@@ -45,6 +45,11 @@ def label(key: str) -> str:
     return _LABELS.get(key) or printed(key)
 
 
+def short_label(key: str) -> str:
+    """Return a key in as few letters as possible."""
+    return label(key).replace("ctrl+", "^")
+
+
 @dataclass(frozen=True, slots=True)
 class Keyboard:
     """The table of keys as it is on this keyboard: the same rows, maybe with other keys."""

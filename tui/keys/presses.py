@@ -1,4 +1,4 @@
-"""Which key presses count: rules against overtaken, stale, repeated and accidental ones.
+"""Which key presses count: rules against overtaken, stale, pasted, repeated and accidental ones.
 
 Times are in s, on any one clock. None of this knows a screen.
 """
@@ -11,6 +11,9 @@ from collections.abc import Callable, Mapping
 
 from textual import events
 from textual.message import Message
+
+from armdrive.errors import BadRequest
+from armdrive.motion.dead_man import REPEAT_WITHIN_S
 
 # Urgent keys act in the thread that reads them, however busy the app is: those that stop the arm.
 # The app takes such a key afterwards as any other, and does the rest of what it means. Keys that
@@ -92,28 +95,54 @@ class StaleInput:
         return True
 
 
-# A key that is held repeats, and a paste goes on. So presses count once a pause follows them: two
-# that confirm, or the single one of a key that moves the arm only a little.
+# Not every terminal marks pasted text, and a link that stalled delivers what it kept all at once.
+# No person presses two keys so soon one after the other. So a key waits before it acts, and if
+# another one follows too soon, neither does. A key that is held may repeat as fast.
+
+PERSON_S = 0.03
+"""A key waits this long: short enough that no person feels it, longer than a paste ever pauses."""
+
+BURST = "keys came as fast as pasted text"
+
+
+class BurstDetector:
+    """Tells keys that came together, from a paste or a link, from those that a person pressed."""
+
+    def __init__(self) -> None:
+        self._key = ""
+        self._came_s = -math.inf
+        self._held = False
+
+    def came_together(self, key: str, came_s: float, person_s: float) -> bool:
+        """Take a key; return whether it came sooner than `person_s` after another one.
+
+        The repeats of a held key may, and the next key after them.
+        """
+        gap_s = came_s - self._came_s
+        together = gap_s < person_s and not self._held
+        self._held = key == self._key and not together and gap_s <= REPEAT_WITHIN_S
+        self._key, self._came_s = key, came_s
+        return together
+
+
+# A key that is held repeats, after a delay that is known of no keyboard, and most terminals report
+# no release. So what returns as soon as a held key does is the same press, and a press counts once
+# a pause follows it: two presses confirm, a single one does what moves the arm only a little.
 
 QUIET_S = 0.3
 """The pause after the last press: a key that is held repeats sooner."""
 
-PERSON_S = 0.03
-"""No person presses two keys so soon one after the other: a paste or a stalled link sent them.
-
-Not every terminal marks pasted text, and two pasted line ends look like a key pressed twice.
-"""
-
 ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
 
+STILL_HELD = "a key that is held is pressed once: let go, and press it again after a moment"
+
 
 class Confirmation:
-    """Something that is done once its key was pressed twice, with a pause after the second press.
+    """Something that is done once its key was pressed twice, with a pause after either press.
 
-    What moves only a little is done after one press and the pause: the pause tells a person's press
-    from the first letter of a paste. A key that is held counts as no press, and another key starts
-    over. A key that was refused may still be held: until it pauses, none of its presses counts.
+    What moves only a little is done after one press and the pause. Another key starts over. A key
+    that was refused may still be held: until it pauses, none of its presses counts.
     """
 
     def __init__(self, clock: Callable[[], float]) -> None:
@@ -123,46 +152,56 @@ class Confirmation:
         self._effect = ""
         self._act: Callable[[], object] = _do_nothing
         self._needed = 2
-        self._presses: list[float] = []
+        self._count = 0
+        self._held = False
+        self._pressed_s = -math.inf
         self._refused_s = -math.inf
 
     @property
     def effect(self) -> str:
         """What a second press of the same key would do, in words; empty if none is waited for."""
-        waits = 0 < len(self._presses) < self._needed
-        return self._effect if waits and self._clock() - self._presses[0] <= ASKED_FOR_S else ""
+        waits = 0 < self._count < self._needed
+        return self._effect if waits and self._clock() - self._pressed_s <= ASKED_FOR_S else ""
 
     def press(self, effect: str, act: Callable[[], object], *, needed: int = 2) -> None:
-        """Take a press of the key that does this, once it was pressed `needed` times: 1 or 2."""
+        """Take a press of the key that does this, once it was pressed `needed` times: 1 or 2.
+
+        Raises `BadRequest` for what may be no second press, but the first one of a key still held.
+        """
         self.taken += 1
         now_s = self._clock()
-        if now_s - self._refused_s < QUIET_S:
+        if now_s - self._refused_s < REPEAT_WITHIN_S:
             self._refused_s = now_s
             return
-        if effect != self._effect or (self._presses and now_s - self._presses[-1] > ASKED_FOR_S):
-            self._presses = []
+        gap_s = now_s - self._pressed_s
+        self._pressed_s = now_s
+        if effect == self._effect and gap_s < REPEAT_WITHIN_S:
+            self._held = True
+            if self._count < needed:
+                raise BadRequest(STILL_HELD)
+            return
+        if effect != self._effect or gap_s > ASKED_FOR_S:
+            self._count = 0
         self._effect, self._act, self._needed = effect, act, needed
-        self._presses.append(now_s)
+        self._count, self._held = self._count + 1, False
 
     def refuse(self) -> None:
         """Take a press that there is nothing to confirm with, and everything before it back."""
         self.forget()
+        self.taken += 1
         self._refused_s = self._clock()
 
     def forget(self, effect: str = "") -> None:
         """Take everything back; with an effect, only what would have that."""
         if not effect or effect == self._effect:
-            self._presses = []
+            self._effect, self._count, self._refused_s = "", 0, -math.inf
 
     def due(self) -> Callable[[], object] | None:
-        """Return, once, what enough presses have confirmed; more of them were a held key."""
-        if not self._presses:
+        """Return, once, what enough presses have confirmed; the last must not have been held."""
+        if self._count < self._needed or self._clock() - self._pressed_s < QUIET_S:
             return None
-        count, quiet_s = len(self._presses), self._clock() - self._presses[-1]
-        if quiet_s < QUIET_S or (count < self._needed and quiet_s <= ASKED_FOR_S):
-            return None
-        self.forget()
-        return self._act if count == self._needed else None
+        self._count = 0  # what is pressed of the same key next may be the press that has acted
+        return None if self._held else self._act
 
 
 def _do_nothing() -> None:

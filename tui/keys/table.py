@@ -63,6 +63,10 @@ DESK_KEYS = (
             "Find an action by a few letters; enter does it."),
     DeskKey("look", ("T",), "looks.put_on_next", "look",
             "Change the colours: dark, light, high contrast, or your terminal's own."),
+    DeskKey("more", ("ctrl+d",), "screens.scroll(1)", "",
+            "Scroll down, to what the panels have no room for."),
+    DeskKey("back", ("ctrl+u",), "screens.scroll(-1)", "",
+            "Scroll up again."),
     DeskKey("reset", ("R",), "control.reset", "reset",
             "Leave error-stop. Nothing moves.", also="clear error unlock"),
     DeskKey("estop", ("X",), "control.estop", "e-stop",
@@ -83,12 +87,23 @@ DIALOG_KEYS = (
 """Enter answers no question: a person who armed with it may still be pressing it."""
 
 
+PAUSE = "pause"
+"""The action of the rows that pause the arm and resume it."""
+
+
+def _pause(place: str) -> DeskKey:
+    return DeskKey(f"{place}-pause", ("p",), PAUSE, "pause",
+                   "Pause a motion or a program after its current burst, or resume it. A held key "
+                   "does not resume.", place)  # fmt: skip
+
+
 # The screens that plan motion: move and points.
 
 MOVE_KEYS = (
     DeskKey("move-go", ("enter",), "planned.press", "go (twice)",
             "Press twice: the arm moves as shown. A held key does not count.",
             "move"),
+    _pause("move"),
     DeskKey("move-next", ("down", "tab"), "form.move_to_field(1)", "next",
             "Go to the next field.", "move"),
     DeskKey("move-previous", ("up", "shift+tab"), "form.move_to_field(-1)", "",
@@ -189,8 +204,7 @@ POINT_KEYS = (
             "points"),
     DeskKey("points-rewind", ("home",), "sequence.rewind", "rewind",
             "Start the sequence over. Nothing moves.", "points"),
-    DeskKey("points-pause", ("p",), "pause", "pause",
-            "Pause the arm after its current burst, or resume it.", "points"),
+    _pause("points"),
 )  # fmt: skip
 """Names are typed once they are asked for; their letters are no rows of the table."""
 
@@ -205,9 +219,7 @@ PROGRAM_KEYS = (
     DeskKey("program-rehearse", ("r",), "start.rehearse", "rehearse",
             "Rehearse the program on a simulated copy of the arm: how long it takes, what it "
             "assumes, and which line would fail. Nothing moves.", "program", also="check simulate"),
-    DeskKey("program-pause", ("p",), "run.switch_pause", "pause",
-            "Pause the program after its current burst, or resume it, also when it waits for "
-            "you.", "program"),
+    _pause("program"),
     DeskKey("program-stepping", ("s",), "run.switch_stepping", "stepping",
             "Make the program wait for you before each motion; press again to end this.",
             "program"),

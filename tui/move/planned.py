@@ -41,8 +41,8 @@ def _manner_lines(form: GoalForm, keys: Keyboard) -> Iterator[str]:
     if form.cartesian:
         way = "straight line" if form.line else "joint motion"
         change = " (a change)" if form.frame == TOOL_FRAME else ""
-        yield f"POSE [{mode}]  {way} [{line}]"
-        yield f"frame {form.frame}{change} [{keys.label('move-frame')}]"
+        frame = f"frame {form.frame}{change} [{keys.label('move-frame')}]"
+        yield f"POSE [{mode}]  {way} [{line}]  {frame}"
     else:
         yield f"JOINTS [{mode}]  joint motion"
     slower, faster = keys.label("move-slower"), keys.label("move-faster")

@@ -229,6 +229,9 @@ OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")
 OF_SEQUENCES = ("step-next", "grip", "wait", "stepping", "forward", "backward", "rewind")
 """Rows of the table of keys that are about the one alone, or mostly."""
 
+OF_NONE = ("teach", "slower", "faster", "line", "pause")
+"""Rows that do something although nothing has been saved yet."""
+
 
 class PointsScreen(DeskScreen):
     """The list, the chosen point or sequence, and the arm with the ghost of where it would go."""
@@ -347,8 +350,10 @@ class PointsScreen(DeskScreen):
 
         While a name is typed, the keys are its letters.
         """
-        if self.selection.naming is not None:
-            return tuple(row.id for row in self.desk.keys.rows if row.place == self.place)
+        if self.selection.naming is not None or not self.selection.listed.rows:
+            none = () if self.selection.naming is not None else OF_NONE
+            all_ = (row.id for row in self.desk.keys.rows if row.place == self.place)
+            return tuple(name for name in all_ if name.removeprefix("points-") not in none)
         others = OF_SEQUENCES if self.selection.listed.sequence is None else OF_POINTS
         return tuple(f"points-{name}" for name in others)
 
@@ -369,10 +374,6 @@ class PointsScreen(DeskScreen):
             self.desk.link.require_motion()
             self.sequence.require_standstill()
             self.desk.confirmation.press("RUNS THE REMAINING STEPS", self.sequence.finish)
-
-    def action_pause(self) -> None:
-        """Pause the arm after its next burst, or let it go on."""
-        self.desk.link.switch_pause(self.place)
 
 
 def _shown(listed: PointList) -> tuple[str, Point | None, StepList | None]:

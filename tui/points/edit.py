@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import partial
 
 from armdrive.errors import BadRequest
+from armdrive.motion.plan import audit_opening
 from armdrive.storage.points import Point, Step, StepList
 from tui.desk import Desk
 from tui.points.list import PointNaming, PointSelection
@@ -125,7 +126,8 @@ class StepEdits:
         before = steps.steps[at] if naming.changes and at is not None else None
         opening_mm = self._desk.link.status.gripper_mm
         step = naming.step(opening_mm, before.speed if before else 1.0)
-        self._require_opening(step)
+        if isinstance(step.gripper, float):
+            audit_opening(self._desk.arm.config, step.gripper)
         if before is not None and step.point:
             step = replace(step, how=before.how)
         self._selection.naming = None  # only now: what was refused can still be corrected
@@ -136,14 +138,6 @@ class StepEdits:
         self._write(partial(_added, new=step), place)
         if at is not None:
             self._selection.mark(place)
-
-    def _require_opening(self, step: Step) -> None:
-        """Raise `BadRequest` for a step to an opening that the fingers do not have."""
-        low_mm, high_mm = self._desk.arm.model.gripper_range_mm
-        if isinstance(step.gripper, float) and not low_mm <= step.gripper <= high_mm:
-            raise BadRequest(
-                f"the fingers open from {low_mm:g} to {high_mm:g} mm, not {step.gripper:g} mm"
-            )
 
     def _change(self, change: Change) -> None:
         """Write the sequence with its marked step changed, unless a program has changed it."""
@@ -323,6 +317,4 @@ def _other_speed(step: Step, by: int) -> Step:
     """Return the step at the next speed of the table, faster or slower; the ends are the ends."""
     if step.wait_s is not None:
         raise BadRequest("a wait has no speed")
-    others = [each for each in SPEEDS if (each - step.speed) * by > 0.0]
-    nearest = (min if by > 0 else max)(others, default=step.speed)
-    return replace(step, speed=nearest)
+    return replace(step, speed=neighbour(SPEEDS, step.speed, by))

@@ -24,8 +24,8 @@ from tui.move.planned import progress_bar
 from tui.program.running import DeskRun, ProgramFiles, ProgramRehearsal, reason
 from tui.widgets import ChoiceList, LinesToShow, ProgramLines, Span, panels
 
-WARN = "$warning"
-WRONG = "$error"
+WARN = "$text-warning"
+WRONG = "$text-error"
 
 
 def file_name(path: Path, folder: Path) -> str:
@@ -45,13 +45,13 @@ def none_found(folder: Path) -> str:
 
 def checked_lines(keys: Keyboard) -> Iterator[Span]:
     """Say what can be done with a program that was read and has no mistakes."""
-    yield "checked: no mistakes", "$success"
+    yield "checked: no mistakes", "$text-success"
     yield f"{keys.label('program-rehearse')} rehearses it: nothing moves", ""
 
 
 def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
     """Say how far a rehearsal has come."""
-    yield "REHEARSING: nothing moves", "$primary"
+    yield "REHEARSING: nothing moves", "$text-primary"
     if far is not None:
         acts, took = counted(far.acts, "act"), duration(far.took_s)
         yield f"line {far.mark.line}, {acts}, {took} of the arm's time", ""
@@ -64,7 +64,7 @@ def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator
         yield f"REFUSED{where}: {reason(found.refusal)}", WRONG
     else:
         acts = counted(sum(map(len, found.loops)), "act")
-        yield f"rehearsed: {duration(found.took_s)}, {acts}{found.end_words}", "$success"
+        yield f"rehearsed: {duration(found.took_s)}, {acts}{found.end_words}", "$text-success"
         go = keys.label("program-go")
         if half:
             yield f"{go} AGAIN RUNS IT; any other key cancels", WARN
@@ -82,7 +82,7 @@ def running_lines(
     percent, left_s = view.get("percent"), view.get("left_s")
     if percent is not None:
         left = "" if left_s is None else f", {duration(left_s)} left"
-        yield f"{progress_bar(percent / 100)}{left}", "$primary"
+        yield f"{progress_bar(percent / 100)}{left}", "$text-primary"
     forward, pause, stop = (
         keys.label(name) for name in ("program-forward", "program-pause", "stop")
     )
@@ -100,7 +100,7 @@ def running_lines(
 
 def ended_lines(outcome: str, file: str, *, failed: bool) -> Iterator[Span]:
     """Say how the last run ended, and how to resume one that ended early."""
-    yield outcome, WRONG if failed else "$success"
+    yield outcome, WRONG if failed else "$text-success"
     if failed:
         resume = command_line("run", file, "--resume")
         yield f"`{resume}`, on the same arm, continues from there", ""
@@ -206,7 +206,7 @@ class ProgramScreen(DeskScreen):
     @property
     def idle(self) -> tuple[str, ...]:
         """What only acts on a running program, or only on one that does not run."""
-        names = ("go", "next", "rehearse") if self.run.busy else ("pause", "forward")
+        names = ("next", "rehearse") if self.run.busy else ("forward",)
         asks = () if self.run.asks else ("forward",)
         return tuple(f"program-{name}" for name in (*names, *asks))
 

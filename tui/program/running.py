@@ -280,12 +280,6 @@ class DeskRun:
         """Make the program wait before each motion, or no longer."""
         self.stepping = not self.stepping
 
-    def switch_pause(self) -> None:
-        """Pause the program, or let it go on."""
-        if not self.busy:
-            raise BadRequest("no program is running")
-        self._desk.link.switch_pause(PLACE)
-
     def forward(self) -> None:
         """Let a program go on that waits for the person; a key that is held does not count."""
         confirmation = self._desk.confirmation

@@ -6,9 +6,10 @@ from functools import partial
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.render.scene import Moment
+from armdrive.setup.arm_checks import before_trials
 from armdrive.setup.directions import TRIAL_SPEED, DirectionCheck, SawMotion, check_of
 from armdrive.setup.filing import file_of, propose
-from armdrive.status import State, Trust, rounded_up
+from armdrive.status import State, Trust
 from kinematics.text import counted
 from tui.desk import Desk
 from tui.setup.stages import Correction, Go, SetupStage, StageText
@@ -55,7 +56,7 @@ class MotorsStage(SetupStage):
         if check.answered:
             return ["answered: bring it back, then the next one's turn comes"]
         if not check.shown:
-            return [self._before()]
+            return [before_trials("as drawn", self.desk.link.status.stop_time_s)]
         if check.asks_hand:
             clockwise = [keys.label(each) for each in ("setup-yes", "setup-reversed")]
             word = check.trial.expected.word("roll") if check.trial is not None else ""
@@ -65,15 +66,6 @@ class MotorsStage(SetupStage):
             return [asked, ", ".join((*answers, unseen))]
         words = {row.id: row.tooltip for row in keys.rows if row.id in ANSWERS}
         return [f"{keys.label(each):>3}  {words[each]}" for each in ANSWERS]
-
-    def _before(self) -> str:
-        stop = self.desk.link.status.stop_time_s
-        stops = f"; a stop takes up to {rounded_up(stop, 2):.2f} s" if stop is not None else ""
-        return (
-            "Have the arm stand roughly as drawn, clear of everything, fingers half open. Stand "
-            "behind it: left and right are yours as you look along the arm. Keep a hand at the "
-            f"power switch{stops}."
-        )
 
     def _end(self) -> list[str]:
         signs = self.check.signs()

@@ -18,17 +18,13 @@ from armdrive.setup.bus_survey import probe
 from armdrive.setup.filing import ArmFiles, FileProposal, write
 from armdrive.setup.interview import Describing
 from armdrive.setup.ports import ClosedPort, closed_ports, look_at
-from armdrive.setup.survey import Report
+from armdrive.setup.survey import OPENING_RISK, Report
 from armdrive.storage.files import arm_files, require_writable
 from kinematics.errors import KinematicsError
 from tui.app import TypedText
 from tui.desk import Desk
 
-WARNING = (
-    "Opening it can restart the board behind it: motors lose their current, and an arm that is "
-    "raised sags. Support it first. Nothing that is sent moves it."
-)
-"""The warning before a port is opened."""
+RISK = OPENING_RISK.format(port="it")
 
 FOR_MOTORS = "that is for checking motors: choose that step first"
 
@@ -164,7 +160,10 @@ class Closing(SetupStage):
         """Say how the desk is opened on the file; empty where it cannot be."""
         if not self.desk.reopens:
             return []
-        return [self.again(f"leaves this arm, and opens the desk on {self.path.stem}"), WARNING]
+        return [
+            self.again(f"leaves this arm, and opens the desk on {self.path.stem}"),
+            RISK,
+        ]
 
     def enter(self) -> None:
         """Take a press towards the other desk; without one, go back to the steps."""
@@ -292,7 +291,7 @@ class Ports(SetupStage):
             if self.found.dialect:
                 return [*report, "", f"{keys.label('setup-enter')}: describe this arm"]
             return [*report, "", self.again("asks again"), on]
-        return [WARNING, self.again("opens it and asks who is there"), on]
+        return [RISK, self.again("opens it and asks who is there"), on]
 
     def enter(self) -> None:
         """Go on with a port that was recognised, or take a press towards asking."""

@@ -1,1 +1,12 @@
-"""Commands that drive an arm, and those that ask the program that drives it."""
+"""Commands that drive an arm, and those that ask the program that drives it.
+
+What is decided where:
+
+    home              how an arm is referenced, what is asked first; measuring its drift
+    move              which move the options mean, and its preview
+    jog               the desk in a terminal or a browser: who gets in
+    motors            the motor current: whether `disable` parks the arm first
+    points            saved points
+    control_requests  stop, pause, resume, slow, record: which arm is asked
+    arguments         the options of all of them, and the text of their help
+"""

@@ -21,6 +21,7 @@ from armdrive.cli.options import (
     count,
 )
 from armdrive.errors import BadRequest
+from armdrive.runtime.overrides import LEAST_OVERRIDE
 from armdrive.text.numbers import number, parse_speed
 from kinematics.spaces import JOINT_NAMES
 
@@ -533,10 +534,6 @@ def _slow(parser: argparse.ArgumentParser) -> None:
     """
     parser.add_argument("speed", type=_override, metavar="SPEED", help="0.2 or 20%%; at least 1%%")
     add_driven_arm_options(parser, EVERY_DRIVEN)
-
-
-LEAST_OVERRIDE = 0.01
-"""As the program that drives the arm accepts it."""
 
 
 def _override(word: str) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Result
@@ -43,13 +42,6 @@ def ask(name: str, request: str, **words: object) -> Mapping[str, object]:
     if "error" in answer and "state" not in answer:
         raise HolderError(str(answer["error"]))
     return answer
-
-
-def watched(view: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a status that the program sent. Raises `HolderError` if it refused to be watched."""
-    if "state" not in view:
-        raise HolderError(str(view.get("error", "the program cannot be watched")))
-    return view
 
 
 def _ask_all(

@@ -18,7 +18,7 @@ from typing import Any
 import tui
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.drive.control_requests import ask, one_holder, watched
+from armdrive.cli.drive.control_requests import ask, one_holder
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
@@ -64,7 +64,7 @@ def watch(options: argparse.Namespace) -> int:
     lines = Watched()
     tell(options, f"watching {name}; Ctrl-C ends the watching and stops nothing")
     with contextlib.suppress(KeyboardInterrupt):
-        for view in map(watched, watch_holder(name, options.every)):
+        for view in watch_holder(name, options.every):
             show(Result(view, lines.lines(view)), options)
     return 0
 

@@ -12,11 +12,11 @@ from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
 from armdrive.cli.terminal_operator import ready_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OperatorNeeded, PendantFileError
-from armdrive.motion.standing import named_rows
+from armdrive.motion.device import named_rows
 from armdrive.programs.teaching.export import rows_of
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
-from armdrive.status import Trust
+from armdrive.status import BELIEVED
 from armdrive.storage.files import require_free, write_named
 from armdrive.text.reading import read_text
 from kinematics.text import counted
@@ -64,7 +64,7 @@ def write(options: argparse.Namespace) -> Result:
 
 
 def _question(arm: Arm, program: PendantProgram) -> str:
-    known = arm.status.trust in (Trust.REFERENCED, Trust.RESTORED)
+    known = arm.status.trust in BELIEVED
     if program.origin is not None and not known:
         say("This arm was not homed: its rows may lead elsewhere than when they were read.")
     return (

@@ -22,6 +22,7 @@ from types import FrameType
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.commands import INTERRUPTED
 from armdrive.cli.presenter import ERROR_LABEL, as_json, complain, put_error, tell
 from armdrive.cli.program.run_output import Display
 from armdrive.cli.terminal_operator import ask_operator, settle_trust
@@ -144,8 +145,6 @@ class RunTerminal:
 
 
 # The first Ctrl-C stops the arm; the second one leaves at once.
-
-INTERRUPTED = 130
 
 
 @contextlib.contextmanager

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from armdrive.cli.arm_files import chosen_points, chosen_target
-from armdrive.cli.drive.control_requests import one_holder, watched
+from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.cli.terminal_operator import ready_arm, settled_arm
 from armdrive.connect.target import find
@@ -40,7 +40,7 @@ def record(options: argparse.Namespace) -> Result:
     tell(options, f"{what}; Ctrl-C ends it")
     keep = partial(_keep, options, book, recorder)
     try:
-        for view in map(watched, watch_holder(name, LOOK_EVERY_S)):
+        for view in watch_holder(name, LOOK_EVERY_S):
             if view["state"] == "disconnected":
                 break
             keep(recorder.see(seen_in(view, config.model.arm.joint_names), time.monotonic()))

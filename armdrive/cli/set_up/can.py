@@ -29,7 +29,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.control_socket import serve_stop
 from armdrive.connect.port import PortOpening
-from armdrive.connect.target import find, simulation_forced
+from armdrive.connect.target import find, require_real_ports, simulation_forced
 from armdrive.dialects import Language
 from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import BadRequest, HolderError, OperatorNeeded, PortInUse
@@ -49,10 +49,11 @@ from armdrive.setup.commissioning import CommissioningOutcome, walk
 from armdrive.setup.dialog_runner import DialogClock, RealClock, drive_dialog
 from armdrive.setup.filing import after_writing, propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
+from armdrive.setup.ports import held_by_armdrive
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import require_writable
-from armdrive.storage.lock_client import holder_words, notice_of, overhear_holder
+from armdrive.storage.lock_client import holder_words, overhear_holder
 from armdrive.text.reading import is_there
 from armdrive.transports import opening, ports
 from armdrive.transports.address import CanAddress, is_can
@@ -77,7 +78,8 @@ def monitor(options: argparse.Namespace) -> int:
     try:
         link = opening.open_link(str(address), 0)
     except PortInUse as error:
-        name = holder_of("" if config is None else config.name, options.port or "")
+        arms = () if config is None else (config.name,)
+        name = held_by_armdrive(options.port or "", arms)
         if not name:
             raise PortInUse(f"{error}. {ONE_PROGRAM}") from None
         frames = held_frames(name, options.seconds, _passed_over)
@@ -140,8 +142,7 @@ def _language(options: argparse.Namespace, config: ArmConfig | None) -> Language
 
 def _watched(options: argparse.Namespace) -> ArmConfig | None:
     """Return the arm whose bus is meant; None if a bus is named. Raises `BadRequest`."""
-    if simulation_forced():
-        raise BadRequest("ARMDRIVE_FORCE_SIM is set, so no bus is opened: clear that variable")
+    require_real_ports()
     if bool(options.port) == bool(options.arm):
         raise BadRequest("name one bus, or an arm file with --arm; `armdrive ports` lists them")
     return find(options.arm).config if options.arm else None
@@ -171,14 +172,6 @@ def _heard(link: Link, seconds: float | None) -> Iterator[tuple[float, Frame]]:
 
 EVERY_S = 0.05
 """How often the other program sends its frames."""
-
-
-def holder_of(arm: str, port: str) -> str:
-    """Return the name under which a program holds the arm or the port; empty if none does.
-
-    The program knows the port as the arm file writes it.
-    """
-    return next((name for name in (arm, port) if name and notice_of(name) is not None), "")
 
 
 def held_frames(

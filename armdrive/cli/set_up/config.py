@@ -11,6 +11,7 @@ from typing import Any
 
 from armdrive.abilities import Budget
 from armdrive.cli.arm_files import choose_default, default_arm, path_of, read
+from armdrive.cli.commands import USAGE
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig, remarks_on
 from armdrive.config.preset import LENGTHS
@@ -80,9 +81,6 @@ def show(options: argparse.Namespace) -> Result:
     return Result(view, arm_lines(view))
 
 
-WRONG = 2
-
-
 def check(options: argparse.Namespace) -> Iterator[Result]:
     """Report every problem of each file; nothing is opened, nothing moves."""
     names = options.arms or [str(path) for path in arm_paths()]
@@ -110,7 +108,7 @@ def _checked(name: str) -> Result:
         *(f"  ! {sentence}" for sentence in problems),
         *(f"  - {sentence}" for sentence in remarks),
     )
-    return Result(view, lines, WRONG if problems else 0)
+    return Result(view, lines, USAGE if problems else 0)
 
 
 def set_default(options: argparse.Namespace) -> Result:

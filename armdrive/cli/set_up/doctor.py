@@ -12,23 +12,25 @@ from types import MappingProxyType, ModuleType
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, put_error, say, tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
-from armdrive.connect.target import find, simulation_forced
+from armdrive.connect.target import find, require_real_ports
 from armdrive.dialog.conversation import Finding
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
 from armdrive.setup.ports import look_at, port_of
-from armdrive.setup.survey import Diagnosis, Report, measured_jitter, of_jitter, survey_port
+from armdrive.setup.survey import (
+    OPENING_RISK,
+    Diagnosis,
+    Report,
+    measured_jitter,
+    of_jitter,
+    survey_port,
+)
 from armdrive.tasks import DeviceSettings
 from armdrive.transports.address import PREFIX, is_can
 from kinematics.text import counted
 
 EXIT_CODES: Mapping[Diagnosis, int] = MappingProxyType(
     {Diagnosis.FINE: 0, Diagnosis.PROBLEM: 1, Diagnosis.CLOSED: 4, Diagnosis.NO_ARM: 6}
-)
-
-WARNING = (
-    "Opening {port} can restart the board behind it: its motors lose their current, and a raised "
-    "arm sags. Support it, or park it first. Nothing that is sent moves it."
 )
 
 
@@ -122,10 +124,7 @@ def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | 
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
     """Return the arm that is expected at the port, or None."""
-    if simulation_forced():
-        raise PortUnavailable(
-            "ARMDRIVE_FORCE_SIM is set, so no port is opened: clear that variable first"
-        )
+    require_real_ports()
     if bool(options.port) == bool(options.arm) and (options.port or options.can is None):
         raise BadRequest(
             "name one port, or an arm file with --arm; `armdrive ports` lists the ports"
@@ -156,8 +155,8 @@ def _agree(port: str, options: argparse.Namespace) -> None:
     if options.yes:
         return
     if as_json(options) or not sys.stdin.isatty():
-        raise OperatorNeeded(f"{WARNING.format(port=port)} Add --yes if that may happen now")
-    say(WARNING.format(port=port))
+        raise OperatorNeeded(f"{OPENING_RISK.format(port=port)} Add --yes if that may happen now")
+    say(OPENING_RISK.format(port=port))
     if not agreed(f"Open {port}? Type yes: "):
         raise OperatorNeeded(f"{port} was not opened, and nothing was sent")
 

@@ -13,11 +13,11 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulate_device, simulated_kind
 from armdrive.sim.bus import DrivesBoard
-from armdrive.sim.bus.line import BITRATE
 from armdrive.sim.device import Options, Value
 from armdrive.sim.faults import parse_option
 from armdrive.sim.faults.table import check_faults, faults_of
 from armdrive.sim.simulated_arm import SimDeviceKind
+from armdrive.transports.address import BITRATE
 
 
 def sim(options: argparse.Namespace) -> int:

@@ -1,4 +1,12 @@
-"""The Armdroid's abilities and its defaults for connection and behaviour."""
+"""The Armdroid's abilities and its defaults for connection and behaviour.
+
+What is decided where:
+
+    controller   an arm's requests, and the bounds of its stops
+    exchange     commands that move nothing, and their answers
+    settings     what differs from arm to arm
+    words        messages in words, and recognition
+"""
 
 from __future__ import annotations
 

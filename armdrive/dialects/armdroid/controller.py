@@ -16,7 +16,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
-from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.exchange import Script, ScriptIO, T
 from armdrive.dialects.words import plain
 from armdrive.errors import Refused
@@ -55,7 +55,6 @@ from firmware_protocol.armdroid.messages import encode_command
 from kinematics.spaces import Motors
 
 ANSWER_TIMEOUT_FACTOR = 2.0  # timeout of a motion: this multiple of the slowest arm's time
-LATENCY_S = 0.03  # delay that this computer and an adapter may add to the transmission time
 NEW_SESSION = (
     "the Armdroid's board said Welcome: it was reset, or another program has opened its port"
 )
@@ -208,9 +207,9 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         text = 1
         if not self._settings.check_numbers:  # the numbers are sent along with the letter
             text = self.abilities.motors * self._rates.number_bytes(burst_s)
-        sent_s = self._board.taking_s(text) + LATENCY_S
+        sent_s = self._board.taking_s(text) + HOST_DELAY_S
         stands_s = sent_s + motion_s
-        confirmed_s = stands_s + LONGEST_OFFSETS * self._byte_s + LATENCY_S
+        confirmed_s = stands_s + LONGEST_OFFSETS * self._byte_s + HOST_DELAY_S
         return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
 
     # -- scripts ------------------------------------------------------------------------------

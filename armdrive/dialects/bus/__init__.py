@@ -3,8 +3,9 @@
 Read in this order:
 
     paths      the planned path of all motors, and each drive's course by its orders
-    ledger     the open questions to a drive, and the replies that it owes
-    observer   conclusions from orders, questions and replies: the table of verdicts
+    ledger     the open questions to a drive, the replies that it owes, how many it may miss
+    observer   conclusions from orders, questions and replies: the table of verdicts, and when a
+               drive counts as blocked, weak, off its path, mute, silent or late
     phases     what the drives of an arm do together: the table of phases and signals, and the
                stages of every dialect: the end of an earlier motion, stopping, homing
     drives     the motors of an arm, one drive each; ids, settings, missing drives
@@ -21,11 +22,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.abilities import SEGMENTS_AHEAD, Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects import DeviceTools, Dialect, Driver, Language
-
-BITS_S = 500_000
-"""The default bit rate of the bus."""
+from armdrive.transports.address import BITRATE
 
 
 def bus_dialect(
@@ -50,13 +49,13 @@ def bus_dialect(
         name=name,
         title=title,
         preset=f"minimover5-{name}",
-        baud=BITS_S,
+        baud=BITRATE,
         torque=torque,
         abilities=Abilities(
             motors=6,
             coordinated=True,
             abort=Abort.RAMP,
-            queued_segments=3,
+            queued_segments=SEGMENTS_AHEAD,
             reports_while_moving=True,
             own_homing=True,
             check_bytes=check_bytes,

@@ -72,9 +72,6 @@ class Obstructed(Exception):
         self.reply = RequestRejected(reply, moved=False) if isinstance(reply, str) else reply
 
 
-HOST_S = 0.03
-"""Delay that an operating system, an adapter and other traffic may add to a frame."""
-
 ANSWER_S = 0.12
 """Timeout of an answer: a drive needs some milliseconds, a busy computer more."""
 
@@ -111,7 +108,7 @@ def absence(
     return RequestRejected(absent_words(missing, number), moved=moved, silent=moved)
 
 
-FEEDS = 2
+FEEDS_OUTLASTED = 2
 """A drive's watchdog must outlast this many messages that feed it: one may be lost."""
 
 
@@ -130,10 +127,10 @@ def check_feeding(watchdog: str, most: float, feed: str, period: float) -> None:
 
     `watchdog` and `feed` are the names of the two settings.
     """
-    if most < FEEDS * period - 1e-9:
+    if most < FEEDS_OUTLASTED * period - 1e-9:
         raise ArmFileError(
-            f"{watchdog} must be at least {FEEDS} times {feed}, which feeds it: with {most:g} and "
-            f"{period:g} the drives would stop in mid-motion"
+            f"{watchdog} must be at least {FEEDS_OUTLASTED} times {feed}, which feeds it: with "
+            f"{most:g} and {period:g} the drives would stop in mid-motion"
         )
 
 

@@ -21,9 +21,14 @@ RECENT_REPLIES = 15
 USUAL_WAITS = 2.0
 """A reply that is later than this many times the median is missed: on a link that delays every
 message by a random time, the slowest takes twice as long as the mean."""
-MISSED_LIMIT = 4
-"""A drive that misses this many in a row while another one replies may have lost its power. On a
-bus that loses one frame in ten, that happens to a powered drive once in 750 polls."""
+TRIES = 3
+"""How often a request that is safe to repeat is sent: a bad bus loses one frame in ten."""
+LAST_TRY_S = 0.25
+"""How much longer the last reply is waited for: a frame may wait that long in the computer or the
+adapter (see `transports/can_threads.py`)."""
+MUTE_POLLS = 4
+"""A drive that misses this many polls in a row while another one replies is mute, and may have lost
+its power. On a bus that loses one frame in ten, a sound drive does that once in 750 polls."""
 BRAKING_SILENCE_S = 0.15
 """A braking drive that is silent for this long may have lost its power, even if no other drive
 replied meanwhile: the standing drives are not asked then."""
@@ -175,7 +180,7 @@ class Ledger:
     @property
     def silent(self) -> bool:
         """Whether the drive leaves everything unanswered while another one replies."""
-        return self._missed >= MISSED_LIMIT
+        return self._missed >= MUTE_POLLS
 
     @property
     def longest_wait_s(self) -> float:

@@ -51,7 +51,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from armdrive.dialects.bus.ledger import EPSILON_S, LOOK_S, REPLY_TIMEOUT_S, Ledger, Rejections
+from armdrive.dialects.bus.ledger import (
+    EPSILON_S,
+    LOOK_S,
+    MUTE_POLLS,
+    REPLY_TIMEOUT_S,
+    Ledger,
+    Rejections,
+)
 from armdrive.dialects.bus.paths import Course, Interval, PlannedPath
 from kinematics.spaces import Motors
 
@@ -76,6 +83,9 @@ READINGS = 16
 """Readings kept to find one that is surely older than the last, however late replies come."""
 CONFIRMING_LOOKS = 2
 """A finding must hold at this many looks in a row before a drive is blamed."""
+APART_SHARE = 0.2
+"""Drives are apart if no single time offset explains all positions within this share of what still
+counts as on the path. On a link whose delays are equal, or vary by up to 0.04 s, they never are."""
 WEAK_LOOKS = 5
 """A drive is weak only if it is too slow at this many looks in a row."""
 WEAK_SHARE = 0.75
@@ -89,9 +99,6 @@ OUTAGE_S = 0.06
 """No reply for this long although questions are open means a bus outage: a reply takes no longer
 than `answer_s` (0.05 by default), and the adapter adds little. On a slow link it takes longer: see
 `Ledger.longest_wait_s`. But after `MAX_DELAY_S` nothing is sent on a bus that does not reply."""
-MUTE_POLLS = 4
-"""A drive that misses this many polls while another one replies is mute. On a bus that loses one
-frame in ten, that happens once in 750 polls."""
 LATE_OUTAGES = 5
 """After this many outages without one prompt reading between them, all replies of this bus are
 late. After any other outage the next question is answered promptly."""
@@ -582,6 +589,8 @@ class Observer:
         self.replied_s = -math.inf
         """When any drive replied last."""
         self._by_node = {drive.node: drive for drive in self.drives}
+        self.apart = False
+        """Whether a drive was behind the others at the last look."""
         self._looks_off_path = 0
         self._outages = 0  # since the last prompt reading
         self._last_outage_s = -math.inf
@@ -596,6 +605,7 @@ class Observer:
     def watch(self) -> None:
         """Begin a motion: judge all drives from now on."""
         self._looks_off_path, self._outages, self.returned_s = 0, 0, math.inf
+        self.apart = False
         for drive in self.drives:
             drive.watch()
 
@@ -710,7 +720,9 @@ class Observer:
                 return self._off_path(slow, path.at(slow, asked_at_s), DriveFinding.WEAK)
         margins = [drive.margin(now_s) for drive in self.drives]
         late_s = min(asked_at_s + period_s, path.end_s)
-        if path.explains(counts, margins, max(late_s - 1.0, 0.0), late_s):
+        early_s, near = max(late_s - 1.0, 0.0), [APART_SHARE * each for each in margins]
+        self.apart = not path.explains(counts, near, early_s, late_s)
+        if not self.apart or path.explains(counts, margins, early_s, late_s):
             self._looks_off_path = 0
             return None
         self._looks_off_path += 1

@@ -218,7 +218,7 @@ NO_ANSWER_REMEDY = (
     "check the drives' motor supply, that H and L are not swapped, and the bit rate "
     "(CanRate in the menu of an MKS drive): `armdrive doctor --can --every-rate` tries all four"
 )
-SOME = 2
+USUAL_LATE_ANSWERS = 2
 """Up to this many late answers are normal on a busy computer."""
 
 
@@ -230,7 +230,7 @@ def of_lost(missed: int, garbled: int, health: BusHealth) -> list[Finding]:
         f"{counted(health.error_frames, 'error frame was', 'error frames were')} seen"
     )
     wiring = f"a missing resistor, a loose plug or a long stub causes that: {RESISTORS}"
-    if missed > SOME or garbled or health.error_frames:
+    if missed > USUAL_LATE_ANSWERS or garbled or health.error_frames:
         return [problem(what, wiring)]
     return (
         [note(what, f"a busy computer causes that too; if it persists, {wiring}")] if missed else []

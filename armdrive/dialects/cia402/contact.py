@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from typing import NoReturn
 
 from armdrive.dialects.bus.drives import Obstructed
+from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.phases import end_earlier_motion
 from armdrive.dialects.cia402.exchange import (
     STOP,
-    TRIES,
     Cia402Exchange,
     DriveStates,
     ObjectTransfers,

@@ -16,10 +16,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from armdrive.abilities import Abilities, segment_s
+from armdrive.abilities import SEGMENTS_AHEAD, Abilities, segment_s
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.bus.drives import BUS_REQUESTS, HOST_S, Obstructed, bus_motors
+from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.cia402.compare import compare, mend
 from armdrive.dialects.cia402.contact import Cia402Contact
@@ -33,7 +33,7 @@ from armdrive.dialects.cia402.exchange import (
 from armdrive.dialects.cia402.leading import MotionLead
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
-from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.errors import Refused
 from armdrive.tasks import (
     DropCurrent,
@@ -52,8 +52,6 @@ from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 
 MIN_HZ = 1.0
-AHEAD = 3
-"""How many segments are fetched ahead. The drives themselves only hold their last target."""
 CONFIRM_CYCLES = 8
 """At most this many cycles pass until a drive is seen to stand and has left its quick stop."""
 SET_POINT_CYCLES = 4
@@ -82,7 +80,9 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self._profile = ProfileMotion(lead, limits)
         self._homing = Cia402Homing(lead, limits)
         self._silent_s = BEATS_LOST * settings.drive_beat_ms / 1000.0
-        self.abilities = replace(self.abilities, queued_segments=AHEAD * self.group.is_cyclic)
+        self.abilities = replace(
+            self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
+        )
 
     # -- requests -----------------------------------------------------------------------------
 
@@ -121,7 +121,9 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             reply = obstructed.reply
         for drive in self.group.drives:
             self.group.report(drive)
-        self.abilities = replace(self.abilities, queued_segments=AHEAD * self.group.is_cyclic)
+        self.abilities = replace(
+            self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
+        )
         return reply
 
     def unsolicited(self, event: HostEvent) -> None:
@@ -197,15 +199,16 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         """Bound a stop by the quick stop and its delay; without a host, by the heartbeat too."""
         rate_hz = max((part.rate_hz for part in parts), default=self.limits.fastest_hz)
         share = min(rate_hz / self.limits.fastest_hz, 1.0)
-        ramp_s, begun_s = self.settings.quick_stop_s * share, HOST_S + 2.0 * self.limits.cycle_s
+        ramp_s = self.settings.quick_stop_s * share
+        begun_s = HOST_DELAY_S + 2.0 * self.limits.cycle_s
         beats_ms = self.settings.heartbeat_ms + self.settings.beat_ms
-        silent_s, confirm_cycles = HOST_S + beats_ms / 1000.0, CONFIRM_CYCLES
+        silent_s, confirm_cycles = HOST_DELAY_S + beats_ms / 1000.0, CONFIRM_CYCLES
         if self.abilities.queued_segments:  # a pause ends with the last segment
             smooth_s = self.settings.smoothing_ms / 1000.0
             eases_s = self.settings.ramp_s * share
             silent_s = max(silent_s, segment_s(burst_s) + smooth_s + eases_s - ramp_s)
         else:
-            silent_s = min(silent_s, burst_s + HOST_S)
+            silent_s = min(silent_s, burst_s + HOST_DELAY_S)
             confirm_cycles += SET_POINT_CYCLES
         return Stopping(
             begun_s + ramp_s,

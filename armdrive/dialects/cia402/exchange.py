@@ -15,6 +15,7 @@ from functools import partial
 from typing import TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import ALL_SILENT, Obstructed, absence
+from armdrive.dialects.bus.ledger import LAST_TRY_S, MUTE_POLLS, TRIES
 from armdrive.dialects.cia402.objects import object_words, value_words
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.cia402.wire import (
@@ -36,19 +37,12 @@ from firmware_protocol.canopen import (
 )
 from firmware_protocol.frames import pack
 
-TRIES = 3
-"""How often a request that is safe to repeat is sent: a bad bus loses one frame in ten."""
-LAST_ANSWER_S = 0.25
-"""How much longer the last answer is waited for: a frame may wait that long in the computer or the
-adapter (see `transports/can_threads.py`)."""
 MUTE_CYCLES = 20
 """A drive that reports nothing in this many cycles is mute; a busy computer is late by fewer. In
 motion it is usually found earlier: by the question about its state after an outage."""
 BEATS_LOST = 3.5
-"""A drive at rest may miss this many of its own heartbeats before it is asked for a reply."""
-POLLS_LOST = 4
-"""It is asked this often: on a bus that loses one frame in ten, a present drive misses all of them
-once in 750 times."""
+"""A drive at rest may miss this many of its own heartbeats before it is asked for a reply, up to
+`MUTE_POLLS` times."""
 
 ENABLE = Controlword.of(Command.ENABLE_OPERATION)
 DISABLE = Controlword.of(Command.DISABLE_VOLTAGE)
@@ -146,7 +140,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
 
     def answered_s(self, *, last: bool) -> float:
         """Return the deadline of the answer to a question that is sent now."""
-        return self.now_s + self.settings.answer_s + (LAST_ANSWER_S if last else 0.0)
+        return self.now_s + self.settings.answer_s + (LAST_TRY_S if last else 0.0)
 
     # -- missing drives -----------------------------------------------------------------------
 
@@ -162,7 +156,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         if not quiet or len(quiet) == len(self.group.drives):
             return
         for drive in quiet:
-            if drive.missed > POLLS_LOST and not drive.reported:
+            if drive.missed > MUTE_POLLS and not drive.reported:
                 words = f"{drive} no longer answers: it has lost its power, or its cable"
                 self.group.alarm(drive, Alert(AlertKind.SWITCHED_OFF, words))
         if self.now_s >= self._looked_s + period_s:

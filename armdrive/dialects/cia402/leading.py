@@ -24,6 +24,7 @@ from armdrive.dialects.cia402.exchange import (
     Script,
 )
 from armdrive.dialects.cia402.wire import Cia402Drive, off_target_alert
+from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -40,8 +41,6 @@ SILENT_CYCLES = 5
 """If no drive has replied for this many cycles, none may receive its targets either. A busy
 computer is late by less: SYNC every 10 ms came 58 ms late at worst
 (docs/background/measurements.md)."""
-FRESH_S = 0.3
-"""The position of a standing drive need not be read again if it is no older than this."""
 SETTLE_S = 0.6
 """How long a drive may take to its last target. Its following error is gone within
 `following_ms`, 50 ms by default; the rest is for drives that settle slowly (a guess)."""
@@ -121,7 +120,7 @@ class MotionLead:
         group = self.io.group
         if not group.on:
             raise Obstructed("its motors are disabled: call `enable()`")
-        if any(drive.shaft.read_s < self.io.now_s - FRESH_S for drive in group.drives):
+        if any(drive.shaft.read_s < self.io.now_s - FRESH_POSITION_S for drive in group.drives):
             yield from self.io.require_positions()
         for drive in group.drives:
             if (alert := group.trouble(drive)) is not None:

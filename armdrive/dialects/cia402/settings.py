@@ -10,6 +10,7 @@ from armdrive.dialects.bus.observer import MAX_DELAY_S, Bounds
 from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import check_settings, setting, within
+from armdrive.transports.can_health import BUSY_LOAD
 from firmware_protocol.canopen import NODE_MAX, Service, cob_id
 
 CYCLIC, PROFILE = "cyclic", "profile"
@@ -101,8 +102,6 @@ class Cia402Settings:
 
 # What follows for an arm: the speeds of its drives and the period of their targets.
 
-BUSY_AT_MOST = 0.7
-"""The share of the bus that cyclic frames may use; the rest is for heartbeats and SDO."""
 FRAME_BITS, SYNC_BITS = 123, 56
 """Lengths of a PDO of seven bytes and of a SYNC, with stuff bits and interframe space."""
 TOP_HZ = 10_000_000.0
@@ -112,7 +111,7 @@ TOP_HZ = 10_000_000.0
 def period_ms(settings: Cia402Settings, drives: int, bit_rate: int) -> int:
     """Return the period of SYNC: that of the arm file, or the shortest that the bus can carry."""
     bits = 2 * drives * FRAME_BITS + SYNC_BITS
-    return max(settings.period_ms, math.ceil(1000.0 * bits / bit_rate / BUSY_AT_MOST))
+    return max(settings.period_ms, math.ceil(1000.0 * bits / bit_rate / BUSY_LOAD))
 
 
 @dataclass(frozen=True, slots=True)

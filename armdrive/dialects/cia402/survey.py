@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
-from armdrive.dialects.bus.ledger import SurplusAnswers
+from armdrive.dialects.bus.ledger import TRIES, SurplusAnswers
 from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,
@@ -63,6 +63,7 @@ from firmware_protocol.canopen.objects import (
 )
 from firmware_protocol.canopen.sdo import Aborted, SdoClient, Uploaded
 from firmware_protocol.canopen.services import (
+    HEARTBEAT_MISSING,
     NODE_MAX,
     Heartbeat,
     NodeState,
@@ -79,8 +80,8 @@ from firmware_protocol.frames import Frame, pack
 ASK_S = 0.02
 """Timeout of the first question to a node; drives answer within some milliseconds."""
 PAUSE_S = 0.005
-ROUNDS, TRIES = 2, 3
-LONGEST = 256
+ROUNDS = 2
+LONGEST_OBJECT = 256
 """The greatest object that is read, in bytes; names are the longest."""
 
 QUESTIONS = (
@@ -223,7 +224,7 @@ def _upload(
     wire: FrameWire, node: int, place: Place, wait_s: float, counts: _NodeCounts
 ) -> Script[Frame, Uploaded | Aborted | None]:
     """Read an object once; None if the transfer does not finish."""
-    client = SdoClient(node, size_max=LONGEST)
+    client = SdoClient(node, size_max=LONGEST_OBJECT)
     frame: Frame | None = client.upload(place)
     response_id = cob_id(Service.SDO_RESPONSE, node)
     while frame is not None:
@@ -277,7 +278,6 @@ def _value(answer: Uploaded) -> Value | None:
 
 # The result of a survey, as findings: the nodes that answer, their states, their faults.
 
-HEARTBEAT_MISSING = 0x8130
 """The error of a drive that missed its master's heartbeat; it has stopped and holds."""
 _BROKEN = (DriveState.FAULT, DriveState.FAULT_REACTION)
 

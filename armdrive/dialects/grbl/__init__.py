@@ -1,4 +1,17 @@
-"""The registry entry of the GRBL boards: their abilities and the defaults of an arm file."""
+"""The registry entry of the GRBL boards: their abilities and the defaults of an arm file.
+
+Read in this order:
+
+    controller   an arm's requests: which collaborator carries out each
+    board        what is known of a board: its state, its position, open queries, alarms
+    exchange     a line and its answer, a query and its report, a reset; their timeouts
+    contact      getting a board to read lines
+    motion       how far ahead lines are sent, when a motion is over, homing
+    stops        stopping, and the outputs that a reset switches off
+    planner      a model of the board: how long its lines take, and how it stops
+    settings     the `[grbl]` section and the board's own settings
+    words        messages in words, and recognition
+"""
 
 from __future__ import annotations
 

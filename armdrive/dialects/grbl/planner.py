@@ -10,7 +10,7 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from armdrive.abilities import segment_s
-from armdrive.dialects.controller import StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, StopPart, Stopping
 from firmware_protocol.grbl import Variant
 from kinematics.spaces import Motors
 
@@ -240,8 +240,6 @@ class SegmentBuffer:
 
 # The speed of this arm's motors on the board, and how long a motion continues after a stop.
 
-LATENCY_S = 0.03
-"""Delay that the host may add."""
 LONGEST_LINE = 81
 RESEND_S = 0.04
 """If a stop, or the report that would show its effect, is lost, the stop is repeated after this."""
@@ -306,7 +304,7 @@ class MotionBounds:
         ahead is driven to its end, where its last line brakes; half of that ramp comes on top of
         the line's duration at full speed.
         """
-        wire_s = LATENCY_S + LONGEST_LINE * self.byte_s
+        wire_s = HOST_DELAY_S + LONGEST_LINE * self.byte_s
         heard_s = wire_s + RESEND_S
         piece_s = segment_s(burst_s) / 2.0  # parts are cut into equal pieces, at least half as long
         brakes_s, held_s = self.ramp_s(parts), self._held_longest_s(parts, piece_s)

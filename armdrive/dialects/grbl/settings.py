@@ -142,7 +142,7 @@ def _is_day(word: str) -> bool:
 
 DECIMALS = 4
 """Decimals of a distance in degrees; they resolve every motor step."""
-FINEST = 400.0
+MOST_STEPS_PER_UNIT = 400.0
 """Most steps per unit: reports have three decimals, which must resolve a step."""
 
 
@@ -185,7 +185,7 @@ class BoardAxes:
             else _per_degree(abs(motor.steps_per_unit), index, config)
             for index, motor in enumerate(transmission.motors)
         )
-        if max(per_unit) > FINEST:
+        if max(per_unit) > MOST_STEPS_PER_UNIT:
             raise ArmFileError(
                 f"grbl.unit: a degree has {max(per_unit):.0f} motor steps, which three decimals "
                 'cannot tell apart: use "steps"'
@@ -281,7 +281,7 @@ ALWAYS_ON = 255
 MPOS_AND_BUFFER = 3
 STEPS_PER_UNIT, RATES, ACCELERATIONS, TRAVEL = 100, 110, 120, 130
 REPORT, JUNCTION, INCHES, SOFT_LIMITS, HARD_LIMITS, HOMING = 10, 11, 13, 20, 21, 22
-SAME = 1e-3
+SETTING_TOLERANCE = 1e-3
 """Settings are reported with three decimals."""
 RATE_TOLERANCE = 0.02
 """An axis that is slower than expected by no more than this share is not reported."""
@@ -296,11 +296,11 @@ def idle_key(settings: GrblSettings, variant: Variant, reported: ReportedSetting
 
 
 def _is_other(found: float, wanted: float) -> bool:
-    return abs(found - wanted) > SAME
+    return abs(found - wanted) > SETTING_TOLERANCE
 
 
 def _is_far(found: float, wanted: float) -> bool:
-    return abs(found - wanted) > wanted * SAME + SAME
+    return abs(found - wanted) > wanted * SETTING_TOLERANCE + SETTING_TOLERANCE
 
 
 def _is_lower(found: float, wanted: float) -> bool:

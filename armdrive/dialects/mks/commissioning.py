@@ -13,6 +13,7 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
 from armdrive.dialects import DeviceTools
+from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
 from armdrive.dialects.mks.compare import value_words, wanted_settings
@@ -27,7 +28,7 @@ from armdrive.dialects.mks.survey import (
     scripts,
     survey_drives,
 )
-from armdrive.dialects.mks.wire import TRIES, MksWire, WireScript
+from armdrive.dialects.mks.wire import MksWire, WireScript
 from armdrive.dialects.mks.words import TALK, MksFrameDescriber
 from armdrive.dialog.conversation import About, Question, whole
 from armdrive.errors.printable import command_line

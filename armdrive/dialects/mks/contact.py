@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 from typing import NoReturn, TypeAlias
 
 from armdrive.dialects.bus.drives import Obstructed, off_target_words
+from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive, Verdict
 from armdrive.dialects.bus.phases import end_earlier_motion
 from armdrive.dialects.mks.stops import MksStops, pushing_words, restarted_words
-from armdrive.dialects.mks.wire import TRIES, MksWire, Script, WireScript, obeys_bus, setting_of
+from armdrive.dialects.mks.wire import MksWire, Script, WireScript, obeys_bus, setting_of
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejected
 from firmware_protocol.mks import (
     LATEST,

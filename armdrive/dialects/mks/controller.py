@@ -10,13 +10,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from armdrive.abilities import Abilities
+from armdrive.abilities import SEGMENTS_AHEAD, Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.bus.drives import BUS_REQUESTS, HOST_S, Obstructed, bus_motors
+from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.bus.paths import Trapezoid
-from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, mend
 from armdrive.dialects.mks.contact import MksContact, MksInquiry
@@ -42,9 +42,6 @@ from armdrive.tasks import (
 from firmware_protocol.frames import Unpacker
 from firmware_protocol.mks import COUNTS_S_PER_RPM, SPEED_MAX_RPM, Ability, Event, slope_of
 from kinematics.spaces import Motors
-
-STEERED = 3
-"""How many segments are fetched ahead. The drives themselves only hold their last order."""
 
 
 class MksController(ScriptRunner[Event]):
@@ -75,7 +72,7 @@ class MksController(ScriptRunner[Event]):
         able = not self._contact.firmware or self._wire.can(Ability.RETARGET)
         steered = bool(self.settings.segment_s) and able
         self.abilities = replace(
-            self.abilities, coordinated=steered, queued_segments=STEERED if steered else 0
+            self.abilities, coordinated=steered, queued_segments=SEGMENTS_AHEAD if steered else 0
         )
 
     @property
@@ -172,7 +169,7 @@ class MksController(ScriptRunner[Event]):
         A drive that lags turns faster than planned and so brakes for longer, but it makes up for no
         more than it may lag.
         """
-        begun_s = HOST_S + 2.0 * STOP_POLL_S  # one stop may be lost, and is repeated
+        begun_s = HOST_DELAY_S + 2.0 * STOP_POLL_S  # one stop may be lost, and is repeated
         # a state and two separate readings show that a drive stands, and an answer may be late
         seen_s = 3.0 * STOP_POLL_S + 2.0 * self.settings.answer_s
         silent_s = max(burst_s, 1.5 * self.settings.segment_s)
@@ -187,7 +184,7 @@ class MksController(ScriptRunner[Event]):
         return Stopping(
             begun_s + brakes_s,
             asked[0],
-            silent_s + brakes_s + HOST_S,
+            silent_s + brakes_s + HOST_DELAY_S,
             silent[0],
             begun_s + brakes_s + seen_s,
             asked[1],

@@ -17,7 +17,7 @@ from armdrive.dialects.bus.drives import (
     absent_words,
     not_heard_words,
 )
-from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
+from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S, TRIES
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
     DriveFinding,
@@ -26,10 +26,11 @@ from armdrive.dialects.bus.observer import (
 )
 from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
+from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.steering import Steering, Trip, path_from_here
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
-from armdrive.dialects.mks.wire import TRIES, MksWire, Script, WireScript
+from armdrive.dialects.mks.wire import MksWire, Script, WireScript
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -43,8 +44,6 @@ from armdrive.tasks import (
 )
 from firmware_protocol.mks import MotorState, ReadEncoder, ReadState
 
-FRESH_S = 0.3
-"""A drive moves only if its position was read no longer ago than this."""
 DRAIN_S = 0.03
 """After an outage, frames that the adapter held back arrive within this time of the first one."""
 SHORT_LOOKS = 3
@@ -68,7 +67,7 @@ class MksMotion:
         wire = self._wire
         if not held:
             raise Obstructed("its motors are disabled: call `enable()`")
-        stale = any(drive.read_s < wire.now_s - FRESH_S for drive in wire.drives)
+        stale = any(drive.read_s < wire.now_s - FRESH_POSITION_S for drive in wire.drives)
         if stale and (missing := (yield from wire.look())):
             raise Obstructed(absent_words(missing, "id"))
         for drive in wire.drives:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from armdrive.dialects.bus.observer import MAX_DELAY_S, DriveFinding, ObservedDrive
+from armdrive.dialects.bus.observer import MAX_DELAY_S, ObservedDrive
 from armdrive.dialects.bus.paths import KEPT_S, Heading, PlannedPath, SegmentFeed
 from armdrive.dialects.mks.stops import ramp_to, rpm_within, shared_acc
 from armdrive.dialects.mks.wire import MksWire
@@ -33,6 +33,11 @@ CREEP_RPM = 32
 CATCH_UP, CATCH_UP_RPM = 1.1, 1
 """How much faster than planned a drive that is behind may turn: its joint may be planned at its
 limit, coupled motors may add twice as much, and 1 rpm is the rounding error of a slow drive."""
+APART_RATE, APART_CATCH_UP = 0.5, 0.8
+"""While a drive is behind the others, the path goes on at half its speed, and the drive at four
+fifths of its own at most. So it comes nearer, and a joint that two motors turn by equal shares is
+no faster than planned: neither while the drive waits where its path comes back, nor as it catches
+up."""
 REFRESH_PERIODS = 1.5
 """An unchanged order is repeated after this many periods, so that a drive can reject it."""
 
@@ -55,6 +60,8 @@ class Trip:
         """Whether no more segments will be fetched, at the end or during a pause."""
         self.sent_all = False
         """Whether the final targets have been sent."""
+        self.rate = 1.0
+        """How fast the path goes on: less than 1 while a drive is behind the others."""
         self._period_s = period_s
         self._feed = SegmentFeed(path, request.segments)
         self._resumed = 0
@@ -68,18 +75,20 @@ class Trip:
     def at_s(self, now_s: float) -> float:
         """Return the path time at which the motors should be now."""
         since_s = now_s - self._steered_s if math.isfinite(self._steered_s) else 0.0
-        return min(self.time_s + since_s, self.sent_s)
+        return min(self.time_s + self.rate * since_s, self.sent_s)
 
-    def advance(self, now_s: float) -> None:
+    def advance(self, now_s: float, *, apart: bool) -> None:
         """Advance by the time since the last orders, then fetch the segments that fit.
 
-        Late periods do not add up.
+        Late periods do not add up. If the drives are `apart`, the path goes on more slowly, but not
+        in a pause, which has to end in time.
         """
         # half a period at most is made up for, so orders never come in a rush after a delay
         self.due_s = max(self.due_s, now_s - self._period_s / 2.0) + self._period_s
         self.time_s, self._steered_s = self.at_s(now_s), now_s
         self.path.discard_before(self.time_s)
         held = self.held_back()
+        self.rate = APART_RATE if apart and not held else 1.0
         if not held:
             dry = self.time_s >= self.path.end_s > 0.0
             self._feed.fetch(self._has_room, self.time_s, dry=dry)
@@ -88,6 +97,12 @@ class Trip:
     def _has_room(self) -> bool:
         left_s = self.path.end_s - self.time_s
         return left_s <= 0.0 or left_s + self._feed.latest_s <= self.ahead_s + 1e-6
+
+    def most_rpm(self, planned: float) -> int:
+        """Return the greatest speed of a drive that may be behind, from its planned rpm."""
+        if self.rate < 1.0:
+            return max(math.ceil(APART_CATCH_UP * planned), 1)
+        return catch_up_rpm(planned)
 
     def resume(self, time_s: float, now_s: float) -> None:
         """Continue from the path time at which the motors were found."""
@@ -111,12 +126,12 @@ class Steering:
         It would turn there from its new zero. Without orders, all end at their last targets.
         """
         wire, period_s = self._wire, self._wire.settings.segment_s
-        trip.advance(wire.now_s)
+        trip.advance(wire.now_s, apart=wire.observer.apart)
         if any(drive.may_have_restarted(wire.now_s) for drive in wire.drives):
             return
         ahead_s = min(trip.time_s + trip.ahead_s, trip.path.end_s)
         trip.sent_s = ahead_s
-        last = trip.ending and trip.time_s + period_s >= trip.path.end_s - 1e-9
+        last = trip.ending and trip.time_s + trip.rate * period_s >= trip.path.end_s - 1e-9
         motors = range(len(wire.drives))
         headings = [trip.path.heading(motor, trip.time_s, ahead_s) for motor in motors]
         shares = _shares_of([heading.speed for heading in headings])
@@ -129,8 +144,7 @@ class Steering:
             target, rpm = order
             # These may be farther from their target than their course says, or too slow for it.
             # Each gets a speed, or a nearer target, that it reaches in the announced time.
-            behind = drive.verdict is not None and drive.verdict.finding is DriveFinding.BEHIND
-            if last or behind or rpm < CREEP_RPM or self._is_unconfirmed(drive):
+            if last or wire.observer.apart or rpm < CREEP_RPM or self._is_unconfirmed(drive):
                 target, rpm = self._in_time(trip, motor, target, rpm)
             if (refused := beyond(drive, target)) is not None:
                 self.refused = refused
@@ -157,7 +171,7 @@ class Steering:
         """
         drive, ahead_s = self._wire.drives[motor], self._ahead_s(trip)
         fastest = trip.path.fastest(motor, trip.time_s - KEPT_S, trip.time_s + ahead_s)
-        most = max(rpm, catch_up_rpm(fastest / COUNTS_S_PER_RPM))
+        most = max(rpm, trip.most_rpm(fastest / COUNTS_S_PER_RPM))
         left = self._left(drive, target)
         if rpm_within(left, ahead_s) <= most:
             return target, max(rpm, min(rpm_within(left, self._left_s(trip)), most))
@@ -203,12 +217,13 @@ class Steering:
         drive, period_s = self._wire.drives[motor], self._wire.settings.segment_s
         if not heading.direction:
             return self._to_rest(drive, heading) if drive.moving else None
-        until_s = min(trip.time_s + period_s, heading.until_s)
+        until_s = min(trip.time_s + trip.rate * period_s, heading.until_s)
         here, there = trip.path.at(motor, trip.time_s), trip.path.at(motor, until_s)
         place = drive.course.place
-        needed = heading.direction * (there - place) / max(until_s - trip.time_s, period_s / 2.0)
+        lasts_s = (until_s - trip.time_s) / trip.rate
+        needed = heading.direction * (there - place) / max(lasts_s, period_s / 2.0)
         planned = abs(there - here) / max(until_s - trip.time_s, 1e-6) / COUNTS_S_PER_RPM
-        most = catch_up_rpm(planned)
+        most = trip.most_rpm(planned)
         if planned < SLOW_RPM:  # whole rpm are too coarse: it goes there and waits for the others
             target = round(there)
             ahead = heading.direction * (target - place) > 0.5
@@ -249,7 +264,7 @@ class Steering:
         left_s = max(path.end_s - trip.time_s, 1e-3)
         planned = abs(end - path.at(motor, trip.time_s)) / left_s / COUNTS_S_PER_RPM
         needed = rpm_within(abs(end - drive.course.place), left_s)
-        return end, min(max(needed, MIN_FINAL_RPM), catch_up_rpm(planned))
+        return end, min(max(needed, MIN_FINAL_RPM), trip.most_rpm(planned))
 
 
 def path_from_here(wire: MksWire) -> PlannedPath:

@@ -11,7 +11,8 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 
 from armdrive.dialects.bus.drives import Obstructed
-from armdrive.dialects.bus.observer import MUTE_POLLS, ObservedDrive
+from armdrive.dialects.bus.ledger import MUTE_POLLS
+from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
 from armdrive.dialects.mks.wire import MksWire, WireScript

@@ -10,11 +10,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
+from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.tools import Answers, SeenNodes, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.dialects.mks.contact import UNKNOWN_FIRMWARE, Firmware, firmware_of
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.wire import TRIES, MksWire, WireScript
+from armdrive.dialects.mks.wire import MksWire, WireScript
 from armdrive.dialects.mks.words import read_answer, read_request
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.errors.printable import command_line

@@ -10,7 +10,7 @@ from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import ALL_SILENT, absence
-from armdrive.dialects.bus.ledger import LateReplies, SurplusAnswers
+from armdrive.dialects.bus.ledger import LAST_TRY_S, TRIES, LateReplies, SurplusAnswers
 from armdrive.dialects.bus.observer import Bounds, ObservedDrive, Observer
 from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.dialects.exchange import ScriptIO
@@ -77,10 +77,6 @@ Answer: TypeAlias = Reading | SettingRead
 
 GIVE = COUNTS_PER_TURN // 32
 """How many counts a loaded shaft may give way while its position loop still holds it."""
-TRIES = 3
-"""How often a request that is safe to repeat is sent."""
-LAST_TRY_S = 0.25
-"""How much longer the last reply is waited for: computers may be busy."""
 
 
 class MksWire(ScriptIO[Event]):

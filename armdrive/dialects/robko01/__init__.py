@@ -1,4 +1,13 @@
-"""The Robko 01's abilities and its defaults for connection and behaviour."""
+"""The Robko 01's abilities and its defaults for connection and behaviour.
+
+What is decided where:
+
+    controller   an arm's requests, and the bounds of its stops
+    exchange     a message and its answer, and what is done about a lost one
+    motion       when the motors count as arrived or standing
+    settings     what differs from arm to arm, and the speeds of its motors
+    words        messages in words, and recognition
+"""
 
 from __future__ import annotations
 

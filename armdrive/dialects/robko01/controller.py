@@ -14,7 +14,7 @@ from dataclasses import replace
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.exchange import Script
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion
@@ -58,7 +58,6 @@ from firmware_protocol.robko01 import Event as HostEvent
 from firmware_protocol.robko01 import Request as Message
 from kinematics.spaces import Motors
 
-HOST_S = 0.03  # delay that the operating system, an adapter or a network may add to a message
 STANDSTILL_SEEN_S = 0.12  # longest time from the motors' standstill until the driver detects it
 LONGEST_MOVE_BYTES = 32
 
@@ -157,7 +156,7 @@ class RobkoController(ScriptRunner[HostEvent]):
         rate_hz = max((part.rate_hz for part in parts), default=math.inf)
         usable_hz = self.usable_rate_hz(rate_hz)
         motion_s = self._pacing.most_steps(burst_s, rate_hz) / min(rate_hz, usable_hz)
-        stands_s = HOST_S + LONGEST_MOVE_BYTES * self._byte_s + lasts_s
+        stands_s = HOST_DELAY_S + LONGEST_MOVE_BYTES * self._byte_s + lasts_s
         seen_s = stands_s + STANDSTILL_SEEN_S
         return Stopping(stands_s, motion_s, stands_s, motion_s, seen_s, OVERSHOOT_STEPS)
 

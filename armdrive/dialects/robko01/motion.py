@@ -24,6 +24,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.settings import Pacing
@@ -78,7 +79,6 @@ class RobkoPath:
         return all(min(0, b) <= m <= max(0, b) for m, b in zip(made, self.steps, strict=True))
 
 
-FRESH_S = 0.3  # a position no older than this serves as the start of a motion
 POLL_S, SLOW_POLL_S = 0.01, 0.1  # polling intervals close to the expected arrival, and before it
 MAY_ARRIVE = 0.7  # fraction of the expected duration after which the motors may have arrived
 STILL_LOOKS, STILL_S = 3, 0.03  # standstill: this many equal readings over at least this time
@@ -198,7 +198,7 @@ class RobkoMotion:
         """
         last = self.exchange.stood
         seen = self.exchange.seen
-        if seen is None or self.io.now_s > self.exchange.seen_s + FRESH_S:
+        if seen is None or self.io.now_s > self.exchange.seen_s + FRESH_POSITION_S:
             seen = yield from self.exchange.look()
         for _ in range(SAME_LOOKS):
             if seen is None or seen == last:

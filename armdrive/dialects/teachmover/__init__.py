@@ -1,4 +1,11 @@
-"""The registry entry of the TeachMover: its abilities and the defaults of an arm file."""
+"""The registry entry of the TeachMover: its abilities and the defaults of an arm file.
+
+What is decided where:
+
+    controller   an arm's requests, its settings, and the bounds of its stops
+    pendant      the program in the arm's memory: rows, file, meaning
+    words        messages in words, and recognition
+"""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.dialects.words import plain
@@ -119,8 +119,6 @@ first `d` clears its index. The five commas write zeros over the numbers of that
 last `d` moves every motor by zero steps. A TeachMover does not understand the line and answers `0`.
 """
 
-HOST_S = 0.03
-"""Delay that the operating system and an adapter may add to a message."""
 CONTACT_S = 0.25
 """Timeout for the answer to the first line, beyond its time on the wire."""
 
@@ -248,8 +246,8 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         """
         slowest_hz = min((part.rate_hz for part in parts), default=0.0)
         motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
-        stands_s = HOST_S + LONGEST_LINE * self._byte_s + motion_s
-        confirmed_s = stands_s + ANSWER * self._byte_s + HOST_S
+        stands_s = HOST_DELAY_S + LONGEST_LINE * self._byte_s + motion_s
+        confirmed_s = stands_s + ANSWER * self._byte_s + HOST_DELAY_S
         return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
 
     def _plausible(self, command: Command, motion_s: float, moved_s: float) -> bool:

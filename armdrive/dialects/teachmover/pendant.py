@@ -18,7 +18,7 @@ from armdrive.dialects.speed_table import SpeedTable
 from armdrive.errors import BadRequest, DeviceFault, PendantFileError, Refused
 from armdrive.errors.arguments import made_of, several
 from armdrive.status import joints_view
-from armdrive.storage.points import Point, Step, StepList
+from armdrive.storage.points import SAME_OPENING_MM, SLOWEST_STEP, Point, Step, StepList
 from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
 from firmware_protocol.teachmover.messages import MOVE_KIND
@@ -218,12 +218,6 @@ def _line(row: ProgramRow) -> str:
 #
 # Registers plus the program's origin are motor steps of the arm's model.
 
-SLOWEST = 0.01
-"""The slowest speed of a sequence's step, as a share of the limits."""
-
-SAME_MM = 1.0
-"""If the gripper's opening changes by less than this between two rows, the gripper is not moved."""
-
 
 @dataclass(frozen=True, slots=True)
 class RowPlace:
@@ -249,7 +243,7 @@ def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> Row
     joints, opening_mm = transmission.to_joints(Motors(steps))
     rate = rate_hz(config, row)
     fastest = SpeedTable(config.device.speed_table).points[-1][1]
-    return RowPlace(joints, opening_mm, rate, min(max(round(rate / fastest, 2), SLOWEST), 1.0))
+    return RowPlace(joints, opening_mm, rate, min(max(round(rate / fastest, 2), SLOWEST_STEP), 1.0))
 
 
 def meaning(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> str:
@@ -327,7 +321,7 @@ def taught_by(
             point = f"{name}-{row.number}"
             points[point] = Point(place.joints, place.opening_mm, f"row {row.number}")
             steps.append(Step(point, speed=place.speed))
-        if last is None or abs(place.opening_mm - last.opening_mm) >= SAME_MM:
+        if last is None or abs(place.opening_mm - last.opening_mm) >= SAME_OPENING_MM:
             opening = round(max(place.opening_mm, 0.0), 1)
             steps.append(Step(gripper=opening, speed=place.speed))
         last = place

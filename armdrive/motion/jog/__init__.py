@@ -1,4 +1,15 @@
-"""Jog sessions: serving increments and a held jog until both have ended."""
+"""Jog sessions: serving increments and a held jog until both have ended.
+
+This file decides who may jog and how fast while the position is unknown (`capped`), and runs the
+session. Each leg of a held jog is decided by
+
+    course   the next leg, from all of the following, or why the jog ends
+    ramps    how quickly a speed changes, and what share of it can still brake in time
+    rates    the full speed of each axis, and what joints and motors can reach of it
+    bounds   how far a jog may go: limits, guards, postures
+
+How long a hold lasts without being renewed is in `arm.moving`, for keys in `motion.dead_man`.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +41,10 @@ from kinematics.spaces import Joints, Pose
 def check_jog(core: Core, jog: Jog) -> None:
     """Raise for an axis that the arm does not have, and for a jog that needs a known position."""
     if core.speed_override.paused:
-        raise WrongState("the arm is paused: resume it before jogging (`armdrive resume`)")
+        raise WrongState(
+            "a paused arm is not jogged: call `resume()`, or run `armdrive resume` in another "
+            "terminal"
+        )
     known = axis_names(core.config, jog.space)
     for name, _ in jog.axes:
         if name not in known:
@@ -155,16 +169,18 @@ def held_stream(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
     Return False if it is not held any more. The motion up to a bound is driven to its end before
     the hold is dropped.
     """
-    core, ended = wire.core, []
+    core = wire.core
     ahead_s = core.config.motion.jog_burst_s
+    ended: ContinuousJog | None = None
 
     def ways() -> Iterator[Way]:
         """Yield points, each computed from the previous one."""
+        nonlocal ended
         here, part_s = core.position.coordinates, segment_s(ahead_s)
         while not wire.stopping and is_held(wire) and (hold := core.hold) is not None:
             found = _proposed(wire, course, hold, here, part_s)
             if found is None:
-                ended.append(hold)
+                ended = hold
                 return
             course.take(found, wire.now_s)
             here = found.leg.end
@@ -178,8 +194,8 @@ def held_stream(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
         MoveAlong(streamed.segments(), ahead_s, jog=True, released=released), streamed
     )
     course.stand()
-    for hold in ended:
-        _give_up(wire, hold)
+    if ended is not None:
+        _give_up(wire, ended)
     return is_held(wire)
 
 
@@ -217,19 +233,20 @@ def _proposed(
             return None
         require_audit(core, found.leg)
     except (ArmError, KinematicsError) as refusal:
-        core.diagnostics.notify(str(refusal), refusal)
+        core.notify(str(refusal), refusal)
         return None
     if found.note != course.note:  # also if the note disappears, as when the jog turns back
-        core.diagnostics.notice = course.note = found.note
+        course.note = found.note
+        core.notify(found.note)
     return found
 
 
 def show_end(wire: MotionContext, ended: JogEnded) -> None:
     """Show in the notice why a jog has ended, if there is a reason."""
     if ended.cause is not None:
-        wire.core.diagnostics.notify(ended.note, ended.cause)
+        wire.core.notify(ended.note, ended.cause)
     elif ended.note:
-        wire.core.diagnostics.notice = ended.note
+        wire.core.notify(ended.note)
 
 
 def _give_up(wire: MotionContext, hold: ContinuousJog) -> None:
@@ -260,7 +277,7 @@ class Jogged:
 
 
 def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
-    """Serve increments and the held jog until neither is left, or until a stop."""
+    """Serve increments and the held jog until neither is left. A stop raises `Stopped`."""
     core = wire.core
     try:
         with in_motion(wire, or_homing=True):
@@ -268,12 +285,14 @@ def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
             yield from _serve(wire, speeds)
             if wire.stopping:
                 yield from wire.verify()
-                core.diagnostics.notice = "the jog was stopped"
+                core.notify("the jog was stopped")
     finally:
         core.hold = None
         core.nudges.clear()
+    if wire.stopping:
+        raise wire.stopped("the jog was stopped")
     joints, _ = core.transmission.to_joints(core.position.acknowledged)
-    return Jogged(joints, core.config.model.arm.fk(joints), core.diagnostics.notice)
+    return Jogged(joints, core.config.model.arm.fk(joints), core.notice.words)
 
 
 def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
@@ -294,7 +313,7 @@ def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
 def _give_up_paused(core: Core) -> None:
     """Drop the jogs of a paused arm: after a resume, the operator no longer expects them."""
     if core.nudges or core.hold is not None:
-        core.diagnostics.notice = PAUSED
+        core.notify(PAUSED)
     core.hold = None
     core.nudges.clear()
 
@@ -306,7 +325,7 @@ def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) 
     """
     core = wire.core
     if wire.now_s > nudge.until_s:
-        core.diagnostics.notice = TOO_LATE
+        core.notify(TOO_LATE)
         return
     speed, known = capped(core, nudge.speed), core.position_known
     try:
@@ -316,14 +335,14 @@ def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) 
         )
         require_audit(core, *found.legs)
     except (ArmError, KinematicsError) as refusal:
-        core.diagnostics.notify(str(refusal), refusal)
+        core.notify(str(refusal), refusal)
         return
     show_end(wire, found.ended)
     if found.legs:
         over = _overtaken(wire, core.holds)
         yield from drive_legs(wire, found.legs, core.config.motion.jog_burst_s, released=over)
         if core.speed_override.paused and core.position.coordinates != found.legs[-1].end:
-            core.diagnostics.notice = PAUSED
+            core.notify(PAUSED)
 
 
 def _overtaken(wire: MotionContext, holds: int) -> Callable[[], bool]:

@@ -16,6 +16,7 @@ from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry, Unreachable
 from kinematics.guards import Violation
 from kinematics.guards.path import first_violation
+from kinematics.paths.curves import LEAP_RAD, largest_turn
 from kinematics.spaces import Joints, Pose
 from kinematics.transmission import Transmission
 
@@ -167,7 +168,6 @@ def _ended(words: str, cause: Exception | None) -> JogEnded:
 # or straight in x, y, z, pitch, roll and yaw. Speed limits are not considered here.
 
 HOP_S = 0.1  # a posture farther ahead is solved in hops of this length, each from the previous one
-AT_ONCE_RAD = 0.5  # a joint that turns more than this in a hop has changed the arm's posture
 FURTHER_S = (0.0, 0.02, 0.1)  # how far beyond the end of a line its reason is searched for
 
 ELSEWHERE = "the arm would have to change its posture abruptly"
@@ -270,7 +270,7 @@ class TipJogPath:
             joints = self._arm.solve_near(self.pose(next_s), before)
             if joints is None:
                 return None
-            if max(abs(b - a) for a, b in zip(before, joints, strict=True)) > AT_ONCE_RAD:
+            if largest_turn(before, joints)[1] > LEAP_RAD:
                 return None
             self._solved.append((next_s, joints))
             before = joints

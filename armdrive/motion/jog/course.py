@@ -1,9 +1,9 @@
 """The course of a held jog: takes the operator's wish and the time, returns the next leg.
 
-A leg is as long as one burst or one queued segment. Its speed follows from a ramp, from the speeds
-that joints and motors can reach (rates.py: the jog slows down near a singularity), and from the
-distance to the next bound (bounds.py), so that the arm can always stop before it. If no step is
-left, the course ends with a reason. This code moves nothing.
+A leg is as long as one burst or one queued segment. Its speed follows from a ramp (ramps.py), from
+the speeds that joints and motors can reach (rates.py: the jog slows down near a singularity), and
+from the distance to the next bound (bounds.py), so that the arm can always stop before it. If no
+step is left, the course ends with a reason. This code moves nothing.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from armdrive.motion.jog.bounds import (
     jog_path,
     spans_of,
 )
+from armdrive.motion.jog.ramps import Rates, braking_share, shares_to_stop
 from armdrive.motion.jog.rates import Paced, Pacer, RateGoal, Scale, axis_names
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
-from kinematics.five_axis.rates import Rates, braked, shares_to_stop
 
 LAST_STEPS = 2  # the last steps before a bound are made at once, or the arm would creep forever
 TOUCHING = 1e-6  # an axis limited to this share of its speed has reached its limit
@@ -181,7 +181,7 @@ class JogCourse:
         A stopped device ends at its target at the latest, so it never leaves its reach; only the
         guards need the announced run-on as an extra margin.
         """
-        share = min(braked(reach_s, time_s, ramp_s), braked(clear_s, time_s, ramp_s))
+        share = min(braking_share(each_s, time_s, ramp_s) for each_s in (reach_s, clear_s))
         if clear_s < reach_s:
             share = min(share, clear_s / (time_s + self._terms.run_on_s))
         return share

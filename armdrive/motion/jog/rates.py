@@ -13,11 +13,12 @@ from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
 from armdrive.motion.jog.bounds import JogPath, Kind
+from armdrive.motion.jog.ramps import Rates, ramped, share_of_limits
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
 from armdrive.runtime.position import ArmCoordinates
 from kinematics.five_axis import FiveAxisArm
-from kinematics.five_axis.rates import Rates, joint_rates, ramped, share_of_limits
+from kinematics.five_axis.rates import joint_rates
 
 STALE_S = 1.0  # an arm whose latest leg ended this long ago is at rest: no exchange takes longer
 
@@ -132,8 +133,8 @@ ANGULAR_JOG_RAD_S = math.radians(45.0)
 """Full speed of pitch, roll and yaw in a Cartesian jog, before joint limits slow it."""
 
 TRIES = 12
-NEARLY = 0.93  # a leg that needs at least this share of its time is fast enough
-EXACTLY = 1.0 + 1e-9
+FAST_ENOUGH = 0.93  # a leg that needs at least this share of its time is fast enough
+NO_SLOWER = 1.0 + 1e-9
 LEAST, MOST = 0.05, 4.0  # range of the factor that corrects a guess in one try
 
 
@@ -201,9 +202,9 @@ class Scale:
                     break
                 continue
             need_s = self._speeds.duration_s(start, there, speed)
-            if need_s <= time_s * EXACTLY:
+            if need_s <= time_s * NO_SLOWER:
                 known = max(known, share)
-                if share >= 1.0 or need_s >= NEARLY * time_s:
+                if share >= 1.0 or need_s >= FAST_ENOUGH * time_s:
                     break
             # demand grows faster than the share near a singularity: aim a little below the limit
             share *= min(max(0.97 * time_s / need_s if need_s else MOST, LEAST), MOST)

@@ -1,1 +1,11 @@
-"""The language of programs: its words, grammar and values, the checks, and the compiled form."""
+"""The language of programs: its words, grammar and values, the checks, and the compiled form.
+
+What is decided where:
+
+    words      every word of programs, shell and sequences: one table for checks, help and docs
+    grammar    `program.lark` made into a tree, and the sentences about mistakes
+    syntax     the tree; `writing` turns it back into text
+    values     numbers, truth, texts, places
+    checking   values of each line: how many, of which kind, within which bounds
+    compiling  the whole program: names, blocks, and the list of instructions
+"""

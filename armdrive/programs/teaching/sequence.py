@@ -11,7 +11,8 @@ from armdrive.errors import BadRequest, NotReferenced, Refused, Stopped
 from armdrive.errors.arguments import known_attributes, made_of
 from armdrive.moves import REST_S, JointMove, LineMove
 from armdrive.programs.teaching.steps import finger_move, last_point
-from armdrive.storage.points import Point, Step, StepList
+from armdrive.status import BELIEVED_WORDS
+from armdrive.storage.points import SAME_OPENING_MM, Point, Step, StepList
 from kinematics.spaces import Joints
 
 # Recording: a step wherever the arm or its fingers come to rest. A recorder is given the arm's
@@ -21,11 +22,7 @@ from kinematics.spaces import Joints
 SAME_DEG = 0.05
 """The largest difference between equal postures: less than a step of any of these arms."""
 
-SAME_MM = 1.0
-"""The largest difference between equal openings."""
-
 RESTING = "standby"
-TRUSTED = ("referenced", "restored")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +51,7 @@ def seen_in(view: Mapping[str, Any], names: tuple[str, ...]) -> SeenPosture:
     """Read a status as `armdrive watch` prints it. Raises `NotReferenced` without a position."""
     joints = view.get("joints")
     trust = str(view.get("trust"))
-    if trust not in TRUSTED or joints is None:
+    if trust not in BELIEVED_WORDS or joints is None:
         raise NotReferenced(
             f"the arm has no trusted position: it is {trust} "
             f"({view.get('trust_reason', '')}). Home it, then record"
@@ -151,15 +148,12 @@ def _held_alike(a: SeenPosture, b: SeenPosture) -> bool:
         return True
     if a.opening_mm is None or b.opening_mm is None:
         return a.opening_mm is b.opening_mm
-    return a.gripping == b.gripping and abs(a.opening_mm - b.opening_mm) < SAME_MM
+    return a.gripping == b.gripping and abs(a.opening_mm - b.opening_mm) < SAME_OPENING_MM
 
 
 # Stepping, forwards and backwards, using the calls of an arm. Each call carries out one step and
 # waits for its end; `run` carries out the rest. A step that was stopped stays the next one until it
 # is asked for. The arm's own `pause` pauses a sequence too.
-
-SLICE_S = 0.05
-"""The longest sleep of a delay: between two sleeps a stop ends it."""
 
 
 @known_attributes
@@ -276,11 +270,11 @@ class Stepper:
         self._require_no_stop(stops)
 
     def _wait(self, time_s: float, stops: int) -> None:
-        left_s = time_s
-        while left_s > 0.0:
-            self._arm.sleep(min(left_s, SLICE_S))
-            left_s -= SLICE_S
+        try:
+            self._arm.sleep(time_s)
+        except Stopped:
             self._require_no_stop(stops)
+            raise
 
     def _require_no_stop(self, stops: int) -> None:
         if self._arm.stops != stops:

@@ -14,7 +14,15 @@ from types import MappingProxyType
 from armdrive.errors import BadRequest, Refused
 from armdrive.moves import GraspMove, GripperMove
 from armdrive.programs.language.words import TEACH
-from armdrive.storage.points import GRIPPER_WORDS, LONGEST_WAIT_S, Point, Step, StepList, check_name
+from armdrive.storage.points import (
+    GRIPPER_WORDS,
+    LONGEST_WAIT_S,
+    SLOWEST_STEP,
+    Point,
+    Step,
+    StepList,
+    check_name,
+)
 from armdrive.text.numbers import parse_speed
 from kinematics.errors import finite
 
@@ -114,10 +122,6 @@ def finger_move(step: Step, at: Point | None) -> GripperMove | GraspMove:
 
 
 # Editing: insert, remove, move, re-time, reverse. All of it raises `BadRequest` with the number.
-
-
-SLOWEST = 0.01
-"""The lowest speed that a factor can give a step, as a fraction of the limits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +231,7 @@ def _retimed(step: Step, timing: Timing, number: int, notes: list[str]) -> Step:
         wait_s = step.wait_s * timing.wait_factor if timing.wait_s is None else timing.wait_s
         return replace(step, wait_s=min(round(wait_s, 3), LONGEST_WAIT_S))
     asked = timing.speed if timing.speed is not None else round(step.speed * timing.factor, 4)
-    speed = asked if timing.speed is not None else min(max(asked, SLOWEST), 1.0)
+    speed = asked if timing.speed is not None else min(max(asked, SLOWEST_STEP), 1.0)
     if speed != asked:
         notes.append(f"step {number} goes at {speed:.0%}, not at {asked:.0%}")
     return replace(step, speed=speed)

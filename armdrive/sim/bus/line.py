@@ -13,6 +13,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice, WireDirection
+from armdrive.transports.address import BITRATE
 from armdrive.transports.can_health import frame_bits
 from firmware_protocol.frames import Frame, Unpacker, pack
 
@@ -99,9 +100,6 @@ def _priority(frame: Frame) -> tuple[int, int, int, int]:
     base = frame.can_id >> 18 if frame.extended else frame.can_id
     rest = frame.can_id & 0x3FFFF if frame.extended else 0
     return base, int(frame.extended), rest, int(frame.remote)
-
-
-BITRATE = 500_000
 
 
 @dataclass(slots=True)

@@ -19,7 +19,6 @@ from firmware_protocol.canopen import (
     StatusBit,
 )
 
-HEARTBEAT_MISSING = 0x8130
 PDO_TOO_SHORT = 0x8210
 TOO_FAR_BEHIND = 0x8611
 LIMIT_REACHED = 0x8612
@@ -280,14 +279,14 @@ class Cia402States:
         self.forsaken = True
         self.watch_stops += 1
         if self._objects.number_of(canopen.HEARTBEAT_REACTION, _FAULT) != _FAULT:
-            self._report(HEARTBEAT_MISSING)
+            self._report(canopen.HEARTBEAT_MISSING)
         self.react(now_s)
 
     def react(self, now_s: float) -> None:
         """React as 6007 says: nothing, a fault, free the motor, or a quick stop."""
         reaction = self._objects.number_of(canopen.HEARTBEAT_REACTION, _FAULT)
         if reaction == _FAULT:
-            self.fault(HEARTBEAT_MISSING, now_s)
+            self.fault(canopen.HEARTBEAT_MISSING, now_s)
         elif reaction in _REACTIONS and self.enabled:
             self.command(_REACTIONS[reaction], now_s)
 

@@ -1,5 +1,12 @@
 """Builds a simulated GRBL board for an arm, or says why that is impossible.
 
+    firmware   the boards of the family as data: quirks and settings
+    orders     what a line or a real-time command does; alarms and restarts
+    commands   `$` commands, homing
+    parser     g-code
+    board      reports, limits, motion, main loop
+    hardware   wiring, outputs, switches, current
+
 Rates, travels and switch positions are computed here from the arm file, independently of the
 driver, so that a difference shows. A new device has just been switched on, or was reset because its
 port was opened: its counts are zero whatever the posture, and it first sends its banner.

@@ -1,1 +1,10 @@
-"""Motors in motion: speed profiles, queued lines, steppers, closed-loop shafts, limit switches."""
+"""Motors in motion: speed profiles, queued lines, steppers, closed-loop shafts, limit switches.
+
+What is decided where:
+
+    profiles   one axis speeding up, running and slowing down
+    planner    queued lines, and the speed at their corners
+    motors     steppers that turn together, and their true speed
+    shafts     set-points in a closed loop, and the arm that follows them
+    switches   where a limit switch closes
+"""

@@ -1,4 +1,10 @@
-"""A simulated arm as a separate process: the real-time loop between a server and a console."""
+"""A simulated arm as a separate process: the real-time loop between a server and a console.
+
+What is decided where:
+
+    servers    the wire that other programs open: pseudo-terminal, TCP, UDP, CAN adapter
+    console    the commands on standard input: one table
+"""
 
 from __future__ import annotations
 
@@ -13,7 +19,7 @@ from pathlib import Path
 from types import FrameType
 
 from armdrive.errors.printable import printable_lines
-from armdrive.sim.bus.line import BITRATE, BusLine
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults import FaultRequest
 from armdrive.sim.serving.console import Console
@@ -28,6 +34,7 @@ from armdrive.sim.serving.servers import (
     split_address,
 )
 from armdrive.sim.wire import PacedDevice
+from armdrive.transports.address import BITRATE
 from armdrive.transports.link import Bell
 
 LONGEST_SLEEP_S = 0.25

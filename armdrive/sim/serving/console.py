@@ -98,8 +98,7 @@ def _guide(console: Console, _: list[str]) -> ConsoleAnswer:
 
 def _put(console: Console, words: list[str]) -> ConsoleAnswer:
     block = console.device.world.put(block_of(words))
-    place = f"x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
-    return ConsoleAnswer(f"block {block.name} stands at {place}")
+    return ConsoleAnswer(f"block {block.name} stands at {block.place_words}")
 
 
 def _take(console: Console, words: list[str]) -> ConsoleAnswer:

@@ -297,7 +297,7 @@ class TcpServer(NetworkServer):
             self._client = None
 
 
-MOST = 65535
+HIGHEST_PORT = 65535
 
 
 class UdpServer(NetworkServer):
@@ -315,7 +315,7 @@ class UdpServer(NetworkServer):
         """Return one datagram, or nothing; there may be more."""
         if self._ear is not None:
             with contextlib.suppress(OSError):  # nothing there, or an earlier reply was rejected
-                data, self._peer = self._ear.recvfrom(MOST)
+                data, self._peer = self._ear.recvfrom(HIGHEST_PORT)
                 return data
         return b""
 

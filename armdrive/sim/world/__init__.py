@@ -1,5 +1,9 @@
 """The physical arm and its surroundings, which no controller register sees.
 
+    body       geometry, stops, fingers, backlash, sag, and the posture it begins in
+    table      blocks: when one is gripped, carried, put down or knocked over
+    saved      a world as plain data, for the next process
+
 Motor positions are in half-steps of the model's own coordinates: all joints at zero means all
 motors at zero. Incidents are kept in the order in which they happened.
 """
@@ -10,7 +14,7 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import islice
 
-from armdrive.errors.arguments import BASIC, checked_calls, made_of
+from armdrive.errors.arguments import BASIC, checked_calls, known_attributes, made_of
 from armdrive.sim.world.body import ArmBody, Play, found_posture, sagged
 from armdrive.sim.world.table import (
     TABLE_TOLERANCE_MM,
@@ -34,6 +38,7 @@ MOST_INCIDENTS = 1000
 _ROUNDING = 1e-6
 
 
+@known_attributes
 @checked_calls({**BASIC, "TableBlock": made_of(TableBlock, "a block", A_BLOCK)}, *BY_HAND)
 class World:
     """One arm, the true positions of its motors, and the blocks on its table.

@@ -15,6 +15,7 @@ from types import MappingProxyType
 
 from armdrive.errors import BadRequest
 from armdrive.text.numbers import number
+from kinematics.text import rounded
 
 # --- Blocks: upright boxes, and how they rest on one another -------------------------------------
 # A block's footprint stays parallel to x and y, even while a turning hand carries it: this world
@@ -63,6 +64,12 @@ class TableBlock:
     def place(self) -> Point:
         """The centre of the bottom."""
         return self.x_mm, self.y_mm, self.z_mm
+
+    @property
+    def place_words(self) -> str:
+        """The same for people."""
+        x, y, z = (rounded(each, 1) for each in self.place)
+        return f"x {x}, y {y}, z {z} mm"
 
     def at(self, place: Point) -> TableBlock:
         """Return this block at another position."""

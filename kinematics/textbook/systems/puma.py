@@ -18,6 +18,7 @@ from kinematics.chains.closed_form import closed_form
 from kinematics.chains.goals import frame_goal
 from kinematics.chains.links import DHLink
 from kinematics.errors import OutOfReach
+from kinematics.five_axis.closed_form import REACH_MM
 from kinematics.frames.numbers import atan2, cos, sin
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import (
@@ -39,7 +40,6 @@ from kinematics.textbook.systems.named import (
     frame_coordinates,
 )
 from kinematics.textbook.systems.triangle import (
-    REACH_MM,
     broken_bound,
     brought_within,
     elbow_loss,

@@ -15,6 +15,7 @@ from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
+from kinematics.five_axis.closed_form import REACH_MM
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform, transform
 from kinematics.frames.vectors import ZERO
@@ -30,7 +31,6 @@ from kinematics.textbook.systems.named import (
     Values,
 )
 from kinematics.textbook.systems.triangle import (
-    REACH_MM,
     Links,
     broken_bound,
     brought_within,

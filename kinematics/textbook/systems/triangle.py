@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from kinematics.five_axis.closed_form import REACH_MM
 from kinematics.frames.numbers import atan2, sqrt
 from kinematics.limits import wrap
 from kinematics.textbook.systems.named import (
@@ -20,9 +21,6 @@ from kinematics.textbook.systems.named import (
     System,
     Values,
 )
-
-REACH_MM = 1e-9
-"""How far beyond its reach rounding may put a goal that touches it."""
 
 STRAIGHT_SINE = 1e-7
 """An elbow whose sine is less has one posture: rounding of the tip alone makes some 1e-8."""

@@ -14,6 +14,7 @@ from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.five_axis.closed_form import REACH_MM
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform, position_of, translation
 from kinematics.textbook.systems.named import (
@@ -29,7 +30,6 @@ from kinematics.textbook.systems.named import (
 )
 from kinematics.textbook.systems.triangle import (
     ELBOWS,
-    REACH_MM,
     STRAIGHT_SINE,
     Links,
     broken_bound,

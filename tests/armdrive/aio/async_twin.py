@@ -4,8 +4,6 @@ The twins are made as they are loaded, so a type checker cannot see them. What s
 from them and from the calls that they are twins of.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import re

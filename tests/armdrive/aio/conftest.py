@@ -1,7 +1,5 @@
 """Checks that no test of coroutines leaves a thread behind."""
 
-from __future__ import annotations
-
 import threading
 
 import pytest

@@ -1,16 +1,51 @@
-"""Arms in coroutines: every call, side by side on one clock, and the same result each time."""
-
-from __future__ import annotations
+"""The async twin in use: calls, cancelled calls, ends."""
 
 import asyncio
+import signal
 import threading
+from contextlib import asynccontextmanager
 
 import pytest
-from async_bench import PLACE, cancelled, homed, moving, still
+from amounts import amount
 
 from armdrive import AsyncArm, LinkLost, OutOfBounds, Pose, SimulatedClock, State, Stopped
+from armdrive.connect.parts import TaskRunner
 from armdrive.errors import ArmFileError, OperatorNeeded, WrongState
-from armdrive.moves import JointMove
+from armdrive.moves import JointMove, PoseMove
+
+PLACE = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
+LONG_S = 1e6
+"""A simulated time that takes minutes of real time."""
+
+
+def still(arm):
+    """Return whether the physical arm stands."""
+    before = arm.sync.twin.world.motors
+    arm.sync.sleep(5.0)
+    return arm.sync.twin.world.motors == before
+
+
+async def moving(arm, base_deg=60):
+    """Begin a motion as a task, and wait until it is under way."""
+    task = asyncio.create_task(arm.move_j(base_deg=base_deg))
+    while arm.status.state is not State.MOVING or arm.status.acknowledged == arm.status.commanded:
+        await asyncio.sleep(0)
+    return task
+
+
+async def cancelled(task):
+    """Cancel a task, and wait until it has ended by that."""
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+
+
+@asynccontextmanager
+async def homed(pace=None):
+    """Connect to a simulated arm, and home it."""
+    async with AsyncArm.connect("sim:teachmover", pace=pace) as arm:
+        await arm.home()
+        yield arm
 
 
 async def test_the_calls_are_those_of_an_arm():
@@ -217,3 +252,256 @@ def test_an_arm_may_be_used_from_one_loop_after_another():
     assert arm.joints.deg["base"] == pytest.approx(20, abs=0.2)
     arm.sync.move_j(base_deg=0)  # and without any
     asyncio.run(arm.close())
+
+
+# -- Cancelled -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+async def test_a_cancelled_motion_has_stopped_when_the_cancelling_goes_on(dialect):
+    async with AsyncArm.connect(f"sim:{dialect}") as arm:
+        await arm.home()
+        task = await moving(arm)
+        await cancelled(task)
+        assert arm.status.state is State.STANDBY
+        assert still(arm)
+        assert arm.joints.deg["base"] < 59
+        await arm.move_j(base_deg=0)
+
+
+async def test_a_timeout_stops_the_arm_and_is_a_timeout():
+    async with homed() as arm:
+
+        async def to_and_fro():
+            while True:
+                await arm.move_j(base_deg=60)
+                await arm.move_j(base_deg=-60)
+
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(to_and_fro(), 0.02)
+        assert arm.status.state is State.STANDBY
+        assert still(arm)
+
+
+@pytest.mark.parametrize("rounds", range(1, 60, amount(20, 2)))
+async def test_at_whatever_moment_a_program_is_cancelled_its_arm_stands(rounds):
+    async with AsyncArm.connect("sim:teachmover") as arm:
+
+        async def work():
+            await arm.home()
+            await arm.gripper.open(30)
+            while True:
+                await arm.move_j(base_deg=2)
+                await arm.gripper.grasp()
+                await arm.move_j(base_deg=0)
+
+        task = asyncio.create_task(work())
+        for _ in range(rounds * rounds):
+            await asyncio.sleep(0)
+        await cancelled(task)
+        assert arm.status.state is State.STANDBY
+        assert still(arm)
+
+
+async def test_whoever_cancels_again_meanwhile_does_not_hurry_it():
+    async with homed() as arm:
+        task = await moving(arm)
+        for _ in range(5):
+            task.cancel()
+            await asyncio.sleep(0)
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert still(arm)
+
+
+async def test_an_outer_timeout_that_comes_while_an_inner_one_stops_the_arm_is_kept():
+    async with homed() as arm:
+
+        async def inner():
+            async with asyncio.timeout(None) as deadline:
+                asyncio.get_running_loop().call_soon(deadline.reschedule, 0.0)
+                await arm.move_j(base_deg=60)
+
+        with pytest.raises(TimeoutError):
+            await inner()
+        assert still(arm)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda arm: arm.sleep(LONG_S),
+        lambda arm: arm.wait_inputs(high=3, within_s=LONG_S),
+        lambda arm: arm.jog_j(base=1, duration_s=LONG_S),
+    ],
+    ids=["sleep", "wait_inputs", "jog"],
+)
+async def test_any_wait_can_be_cancelled(call):
+    async with homed() as arm:
+        task = asyncio.create_task(call(arm))
+        while arm.sync.pace.now_s() < 20.0:
+            await asyncio.sleep(0)
+        await cancelled(task)
+        assert still(arm)
+        assert arm.sync.core.readings.awaiting == 0
+
+
+async def test_a_cancelled_wait_of_a_handle_stops_the_motion():
+    async with homed() as arm:
+        handle = await arm.move_j(base_deg=60, wait=False)
+        task = asyncio.create_task(handle.wait())
+        await asyncio.sleep(0)
+        await cancelled(task)
+        with pytest.raises(Stopped):
+            await handle.wait()
+        handle = await arm.start(PoseMove(PLACE))
+        with pytest.raises(TimeoutError):
+            await handle.wait(0.5)
+        await handle.cancel()
+        assert handle.done
+
+
+async def test_a_cancelled_homing_leaves_nothing_referenced_and_nothing_at_work():
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        task = asyncio.create_task(arm.home())
+        while arm.status.state is not State.HOMING:
+            await asyncio.sleep(0)
+        await cancelled(task)
+        assert arm.status.state is State.STANDBY
+        assert still(arm)
+        await arm.home()
+
+
+async def test_a_cancelled_connection_leaves_nothing_connected(monkeypatch):
+    made = []
+    inner = TaskRunner.__init__
+
+    def noted(self, *words, **named):
+        made.append(self)
+        inner(self, *words, **named)
+
+    monkeypatch.setattr(TaskRunner, "__init__", noted)
+    task = asyncio.create_task(AsyncArm.connect("sim:teachmover")._connected())
+    await asyncio.sleep(0)
+    await cancelled(task)
+    (runner,) = made
+    assert runner.pace.clock.engines == ()
+
+
+async def test_a_close_is_carried_out_whoever_cancels_it():
+    arm = await AsyncArm.connect("sim:teachmover")
+    await arm.home()
+    mover = await moving(arm)
+    task = asyncio.create_task(arm.close())
+    await asyncio.sleep(0)
+    await cancelled(task)
+    assert arm.status.state is State.DISCONNECTED
+    assert not arm.twin.device.moving
+    with pytest.raises(Stopped):
+        await mover
+
+
+# -- Ends ------------------------------------------------------------------------------------------
+
+
+def test_a_program_that_ends_in_mid_motion_leaves_the_arm_standing():
+    found = []
+
+    async def left_behind():
+        arm = await AsyncArm.connect("sim:teachmover")
+        found.append(arm)
+        await arm.home()
+        task = await moving(arm)
+        assert not task.done()
+
+    asyncio.run(left_behind())
+    (arm,) = found
+    assert arm.status.state is State.STANDBY
+    assert still(arm)
+
+
+def test_ctrl_c_stops_the_arm_before_the_program_ends():
+    found = []
+
+    async def interrupted():
+        async with AsyncArm.connect("sim:teachmover") as arm:
+            found.append(arm)
+            await arm.home()
+            asyncio.get_running_loop().call_later(0.05, signal.raise_signal, signal.SIGINT)
+            while True:
+                await arm.move_j(base_deg=60)
+                await arm.move_j(base_deg=-60)
+
+    with pytest.raises(KeyboardInterrupt):
+        asyncio.run(interrupted())
+    (arm,) = found
+    assert arm.status.state is State.DISCONNECTED
+    assert not arm.twin.device.moving
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="signals of POSIX systems")
+def test_a_second_ctrl_c_within_a_persons_own_function_is_no_hang():
+    """The operator sees the first one cancel the task, and the second one leave the loop."""
+    arms, tasks, left = [], [], threading.Event()
+
+    def operator(request):
+        main = threading.main_thread().ident
+        for _ in range(40):  # a signal that comes as a thread falls asleep is heard at the next one
+            if not tasks[0].cancelling():
+                signal.pthread_kill(main, signal.SIGINT)
+                left.wait(timeout=0.1)
+        for _ in range(40):
+            if not left.wait(timeout=0.2):
+                signal.pthread_kill(main, signal.SIGINT)
+        return left.is_set()
+
+    async def homed():
+        async with AsyncArm.connect("sim:teachmover", operator=operator) as arm:
+            arms.append(arm)
+            tasks.append(asyncio.current_task())
+            await arm.home()
+
+    with asyncio.Runner() as runner:
+        with pytest.raises(KeyboardInterrupt):
+            runner.run(homed())
+        left.set()
+    assert tasks[0].done()
+    assert arms[0].status.state is State.DISCONNECTED
+    assert not arms[0].twin.device.moving
+
+
+class TestRealTime:
+    """The same with an engine's thread that sleeps; here thirty times faster than the clock."""
+
+    async def test_the_loop_goes_on_while_an_arm_moves(self):
+        async with homed(pace=30.0) as arm:
+            rounds = 0
+            task = asyncio.create_task(arm.move_j(base_deg=60))
+            while not task.done():
+                await asyncio.sleep(0)
+                rounds += 1
+            assert rounds > 10
+            assert (await task).bursts
+
+    async def test_a_cancelled_motion_has_stopped(self):
+        async with homed(pace=30.0) as arm:
+            task = await moving(arm)
+            await cancelled(task)
+            assert arm.status.state is State.STANDBY
+            assert arm.joints.deg["base"] < 59
+
+    async def test_a_cancelled_sleep_ends_at_once(self):
+        async with AsyncArm.connect("sim:teachmover", pace=30.0) as arm:
+            with pytest.raises(TimeoutError):
+                async with asyncio.timeout(0.05):
+                    await arm.sleep(LONG_S)
+
+    async def test_a_stop_waits_for_nobody_however_many_calls_are_under_way(self):
+        async with homed(pace=30.0) as arm:
+            sleepers = [asyncio.create_task(arm.sleep(LONG_S)) for _ in range(40)]
+            task = await moving(arm)
+            await arm.stop()
+            with pytest.raises(Stopped):
+                await task
+            ended = await asyncio.gather(*sleepers, return_exceptions=True)
+            assert {type(each) for each in ended} == {Stopped}

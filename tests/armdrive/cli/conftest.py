@@ -1,7 +1,5 @@
 """A person's lines on the standard input."""
 
-from __future__ import annotations
-
 import io
 import sys
 

@@ -1,11 +1,10 @@
 """Which arm a command is about: options, the environment, the default arm file."""
 
-from __future__ import annotations
-
 import pytest
-from cli_calls import write_arm_file
+from chain_files import shown_files, six_arm, six_links
+from cli_calls import Caller, write_arm_file, write_bench
 
-NOWHERE = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
+from armdrive.storage import files as places
 
 
 def arm_of(called):
@@ -18,8 +17,8 @@ def test_the_simulated_arm_is_chosen_by_dialect_by_name_and_by_no_name(call, wor
 
 
 def test_an_arm_file_is_chosen_by_name_and_by_path(call, tmp_path):
-    write_arm_file("bench", NOWHERE)
-    assert "/dev/ttyNOWHERE" in call.refused("status", "--arm", "bench", code=4)
+    write_bench()
+    assert "/dev/none" in call.refused("status", "--arm", "bench", code=4)
     path = tmp_path / "other.toml"
     path.write_text('model = "teachmover"\n')
     sentence = call.refused("status", "--arm", str(path), code=4)
@@ -27,14 +26,14 @@ def test_an_arm_file_is_chosen_by_name_and_by_path(call, tmp_path):
 
 
 def test_of_several_defaults_the_nearest_is_used_and_an_option_before_them_all(call, monkeypatch):
-    write_arm_file("default", NOWHERE)
-    assert "/dev/ttyNOWHERE" in call.refused("status", code=4)
+    write_bench(name="default")
+    assert "/dev/none" in call.refused("status", code=4)
     call("config", "set-default", "sim:robko01", code=0)
     assert arm_of(call("status", "--json", code=0)) == "sim:robko01"
     monkeypatch.setenv("ARMDRIVE_ARM", "bench")
     assert "'bench'" in call.refused("status", code=2)
-    write_arm_file("bench", NOWHERE)
-    assert "/dev/ttyNOWHERE" in call.refused("status", code=4)
+    write_bench()
+    assert "/dev/none" in call.refused("status", code=4)
     assert "ARMDRIVE_ARM" in call("config", "set-default", "default", code=0).out
     assert arm_of(call("status", "--sim", "teachmover", "--json", code=0)) == "sim:teachmover"
     monkeypatch.delenv("ARMDRIVE_ARM")
@@ -62,36 +61,70 @@ def test_forced_simulation_turns_a_port_into_its_twin(call, monkeypatch):
 
 
 def test_forced_simulation_remembers_the_twin_apart_from_the_real_arm(call, monkeypatch):
-    write_arm_file("bench", NOWHERE)
+    write_bench()
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
     call("home", "--arm", "bench", code=0)
     assert arm_of(call("status", "--arm", "bench", "--json", code=0)) == "sim:bench"
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("status", "--arm", ""),
-        ("status", "--port", "", "--dialect", "robko01"),
-        ("stop", "--arm", " "),
-        ("doctor", ""),
-        ("doctor", "--arm", ""),
-        ("config", "show", ""),
-        ("config", "signs", "", "--sim", "--yes"),
-        ("can", "monitor", ""),
-    ],
-)
-def test_an_unset_variable_names_no_arm_and_not_the_default_one(call, words):
-    assert "the name is empty" in call.refused(*words, code=2)
+# The command line with arms of model files, and a hand that has a heading.
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("watch", "--port", "sim:", "--dialect", "robko01"),
-        ("status", "--arm", "sim:"),
-        ("config", "set-default", "sim:"),
-    ],
-)
-def test_half_the_name_of_a_simulated_arm_is_refused_with_the_whole_one(call, words):
-    assert "write sim:DIALECT, one of teachmover, robko01" in call.refused(*words, code=2)
+@pytest.fixture
+def on_models(capsys, tmp_path, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    folder = places.arm_files()
+    folder.mkdir(parents=True)
+    links, arm = shown_files()
+    posture = "[reference]\nx_mm = 500\ny_mm = 100\nz_mm = 400\npitch_deg = -80\nyaw_deg = 15\n"
+    for name, text in (
+        ("minilinks", links),
+        ("five", arm),
+        ("six", six_links()),
+        ("bench", six_arm() + posture),
+    ):
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    return Caller(capsys)
+
+
+def test_five_joints_home_and_move_by_their_names(on_models):
+    on_models("home", "--arm", "five", code=0)
+    on_models("move", "--arm", "five", "--joint", "shoulder=50", "--joint", "elbow=-70", code=0)
+    joints = on_models("status", "--arm", "five", "--json", code=0).json["joints"]
+    assert joints["shoulder_deg"] == pytest.approx(50, abs=0.1)
+    assert joints["elbow_deg"] == pytest.approx(-70, abs=0.1)
+    moved = on_models("move", "--arm", "five", "--x", "260", "--y", "30", "--json", code=0).json
+    assert moved["pose"]["x_mm"] == pytest.approx(260, abs=0.5)
+    assert "yaw_deg" not in moved["pose"]
+
+
+def test_six_joints_take_a_yaw_and_keep_what_is_not_named(on_models):
+    on_models("home", "--arm", "bench", code=0)
+    moved = on_models("move", "--arm", "bench", "--yaw", "40", "--z", "450", "--json", code=0).json
+    assert moved["pose"]["yaw_deg"] == pytest.approx(40, abs=0.3)
+    assert moved["pose"]["pitch_deg"] == pytest.approx(-80, abs=0.2)
+    assert moved["pose"]["x_mm"] == pytest.approx(500, abs=0.5)
+    assert moved["gripper_mm"] is None
+    assert "yaw 40" in on_models("status", "--arm", "bench", code=0).out
+
+
+def test_a_yaw_is_refused_where_no_hand_has_one(on_models):
+    on_models("home", "--arm", "five", code=0)
+    said = on_models("move", "--arm", "five", "--yaw", "20")
+    assert said.code != 0
+    assert "cannot take a yaw" in said.err
+
+
+def test_a_joint_is_written_with_its_angle(on_models):
+    assert "shoulder=40" in on_models("move", "--arm", "five", "--joint", "shoulder", code=2).err
+
+
+def test_ik_of_a_six_joint_model_takes_a_yaw(on_models):
+    model = str(places.arm_files() / "six.toml")
+    goal = ("--x", "450", "--y", "200", "--z", "500", "--pitch", "-60", "--roll", "10")
+    found = on_models("ik", "--model", model, *goal, "--yaw", "50", "--json", code=0).json
+    assert found["ok"]
+    assert found["met"] == ["heading", "pitch", "position", "roll"]
+    free = on_models("ik", "--model", model, *goal[:6], "--yaw", "50", "--json", code=0).json
+    assert free["met"] == ["heading", "position"]

@@ -1,13 +1,11 @@
 """End to end, each part a process of its own: a simulated arm on a pty, and commands on it."""
 
-from __future__ import annotations
-
 import signal
-import subprocess
 import sys
 from contextlib import contextmanager
 
 import pytest
+from cli_calls import started
 from waiting import LONG_S, suspended, until
 
 from kinematics import Motors
@@ -38,13 +36,7 @@ class Moving:
 
     def __init__(self, sim: WatchedSim) -> None:
         words = ["move", "--base", "80", "--speed", "20%", "--allow-restored", *arm_on(sim)]
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "armdrive", *words],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        self.process = started(*words)
         sim.watch.wait_until_moving()
 
     def end(self) -> tuple[int, str]:

@@ -1,7 +1,5 @@
 """Files that a person names: each is written once, and overwritten only with --force."""
 
-from __future__ import annotations
-
 import pytest
 
 from armdrive import Arm, BadRequest

@@ -1,7 +1,5 @@
 """What commands return, printed for people or for programs."""
 
-from __future__ import annotations
-
 import os
 import sys
 from argparse import Namespace
@@ -222,8 +220,3 @@ def test_a_command_names_the_arm_that_was_named(given, sentence, added):
     command = "doctor" if sentence is MEND else "home"
     named = sentence.replace(f"armdrive {command}", f"armdrive {command}{added}")
     assert with_arm(sentence, Namespace(**given)) == named
-
-
-def test_a_refused_command_says_so(call):
-    sentence = call.refused("move", "--sim", "cia402", "--base", "5", code=3)
-    assert "`armdrive home --sim cia402`" in sentence

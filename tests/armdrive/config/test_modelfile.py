@@ -1,24 +1,42 @@
 """The model file: a link table or joint axes become a chain, and what is wrong is named."""
 
-from __future__ import annotations
-
 import math
 import re
 import tomllib
+from dataclasses import replace
 
 import pytest
-from chain_files import shown_links
+from chain_files import (
+    five_joints,
+    shown_files,
+    shown_links,
+    six_arm,
+    six_joints,
+    six_links,
+    written,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 from pages import blocks, page
 
+from armdrive.arm import Arm
+from armdrive.config.arm import remarks_on
 from armdrive.config.link_model import parse_model, read_model
-from armdrive.config.sections import is_model_file
-from armdrive.errors import ArmFileError
+from armdrive.config.sections import Connection, is_model_file
+from armdrive.connect.parts import connect_simulated
+from armdrive.errors import ArmFileError, Refused
+from armdrive.registry.arm_files import arm_problems, load_arm
+from armdrive.render.camera import VIEWS
+from armdrive.render.scene import ArmDrawing, Moment, Studio
 from armdrive.text.reading import parse_toml
+from armdrive.trace.files import Recording, header_of
+from armdrive.trace.replay import config_of
+from kinematics import preset
+from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import rows_of
 from kinematics.chains.links import Convention, JointKind
 from kinematics.frames.transforms import position_of, translation
+from kinematics.spaces import Joints, Pose
 from kinematics.textbook.systems import system
 
 
@@ -197,3 +215,283 @@ def test_a_slide_has_limits_in_mm_and_craig_s_frames_are_made():
     assert made.chain.convention is Convention.CRAIG
     assert made.chain.limits[1] == (5.0, 40.0)
     assert position_of(made.chain.fk([0.0, 30.0])) == (150.0, 0.0, 30.0)
+
+
+# An arm file that names a model file: what it needs, what it means, and what is wrong in it.
+
+
+def test_the_shown_files_are_the_teachmover(tmp_path):
+    config = five_joints(tmp_path)
+    theirs = preset("teachmover")
+    assert config.title == "TeachMover by its link table"
+    assert config.connection == Connection("teachmover", port="/dev/ttyUSB0")
+    arm = config.model.arm
+    assert isinstance(arm, ChainArm)
+    assert arm.joint_names == theirs.arm.joint_names
+    for ours, other in zip(arm.limits, theirs.arm.limits, strict=True):
+        assert ours.low_rad == pytest.approx(other.low_rad)
+        assert ours.high_rad == pytest.approx(other.high_rad)
+    assert config.model.reference == theirs.reference
+    assert config.model.gripper_range_mm == theirs.gripper_range_mm
+    assert config.model.grip_steps_per_n == pytest.approx(theirs.grip_steps_per_n, rel=1e-3)
+    for ours, other in zip(
+        config.model.transmission.motors, theirs.transmission.motors, strict=True
+    ):
+        assert ours.steps_per_unit == pytest.approx(other.steps_per_unit)
+        assert (ours.name, ours.sees, ours.follows) == (other.name, other.sees, other.follows)
+
+
+def test_a_reference_and_a_park_posture_of_six_joints_have_a_yaw(tmp_path):
+    posture = "x_mm = 450\ny_mm = 100\nz_mm = 500\npitch_deg = -90\nyaw_deg = 15\n"
+    config = six_joints(tmp_path, f"[reference]\n{posture}[park]\n{posture}")
+    wanted = Pose.of(x_mm=450, y_mm=100, z_mm=500, pitch_deg=-90, yaw_deg=15)
+    assert config.model.reference.pose == wanted
+    assert config.park == wanted
+
+
+def test_six_joints_home_and_park_with_the_simulated_operator(tmp_path):
+    posture = "x_mm = 500\ny_mm = 100\nz_mm = 400\npitch_deg = -80\nyaw_deg = 15\n"
+    config = six_joints(tmp_path, f"[reference]\n{posture}")
+    with Arm(
+        connect_simulated(replace(config, motion=replace(config.motion, planned_burst_s=2.0)))
+    ) as arm:
+        assert isinstance(arm, Arm)
+        arm.home()
+        arm.move_j(waist_deg=30)
+        arm.park()
+        assert math.dist(arm.twin.world.tip, (500, 100, 430)) < 1.0
+
+
+def test_what_gives_steps_their_meaning_changes_the_fingerprint(tmp_path):
+    first = six_joints(tmp_path)
+    assert first.calibration == six_joints(tmp_path).calibration
+    assert first.calibration == six_joints(tmp_path, "[limits_deg]\nbend = [-90, 90]\n").calibration
+    (tmp_path / "six.toml").write_text(six_links(base_height=661.0), encoding="utf-8")
+    assert written(tmp_path, six_arm()).calibration != first.calibration
+
+
+def test_limits_of_the_arm_file_take_the_models_place(tmp_path):
+    config = six_joints(tmp_path, "[limits_deg]\nbend = [-50, 60]\n")
+    assert config.model.arm.limits[4].high_rad == pytest.approx(math.radians(60))
+
+
+def test_guards_may_be_asked_for(tmp_path):
+    guards = six_joints(tmp_path, "[guards]\nouter_radius_mm = 700\n").model.guards
+    assert (guards.outer_radius_mm, guards.inner_radius_mm) == (700, None)
+
+
+FIRST = '[[motors]]\nname = "waist"\nsteps_per_turn = 14400\nsees = { waist = 1 }\n'
+SECOND = "sees = { shoulder = 1 }\n"
+
+
+IN_ARM = [
+    ("model", "lengths = {}\nmodel", "unknown key 'lengths'"),
+    ('"six.toml"', '"five.toml"', "five.toml cannot be read"),
+    ("waist = 30\n", "", r"speeds_deg_s\] is missing waist"),
+    ("waist = 30\n", "waist = 0\n", "speeds_deg_s.waist must be from"),
+    ("waist = 30\n", "base = 30\n", "unknown key 'base'"),
+    (FIRST, "", "5 motors|needs 6|need 6"),
+    (FIRST, FIRST.replace("{ waist = 1 }", "{ wast = 1 }"), "did you mean 'waist'"),
+    (FIRST, FIRST.replace("sees = { waist = 1 }\n", ""), "sees no joint"),
+    (FIRST, FIRST.replace("14400", "-14400"), "directions are signs in sees"),
+    (FIRST, FIRST.replace("steps_per_turn", "steps_per_mm"), "must be the last"),
+    (FIRST, FIRST.replace("steps_per_turn = 14400\n", ""), "needs steps_per_turn"),
+    (FIRST, FIRST.replace('name = "waist"\n', ""), "needs a name"),
+    (FIRST, FIRST.replace('"waist"', '"bend"'), "different names"),
+    (FIRST, FIRST + "follows = { bend = 1 }\n", "unknown key 'bend'"),
+    (SECOND, SECOND + "follows = { waist = 0.5 }\n", "whole number"),
+    (FIRST, FIRST.replace("waist = 1 }", "shoulder = 1 }"), "tells nothing"),
+    (FIRST, "[fingers]\nrange_mm = [0, 1]\nspeed_mm_s = 1\n" + FIRST, "no motor has steps_per"),
+    (FIRST, "[park]\nx_mm = 1\n" + FIRST, "is missing y_mm"),
+    (FIRST, "[guards]\ntable = 0\n" + FIRST, "unknown key 'table'"),
+]
+IN_MODEL = [
+    ("low_deg = -160\n", "", "waist' has no limits"),
+    ('joint = "waist"', 'joint = "my waist"', "cannot be called 'my waist'"),
+    ('joint = "waist"', 'joint = "opening"', "cannot be called 'opening'"),
+    ('joint = "waist"\n', 'joint = "waist"\nkind = "prismatic"\n', "prismatic joint has no"),
+]
+IN_FINGERS = [
+    ("[fingers]\nrange_mm = [0, 76]\nspeed_mm_s = 20\nsteps_per_n", "[park]\n#", "fingers"),
+    ("range_mm = [0, 76]", "range_mm = [76, 0]", "below the second"),
+    ("speed_mm_s = 20", "speed_mm_s = 0", "fingers.speed_mm_s must be"),
+]
+FILES = {"six": (six_links(), six_arm()), "five": shown_files()}
+
+
+@pytest.mark.parametrize(
+    ("files", "old", "new", "said"),
+    [("six", *row) for row in (*IN_ARM, *IN_MODEL)] + [("five", *row) for row in IN_FINGERS],
+)
+def test_what_is_wrong_in_either_file_is_named(tmp_path, files, old, new, said):
+    links, arm = FILES[files]
+    assert (old in links) != (old in arm), "a row changes one of the two files"
+    for name in ("six.toml", "minilinks.toml"):
+        (tmp_path / name).write_text(links.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(ArmFileError, match=said):
+        written(tmp_path, arm.replace(old, new, 1))
+
+
+def test_every_motor_of_the_controller_must_be_listed(tmp_path):
+    links, arm = shown_files()
+    (tmp_path / "minilinks.toml").write_text(links, encoding="utf-8")
+    gripper = arm[arm.index('[[motors]]\nname = "gripper"') : arm.index("[speeds_deg_s]")]
+    config = written(tmp_path, arm.replace(gripper, ""))
+    assert not config.model.transmission.has_gripper
+    with pytest.raises(Refused, match="5 motors, but its controller drives 6"):
+        connect_simulated(config)
+
+
+def test_a_servo_gripper_has_fingers_without_a_motor(tmp_path):
+    fingers = "[fingers]\nrange_mm = [5, 60]\nspeed_mm_s = 40\n"
+    config = six_joints(tmp_path, '[gripper]\nkind = "servo"\n' + fingers)
+    assert config.model.gripper_range_mm == (5.0, 60.0)
+    assert not config.model.transmission.has_gripper
+
+
+def test_an_unverified_model_is_marked(tmp_path):
+    (tmp_path / "six.toml").write_text("verified = false\n" + six_links(), encoding="utf-8")
+    assert not written(tmp_path, six_arm()).model.verified
+
+
+# An arm file that names a URDF: the arm of the how-to page, checked, driven and recorded.
+
+
+NAMES = ("base", "shoulder", "elbow", "forearm_roll", "wrist_pitch", "wrist_roll")
+
+
+def shown():
+    """Return the URDF and the arm file of the page."""
+    (urdf,), (arm,) = (blocks(page("urdf"), kind) for kind in ("xml", "toml"))
+    return urdf, arm
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(old="", new="", *, urdf=("", "")):
+        """Write the page's files, with some text in the place of other text."""
+        text, arm = shown()
+        assert old in arm
+        assert urdf[0] in text
+        (tmp_path / "six.urdf").write_text(text.replace(*urdf, 1), encoding="utf-8")
+        path = tmp_path / "six.toml"
+        path.write_text(arm.replace(old, new, 1), encoding="utf-8")
+        return path
+
+    return written
+
+
+def problems_of(path):
+    return arm_problems(tomllib.loads(path.read_text(encoding="utf-8")), path.stem, path.parent)
+
+
+def test_names_and_limits_come_from_the_urdf_and_the_arm_file_corrects_them(write):
+    config = load_arm(write())
+    arm = config.model.arm
+    assert arm.joint_names == NAMES
+    assert (arm.limits[0].low_rad, arm.limits[0].high_rad) == (-2.9, 2.9)
+    assert math.degrees(arm.limits[5].high_rad) == pytest.approx(155)
+    assert config.model.notes == "six.urdf, from link base_link to link tool0"
+    assert config.title == "printed-six"
+    zero = arm.fk(Joints((0.0,) * 6, NAMES))
+    assert (zero.x_mm, zero.y_mm, zero.z_mm, zero.pitch_rad) == pytest.approx((390, 0, 400, 0))
+
+
+def test_a_check_names_what_is_not_used(write):
+    remarks = list(remarks_on(load_arm(write())))
+    for said in ("fingers", "1.5708 as 90°", "collision shapes (1)", "package:// paths"):
+        assert any(said in sentence for sentence in remarks)
+
+
+def test_the_base_link_may_stand_above_the_table(write):
+    plain = load_arm(write()).model.arm
+    raised = load_arm(write('tip_link = "tool0"', "height_mm = 35.0")).model.arm
+    joints = Joints((0.3, 0.2, -0.4, 0.1, 0.5, 0.0), NAMES)
+    assert raised.fk(joints).z_mm == pytest.approx(plain.fk(joints).z_mm + 35.0)
+
+
+def test_the_hand_s_frame_may_stand_elsewhere_in_its_link(write):
+    plain = load_arm(write()).model.arm
+    turned = load_arm(
+        write('tip_link = "tool0"', 'tip_link = "hand"\nz_mm = 80\npsi_deg = 180')
+    ).model.arm
+    joints = Joints((0.3, 0.2, -0.4, 0.1, 0.5, 0.0), NAMES)
+    one, other = plain.fk(joints), turned.fk(joints)
+    assert (one.x_mm, one.y_mm, one.z_mm) == pytest.approx((other.x_mm, other.y_mm, other.z_mm))
+    assert other.pitch_rad == pytest.approx(-one.pitch_rad)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('tip_link = "tool0"', 'tip_link = "tol0"', "did you mean 'tool0'?"),
+        ('tip_link = "tool0"', "tip = 1", "did you mean 'tip_link'?"),
+        ('tip_link = "tool0"', "tip_link = 1", "urdf.tip_link must be text"),
+        ('tip_link = "tool0"', 'tip_link = "finger"', "joint 'fingers' slides"),
+        ('tip_link = "tool0"', 'tip_link = "knuckle"', "'wrist_roll' in [limits_deg]"),
+        ('model = "six.urdf"', 'model = "seven.urdf"', "seven.urdf cannot be read"),
+        ('model = "six.urdf"', 'model = "six.urdf.xacro"', "six.urdf.xacro cannot be read"),
+        ("wrist_roll = [-155, 155]", "", "joint 'wrist_roll' has no limits in its model"),
+        ("wrist_roll = 40", "", "[speeds_deg_s] is missing wrist_roll"),
+    ],
+)
+def test_a_wrong_key_is_named(write, old, new, said):
+    found = problems_of(write(old, new))
+    assert any(said in sentence for sentence in found), found
+
+
+def test_a_bad_urdf_is_one_problem_beside_those_of_the_arm_file(write):
+    path = write("wrist_roll = 40", "wrist_roll = -4", urdf=("</robot>", ""))
+    (first, second) = problems_of(path)
+    assert "six.urdf: the URDF is not valid XML: no element found" in first
+    assert "speeds_deg_s.wrist_roll" in second
+
+
+def test_a_urdf_s_section_is_unknown_to_other_arms(tmp_path):
+    path = tmp_path / "bench.toml"
+    path.write_text('model = "teachmover"\n[urdf]\ntip_link = "x"\n', encoding="utf-8")
+    with pytest.raises(ArmFileError, match="unknown key 'urdf'"):
+        load_arm(path)
+
+
+def test_a_huge_urdf_is_not_read(write):
+    path = write(urdf=("</robot>", f"<!-- {'x' * 3_000_000} --></robot>"))
+    (problem,) = [each for each in problems_of(path) if "urdf" in each]
+    assert "larger than" in problem
+
+
+def test_the_model_alone_takes_the_same_joint_values(write):
+    path = write()
+    chain = read_model(path.parent / "six.urdf").chain
+    values = (0.3, 0.2, -0.4, 0.1, 0.5, -0.6)
+    whole = load_arm(path).model.arm.chain
+    for ours, theirs in zip(chain.fk(values), whole.fk(values), strict=True):
+        assert ours == pytest.approx(theirs)
+
+
+def test_a_recording_holds_the_urdf(write, tmp_path):
+    config = load_arm(write())
+    header = header_of(config, link="bench", why="test", began=(0.0, 0.0))
+    (tmp_path / "six.urdf").unlink()
+    assert "<robot" in header.model_file
+    again = config_of(Recording(header, ()))
+    assert again.calibration == config.calibration
+    assert again.model.arm == config.model.arm
+
+
+def test_it_is_homed_and_moved_on_its_simulated_board_and_drawn(write):
+    config = load_arm(write())
+    with Arm(connect_simulated(config)) as arm:
+        arm.home()
+        arm.move_j(shoulder_deg=10, elbow_deg=20, wrist_pitch_deg=30)
+        arm.move_to(Pose.of(x_mm=300, y_mm=50, z_mm=250, pitch_deg=-30, yaw_deg=10))
+        assert math.dist(arm.twin.world.tip, (300.0, 50.0, 250.0)) < 1.0
+        scene = ArmDrawing(config.model)
+        pictures = [
+            Studio(scene.dome, braille=True)
+            .draw(scene.space(Moment(joints, 0.0)), VIEWS["side"], 60, 20)
+            .rows()
+            for joints in (arm.joints, Joints((0.0,) * 6, NAMES))
+        ]
+        assert pictures[0] != pictures[1]
+        assert all(len(set("".join(rows))) > 5 for rows in pictures)

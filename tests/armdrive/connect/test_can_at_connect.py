@@ -4,8 +4,6 @@ Every row is of an arm that this program has not seen yet, and some are of one t
 behind a wire that was lost. Each ends in the same program, where the arm moves.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Callable

@@ -1,17 +1,39 @@
-"""From what a person calls an arm to a connected one: names, files, ports, twins."""
+"""Connecting: foreign boards, wrong dialects."""
 
-from __future__ import annotations
+import itertools
+from dataclasses import replace
 
 import pytest
 from cli_calls import write_arm_file
+from doctor_bench import (
+    LINE_ENDS_ACT,
+    PREPARED,
+    SPOKEN,
+    EchoDevice,
+    EchoingBoard,
+    ScriptedDevice,
+    SimPort,
+    TableDevice,
+    check_unmoved,
+    made,
+    prepared,
+)
 
 from armdrive import Arm, ArmFileError, BadRequest, PortUnavailable, SimulatedClock
 from armdrive.arm import State
-from armdrive.connect.parts import connect_real
+from armdrive.config.sections import Connection
+from armdrive.connect.parts import assemble, connect_real
+from armdrive.connect.port import explained, explaining
 from armdrive.connect.target import find, simulated_config, state_file
+from armdrive.dialects.recognition import comes_back
 from armdrive.dialects.teachmover.controller import FIRST_LINE
+from armdrive.dialog.conversation import Grade
+from armdrive.errors import DeviceFault, SettingsDiffer
 from armdrive.errors.printable import command_line
+from armdrive.registry import DIALECTS
 from armdrive.runtime.clock import RealPace, SimulatedPace
+from armdrive.setup import survey as after
+from armdrive.trace.recorder import FlightRecorder
 from firmware_protocol import armdroid
 from firmware_protocol.armdroid import Device as ArmdroidDevice
 from firmware_protocol.armdroid import Host as ArmdroidHost
@@ -142,3 +164,221 @@ def test_the_first_line_to_a_teachmover_leaves_an_armdroid_nothing_to_repeat(lef
     assert armdroid.DriveAll((0, 0, 0, 0, 0, 0)) in motions[1:]
     for motion in motions[1:]:
         assert not any(motion.steps if isinstance(motion, armdroid.DriveAll) else (motion.steps,))
+
+
+# -- Wrong dialects --------------------------------------------------------------------------------
+
+ON_SERIAL = [name for name, row in DIALECTS.items() if not row.can]
+PAIRS = [(x, y) for x, y in itertools.product(ON_SERIAL, SPOKEN) if x != y]
+PORT = "/dev/ttyARM"
+
+
+def connected(dialect: str, port: SimPort, baud: int | None = None) -> Arm:
+    config = simulated_config(dialect)
+    wire = replace(config.connection, port=PORT)
+    port.tune(baud or wire.baud)
+    pace = SimulatedPace()
+    pace.clock.now_s = port.now
+    try:
+        recorder = FlightRecorder()
+        with explaining(recorder.ring.entries, wire):
+            return Arm(assemble(config, port, pace, simulated=True, tracer=recorder))
+    finally:
+        port.now = max(port.now, pace.clock.now_s)
+
+
+def refused(dialect: str, port: SimPort, baud: int | None = None) -> str:
+    with pytest.raises(DeviceFault) as fault:
+        connected(dialect, port, baud).close()
+    sentence = str(fault.value)
+    assert f"`armdrive doctor {PORT}`" in sentence
+    assert "\n" not in sentence
+    return sentence
+
+
+@pytest.mark.parametrize(("asked", "there"), PAIRS)
+@pytest.mark.parametrize("same_baud", [True, False])
+def test_the_wrong_dialect_moves_nothing_and_says_so(asked, there, same_baud):
+    for state in PREPARED[there]:
+        if (there, state) not in LINE_ENDS_ACT:
+            port = prepared(there, state)
+            refused(asked, port, port.device.board.baud if same_baud else None)
+            check_unmoved(port, there, state)
+
+
+@pytest.mark.parametrize(
+    ("asked", "says", "named"),
+    [
+        ("teachmover", b"Welcome, Armdroid!\r\n", "set the dialect to armdroid"),
+        (
+            "teachmover",
+            b"\r\nGrbl 1.1h ['$' for help]\r\n",
+            "it is Grbl 1.1h; set the dialect to grbl",
+        ),
+        ("armdroid", b"1\r0,0,0,0,0,0,0\r", "set the dialect to teachmover"),
+        ("armdroid", b"\xaa\x02\x02\x01\x01\xa9\x03", "set the dialect to robko01"),
+        ("teachmover", b"0,0,0,0,0,0,0\r", "Robko 01 retrofit, in its text mode"),
+        ("teachmover", b"\x00\x80\xe0\x00\xf8", "is the baud rate right?"),
+        ("teachmover", b"hello, who is there?\r\n", "answer: 'hello, who is there?"),
+        (
+            "teachmover",
+            b"hello, who is there?\r\n",
+            "The bytes received are not in the teachmover dialect. ",
+        ),
+        ("teachmover", b"@,d,,,", "The bytes received are not in the teachmover dialect"),
+    ],
+)
+def test_the_error_quotes_what_was_received(asked, says, named):
+    port = SimPort(ScriptedDevice(answers=says))
+    assert named in refused(asked, port)
+
+
+def test_silence_is_reported_as_silence():
+    sentence = refused("teachmover", SimPort(ScriptedDevice()))
+    assert "The bytes received" not in sentence
+    assert "The device" not in sentence
+    assert "no answer" in sentence
+
+
+@pytest.mark.parametrize("half", [b"1", b"1\r0,0,0", b"1\r0,0,0,0,0,0,"])
+def test_half_an_answer_of_the_right_dialect_does_not_count(half):
+    port = SimPort(ScriptedDevice(answers=half))
+    assert "no answer" in refused("teachmover", port)
+
+
+@pytest.mark.parametrize("asked", SPOKEN)
+def test_a_banner_in_mid_stream_does_no_harm(asked):
+    """The board starts while its port is opened: what it had begun to say breaks off."""
+    port = prepared(asked, "fresh")
+    before = port.device.world.motors
+    if hasattr(port.device.board, "opened"):
+        port.device.board.opened()
+    port.line.say(b"offse\r\n<Idle|MP\xaa\x02\x0e", port.now)
+    connected(asked, port).close()
+    port.pass_time(20.0)
+    assert port.device.world.motors == before
+
+
+@pytest.mark.parametrize(
+    ("port", "named"),
+    [
+        (PORT, f"`armdrive doctor {PORT}` finds"),
+        ("/dev/my arm", f"`{command_line('doctor', '/dev/my arm')}` finds"),
+        ("", "`armdrive ports` shows"),
+    ],
+)
+def test_an_arm_that_is_found_by_its_number_alone_has_no_port_to_name(port, named):
+    wire = Connection("teachmover", port, usb_serial="A50285BI")
+    assert named in str(explained(DeviceFault("no answer"), b"", wire))
+
+
+def test_a_bus_is_looked_at_by_the_survey_of_buses():
+    wire = Connection("mks", "can:slcan:/dev/ttyACM0?bitrate=500000")
+    sentence = str(explained(DeviceFault("no answer"), b"\xc5\x08\x00\x01", wire))
+    assert "baud rate" not in sentence
+    assert "`armdrive doctor --can 'slcan:/dev/ttyACM0?bitrate=500000'`" in sentence
+
+
+# -- Foreign boards --------------------------------------------------------------------------------
+
+SMOOTHIE_STATUS = b"<Idle|MPos:0.0000,0.0000,0.0000|WPos:0.0000,0.0000,0.0000|F:0,100.0>\r\n"
+OLD_STATUS = b"<Idle,MPos:0.000,0.000,0.000,WPos:0.000,0.000,0.000>\r\n"
+OLD_GREETING = b"\r\nGrbl 0.9j ['$' for help]\r\n"
+FOREIGN = {
+    "Marlin, the firmware of a 3D printer": TableDevice(
+        {}, b'echo:Unknown command: ""\nok\n', b"start\r\necho:Marlin 2.1.2\r\n"
+    ),
+    "Smoothieware": TableDevice({b"?": SMOOTHIE_STATUS}, b"ok\r\n", b"Smoothie\r\nok\r\n"),
+    "Grbl 0.9j, whose reports have an older form": TableDevice(
+        {b"?": OLD_STATUS, b"\x18": OLD_GREETING, b"$I": b"[0.9j.20150930:]\r\nok\r\n"},
+        b"ok\r\n",
+        OLD_GREETING,
+    ),
+    "an ESP32 whose firmware has sent nothing yet": TableDevice(
+        {}, b"", b"ets Jun  8 2016 00:22:57\r\n\r\nrst:0x1 (POWERON_RESET),boot:0x13\r\n"
+    ),
+}
+MOTION = (b"G1", b"G0", b"$J", b"$H", b"X")
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_other_firmware_is_named_with_the_remedy_and_gets_no_motion(name):
+    device = FOREIGN[name]
+    sentence = refused("grbl", SimPort(device))
+    assert f"The device does not speak grbl: it is {name}; " in sentence
+    assert not any(word in device.heard for word in MOTION)
+
+
+def test_the_doctor_says_what_helps_where_it_knows_the_firmware():
+    found = SimPort(TableDevice({}, b"ok\r\n", OLD_GREETING)).examine(115_200)
+    (first, *_) = after.of_examination(found, wire=Connection("grbl"))
+    assert first.grade is Grade.PROBLEM
+    assert "Grbl 0.9j" in first.what
+    assert "grblHAL" in first.mend
+
+
+@pytest.mark.parametrize("dialect", ON_SERIAL)
+def test_an_echoing_line_is_recognised(dialect):
+    sentence = refused(dialect, SimPort(EchoDevice(baud=115_200)), 115_200)
+    assert "Everything that is sent comes straight back" in sentence
+
+
+def test_a_board_behind_such_a_line_moves_nothing():
+    board = made("grbl")
+    before = board.world.motors
+    sentence = refused("grbl", SimPort(EchoingBoard(board)))
+    assert "Everything that is sent comes straight back" in sentence
+    assert board.world.motors == before
+
+
+def test_the_doctor_finds_an_echo_and_takes_it_for_no_answer():
+    echo = SimPort(EchoDevice(baud=115_200)).examine()
+    assert echo.identity is None
+    assert "comes straight back" in after.of_examination(echo)[0].what
+    board = SimPort(EchoingBoard(made("robko01"))).examine(115_200)
+    assert board.identity.dialect == "robko01"
+    assert any(
+        "echoes everything that is sent" in each.what for each in after.of_examination(board)
+    )
+
+
+@pytest.mark.parametrize(
+    ("sent", "heard", "echoed"),
+    [
+        ([b"?", b"?", b"\x18"], b"??\x18", True),
+        ([b"?", b"?", b"?"], b"<Idle|MPos:0,0,0>", False),
+        ([b"$I\n", b"$$\n"], b"$I\r\n[VER:1.1h]\r\nok\r\n$$\r\nok\r\n", True),
+        ([b"$I\n", b"$$\n"], b"$$\r\n$I\r\n", False),
+        ([b"?", b"$I\n"], b"?ok\r\n", False),
+        ([b"?"], b"?", False),
+        ([], b"ok", False),
+    ],
+)
+def test_an_echo_is_what_was_sent_in_its_order(sent, heard, echoed):
+    assert comes_back(sent, heard) is echoed
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "named"),
+    [
+        (13, 1.0, "reports in inches"),
+        (10, 0.0, "what reports contain"),
+        (10, 1.0, "what reports contain"),
+        (100, 250.0, "steps per unit of X"),
+        (104, 80.0, "steps per unit of B"),
+        (1, 25.0, "motors on while standing"),
+    ],
+)
+def test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended(key, value, named):
+    board = made("grbl")
+    board.board.settings.values[key] = value
+    arm = connected("grbl", SimPort(board))
+    before = board.world.motors
+    assert named in arm.status.notice
+    for move in (
+        lambda: arm.move_motors(1, 0, 0, 0, 0, 0),
+        lambda: arm.jog_j(base_deg=1.0),
+    ):
+        with pytest.raises(SettingsDiffer, match=named):
+            move()
+    assert board.world.motors == before

@@ -1,25 +1,31 @@
-"""A lost wire comes back, and with it an arm that stands: on simulated time, in this process."""
-
-from __future__ import annotations
+"""Reconnecting, at the same port or another."""
 
 import math
+import sys
+import threading
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from faults import as_it_stands
 from pages import page
+from served import Served
+from waiting import LONG_S, until
 
-from armdrive import Arm, LinkLost, WrongState
+from armdrive import Arm, JointMove, LinkLost, WrongState
+from armdrive.config.sections import Connection
+from armdrive.connect import port as mending
 from armdrive.connect.parts import connect_simulated
-from armdrive.connect.port import PAUSES_S
-from armdrive.connect.target import simulated_config
-from armdrive.errors import NoAnswer, NotReferenced, PortUnavailable
+from armdrive.connect.port import PAUSES_S, NewLink, PortOpening, Reconnector
+from armdrive.connect.target import find, simulated_config
+from armdrive.errors import NoAnswer, NoSuchPort, NotReferenced, PortInUse, PortUnavailable
 from armdrive.moves import Jog, Space
 from armdrive.registry import DIALECTS
 from armdrive.status import Current, State, Trust
+from armdrive.transports import ports
 from armdrive.transports.link import MemoryLink
 
-LONG_S = 8.0
+RECONNECTS_S = 8.0
 """Longer than any pause between two tries and the resuming after it."""
 
 
@@ -61,7 +67,7 @@ def replug_mute(arm: Arm) -> None:
 def lose_and_find(arm: Arm) -> None:
     unplug(arm)
     replug(arm)
-    arm.sleep(LONG_S)
+    arm.sleep(RECONNECTS_S)
 
 
 two_kinds = pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
@@ -73,7 +79,7 @@ def test_an_arm_whose_wire_comes_back_allows_no_motion_before_error_stop(connect
     arm = connected(dialect, reconnect=True)
     unplug(arm)
     replug(arm)
-    states, until_s = {arm.status.state}, arm.status.time_s + LONG_S
+    states, until_s = {arm.status.state}, arm.status.time_s + RECONNECTS_S
     while arm.pace.now_s() < until_s:
         arm.sleep(0.001)
         states.add(arm.core.state)
@@ -84,69 +90,34 @@ def test_an_arm_whose_wire_comes_back_allows_no_motion_before_error_stop(connect
 
 
 @two_kinds
-def test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing(connected, dialect):
+def test_a_wire_that_comes_back_elsewhere_is_said_to_be_there(connected, dialect):
     arm = connected(dialect, reconnect=True)
-    arm.move_j(shoulder_deg=45)
-    stood = arm.twin.world.motors
     unplug(arm)
     arm.sleep(3.0)
-    assert arm.status.state is State.DISCONNECTED
-    assert arm.status.error_code == "E407"
-    assert arm.status.notice_code == "E403"
+    assert (arm.status.error_code, arm.status.notice_code) == ("E407", "E403")
     replug(arm)
-    arm.sleep(LONG_S)
-    status = arm.status
-    assert status.state is State.ERROR_STOP
-    assert status.error_code == "E409"
-    assert status.trust is not Trust.REFERENCED
-    assert "elsewhere" in status.link
-    assert "is back, now elsewhere" in status.error
-    assert arm.twin.world.motors == stood
-    with pytest.raises(WrongState):
-        arm.jog_j(shoulder_deg=1)
-    arm.reset()
-    assert arm.twin.world.motors == stood
-    assert arm.status.error == ""
+    arm.sleep(RECONNECTS_S)
+    assert arm.status.error_code == "E409"
+    assert "elsewhere" in arm.status.link
+    assert "is back, now elsewhere" in arm.status.error
 
 
 @two_kinds
-def test_a_call_waiting_for_a_motion_raises_the_loss_and_the_motion_does_not_continue(
-    connected, dialect
-):
-    arm = connected(dialect, reconnect=True)
-    handle = arm.move_j(base_deg=80, wait=False)
-    arm.sleep(0.4)
-    silent_s = arm.status.silent_time_s
-    unplug(arm)
-    with pytest.raises(LinkLost):
-        handle.wait()
-    arm.twin.link.line.advance(arm.pace.now_s() + silent_s)
-    stood = arm.twin.world.motors
-    replug(arm)
-    arm.sleep(LONG_S)
-    assert arm.status.state is State.ERROR_STOP
-    assert arm.status.trust is Trust.SUSPECT
-    assert arm.status.trust_code == "E716"
-    arm.reset()
-    arm.sleep(2.0)
-    assert arm.twin.world.motors == stood
-
-
-@two_kinds
+@pytest.mark.parametrize("stop", [Arm.stop, Arm.estop])
 @pytest.mark.parametrize("moving", [False, True])
-def test_a_stop_that_cannot_reach_the_arm_does_not_end_well(connected, dialect, moving):
+def test_a_stop_that_cannot_reach_the_arm_does_not_end_well(connected, dialect, moving, stop):
     arm = connected(dialect, reconnect=True)
     arm.move_j(base_deg=80, wait=not moving)
     arm.twin.faults.add("unplug")
     arm.sleep(0.5)
     for _ in range(2):
         with pytest.raises(LinkLost, match=r"did not reach the arm .*its own switch"):
-            arm.stop()
+            stop(arm)
     replug(arm)
-    arm.sleep(LONG_S)
-    arm.stop()
+    arm.sleep(RECONNECTS_S)
+    stop(arm)
     arm.close()
-    arm.stop()
+    stop(arm)
 
 
 @pytest.mark.parametrize("reconnect", [False, True])
@@ -165,11 +136,12 @@ def test_the_status_of_a_lost_arm_bounds_what_was_under_way(reconnect):
     lost, tip = arm.status, world.tip
     assert lost.state is State.DISCONNECTED
     assert lost.silent_time_s == moving.silent_time_s
+    assert lost.trust_code == "E716"
     arm.twin.link.line.advance(arm.pace.now_s() + lost.silent_time_s)
     assert idle_s < math.dist(tip, world.tip) <= lost.silent_distance_mm
     arm.twin.link.replug()
     if reconnect:
-        arm.sleep(LONG_S)
+        arm.sleep(RECONNECTS_S)
         assert arm.status.silent_time_s == idle_s
         assert arm.status.acknowledged == world.motors, "it was looked at when it stood"
     arm.close()
@@ -197,7 +169,7 @@ def test_a_board_that_lost_its_power_meanwhile_is_suspect(connected):
     arm.twin.faults.add("brown-out")
     arm.twin.link.line.advance(arm.pace.now_s() + 1.0)
     replug(arm)
-    arm.sleep(LONG_S)
+    arm.sleep(RECONNECTS_S)
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.current is Current.UNKNOWN
@@ -214,7 +186,7 @@ def test_reconnecting_goes_on_while_no_arm_answers(connected):
     assert "then call `reset()`" not in arm.status.error + arm.status.notice
     assert arm.reconnector.tries > 1
     arm.twin.faults.end()
-    arm.sleep(LONG_S)
+    arm.sleep(RECONNECTS_S)
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.notice == ""
 
@@ -252,10 +224,11 @@ def test_an_emergency_stop_without_a_wire_latches_once_it_is_back(connected, dis
     if disabled:
         arm.disable()
     unplug(arm)
-    arm.estop()
+    with pytest.raises(LinkLost):
+        arm.estop()
     arm.sleep(2.0)
     replug(arm)
-    arm.sleep(LONG_S)
+    arm.sleep(RECONNECTS_S)
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.error_code == "E303"
 
@@ -270,7 +243,7 @@ def test_a_jog_that_was_held_or_waited_is_forgotten(connected):
     arm.nudge(jog, speed=0.5)
     arm.hold(jog, speed=0.5, for_s=1.0)
     replug(arm)
-    arm.sleep(LONG_S)
+    arm.sleep(RECONNECTS_S)
     stood = arm.twin.world.motors
     assert arm.core.hold is None
     assert arm.core.nudges == []
@@ -332,7 +305,7 @@ def test_a_wire_that_is_back_under_its_name_is_not_named_again(connected):
     unplug(arm)
     arm.twin.faults.end()
     arm.twin.link.replug()
-    arm.sleep(LONG_S)
+    arm.sleep(RECONNECTS_S)
     assert (
         arm.status.error
         == "the connection was lost and is back: look at the arm, then call `reset()`"
@@ -377,7 +350,6 @@ def test_a_pulled_cable_is_seen_within_a_second(connected, dialect, moving):
 
 # -- how soon a silent arm is given up ------------------------------------------------------------
 
-
 GIVEN_UP_AFTER_S = {
     "teachmover": 2.3,
     "armdroid": 2.4,
@@ -403,3 +375,264 @@ def test_a_standing_arm_that_falls_silent_is_given_up_as_soon_as_the_page_says(d
 def test_the_page_tells_those_times():
     times = " | ".join(f"{time_s} s" for time_s in GIVEN_UP_AFTER_S.values())
     assert f"| at rest | {times} |" in page("sharing")
+
+
+AFTER_A_LOSS = {
+    "move_j": lambda arm: arm.move_j(base_deg=10),
+    "preview": lambda arm: arm.run(arm.preview(JointMove({"base_deg": 10})).resolved),
+    "jog_j": lambda arm: arm.jog_j(base_deg=1),
+    "jog_l": lambda arm: arm.jog_l(x_mm=1),
+    "move_motors": lambda arm: arm.move_motors(1, 0, 0, 0, 0, 0),
+    "grasp": lambda arm: arm.gripper.grasp(),
+    "home": lambda arm: arm.home(),
+    "enable": lambda arm: arm.enable(),
+    "disable": lambda arm: arm.disable(),
+    "reset": lambda arm: arm.reset(),
+    "set_output": lambda arm: arm.set_output(1),
+    "read_inputs": lambda arm: arm.read_inputs(),
+    "wait_inputs": lambda arm: arm.wait_inputs(high=1),
+    "confirm_reference": lambda arm: arm.confirm_reference(),
+    "read_pendant_program": lambda arm: arm.read_pendant_program(),
+}
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_every_call_after_a_loss_says_why_the_link_is_lost_and_what_to_do(connected, moving):
+    arm = connected()
+    arm.move_j(base_deg=80, wait=not moving)
+    unplug(arm)
+    assert arm.preview(JointMove({"base_deg": 10})).refusal is not None
+    for call in AFTER_A_LOSS.values():
+        with pytest.raises(LinkLost, match="unplugged: plug it in and connect again"):
+            call(arm)
+    arm.close()
+    for call in AFTER_A_LOSS.values():
+        with pytest.raises(LinkLost, match="connect again"):
+            call(arm)
+
+
+# -- Other ports -----------------------------------------------------------------------------------
+
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+NUMBER = "A50285BI"
+
+
+@pytest.fixture
+def plugged(monkeypatch):
+    """USB adapters that this computer is made to believe in: name of the port to number."""
+    adapters: dict[str, str] = {}
+
+    def found():
+        return [SimpleNamespace(device=name, serial_number=adapters[name]) for name in adapters]
+
+    monkeypatch.setattr(ports, "_found", found)
+    return adapters
+
+
+class TestFinding:
+    def test_an_adapter_is_found_under_any_name(self, plugged):
+        plugged["/dev/ttyUSB7"] = NUMBER
+        assert ports.device_of(NUMBER) == "/dev/ttyUSB7"
+        assert ports.device_of(NUMBER, "/dev/ttyUSB0") == "/dev/ttyUSB7"
+        assert ports.serial_number_of("/dev/ttyUSB7") == NUMBER
+        assert ports.serial_number_of("/dev/ttyUSB0") == ""
+
+    def test_an_adapter_that_is_not_there_is_named_with_those_that_are(self, plugged):
+        plugged["/dev/ttyUSB7"] = "OTHER"
+        plugged["/dev/ttyS0"] = None
+        with pytest.raises(NoSuchPort, match=rf"{NUMBER} \(present: OTHER \(/dev/ttyUSB7\)\)"):
+            ports.device_of(NUMBER)
+        plugged.clear()
+        with pytest.raises(NoSuchPort, match="none with a number"):
+            ports.device_of(NUMBER)
+
+    def test_adapters_of_one_number_are_told_apart_by_name_or_not_at_all(self, plugged):
+        plugged["/dev/ttyUSB1"] = plugged["/dev/ttyUSB2"] = NUMBER
+        assert ports.device_of(NUMBER, "/dev/ttyUSB2") == "/dev/ttyUSB2"
+        with pytest.raises(NoSuchPort, match="/dev/ttyUSB1 and /dev/ttyUSB2"):
+            ports.device_of(NUMBER, "/dev/ttyUSB0")
+
+    def test_a_name_that_udev_has_made_is_kept_while_it_leads_there(self, plugged, tmp_path):
+        device, link = tmp_path / "ttyUSB0", tmp_path / "by-id"
+        device.touch()
+        link.symlink_to(device)
+        plugged[str(device)] = NUMBER
+        assert ports.serial_number_of(str(link)) == NUMBER
+        assert ports.device_of(NUMBER, str(link)) == str(link)
+
+    def test_an_arm_file_may_give_the_number_alone(self, plugged):
+        config = find("/dev/ttyUSB0", dialect_name="teachmover").config
+        wiring = PortOpening(
+            replace(config, connection=Connection("teachmover", usb_serial=NUMBER))
+        )
+        with pytest.raises(NoSuchPort):
+            wiring.open()
+        plugged["/dev/no-such-port"] = NUMBER
+        assert wiring.find() == "/dev/no-such-port"
+        with pytest.raises(PortUnavailable, match="/dev/no-such-port"):
+            wiring.open()
+        with pytest.raises(PortUnavailable, match="usb_serial"):
+            PortOpening(replace(config, connection=Connection("teachmover")))
+
+
+def moving(arm, there):
+    """Begin a motion and wait until the arm itself moves."""
+    arm.declare_posture(arm.model.arm.ik(arm.model.reference.pose))
+    handle = arm.move_j(shoulder_deg=70, wait=False)
+    start = there.device.world.motors
+    until(lambda: there.device.world.motors != start)
+    return handle
+
+
+@needs_pty
+class TestPty:
+    def test_an_adapter_comes_back_under_another_name(self, plugged, tmp_path):
+        first, second = tmp_path / "first", tmp_path / "second"
+        with Served("teachmover", pty=first) as arm_there:
+            plugged[str(first)] = NUMBER
+            arm = Arm.connect(str(first), dialect="teachmover", reconnect=True)
+            handle = moving(arm, arm_there)
+            arm_there.tell("unplug")
+            plugged.clear()
+            until(lambda: arm.status.state is State.DISCONNECTED)
+            with pytest.raises(LinkLost):
+                handle.wait()
+            # another adapter takes the old name: it is not ours
+            with Served("armdroid", pty=first):
+                plugged[str(first)] = "OTHER"
+                until(lambda: "OTHER" in arm.status.notice)
+                assert arm.status.state is State.DISCONNECTED
+                plugged[str(second)] = NUMBER
+                arm_there.tell(f"replug as {second}")
+                until(lambda: arm.status.state is State.ERROR_STOP)
+            assert str(second) in arm.status.link
+            assert arm.status.trust is Trust.SUSPECT
+            arm.close()
+
+    def test_a_port_without_a_number_comes_back_under_its_own_name(self, tmp_path):
+        path = tmp_path / "arm"
+        with Served("teachmover", pty=path) as there:
+            with Arm.connect(str(path), dialect="teachmover", reconnect=True) as arm:
+                thread = arm.pace._thread
+                there.tell("unplug")
+                until(lambda: arm.status.state is State.DISCONNECTED)
+                there.tell("replug")
+                until(lambda: arm.status.state is State.ERROR_STOP)
+                arm.reset()
+                assert arm.status.state is State.STANDBY
+                assert arm.read_inputs() is not None
+            assert not thread.is_alive()
+
+    def test_an_arm_that_is_looked_for_can_be_closed(self, tmp_path):
+        path = tmp_path / "arm"
+        with Served("teachmover", pty=path) as there:
+            arm = Arm.connect(str(path), dialect="teachmover", reconnect=True)
+            thread = arm.pace._thread
+            there.tell("unplug")
+            until(lambda: arm.reconnector.tries > 0)
+            arm.close()
+            assert not thread.is_alive()
+            there.tell("replug")
+            Arm.connect(str(path), dialect="teachmover").close()  # the port was given back
+
+
+TRANSPORTS = [
+    pytest.param("pty", marks=needs_pty),
+    "tcp",
+]
+
+
+@pytest.mark.parametrize("motion", [False, True], ids=["standing", "moving"])
+@pytest.mark.parametrize("transport", TRANSPORTS)
+def test_a_lost_wire_is_seen(transport, motion, tmp_path):
+    where = {"pty": tmp_path / "arm"} if transport == "pty" else {"tcp": "0"}
+    with Served("teachmover", **where) as there:
+        arm = Arm.connect(there.port, dialect="teachmover")
+        if motion:
+            moving(arm, there)
+        there.tell("unplug")
+        until(lambda: arm.status.state is State.DISCONNECTED)
+        arm.close()
+
+
+@needs_pty
+def test_a_lost_wire_is_seen_in_error_stop_too(tmp_path):
+    with Served("teachmover", pty=tmp_path / "arm") as there:
+        arm = Arm.connect(there.port, dialect="teachmover")
+        arm.estop()
+        there.tell("unplug")
+        until(lambda: arm.status.state is State.DISCONNECTED)
+        arm.close()
+
+
+def test_a_network_host_that_closed_its_port_is_seen_at_the_next_look():
+    with Served("robko01", udp="0") as there:
+        arm = Arm.connect(there.port, dialect="robko01")
+        arm.enable()
+        assert arm.config.motion.idle_poll_s < 1.0
+        there.tell("unplug")
+        until(lambda: arm.status.state is State.DISCONNECTED)
+        arm.close()
+
+
+# -- the old wire lets its port go first ----------------------------------------------------------
+
+
+class OneHolder:
+    """A port that one wire at a time can have; a wire is slow to let it go."""
+
+    description = "can:slcan:/dev/ttyACM0"
+
+    def __init__(self) -> None:
+        self.asked_for, self.may_close, self.tried = (threading.Event() for _ in range(3))
+        self.held = True
+
+    def close(self) -> None:
+        self.may_close.wait(LONG_S)
+        self.held = False
+
+    def open_again(self):
+        if self.held:
+            raise PortInUse("in use by another program or by this one")
+        raise LinkLost("free, but nobody is there")
+
+    def woken(self) -> None:
+        self.tried.set()
+
+
+@pytest.fixture
+def port():
+    held = OneHolder()
+    yield held
+    held.may_close.set()
+
+
+def looking(port):
+    """Return who looks for a wire that was lost a moment ago, and has begun to."""
+    engine = SimpleNamespace(link=port)
+    core = SimpleNamespace(notify=lambda *_words: None)
+    wire = SimpleNamespace(engine=engine, core=core, now_s=0.0)
+    reconnector = Reconnector(wire, NewLink(port.open_again, in_thread=True))
+    reconnector.lost(0.0)
+    engine.link = SimpleNamespace(wake=port.woken)
+    reconnector.ask(0.0)
+    reconnector(0.0)
+    return reconnector
+
+
+def test_the_old_wire_is_waited_for(port):
+    reconnector = looking(port)
+    assert not port.tried.wait(0.05)
+    port.may_close.set()
+    assert port.tried.wait(LONG_S)
+    reconnector(0.0)
+    assert reconnector.tries == 1
+    assert "nobody is there" in str(reconnector.trouble)
+
+
+def test_an_old_wire_that_never_lets_go_is_waited_for_no_longer_than_that(port, monkeypatch):
+    monkeypatch.setattr(mending, "LET_GO_S", 0.01)
+    reconnector = looking(port)
+    assert port.tried.wait(LONG_S)
+    reconnector(0.0)
+    assert isinstance(reconnector.trouble, PortInUse)

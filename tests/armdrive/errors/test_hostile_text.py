@@ -1,7 +1,5 @@
 """Whatever text comes from, a terminal is sent printable characters and our own styling alone."""
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import json

@@ -1,28 +1,33 @@
-"""Arcs, blends and ramps on simulated arms: where the tip really goes, and what is refused."""
+"""Paths of a driven arm: parts, frames, guards, and how far it strays."""
 
 import math
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from faults import ready_arm, sim_config
+from faults import OVER_THE_TABLE, arm_config, driven, ready_arm, sim_config
+from grbl_arm import config
+from grbl_arm import ready as ready_board
+from hypothesis import given
+from hypothesis import strategies as st
+from robko_bench import ready_robko, robko_config
 
-from armdrive import (
-    Arm,
-    BadRequest,
-    JointPart,
-    LinePart,
-    NoArc,
-    OutOfBounds,
-    Pose,
-    PosePart,
-)
+from armdrive import Arm, BadRequest, Jog, JointPart, LinePart, NoArc, OutOfBounds, Pose, PosePart
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError
+from armdrive.motion.deviation import SMALL_STEPS, Corridor, has_room, turns
+from armdrive.motion.frames import axes_of, frame_names
+from armdrive.motion.jog.bounds import Bounds
 from armdrive.motion.plan import SpeedLimits, fewer, legs_along, plan_joints, plan_route
+from armdrive.registry import DIALECTS, dialect
 from armdrive.registry.arm_files import parse_arm
-from armdrive.runtime.position import ArmCoordinates
-from kinematics import Joints, preset
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.position import ArmCoordinates, joints_between
+from kinematics import Joints, Motors, preset
+from kinematics.frames.user_frame import UserFrame
+from kinematics.guards import AngleSum
+from kinematics.guards.shapes import Box
 
 STEP_MM = 0.6
 LINE_MM = 0.5
@@ -173,8 +178,8 @@ def test_an_acceleration_of_the_arm_file_is_that_joints_own():
 
 
 def test_boards_that_queue_are_driven_with_ramps_and_others_are_not():
-    for dialect, ramps in (("grbl", True), ("teachmover", False)):
-        with Arm.connect(f"sim:{dialect}") as arm:
+    for name, ramps in (("grbl", True), ("teachmover", False)):
+        with Arm.connect(f"sim:{name}") as arm:
             assert (arm.config.motion.ramp_s > 0.0) is ramps
             legs = plan_joints(arm.config, arm.speeds, START, END, 1.0).legs
             assert (len(legs) > 1) is ramps
@@ -192,3 +197,369 @@ def test_what_one_burst_can_drive_within_the_tolerance_is_one_burst():
     assert fewer(arm, cut, 1e9, 0.0) == cut
     assert fewer(arm, (), 1.0, 1.0) == ()
     assert simulated_config("grbl").motion.jerk_s > 0.0
+
+
+# -- Frames ----------------------------------------------------------------------------------------
+
+BOARD = UserFrame.turned((180.0, 40.0, 30.0), math.radians(30.0))
+
+
+def framed():
+    return replace(simulated_config("teachmover"), frames={"board": BOARD})
+
+
+def test_a_goal_of_the_board_is_reached_on_the_board():
+    with ready_arm(framed()) as arm:
+        goal = Pose.of(x_mm=50, y_mm=-20, z_mm=40, pitch_deg=-90)
+        arm.move_to(goal, frame="board")
+        assert math.dist(place(arm.twin.world.pose), place(BOARD.to_base(goal))) < STEP_MM
+        assert math.dist(place(arm.pose_in("board")), place(goal)) < STEP_MM
+        arm.move_l(replace(goal, y_mm=0.0), frame="board")
+        wanted = BOARD.to_base(replace(goal, y_mm=0.0))
+        assert math.dist(place(arm.twin.world.pose), place(wanted)) < STEP_MM
+
+
+def test_a_goal_of_the_tool_goes_on_as_the_hand_points():
+    with ready_arm(framed()) as arm:
+        arm.move_to(Pose.of(x_mm=250, y_mm=30, z_mm=120, pitch_deg=-45))
+        before, joints = arm.pose, arm.joints
+        _, _, along = axes_of(arm.config, joints, "tool")
+        arm.move_l(Pose(0.0, 0.0, 25.0, 0.0), frame="tool")
+        wanted = [a + 25.0 * b for a, b in zip(place(before), along, strict=True)]
+        assert math.dist(place(arm.pose), wanted) < STEP_MM
+        assert arm.pose.pitch_deg == pytest.approx(-45.0, abs=0.3)
+
+
+def test_an_unknown_frame_is_named_and_nothing_moves():
+    with ready_arm(framed()) as arm:
+        before = arm.twin.world.pose
+        with pytest.raises(BadRequest, match="known are base, tool, board"):
+            arm.move_to(Pose(0.0, 0.0, 0.0, 0.0), frame="bord")
+        assert arm.twin.world.pose == before
+    assert frame_names(framed()) == ("base", "tool", "board")
+
+
+TABLE = {
+    "model": "teachmover",
+    "tool": {"along_mm": 40.0, "up_mm": 10.0},
+    "frames": {"board": {"x_mm": 180.0, "yaw_deg": 30.0}},
+}
+
+
+def test_a_tool_of_the_arm_file_is_what_poses_are_of():
+    held = parse_arm(TABLE, name="held")
+    bare = parse_arm({"model": "teachmover"}, name="bare")
+    joints = bare.model.arm.ik(Pose.of(x_mm=250, y_mm=0, z_mm=150, pitch_deg=0))
+    assert place(held.model.arm.fk(joints)) == pytest.approx((290.0, 0.0, 160.0))
+    assert held.calibration == bare.calibration  # a remembered position is of the joints
+
+
+def test_a_tool_is_driven_to_where_its_point_is_wanted():
+    config = replace(parse_arm(TABLE, name="held"), connection=framed().connection)
+    with ready_arm(config) as arm:
+        goal = Pose.of(x_mm=260, y_mm=60, z_mm=120, pitch_deg=-60, roll_deg=20)
+        arm.move_l(goal)
+        assert math.dist(place(arm.twin.world.pose), place(goal)) < STEP_MM
+
+
+@pytest.mark.parametrize("name", ["tool", "base", "two words"])
+def test_a_frame_needs_a_name_of_its_own(name):
+    with pytest.raises(ArmFileError, match="one word"):
+        parse_arm({"model": "teachmover", "frames": {name: {}}}, name="x")
+
+
+def test_links_that_guards_look_at_are_one_more_with_a_tool():
+    guards = {"radii_mm": [35.0, 30.0, 25.0], "base_radius_mm": 60.0, "base_top_mm": 150.0}
+    table = TABLE | {"guards": guards}
+    bare = {key: value for key, value in table.items() if key != "tool"}
+    assert len(parse_arm(bare, name="x").model.guards.radii_mm) == 3
+    held = parse_arm(table | {"tool": {"along_mm": 40.0, "radius_mm": 8.0}}, name="x")
+    assert held.model.guards.radii_mm == (35.0, 30.0, 25.0, 8.0)
+
+
+# -- Guards ----------------------------------------------------------------------------------------
+
+RADII = (35.0, 30.0, 25.0)
+STANDS_OFF_MM = 70.0
+"""How near a tip comes to the wall whose forearm ends 30 mm thick at an upright hand's wrist."""
+
+WALL = Box("wall", (0.0, 100.0, -10.0), (500.0, 104.0, 600.0))
+FOREARM = AngleSum("forearm elevation", (("shoulder", 1.0), ("elbow", 1.0)), -1.8, 0.5)
+LOOK_S = 0.05
+LAST_MM = 5.0
+"""The guard's tolerance, and the last steps before it, which are made at once."""
+
+
+def guarded(config, **guards):
+    model = config.model
+    return replace(config, model=replace(model, guards=replace(model.guards, **guards)))
+
+
+def walled(config):
+    return guarded(config, radii_mm=RADII, boxes=(WALL,))
+
+
+def over(y_mm, z_mm=120.0):
+    return Pose.of(x_mm=250, y_mm=y_mm, z_mm=z_mm, pitch_deg=-90)
+
+
+def test_a_path_through_a_box_is_refused_before_the_first_byte():
+    arm = ready_arm(walled(sim_config()))
+    arm.move_to(over(0))
+    sent = len(arm.twin.link.sent)
+    for call in (arm.move_to, arm.move_l):
+        with pytest.raises(OutOfBounds, match="inside the box 'wall'") as caught:
+            call(over(180))
+        assert caught.value.name == "box wall"
+        assert caught.value.value < 0.0 == caught.value.bound
+    assert len(arm.twin.link.sent) == sent
+
+
+def test_a_path_through_a_box_to_a_goal_beyond_it_is_refused():
+    pillar = Box("pillar", (240.0, 95.0, -10.0), (260.0, 105.0, 600.0))
+    arm = ready_arm(guarded(sim_config(), radii_mm=RADII, boxes=(pillar,)))
+    arm.move_to(over(0))
+    behind = over(250)
+    assert not arm.config.model.guards.violations(
+        arm.config.model.arm, arm.config.model.arm.ik(behind)
+    )
+    with pytest.raises(OutOfBounds, match="inside the box 'pillar'"):
+        arm.move_to(behind)
+
+
+def test_a_goal_in_a_box_is_refused_with_the_nearest_pose_that_can_be_taken():
+    arm = ready_arm(walled(sim_config()))
+    arm.move_to(over(0))
+    with pytest.raises(OutOfBounds, match="nearest pose that is allowed") as caught:
+        arm.move_to(over(90))
+    nearest = caught.value.nearest
+    assert nearest.y_mm == pytest.approx(STANDS_OFF_MM, abs=1.0)
+    arm.move_to(nearest)
+
+
+def test_a_forearm_beyond_its_elevation_is_refused_in_degrees():
+    arm = ready_arm(guarded(sim_config(), sums=(FOREARM,)))
+    with pytest.raises(OutOfBounds, match="forearm elevation would be -10") as caught:
+        arm.move_j(shoulder_deg=25, elbow_deg=-132, wrist_pitch_deg=60)
+    assert caught.value.name == "range of the forearm elevation"
+    assert -110.0 <= caught.value.value < -103.13
+    assert caught.value.bound == pytest.approx(-103.13, abs=0.01)
+
+
+def test_a_jog_stops_before_a_box_and_may_turn_back():
+    arm = ready_arm(walled(sim_config()))
+    arm.move_to(over(30))
+    jogged = arm.jog_l(y=1.0, speed=1.0, duration_s=4.0)
+    assert "box 'wall'" in jogged.note
+    assert 60.0 < arm.twin.world.pose.y_mm <= STANDS_OFF_MM + 1.1
+    arm.jog_l(y_mm=-20)
+    assert arm.twin.world.pose.y_mm < 57.0
+
+
+@pytest.mark.parametrize(
+    "flawed_jog",
+    [
+        lambda arm: arm.jog_l(y_mm=60),
+        lambda arm: arm.jog_l(y=1.0, speed=1.0, duration_s=3.0),
+    ],
+)
+def test_a_jog_is_audited_although_it_keeps_to_its_bounds_by_itself(flawed_jog, monkeypatch):
+    """Nothing goes unaudited: also not what a course proposes that sees no guard."""
+    monkeypatch.setattr(Bounds, "holds", lambda *_: True)
+    arm = ready_arm(walled(sim_config()))
+    arm.move_to(over(40))
+    assert "box 'wall'" in flawed_jog(arm).note
+    assert arm.twin.world.pose.y_mm <= STANDS_OFF_MM + 1.0
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.2])
+def test_an_arm_that_runs_on_while_it_stops_is_slowed_before_a_guard(speed):
+    arm = ready_robko(walled(robko_config()))
+    arm.move_to(over(30))
+    runs_on_s = arm.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
+    assert runs_on_s > 0.0
+    ways = []
+    before_mm, before_s = arm.twin.world.pose.y_mm, arm.status.time_s
+    for _ in range(40):
+        arm.hold(Jog.cartesian(y=1.0), speed=speed, for_s=1.0)
+        arm.sleep(0.25)
+        here_mm, now_s = arm.twin.world.pose.y_mm, arm.status.time_s
+        ways.append((here_mm, (here_mm - before_mm) / (now_s - before_s)))
+        before_mm, before_s = here_mm, now_s
+    assert ways[-1][0] == pytest.approx(STANDS_OFF_MM, abs=3.0)
+    for (here_mm, _), (_, after_mm_s) in pairwise(ways):
+        assert here_mm + after_mm_s * runs_on_s <= STANDS_OFF_MM + 1.0 + 1.0
+
+
+def test_an_arm_that_drives_on_from_leg_to_leg_could_stop_before_a_guard_at_any_moment():
+    """The jog's own ramp is too short for that: it is slowed for as long as its device runs on."""
+    arm = ready_board(walled(config(jog_ramp_s=0.02)))
+    arm.move_to(over(10))
+    runs_on_s = arm.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
+    before_mm = arm.twin.world.pose.y_mm
+    fastest_mm_s = 0.0
+    for _ in range(130):
+        arm.hold(Jog.cartesian(y=1.0), speed=1.0, for_s=1.0)
+        arm.sleep(LOOK_S)
+        here_mm = arm.twin.world.pose.y_mm
+        speed_mm_s = (here_mm - before_mm) / LOOK_S
+        assert before_mm + speed_mm_s * runs_on_s <= STANDS_OFF_MM + LAST_MM
+        fastest_mm_s, before_mm = max(fastest_mm_s, speed_mm_s), here_mm
+    assert before_mm == pytest.approx(STANDS_OFF_MM, abs=3.0)
+    assert fastest_mm_s * runs_on_s > 10.0
+
+
+def test_an_arm_that_stands_in_a_box_may_leave_it_by_itself():
+    arm = ready_arm(walled(sim_config()))
+    inside = arm.config.model.arm.ik(over(90))
+    arm.declare_posture(inside)
+    with pytest.raises(OutOfBounds, match="box 'wall'"):
+        arm.move_l(over(100))
+    assert "box 'wall'" in arm.jog_l(y_mm=5).note
+    arm.jog_l(y_mm=-5)
+    arm.move_to(over(0))
+    assert arm.pose.y_mm == pytest.approx(0.0, abs=0.5)
+
+
+def test_the_postures_that_an_arm_is_used_in_break_no_guard_with_a_slim_base():
+    config = guarded(sim_config(), radii_mm=RADII, base_radius_mm=30.0, base_top_mm=120.0)
+    arm, model = ready_arm(config), config.model
+    for joints in (Joints.of(0, 0, 0, 0, 0), Joints.of(0, 70, -95, -35, 0)):
+        assert model.guards.violations(model.arm, joints) == ()
+    assert model.guards.violations(model.arm, model.arm.ik(model.reference.pose)) == ()
+    arm.park()
+
+
+# -- Straying --------------------------------------------------------------------------------------
+
+UNCOORDINATED = [name for name, row in DIALECTS.items() if not row.abilities.coordinated]
+FEW_STEPS_MM = 6.0
+"""What bursts of a few steps may stray, which are sent in any case."""
+
+
+def standing(name, joints=OVER_THE_TABLE, **motion):
+    return driven(arm_config(name, **motion), at=joints)
+
+
+def postures_of(arm):
+    """Return a list that collects every posture that the physical arm is driven to."""
+    seen, drive = [], arm.twin.world.drive
+    arm.twin.world.drive = lambda *args: (drive(*args), seen.append(arm.twin.world.joints))[0]
+    return seen
+
+
+@pytest.mark.parametrize("name", UNCOORDINATED)
+@pytest.mark.parametrize("limit_mm", [2.0, 5.0, 20.0])
+def test_the_tip_stays_within_the_announced_distance_of_the_line(name, limit_mm):
+    arm = standing(name, straying_mm=limit_mm)
+    seen = postures_of(arm)
+    goal = Joints.of(10.0, 48.0, -90.0, -30.0, 12.0)
+    moved = arm.move_j(**{f"{joint}_deg": turn for joint, turn in goal.deg.items()})
+    assert len(seen) > 10
+    points = arm.model.arm.points
+    way = [points(joints_between(OVER_THE_TABLE, goal, share / 75))[-1] for share in range(76)]
+    left_mm = max(min(math.dist(points(there)[-1], one) for one in way) for there in seen[::3])
+    rounding_mm = 1.0
+    assert left_mm <= moved.straying_mm + rounding_mm
+    assert moved.straying_mm <= max(limit_mm, FEW_STEPS_MM)
+
+
+@pytest.mark.parametrize("name", UNCOORDINATED)
+def test_a_burst_is_shorter_where_a_guard_is_near(name):
+    high, low = (standing(name, straying_mm=100.0) for _ in range(2))
+    low.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=1.0, pitch_deg=-60))
+    target = Motors((90, -60, 80, 40, 70, 0))
+    rate_hz = high.speeds.motor_hz
+    assert has_room(high.core, high.core.position.acknowledged + target, rate_hz)
+    assert not has_room(low.core, low.core.position.acknowledged + target, rate_hz)
+    few = Motors((SMALL_STEPS, -3, 2, 1, 1, 0))
+    assert has_room(low.core, low.core.position.acknowledged + few, rate_hz)
+
+
+@pytest.mark.parametrize("name", UNCOORDINATED)
+def test_a_path_just_above_the_table_never_enters_it(name):
+    low = Pose.of(x_mm=220, y_mm=-30, z_mm=2.0, pitch_deg=-70)
+    arm = standing(name, simulated_config(name).model.arm.ik(low))
+    arm.move_to(Pose.of(x_mm=240, y_mm=35, z_mm=2.0, pitch_deg=-60))
+    assert arm.twin.world.incidents == []
+
+
+def beyond_deg(arm, joints):
+    """How far a posture is beyond the limits."""
+    return max(
+        (math.degrees(each.excess_rad) for each in arm.model.arm.violations(joints)), default=0
+    )
+
+
+A_STEP_DEG = 0.5
+"""A step of each motor that a joint depends on, and rounding."""
+
+BESIDE_A_LIMIT = [
+    ("elbow", Joints.of(0.0, 60.0, 0.0, -40.0, 0.0), {"shoulder_deg": 54.0}),
+    ("elbow", Joints.of(0.0, 60.0, -149.0, 60.0, 0.0), {"shoulder_deg": 66.0}),
+    ("wrist_pitch", Joints.of(0.0, 60.0, -60.0, -90.0, 0.0), {"wrist_roll_deg": 12.0}),
+    ("wrist_pitch", Joints.of(0.0, 60.0, -80.0, 90.0, 0.0), {"elbow_deg": -73.0, "base_deg": 4.0}),
+    (
+        "shoulder",
+        Joints.of(0.0, 144.0, -100.0, 0.0, 0.0),
+        {"elbow_deg": -92.0, "wrist_roll_deg": 8},
+    ),
+]
+
+
+@pytest.mark.parametrize("name", UNCOORDINATED)
+@pytest.mark.parametrize(("joint", "start", "goal"), BESIDE_A_LIMIT)
+def test_no_joint_passes_a_limit_that_it_moves_along(name, joint, start, goal):
+    arm = standing(name, start)
+    limit = arm.model.arm.limits[start.names.index(joint)]
+    here = start[joint]
+    assert min(here - limit.low_rad, limit.high_rad - here) < 1e-9, "the row is about a limit"
+    seen = postures_of(arm)
+    there = arm.move_j(**goal)
+    assert max(beyond_deg(arm, joints) for joints in seen) <= A_STEP_DEG
+    assert there.rounding_mm < 1.0
+    busiest = max(
+        abs(b - a)
+        for a, b in zip(*map(arm.core.transmission.to_motors, (start, there.joints)), strict=True)
+    )
+    assert there.bursts <= 40 + busiest
+    back = {f"{name}_deg": turn for name, turn in start.deg.items()}
+    arm.move_j(**back)
+    assert max(beyond_deg(arm, joints) for joints in seen) <= A_STEP_DEG
+
+
+@pytest.mark.parametrize("name", UNCOORDINATED)
+def test_a_limit_is_reached_and_jogged_along(name):
+    arm = standing(name, Joints.of(0.0, 60.0, -60.0, -70.0, 0.0))
+    seen = postures_of(arm)
+    arm.move_j(wrist_pitch_deg=-90.0, wrist_roll_deg=30.0, shoulder_deg=70.0)
+    assert arm.joints.deg["wrist_pitch"] == pytest.approx(-90.0, abs=A_STEP_DEG)
+    arm.jog_j(wrist_roll=1.0, shoulder=-1.0, duration_s=0.5)
+    arm.jog_j(wrist_roll_deg=-5.0, wrist_pitch_deg=-5.0)
+    assert arm.joints.deg["wrist_pitch"] == pytest.approx(-90.0, abs=A_STEP_DEG)
+    assert arm.joints.deg["wrist_roll"] != pytest.approx(30.0, abs=1.0)
+    assert max(beyond_deg(arm, joints) for joints in seen) <= A_STEP_DEG
+
+
+ONE = simulated_config("robko01")
+
+
+@given(
+    start=st.tuples(*[st.integers(-600, 600)] * 5, st.just(0)),
+    steps=st.tuples(*[st.integers(-SMALL_STEPS, SMALL_STEPS)] * 5, st.just(0)),
+)
+def test_turns_lead_to_the_target_and_stay_in_the_corridor(start, steps):
+    core = Core(ONE, dialect("robko01").controller(ONE))
+    start, target = Motors(start), Motors(start) + Motors(steps)
+    corridor = Corridor(core, start, target)
+    ends = turns(corridor, start, target)
+    if not any(steps):
+        assert ends == ()
+        return
+    assert ends, "motors that take turns find a way between two postures"
+    assert ends[-1] == target
+    at = start
+    for end in ends:
+        assert corridor.holds(at, end)
+        assert all(b in (a, c) for a, b, c in zip(at, end, target, strict=True))
+        at = end

@@ -1,11 +1,10 @@
 """Pausing, resuming and slowing a simulated arm: what waits, continues, or ends."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import random
 import threading
+from functools import partial
 
 import pytest
 from faults import as_it_stands
@@ -18,7 +17,6 @@ from armdrive.errors import (
     ArmError,
     LinkLost,
     NotReferenced,
-    Stopped,
     WrongState,
 )
 from armdrive.registry import DIALECTS
@@ -52,27 +50,9 @@ def paused(arm: Arm, after_s: float = 0.4):
     handle = moving(arm, after_s)
     arm.pause()
     arm.sleep(SETTLES_S)
+    assert "PAUSED" in str(arm.status)
+    assert arm.status.state is State.MOVING
     return handle, arm.twin.world.motors
-
-
-@two_kinds
-def test_a_paused_motion_stands_and_goes_on_to_the_same_step(dialect):
-    arm = raised(dialect)
-    arm.move_j(base_deg=WAY_DEG, speed=0.7)
-    goal = arm.twin.world.motors
-    arm.move_j(base_deg=0.0)
-    handle, stood = paused(arm)
-    status = arm.status
-    assert status.paused
-    assert status.state is State.MOVING
-    assert "PAUSED" in str(status)
-    arm.sleep(5.0)
-    assert arm.twin.world.motors == stood != goal
-    arm.resume()
-    handle.wait()
-    assert arm.twin.world.motors == goal
-    assert not arm.status.paused
-    assert arm.status.trust is Trust.REFERENCED
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
@@ -171,24 +151,6 @@ def test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on():
     assert arm.twin.world.motors == moved
 
 
-@two_kinds
-def test_a_pause_ends_a_held_jog_for_good(dialect):
-    arm = raised(dialect)
-    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=1.0)
-    arm.sleep(0.3)
-    arm.pause()
-    arm.sleep(SETTLES_S)
-    stood = arm.twin.world.motors
-    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=1.0)
-    assert "paused" in arm.status.notice
-    arm.nudge(Jog.joint(base=2.0), speed=0.5)
-    with pytest.raises(WrongState, match="resume"):
-        arm.jog_j(base_deg=2.0)
-    arm.resume()
-    arm.sleep(2.0)
-    assert arm.twin.world.motors == stood
-
-
 def test_a_paused_increment_reports_that_it_fell_short():
     arm = raised(BY_BURSTS)
     arm.nudge(Jog.joint(base=20.0), speed=0.3)
@@ -198,6 +160,11 @@ def test_a_paused_increment_reports_that_it_fell_short():
     assert 0.0 < arm.joints.deg["base"] < 19.0
     assert arm.status.state is State.STANDBY
     assert "paused" in arm.status.notice
+    for jog in (arm.nudge, partial(arm.hold, for_s=1.0)):
+        jog(Jog.joint(base=-1.0), speed=0.5)
+        assert "paused" in arm.status.notice
+    with pytest.raises(WrongState, match="resume"):
+        arm.jog_j(base_deg=2.0)
 
 
 def base_duration_s(arm: Arm, share: float) -> float:
@@ -228,19 +195,10 @@ def test_a_slowed_motion_ends_on_the_same_step(dialect):
 
 
 @two_kinds
-def test_an_override_holds_in_mid_motion_and_for_held_jogs(dialect):
+def test_an_override_holds_for_held_jogs(dialect):
     arm = raised(dialect)
-    handle = moving(arm)
     arm.speed_override = 0.1
-    arm.sleep(SETTLES_S)
     assert "slowed to 10%" in str(arm.status)
-    before = arm.status.joints.deg["base"]
-    arm.sleep(2.0)
-    made = arm.status.joints.deg["base"] - before
-    assert 0.0 < made < 2.0 * 21.2 * 0.7 * 0.1 * 1.3
-    arm.stop()
-    with pytest.raises(Stopped):
-        handle.wait()
     before = arm.joints.deg["base"]
     arm.jog_j(base=-1.0, speed=1.0, duration_s=1.0)
     assert 0.0 < before - arm.joints.deg["base"] < 21.2 * 0.1 * 1.6

@@ -1,7 +1,5 @@
 """Programs without an arm: their acts get replies from a table."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

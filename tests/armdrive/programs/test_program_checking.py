@@ -1,7 +1,5 @@
 """A program is checked as a whole: every mistake is reported at its place before anything moves."""
 
-from __future__ import annotations
-
 import pytest
 from program_bench import BOOK, acts, refused, started, told
 

@@ -1,7 +1,5 @@
 """Laws of programs: writing undoes reading, no text is a crash, and a run can always be resumed."""
 
-from __future__ import annotations
-
 import json
 from contextlib import suppress
 

@@ -1,7 +1,5 @@
 """Every word of the language and the acts that it makes, in the new and the old spelling."""
 
-from __future__ import annotations
-
 import pytest
 from program_acts import fingers, go, grasp, ready
 from program_bench import BOOK, HERE, HERE_DEG, acts, at, fk, goals, refused, told

@@ -1,7 +1,5 @@
 """The page about programs: its programs run, its tables and its error are the real ones."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

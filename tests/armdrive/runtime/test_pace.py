@@ -1,18 +1,32 @@
-"""The two clocks: simulated time that jumps, and real time with a thread of its own."""
+"""Time of an arm: its clock, late and suspended programs."""
 
 import math
+import random
 import threading
+from collections.abc import Iterator
 from types import SimpleNamespace
 
 import pytest
-from faults import as_it_stands, ready_arm
+from amounts import amount
+from faults import as_it_stands, ready_arm, sim_arm
+from hypothesis import given
+from hypothesis import strategies as st
 from waiting import returns, until
 
 from armdrive import Arm
-from armdrive.errors import ArmError, BadRequest, Stopped
+from armdrive.arm.connected import Handle
+from armdrive.connect.parts import assemble, connect_simulated
+from armdrive.connect.target import simulated_config
+from armdrive.dialects.controller import ScriptRunner
+from armdrive.dialog.conversation import Grade
+from armdrive.errors import ArmError, BadRequest, DeviceFault, Stopped
+from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime import clock as pace
-from armdrive.runtime.clock import RealPace, SimulatedPace
-from armdrive.status import State
+from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
+from armdrive.setup.survey import measured_jitter, of_jitter
+from armdrive.status import Lateness, SchedulingJitter, State, Trust, status_view
+from armdrive.tasks import ReadPosition, Registers, Timeout
+from kinematics import Motors
 
 
 def test_sleep_follows_the_arms_own_clock():
@@ -234,3 +248,307 @@ def test_a_suspension_between_a_thought_and_its_word_leaves_the_word_unsaid(dial
         if arm.status.state is not State.STANDBY:
             arm.reset()
         assert arm.status.state is State.STANDBY
+
+
+# -- Lateness --------------------------------------------------------------------------------------
+
+
+@given(st.lists(st.floats(0.0, 3.0), min_size=1))
+def test_no_figure_is_below_what_it_bounds_and_none_above_the_worst(late_s):
+    lateness = Lateness()
+    for each in late_s:
+        lateness.add(each)
+    found, ordered = lateness.view(), sorted(late_s)
+    assert found.count == len(late_s) == sum(found.classes)
+    assert found.worst_s == ordered[-1]
+    for share, bound_s in ((0.5, found.median_s), (0.99, found.p99_s)):
+        inside = sum(each <= bound_s for each in ordered)
+        assert inside >= share * len(ordered)
+        assert bound_s <= found.worst_s
+
+
+def test_early_is_not_late():
+    lateness = Lateness()
+    lateness.add(-0.5)
+    assert lateness.view().worst_s == 0.0
+
+
+def test_on_simulated_time_nothing_is_late():
+    with sim_arm() as arm:
+        arm.sleep(1.0)
+        assert arm.status.scheduling_jitter.count == 0
+        assert "scheduling: " not in str(arm.status)
+
+
+def test_a_thread_that_drives_an_arm_counts_its_deadlines():
+    config = simulated_config("teachmover")
+    with Arm(connect_simulated(config, pace="real")) as arm:
+        until(lambda: arm.status.scheduling_jitter.count)
+        status = arm.status
+    assert status.scheduling_jitter.count > 0
+    assert "scheduling: " in str(status)
+    assert status_view(status)["scheduling_jitter"]["deadlines"] == status.scheduling_jitter.count
+
+
+def test_the_doctor_measures_this_computer_and_judges_it():
+    assert measured_jitter(deadlines=5, period_s=1e-3).count == 5
+    assert of_jitter(SchedulingJitter(100, 1e-4, 2e-4, 3e-4)).grade is Grade.OK
+    late = of_jitter(SchedulingJitter(100, 1e-3, 2e-2, 5e-2))
+    assert late.grade is Grade.NOTE
+    assert "50 ms late" in late.what
+
+
+def test_a_motion_is_counted_and_the_rate_is_the_wires_own():
+    with Arm.connect("sim:teachmover") as arm:
+        before = arm.status.link_stats
+        assert before.baud == 9600
+        arm.jog_j(shoulder_deg=2, speed=0.5)
+        after = arm.status.link_stats
+        assert after.sent > before.sent
+        assert after.heard > before.heard
+        share = after.load(before, 1.0)
+        assert share == 10 * max(after.sent - before.sent, after.heard - before.heard) / 9600
+
+
+# -- A program that is called late -----------------------------------------------------------------
+# It is late as a busy computer is: too little for anyone to call it suspended. What has come
+# meanwhile is read before anything is judged to be missing, so that motions end as they were asked
+# to, and none is called a failure for the time that nobody looked.
+
+LATE_S = {
+    "teachmover": 0.9,
+    "robko01": 0.9,
+    "armdroid": 0.9,
+    "grbl": 0.3,
+    "mks": 0.2,
+    "cia402": 0.1,
+}
+"""How late the program is at most. Drives on a bus stop by themselves where they hear nothing for
+longer, and rightly. The banner of a GRBL board that is read later may be that of its button.
+"""
+
+
+class LateClock(SimulatedClock):
+    """Simulated time in which the engine is called late, by a random time, at random."""
+
+    def __init__(self, seed: int, latest_s: float) -> None:
+        super().__init__()
+        self._random = random.Random(seed)
+        self._latest_s = latest_s
+        self.late = False
+
+    def advance(self) -> float:
+        """Have the engine do what is due, and now and then call it later than it asked for."""
+        next_s = super().advance()
+        for engine in self.engines:  # a busy program is kept from what the device does, too
+            engine.due_s = -math.inf
+        if self.late and self._random.random() < 0.1:
+            return max(next_s, self.now_s) + self._random.uniform(0.0, self._latest_s)
+        return next_s
+
+
+LATE_MOTIONS = [
+    *((dialect, seed) for dialect in LATE_S for seed in range(amount(2, 4))),
+    *(("mks", seed) for seed in (103, 127, 195)),
+]
+"""The last: drives were read a while before their motion was resumed."""
+
+
+@pytest.mark.parametrize(("dialect", "seed"), LATE_MOTIONS)
+def test_every_motion_ends_as_it_was_asked_to(dialect, seed):
+    config = simulated_config(dialect)
+    twin = simulate(config)
+    clock = LateClock(seed, LATE_S[dialect])
+    pace = SimulatedPace(clock)
+    with Arm(assemble(config, twin.link, pace, simulated=True, operator=twin.operator)) as arm:
+        if arm.status.state is State.DISABLED:
+            arm.enable()
+        arm.twin = twin
+        as_it_stands(arm)
+        first = arm.model.arm.joint_names[0]
+        start_deg = arm.joints.deg[first]
+        clock.late = True
+        for way_deg in (10.0, -10.0, 3.0):
+            arm.move_j(**{f"{first}_deg": start_deg + way_deg})
+            assert twin.world.joints.deg[first] == pytest.approx(start_deg + way_deg, abs=0.5)
+        motion = arm.move_j(wait=False, **{f"{first}_deg": start_deg - 30.0})
+        arm.sleep(0.3)
+        arm.stop()
+        assert motion.done
+        assert arm.status.state is State.STANDBY, arm.status.error
+        assert arm.status.trust is Trust.REFERENCED
+
+
+class Words:
+    """A codec whose messages are words."""
+
+    def __init__(self):
+        self._words = []
+
+    def receive_data(self, data):
+        self._words += data.decode().split()
+
+    def next_event(self):
+        return self._words.pop(0) if self._words else None
+
+
+class Waiting(ScriptRunner):
+    """A driver that waits a second for the word `ready`."""
+
+    def script(self, request):
+        heard = yield from self.io.wait_for(self.io.now_s + 1.0, lambda word: word == "ready")
+        return Registers(Motors((0,)), 0) if heard else self.io.silence(0.0)
+
+    def unsolicited(self, heard):
+        pass
+
+    usable_rate_hz = duration_s = stopping = None  # nobody asks for a motion
+
+
+@pytest.mark.parametrize(
+    ("came", "reply"),
+    [(b"ready", Registers), (b"noise more ready", Registers), (b"noise", Timeout), (b"", Timeout)],
+)
+def test_a_late_program_reads_all_that_has_come_before_it_calls_an_answer_missing(came, reply):
+    driver = Waiting(DIALECTS["teachmover"].abilities, Words())
+    driver.begin(ReadPosition(), 0.0)
+    driver.receive(came, 5.0)
+    driver.advance(5.0)
+    assert isinstance(driver.next_event(), reply)
+
+
+def test_a_wire_that_never_falls_silent_does_not_keep_a_driver_waiting():
+    driver = Waiting(DIALECTS["teachmover"].abilities, Words())
+    driver.begin(ReadPosition(), 0.0)
+    for now_s in (0.25, 0.5, 0.75, 1.0):
+        assert driver.busy
+        driver.receive(b"noise", now_s)
+        driver.advance(now_s)
+    assert isinstance(driver.next_event(), Timeout)
+
+
+# -- A program that is suspended -------------------------------------------------------------------
+
+ASLEEP_S = 400.0
+
+
+class SleepyPace(SimulatedPace):
+    """Simulated time that can jump, and tells the engine as the thread of real time does."""
+
+    def sleep(self):
+        with self.lock:
+            self.clock.now_s += ASLEEP_S
+            self._engine.suspended(ASLEEP_S)
+
+
+def connected(dialect):
+    config = simulated_config(dialect)
+    twin = simulate(config)
+    arm = Arm(assemble(config, twin.link, SleepyPace(), simulated=True, operator=twin.operator))
+    arm.twin = twin
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    return as_it_stands(arm), twin
+
+
+def jogged_deg(arm, twin, direction):
+    first = arm.model.arm.joint_names[0]
+    before = twin.world.joints.deg[first]
+    arm.jog_j(**{first: direction}, speed=1.0, duration_s=0.5)
+    return abs(twin.world.joints.deg[first] - before)
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_motion_does_not_go_on_when_its_program_wakes_and_the_arm_is_no_slower(dialect):
+    arm, twin = connected(dialect)
+    jogged_deg(arm, twin, 1.0)
+    as_before_deg = jogged_deg(arm, twin, -1.0)
+    first = arm.model.arm.joint_names[0]
+    handle = arm.move_j(wait=False, **{f"{first}_deg": arm.joints.deg[first] + 40.0})
+    arm.sleep(0.3)
+    assert twin.device.moving
+    arm.pace.sleep()
+    arm.sleep(1.0)
+    woken = twin.world.motors
+    with pytest.raises((Stopped, DeviceFault)):  # or the deadline of an answer has passed
+        handle.wait()
+    arm.sleep(2.0)
+    assert twin.world.motors == woken
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+        as_it_stands(arm)
+    # what was measured over the sleep is not taken for the arm's speed
+    assert jogged_deg(arm, twin, -1.0) == pytest.approx(as_before_deg, rel=0.2)
+
+
+def test_a_lost_answer_makes_a_robko_no_slower():
+    config = simulated_config("robko01")
+    twin = simulate(config)
+    with Arm(connect_simulated(config, twin=twin)) as arm:
+        as_it_stands(arm)
+        arm.move_j(base_deg=30.0)
+        arm.move_j(base_deg=0.0)
+        as_before_s = arm.move_j(base_deg=30.0).duration_s
+        twin.faults.add("drop", 0.005, side="device", seed=1, for_s=5.0)
+        arm.move_j(base_deg=0.0)
+        assert arm.move_j(base_deg=30.0).duration_s == pytest.approx(as_before_s, rel=0.05)
+
+
+# -- orders that were prepared before a suspension ------------------------------------------------
+
+
+@pytest.fixture
+def arm() -> Iterator[Arm]:
+    with Arm.connect("sim:cia402") as arm:
+        yield as_it_stands(arm)
+
+
+def moving(arm: Arm) -> Handle:
+    handle = arm.move_j(base_deg=40.0, wait=False)
+    arm.sleep(0.3)
+    return handle
+
+
+@pytest.fixture
+def said(arm, monkeypatch) -> list[bytes]:
+    said: list[bytes] = []
+    write = arm.engine.link.write
+    monkeypatch.setattr(
+        arm.engine.link, "write", lambda data, now_s: (said.append(data), write(data, now_s))
+    )
+    return said
+
+
+def test_bytes_prepared_before_the_drives_stopped_are_not_sent(arm, said):
+    moving(arm)
+    arm.engine.round_s = lambda: arm.engine.controller.abilities.order_s + 0.01
+    said.clear()
+    arm.sleep(0.05)
+    assert said == []
+
+
+def test_a_stop_is_sent_however_late_it_is(arm, said):
+    handle = moving(arm)
+    arm.engine.round_s = lambda: 0.9
+    said.clear()
+    arm.request_stop()
+    with pytest.raises(Stopped):
+        handle.wait()
+    assert said
+
+
+def test_bytes_of_a_round_of_usual_length_are_sent(arm, said):
+    handle = moving(arm)
+    arm.engine.round_s = lambda: arm.engine.controller.abilities.order_s - 0.01
+    said.clear()
+    arm.sleep(0.6)
+    assert not handle.done
+    assert len(said) > 50
+
+
+def test_orders_of_other_arms_may_be_late():
+    with Arm.connect("sim:teachmover") as arm:
+        arm.engine.round_s = lambda: 0.9
+        arm.home()
+        arm.move_j(base_deg=10.0)
+        assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.5)

@@ -1,16 +1,9 @@
-"""However a program ends, the physical arm stands within the announced time: really, over a pty.
-
-One dialect that gets bursts, and one that queues and so moves on after its program is gone. The
-simulated arm, the program and this test are three processes; what is looked at is the simulated
-world. Only what takes a real process is here: signals, a terminal, a suspension. What the driver
-makes of each is shown on simulated time by test_stopping, test_suspended and test_record.
-"""
-
-from __future__ import annotations
+"""How a program ends, and the signals that reach it."""
 
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -18,15 +11,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
-if sys.platform == "win32":
-    pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
-
+from pages import page
 from waiting import suspended, until
 from watched_sim import WatchedSim
 
 from armdrive import Arm
+from armdrive.runtime import clock
+from armdrive.runtime.clock import SignalsBetweenSteps
 from armdrive.status import Trust
+
+if sys.platform == "win32":
+    pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
+
 
 HOST = Path(__file__).parents[1] / "ending_host.py"
 UNDER_WAY = 25
@@ -128,36 +124,56 @@ def by_suspending(ground: Ground) -> int:
 
 FORGETFUL = """
 import os, sys
-from armdrive import Arm, Joints
+from armdrive import Arm, LinkLost
 arm = Arm.connect(sys.argv[1], dialect=sys.argv[2])
 arm.enable()
 arm.confirm_reference()
 arm.move_j(base_deg=60, speed=0.3, wait=False)
-print(arm.status.stop_time_s, flush=True)
+print(arm.status.stop_time_s, arm.status.silent_time_s, flush=True)
 os.read(0, 1)
 if os.fork() == 0:
+    for call in (arm.stop, arm.estop, arm.read_inputs, lambda: arm.move_j(base_deg=0)):
+        try:
+            call()
+        except LinkLost as error:
+            assert "was forked" in str(error)
+        else:
+            os._exit(1)
+    arm.close()
     sys.exit()
-os.wait()
+assert os.wait()[1] == 0
 assert not arm.closed
 """
-"""A script that forgets to close its arm; the exit of a forked child closes nothing."""
+"""A script that forgets to close its arm. A forked child neither drives nor closes it."""
+
+(AT_SIGTERM,) = re.findall(r"(?s)```python\n(import signal.*?)```", page("python"))
+"""What the page tells a script to do to end well at SIGTERM."""
+
+FORGOTTEN = (
+    (FORGETFUL, None, 0, Trust.RESTORED),
+    (AT_SIGTERM + FORGETFUL, signal.SIGTERM, 128 + signal.SIGTERM, Trust.RESTORED),
+    (FORGETFUL, signal.SIGTERM, -signal.SIGTERM, Trust.SUSPECT),
+)
 
 
-def test_a_script_that_forgets_to_close_its_arm_stops_it_and_its_position_is_remembered(tmp_path):
+def test_a_script_that_forgets_to_close_its_arm_ends_as_the_page_says(tmp_path):
     with WatchedSim(tmp_path / "arm", "teachmover") as sim:
-        script = subprocess.Popen(
-            [sys.executable, "-c", FORGETFUL, sim.port, "teachmover"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-        )
-        bound_s = float(script.stdout.readline())
-        sim.watch.moves_by(UNDER_WAY)
-        _, errors = script.communicate(b"\n")
-        sim.watch.stands_within(bound_s)
-        assert (script.returncode, errors) == (0, b"")
-        with Arm.connect(sim.port, dialect="teachmover") as arm:
-            assert arm.status.trust is Trust.RESTORED
+        for text, number, code, trust in FORGOTTEN:
+            script = subprocess.Popen(
+                [sys.executable, "-c", text, sim.port, "teachmover"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+            )
+            bound_s = max(map(float, script.stdout.readline().split()))
+            sim.watch.moves_by(UNDER_WAY)
+            if number is not None:
+                script.send_signal(number)
+            _, errors = script.communicate(b"\n" if number is None else None)
+            sim.watch.stands_within(bound_s)
+            assert (script.returncode, errors) == (code, b"")
+            with Arm.connect(sim.port, dialect="teachmover") as arm:
+                assert arm.status.trust is trust
 
 
 ENDINGS = (
@@ -187,3 +203,58 @@ def test_the_arm_stands_however_its_program_ends(tmp_path, dialect, endings):
     finally:
         ground.close()
     assert found == [code for _, code in endings]
+
+
+# -- Signals between two steps ---------------------------------------------------------------------
+
+
+@pytest.fixture
+def handled():
+    """Record SIGINT and SIGTERM instead of ending the tests."""
+    numbers = []
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, lambda number, _: numbers.append(number))
+    yield numbers
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def test_a_signal_waits_for_the_end_of_the_step(handled):
+    with SignalsBetweenSteps() as signals:
+        signal.raise_signal(signal.SIGINT)
+        assert handled == []
+        signals.deliver()
+        assert handled == [signal.SIGINT]
+        signal.raise_signal(signal.SIGTERM)
+    assert handled == [signal.SIGINT, signal.SIGTERM]
+
+
+def interrupting(number, _):
+    raise InterruptedError(number)
+
+
+@pytest.mark.parametrize(
+    ("interrupted", "other", "sets"),
+    [(signal.SIGTERM, signal.SIGINT, 1), (signal.SIGINT, signal.SIGTERM, 3)],
+    ids=["as it begins", "as it ends"],
+)
+def test_a_handler_that_raises_in_between_leaves_the_other_signals_working(
+    handled, monkeypatch, interrupted, other, sets
+):
+    """The signal comes after as many handlers have been set: two at first, two at the end."""
+    signal.signal(interrupted, interrupting)
+    left = iter([False] * (sets - 1) + [True])
+    change = signal.signal
+
+    def changing(number, handler):
+        before = change(number, handler)
+        if next(left, False):
+            signal.raise_signal(interrupted)
+        return before
+
+    monkeypatch.setattr(clock.signal, "signal", changing)
+    with pytest.raises(InterruptedError), SignalsBetweenSteps():
+        pass
+    signal.raise_signal(other)
+    assert handled == [other]

@@ -1,21 +1,97 @@
-"""Stop, emergency stop, reset: how long and how far the arm goes on, and that nothing restarts."""
+"""States of an arm, and its stops."""
 
 import math
 import signal
 import threading
+from dataclasses import replace
 
 import pytest
 from amounts import in_pairs
 from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, stand_still_s
 
-from armdrive import Jog
-from armdrive.errors import ArmError, DeviceFault, OperatorNeeded, Stopped, WrongState
-from armdrive.motion.context import alerted
+from armdrive import Jog, JogMove
+from armdrive.connect.control_socket import answered
+from armdrive.errors import ArmError, DeviceFault, LinkLost, OperatorNeeded, Stopped, WrongState
+from armdrive.motion.device import set_outputs
 from armdrive.motion.resolve import prepare
-from armdrive.motion.standing import set_outputs
+from armdrive.runtime.arm_state import alerted
+from armdrive.runtime.states import TRANSITIONS, Event, after
 from armdrive.status import State, Trust
 from armdrive.tasks import Alert, AlertKind, MoveBy
 from firmware_protocol.teachmover import Key
+
+PAIRS = [(state, event) for state in State for event in Event]
+
+
+@pytest.mark.parametrize(("state", "event"), PAIRS, ids=lambda one: one.name)
+def test_every_pair_leads_somewhere_or_is_refused_with_the_way_out(state, event):
+    if (state, event) in TRANSITIONS:
+        assert after(state, event) is TRANSITIONS[state, event]
+        return
+    with pytest.raises(WrongState) as refusal:
+        after(state, event)
+    sentence = str(refusal.value)
+    assert event.value in sentence
+    assert state.value in sentence
+    assert len(sentence.partition(": ")[2].split()) >= 2
+
+
+@pytest.mark.parametrize("state", State)
+def test_stop_is_legal_everywhere_and_never_begins_a_motion(state):
+    assert after(state, Event.STOP) not in (State.MOVING, State.HOMING)
+
+
+@pytest.mark.parametrize("state", State)
+def test_a_lost_wire_disconnects_from_everywhere(state):
+    assert after(state, Event.LOST) is State.DISCONNECTED
+
+
+def test_only_reset_and_a_lost_wire_leave_error_stop():
+    leaving = {
+        event for (state, event), to in TRANSITIONS.items() if state is State.ERROR_STOP is not to
+    }
+    assert leaving == {Event.RESET, Event.RESET_SWITCHED, Event.LOST}
+
+
+def test_motion_begins_in_standby_alone():
+    for event, moving in ((Event.MOVE, State.MOVING), (Event.HOME, State.HOMING)):
+        assert [s for (s, e), to in TRANSITIONS.items() if e is event and to is moving] == [
+            State.STANDBY
+        ]
+
+
+def test_every_state_can_be_left_and_reached():
+    assert {to for (state, _), to in TRANSITIONS.items() if to is not state} == set(State)
+    assert {state for (state, _), to in TRANSITIONS.items() if to is not state} == set(State)
+
+
+REFUSED = [
+    (lambda arm: arm.move_j(base_deg=1.0), "a motion"),
+    (lambda arm: arm.jog_j(base_deg=1.0), "jogging"),
+    (lambda arm: arm.move_motors(1, 0, 0, 0, 0, 0, speed=0.1), "turning motors"),
+    (lambda arm: arm.confirm_reference(), "confirming the reference"),
+    (lambda arm: arm.declare_posture(arm.joints), "declaring a posture"),
+    (lambda arm: arm.set_output(1), "switching an output"),
+    (lambda arm: arm.wait_inputs(high=1), "waiting for inputs"),
+    (lambda arm: arm.read_pendant_program(), "using the arm's own program memory"),
+    (lambda arm: arm.disable(), "switching the motors off"),
+]
+
+
+@pytest.mark.parametrize(("call", "action"), REFUSED, ids=[action for _, action in REFUSED])
+def test_a_call_in_error_stop_is_refused_by_its_own_name_and_says_what_to_do_first(call, action):
+    arm = ready_arm()
+    arm.estop()
+    assert arm.status.state is State.ERROR_STOP
+    with pytest.raises(WrongState) as refusal:
+        call(arm)
+    assert str(refusal.value) == (
+        f"{action} is not possible while the arm is in error-stop: look at the arm, then call "
+        "`reset()`"
+    )
+
+
+# -- Stops -----------------------------------------------------------------------------------------
 
 ERRORS = [0.0, 0.5, 0.9, -0.3]
 
@@ -142,44 +218,27 @@ def test_closing_ends_a_motion_under_way_and_the_arm_stands():
     assert handle.done
     assert not arm.twin.device.moving
     assert arm.status.state is State.DISCONNECTED
-    with pytest.raises(WrongState, match="connect first"):
+    with pytest.raises(LinkLost, match="the connection was closed: connect again"):
         arm.move_j(base_deg=0)
-    with pytest.raises(WrongState, match="connect first"):
+    with pytest.raises(LinkLost, match="the connection was closed: connect again"):
         arm.home()
     arm.close()
 
 
-@pytest.mark.parametrize("begin", [lambda arm: None, begin_planned, begin_jog])
-def test_an_emergency_stop_latches_and_leaving_it_moves_nothing(begin):
+@pytest.mark.parametrize(
+    "jog",
+    [
+        lambda arm, jog: arm.nudge(jog, speed=0.5),
+        lambda arm, jog: arm.hold(jog, speed=0.5, for_s=0.5),
+    ],
+)
+def test_a_jog_in_error_stop_is_answered_by_the_way_out(jog):
     arm = ready_arm()
-    begin(arm)
-    arm.sleep(0.3)
     arm.estop()
+    jog(arm, Jog.joint(base=1.0))
     arm.sleep(1.0)
-    assert arm.status.state is State.ERROR_STOP
-    steps, motors = len(arm.twin.link.named(b"@STEP")), arm.twin.world.motors
-    for call in (
-        lambda: arm.move_j(base_deg=1),
-        lambda: arm.jog_j(base_deg=1),
-        arm.home,
-        arm.enable,
-        arm.gripper.grasp,
-        lambda: arm.move_motors(1, 0, 0, 0, 0, 0),
-    ):
-        with pytest.raises(WrongState, match="reset"):
-            call()
-    arm.nudge(Jog.joint(base=1.0), speed=0.5)
-    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.5)
     assert "reset" in arm.status.notice
-    arm.stop()
-    assert arm.status.state is State.ERROR_STOP
-    arm.reset()
-    arm.sleep(3.0)
-    assert arm.status.state is State.STANDBY
-    assert arm.status.error == ""
-    assert len(arm.twin.link.named(b"@STEP")) == steps
-    assert arm.twin.world.motors == motors
-    assert arm.status.trust is Trust.REFERENCED
+    assert not arm.twin.link.named(b"@STEP")
 
 
 def test_a_reset_right_behind_the_emergency_stop_waits_for_the_burst():
@@ -318,6 +377,110 @@ def test_interrupting_the_wait_stops_the_arm_between_two_steps():
     assert arm.twin.world.motors == arm.status.acknowledged
     assert arm.twin.link.overlaps == []
     arm.move_j(base_deg=0)
+
+
+SCRIPTED = {
+    "move_j": lambda arm: arm.move_j(base_deg=40),
+    "move_l": lambda arm: arm.move_l(replace(arm.pose, y_mm=arm.pose.y_mm + 60)),
+    "move_motors": lambda arm: arm.move_motors(400, 0, 0, 0, 0, 0),
+    "jog_j": lambda arm: arm.jog_j(base_deg=20),
+    "jog_j for a time": lambda arm: arm.jog_j(base=1, duration_s=2.0),
+    "jog_l": lambda arm: arm.jog_l(y_mm=40),
+    "run": lambda arm: arm.run(JogMove(Jog.joint(base=20))),
+    "gripper": lambda arm: arm.gripper.close(),
+    "sleep": lambda arm: arm.sleep(2.0),
+    "wait_inputs": lambda arm: arm.wait_inputs(high=7, within_s=2.0),
+}
+"""Calls of a script that a stop ends, or that do not begin after one."""
+
+
+def stopped_elsewhere(arm):
+    """Stop an arm as `armdrive stop` does from another terminal."""
+    _, answers = answered(arm, {"request": "stop"})
+    assert list(answers) == [{"done": "stop"}]
+
+
+@pytest.mark.parametrize("stop", [lambda arm: arm.request_stop(), stopped_elsewhere])
+@pytest.mark.parametrize("name", SCRIPTED)
+def test_a_stop_ends_every_call_of_a_script_that_waits(name, stop):
+    arm = ready_arm()
+    device = arm.twin.device
+    device.at(device.now_s + 0.2, lambda: stop(arm))
+    with pytest.raises(Stopped, match="stop"):
+        SCRIPTED[name](arm)
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.REFERENCED
+    SCRIPTED["move_j"](arm)  # told once, a script may go on
+
+
+@pytest.mark.parametrize("name", SCRIPTED)
+def test_a_stop_from_elsewhere_between_two_calls_keeps_the_next_one_from_beginning(name):
+    arm = ready_arm()
+    before = arm.twin.world.motors
+    stopped_elsewhere(arm)
+    arm.pace.wait(lambda: arm.engine.at_rest, 1.0)  # the engine has dealt with the stop
+    with pytest.raises(Stopped, match="a stop was requested by another program"):
+        SCRIPTED[name](arm)
+    assert arm.twin.world.motors == before
+    SCRIPTED["jog_j"](arm)
+    assert arm.twin.world.motors != before
+
+
+def test_a_stop_from_elsewhere_that_came_at_the_goal_keeps_the_next_motion_from_beginning():
+    arm = ready_arm()
+    handle = arm.move_j(base_deg=2, wait=False)
+    while not handle.done:
+        arm.sleep(0.01)
+    stopped_elsewhere(arm)
+    handle.wait()
+    with pytest.raises(Stopped):
+        arm.move_j(base_deg=0)
+
+
+def test_a_script_s_own_stop_between_two_calls_is_known_to_it():
+    arm = ready_arm()
+    arm.request_stop()
+    arm.stop()
+    arm.move_j(base_deg=2, wait=False).cancel()
+    arm.jog_j(base_deg=2)
+
+
+def test_a_person_at_the_keys_jogs_on_after_a_stop_from_elsewhere():
+    arm = ready_arm()
+    stopped_elsewhere(arm)
+    before = arm.twin.world.motors
+    arm.pace.wait(lambda: arm.engine.at_rest, 1.0)
+    arm.nudge(Jog.joint(base=2.0), speed=0.5)
+    arm.pace.wait(lambda: arm.twin.world.motors != before, 1.0)
+    assert arm.twin.world.motors != before
+
+
+def held(arm, time_s):
+    """Hold a jog for a time, renewed as by a key that repeats."""
+    end_s = arm.pace.now_s() + time_s
+    while arm.pace.now_s() < end_s:
+        arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.2)
+        arm.pace.wait(lambda: False, 0.03)
+
+
+LET_GO = [lambda arm: arm.release(), lambda arm: arm.pace.wait(bool, 0.3)]
+
+
+@pytest.mark.parametrize("let_go", LET_GO)
+@pytest.mark.parametrize("stop", [lambda arm: arm.request_stop(), stopped_elsewhere])
+def test_a_key_that_stays_held_does_not_undo_a_stop(stop, let_go):
+    arm = ready_arm()
+    held(arm, 1.0)
+    stop(arm)
+    held(arm, 0.5)
+    stood = arm.twin.world.motors
+    held(arm, 1.0)
+    assert arm.twin.world.motors == stood
+    assert "let go, then jog again" in arm.status.notice
+    assert arm.status.notice_code == Stopped.code
+    let_go(arm)
+    held(arm, 0.5)
+    assert arm.twin.world.motors != stood
 
 
 def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):

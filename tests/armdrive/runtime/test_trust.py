@@ -9,7 +9,7 @@ from pages import page_path
 from armdrive.blocking import run_blocking
 from armdrive.connect.parts import CLOSING_S
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
-from armdrive.motion import standing
+from armdrive.motion import connecting
 from armdrive.motion.context import LONGEST_S
 from armdrive.motion.reference import confirmed_posture, take_reference
 from armdrive.runtime.position import ArmCoordinates
@@ -162,19 +162,6 @@ def test_a_controller_that_lost_its_power_while_idle_is_suspect_and_keeps_its_po
         arm.move_j(base_deg=0)
 
 
-def test_a_power_cut_in_mid_motion_is_an_error_stop_with_a_suspect_position():
-    arm = ready_arm()
-    device = arm.twin.device
-    device.at(device.now_s + 0.7, device.power_off)
-    device.at(device.now_s + 0.9, device.power_on)
-    with pytest.raises(DeviceFault):
-        arm.move_j(base_deg=60)
-    assert arm.status.state is State.ERROR_STOP
-    assert arm.status.trust is Trust.SUSPECT
-    arm.reset()
-    assert arm.status.trust is Trust.SUSPECT
-
-
 def test_a_brown_out_between_bursts_is_found_while_the_motion_goes_on():
     arm = ready_arm()
     device = arm.twin.device
@@ -307,7 +294,6 @@ def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall
 
 # -- the page on trust ----------------------------------------------------------------------------
 
-
 PAGE = page_path("trust")
 
 
@@ -319,7 +305,7 @@ def test_the_page_shows_a_record_that_can_be_read():
 
 def test_the_page_gives_the_times_and_names_of_the_code():
     text = PAGE.read_text(encoding="utf-8")
-    assert standing.STILL_S == 2.0
+    assert connecting.STILL_S == 2.0
     assert "two seconds" in text
     assert f"{LONGEST_S:g} s" in text
     assert f"{CLOSING_S:g} s" in text

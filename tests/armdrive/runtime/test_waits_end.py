@@ -1,28 +1,407 @@
-"""No call waits without an end: not on simulated time, and not in real time."""
-
-from __future__ import annotations
+"""Every call ends: on endless, dripping and mute wires, and when nothing ever comes."""
 
 import contextlib
 import math
+import random
+import re
+from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
+from amounts import in_pairs
 from faults import as_it_stands, ready_arm
 
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
-from armdrive.connect.parts import connect_simulated
+from armdrive.config.sections import HomingSettings
+from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.errors import ArmError, WrongState
+from armdrive.dialects.grbl.settings import GrblSettings
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
 from armdrive.motion import execute as pausing
 from armdrive.moves import Jog
 from armdrive.programs import running
 from armdrive.programs.acts import Say
+from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime import overrides
 from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
-from armdrive.runtime.engine import Engine
+from armdrive.runtime.engine import CALL_LIMIT_S, Engine, Received, call_limit_s, excerpt
 from armdrive.runtime.overrides import LONGEST_PAUSE_S, NAPS
+from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import State
 from armdrive.tasks import ReadPosition, RequestRejected, SleepUntil
+from armdrive.transports.link import Link
+from firmware_protocol.frames import Frame, Unpacker, pack
+
+EVERY_S = 0.01
+"""A flood comes in pieces of so long, as an operating system hands it over."""
+DRIP_S = 0.12
+"""A byte each: shorter than the silence that a reset waits for."""
+JUST_BEFORE_S = 0.001
+
+HEARTBEATS = b"".join(pack(Frame(0x700 + node, b"\x7f")) for node in (1, 2, 3, 4, 5, 6, 99))
+IRRELEVANT = {
+    "teachmover": b"0\r",
+    "robko01": b"\r\n",
+    "armdroid": b"Welcome, Armdroid!\r\n",
+    "grbl": b"<Idle|MPos:0.000,0.000,0.000,0.000,0.000,0.000|FS:0,0>\r\n",
+    "mks": HEARTBEATS,
+    "cia402": HEARTBEATS,
+}
+"""What a device of the dialect may say, or others on its bus, and what answers nothing."""
+
+
+def noise(dialect: str, size: int) -> bytes:
+    """Return bytes of noise; on a bus, frames of ids that no drive here has."""
+    draw = random.Random(size)
+    if not DIALECTS[dialect].can:
+        return draw.randbytes(size)
+    return b"".join(pack(Frame(draw.randrange(0x10, 0x7F), draw.randbytes(8))) for _ in range(5))
+
+
+class Wire(Link):
+    """A link to a simulated arm that behaves until `spoil` puts another wire in its place."""
+
+    description = "the wire"
+
+    def __init__(self, twin: SimulatedArm) -> None:
+        self.engine: Engine | None = None
+        self.twin = twin
+        self.now: Link = twin.link
+        self.closed = False
+
+    def spoil(self, kind: str | None) -> None:
+        """Make it a wire of a kind from now on; None makes it a good one again."""
+        self.now = self.twin.link if kind is None else KINDS[kind](self)
+
+    def write(self, data: bytes, now_s: float) -> None:
+        self.now.write(data, now_s)
+
+    def read(self, now_s: float) -> bytes:
+        return self.now.read(now_s)
+
+    def next_s(self) -> float:
+        return self.now.next_s()
+
+    def wait(self, timeout_s: float) -> None:
+        self.now.wait(timeout_s)
+
+    def wake(self) -> None:
+        self.now.wake()
+
+    def close(self) -> None:
+        self.closed = True
+        self.now.close()
+
+
+class Talker(Link):
+    """A wire on which pieces come at regular times, whatever is sent."""
+
+    description = "a talker"
+
+    def __init__(self, piece: Callable[[int], bytes], every_s: float) -> None:
+        self._piece, self._every_s = piece, every_s
+        self._count, self._due_s = 0, -math.inf
+
+    def write(self, data: bytes, now_s: float) -> None:
+        """Lose it."""
+
+    def read(self, now_s: float) -> bytes:
+        if now_s < self._due_s:
+            return b""
+        self._due_s = now_s + self._every_s
+        self._count += 1
+        return self._piece(self._count)
+
+    def next_s(self) -> float:
+        return self._due_s
+
+
+class Dilatory(Link):
+    """A wire to the true device, each of whose answers comes just before it would be late."""
+
+    description = "a slow device"
+
+    def __init__(self, wire: Wire) -> None:
+        self._wire, self._link = wire, wire.twin.link
+        self._held, self._due_s = b"", math.inf
+
+    def write(self, data: bytes, now_s: float) -> None:
+        self._link.write(data, now_s)
+
+    def read(self, now_s: float) -> bytes:
+        if said := self._link.read(now_s):
+            self._held += said
+            assert self._wire.engine is not None
+            late_s = self._wire.engine.controller.next_s()
+            self._due_s = now_s if math.isinf(late_s) else max(now_s, late_s - JUST_BEFORE_S)
+        if now_s < self._due_s:
+            return b""
+        held, self._held, self._due_s = self._held, b"", math.inf
+        return held
+
+    def next_s(self) -> float:
+        return min(self._link.next_s(), self._due_s)
+
+    def close(self) -> None:
+        self._link.close()
+
+
+def _flood(wire: Wire) -> Talker:
+    dialect = wire.twin.dialect
+    size = max(int(DIALECTS[dialect].baud / 10 * EVERY_S), 1)
+    return Talker(lambda count: noise(dialect, size + count % 3), EVERY_S)
+
+
+def _irrelevant(wire: Wire) -> Talker:
+    return Talker(lambda _: IRRELEVANT[wire.twin.dialect], EVERY_S)
+
+
+def _drip(wire: Wire) -> Talker:
+    heard = noise(wire.twin.dialect, 997)
+    if DIALECTS[wire.twin.dialect].can:
+        frames = [pack(each) for each in Unpacker().feed(heard)]
+        return Talker(lambda count: frames[count % len(frames)], DRIP_S)
+    return Talker(lambda count: heard[count % 997 : count % 997 + 1], DRIP_S)
+
+
+KINDS: dict[str, Callable[[Wire], Link]] = {
+    "silent": lambda _: Talker(lambda _: b"", 1e9),
+    "flooding with noise": _flood,
+    "flooding with what answers nothing": _irrelevant,
+    "dripping": _drip,
+    "answering at the last moment": Dilatory,
+}
+
+
+class Pace(SimulatedPace):
+    """Simulated time that shows the wire who is driven."""
+
+    def __init__(self, wire: Wire) -> None:
+        super().__init__()
+        self.wire = wire
+
+    def start(self, engine: Engine) -> None:
+        self.wire.engine = engine
+        super().start(engine)
+
+
+def wire_to(dialect: str) -> tuple[Wire, Pace]:
+    """Return a wire to a simulated arm of a dialect, and the time in which it is."""
+    wire = Wire(simulate(simulated_config(dialect)))
+    return wire, Pace(wire)
+
+
+def connected(dialect: str, wire: Wire, pace: Pace) -> Arm:
+    """Connect over a wire, as it is."""
+    arm = Arm(
+        assemble(simulated_config(dialect), wire, pace, simulated=True, operator=wire.twin.operator)
+    )
+    arm.twin = wire.twin
+    return arm
+
+
+AFTER_S = 3.0
+"""What has been waited for in a motion before its look is answered by nobody: a few exchanges."""
+FOUND = re.compile(
+    r"within (\d+\.\d) s on .*: (nothing was received"
+    r"|\d+ bytes? (?:was|were) received, but not the answer: '.*'"
+    r"|\d+ frames? (?:was|were) received, but not the answer: ids [0-9A-F, ]+)"
+)
+
+
+def ready(dialect: str) -> tuple[Arm, Pace]:
+    """Return an arm in standby whose position is known, on a wire that behaves."""
+    wire, pace = wire_to(dialect)
+    arm = connected(dialect, wire, pace)
+    arm.enable()
+    world = wire.twin.world
+    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    return arm, pace
+
+
+def latched(arm: Arm) -> None:
+    arm.estop()
+    arm.sleep(1.0)
+
+
+def switched_off(arm: Arm) -> None:
+    if arm.abilities.current.name != "NONE":
+        arm.disable()
+
+
+CALLS_ON_ENDLESS_WIRES = {
+    "reset": (latched, lambda arm: arm.reset(), 0.0),
+    "enable": (switched_off, lambda arm: arm.enable(), 0.0),
+    "look": (lambda _: None, lambda arm: arm.read_inputs(), 0.0),
+    "outputs": (lambda _: None, lambda arm: arm.set_outputs(1), 0.0),
+    "move": (lambda _: None, lambda arm: arm.move_j(base_deg=5.0), AFTER_S),
+    "home": (lambda _: None, lambda arm: arm.home(), AFTER_S),
+    "close": (lambda _: None, lambda arm: arm.close(), 0.0),
+}
+"""What comes before a call, the call, and how much longer than its limit it may take."""
+
+
+def told(error: ArmError, took_s: float) -> None:
+    """Check that a silence tells what was received, and the time that it really took."""
+    found = FOUND.search(str(error))
+    assert found, str(error)
+    assert float(found[1]) == pytest.approx(took_s, abs=0.06)
+    assert not re.search(r"[\x00-\x1f\x7f-\x9f]", str(error))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_connecting_ends_on_time_and_quotes_what_was_received(dialect, kind):
+    wire, pace = wire_to(dialect)
+    wire.spoil(kind)
+    if kind == "answering at the last moment":
+        assert call_limit_s(simulated_config(dialect).device) == CALL_LIMIT_S
+        connected(dialect, wire, pace)
+        assert pace.now_s() < CALL_LIMIT_S / 2.0
+    else:
+        with pytest.raises(NoAnswer, match="connect again") as silence:
+            connected(dialect, wire, pace)
+        told(silence.value, pace.now_s())
+        assert "reset()" not in str(silence.value)
+        assert wire.closed
+        if kind == "silent" and not DIALECTS[dialect].can:
+            assert "Check that the arm is switched on and its cable plugged in" in str(
+                silence.value
+            )
+    assert pace.now_s() <= CALL_LIMIT_S + 0.05
+
+
+@in_pairs("dialect, call, kind", list(DIALECTS), list(CALLS_ON_ENDLESS_WIRES), list(KINDS))
+def test_a_call_ends_on_time_and_the_arm_comes_back(dialect, kind, call):
+    before, act, longer_s = CALLS_ON_ENDLESS_WIRES[call]
+    arm, pace = ready(dialect)
+    before(arm)
+    pace.wire.spoil(kind)
+    began_s = pace.now_s()
+    slow = kind == "answering at the last moment"
+    try:
+        act(arm)
+    except NoAnswer as error:
+        if not longer_s:
+            told(error, pace.now_s() - began_s)
+    except (DeviceFault, Refused):
+        pass
+    if not (slow and call == "home"):  # its operator jogs for long, and each of it ends
+        assert pace.now_s() - began_s <= CALL_LIMIT_S + longer_s + 0.05
+    pace.wire.spoil(None)
+    if call != "close" and not comes_back(arm):  # the wire's lies were believed until a motion
+        assert comes_back(arm)
+
+
+def comes_back(arm: Arm) -> bool:
+    """Tell whether an arm whose wire is good again can be reset, enabled and moved."""
+    arm.sleep(3.0)
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    assert arm.status.state is State.STANDBY
+    as_it_stands(arm)
+    try:
+        arm.move_j(base_deg=arm.joints.deg["base"] + 3.0)
+    except DeviceFault:
+        return False
+    assert arm.status.acknowledged == arm.twin.world.motors
+    return True
+
+
+def test_a_background_poll_times_out_without_using_the_next_calls_time():
+    arm, pace = ready("teachmover")
+    pace.wire.spoil("dripping")
+    arm.sleep(1.0)
+    assert arm.engine.busy
+    began_s = pace.now_s()
+    with pytest.raises(ArmError):
+        arm.read_inputs()
+    assert pace.now_s() - began_s <= CALL_LIMIT_S + 0.05
+    assert arm.status.state is State.ERROR_STOP
+
+
+def test_time_in_which_the_motion_of_another_call_is_waited_for_does_not_count():
+    arm, pace = ready("teachmover")
+    handle = arm.move_j(base_deg=80.0, speed=0.1, wait=False)
+    arm.sleep(0.5)
+    began_s = pace.now_s()
+    arm.read_inputs()
+    assert pace.now_s() - began_s > CALL_LIMIT_S
+    assert handle.done
+    assert arm.joints.deg["base"] == pytest.approx(80.0, abs=0.1)
+
+
+def test_a_suspension_does_not_count_towards_a_devices_timeout():
+    arm, pace = ready("teachmover")
+    pace.wire.spoil("dripping")
+    task = arm.runner.submit(arm_look(arm), within_s=CALL_LIMIT_S)
+    pace.wait(lambda: task.done, 10.0)
+    arm.engine.suspended(60.0)
+    pace.wait(lambda: task.done, 0.0)
+    assert task.until_s == pytest.approx(60.0 + CALL_LIMIT_S, abs=1.0)
+
+
+def arm_look(arm: Arm):
+    yield from arm.wire.look()
+
+
+def test_an_arm_file_that_has_its_device_waited_for_longer_gets_more_time():
+    settings = GrblSettings()
+    assert call_limit_s(settings) == CALL_LIMIT_S
+    assert call_limit_s(replace(settings, boot_s=3.0 * settings.boot_s)) == 3.0 * CALL_LIMIT_S
+    assert call_limit_s(replace(settings, boot_s=0.5)) == CALL_LIMIT_S
+    assert call_limit_s(None) == CALL_LIMIT_S
+
+
+def test_what_was_received_in_words():
+    heard = Received()
+    assert str(heard) == "nothing was received"
+    assert heard.look_at("the cable") == "the cable"
+    heard.add(b"\x1b]0;owned\x07")
+    assert str(heard) == "10 bytes were received, but not the answer: '\\x1b]0;owned\\x07'"
+    assert "baud rate" in heard.look_at("the cable")
+    heard.add(b"x" * 100_000)
+    assert str(heard).startswith("100010 bytes were received")
+    assert len(str(heard)) < 200
+    heard.clear()
+    assert str(heard) == "nothing was received"
+
+
+def test_received_frames_are_reported_by_their_ids():
+    heard = Received(Unpacker)
+    heard.add(pack(Frame(0x701, b"\x05")))
+    assert str(heard) == "1 frame was received, but not the answer: ids 701"
+    for can_id in range(0x10, 0x30):
+        heard.add(pack(Frame(can_id)))
+    assert str(heard).endswith("ids 701, 10, 11, 12, 13, 14, ...")
+    assert heard.look_at("the bus") == "the bus"
+
+
+def test_an_excerpt_holds_nothing_that_a_terminal_obeys():
+    every = bytes(range(256))
+    assert excerpt(every, 256).isprintable()
+    assert excerpt(every, 256).isascii()
+
+
+@pytest.mark.parametrize("kind", ["silent", "flooding with noise", "dripping"])
+def test_homing_by_switches_ends_on_time_and_quotes_what_was_received(kind):
+    wire, pace = wire_to("grbl")
+    config = simulated_config("grbl")
+    joints = config.model.arm.ik(config.model.reference.pose)
+    config = replace(config, homing=HomingSettings(joints=joints))
+    arm = Arm(assemble(config, wire, pace, simulated=True, operator=wire.twin.operator))
+    arm.enable()
+    wire.spoil(kind)
+    began_s = pace.now_s()
+    with pytest.raises(DeviceFault, match=r"not ended after 1\d\d s, .*received"):
+        arm.home()
+    assert pace.now_s() - began_s <= config.device.homing_s + CALL_LIMIT_S
+
+
+# -- Waits that nothing ends -----------------------------------------------------------------------
 
 LONGEST_WAIT_S = 3700.0
 """A pendant's program may be read for as long; nothing else comes near it."""

@@ -1,7 +1,5 @@
 """Commissioning: new drives come out ready, and nothing is written or turned without a yes."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import tomllib

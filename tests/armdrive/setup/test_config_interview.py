@@ -1,7 +1,5 @@
 """The interview as data: questions, answers, steps back, and the files that come of them."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 
@@ -17,6 +15,7 @@ from armdrive.registry.arm_files import load_arm
 from armdrive.setup.draft import Surroundings
 from armdrive.setup.filing import checked, files_of
 from armdrive.setup.interview import Interview
+from armdrive.setup.questions import homing_order
 from armdrive.setup.templates import TEMPLATES, available
 from kinematics import Joints, preset
 
@@ -280,6 +279,17 @@ def test_a_bus_is_asked_for_its_adapter_and_for_no_baud_rate():
     interview.answer("2")
     assert interview.draft.get("connection.port") == BUS
     assert interview.question.key != "connection.baud"
+
+
+@pytest.mark.parametrize(
+    ("order", "why"),
+    [("3; 2; 3 1 4 5", "listed twice"), ("3; 2; 1", "4, 5 would seek no switch"), ("9", "from 1")],
+)
+def test_a_joint_that_would_seek_no_switch_is_named(order, why):
+    draft = interview_of({"name": "bench", "template": "minimover5-grbl"}).draft
+    with pytest.raises(WrongAnswer, match=why):
+        homing_order(draft)(order)
+    assert homing_order(draft)("3; 2; 1 4 5") == ((3,), (2,), (1, 4, 5))
 
 
 def test_a_serial_line_is_asked_for_its_port_and_its_baud_rate():

@@ -1,8 +1,8 @@
 """Who is recognised by what was heard, and which findings come of it."""
 
-from __future__ import annotations
-
 import pytest
+from can_setup_bench import arm
+from canopen_nodes import Device, NodesBus
 from doctor_bench import BANNER, PROBES, SPOKEN, WHO, EchoDevice, ScriptedDevice, SimPort, made
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,14 +10,26 @@ from pages import page
 
 from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import Identity
-from armdrive.dialog.conversation import Grade, any_problem
-from armdrive.registry import DIALECTS
+from armdrive.dialog.conversation import Grade, WrongAnswer, any_problem
+from armdrive.errors import PortUnavailable
+from armdrive.registry import DIALECTS, simulate
+from armdrive.registry.arm_files import arm_path, load_arm
 from armdrive.runtime.engine import excerpt
-from armdrive.setup import ports as before
+from armdrive.setup import dialog_runner
+from armdrive.setup import prober as carrying
 from armdrive.setup import survey as after
+from armdrive.setup.bus_survey import probe
+from armdrive.setup.dialog_runner import DialogClock
+from armdrive.setup.filing import checked, file_of, write
+from armdrive.setup.interview import Describing
+from armdrive.setup.ports import closed_ports, latency, look_at
 from armdrive.setup.prober import Examination
 from armdrive.setup.survey import of_settings
 from armdrive.tasks import DeviceSettings, Difference
+from armdrive.transports import can_link, ports
+from armdrive.transports.can_health import BusHealth
+from armdrive.transports.ports import CanPort
+from firmware_protocol.canopen import DEVICE_TYPE
 
 
 @pytest.mark.parametrize(
@@ -167,18 +179,150 @@ def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):
     timer = tmp_path / "ttyUSB0" / "latency_timer"
     timer.parent.mkdir()
     timer.write_text("16\n")
-    (found,) = before.latency("/dev/ttyUSB0", tmp_path)
+    (found,) = latency("/dev/ttyUSB0", tmp_path)
     assert (found.grade, found.mend) == (Grade.NOTE, f"echo 1 | sudo tee {timer}")
     timer.write_text("1\n")
-    assert before.latency("/dev/ttyUSB0", tmp_path)[0].grade is Grade.OK
+    assert latency("/dev/ttyUSB0", tmp_path)[0].grade is Grade.OK
     timer.write_text("?")
-    assert before.latency("/dev/ttyUSB0", tmp_path) == []
-    assert before.latency("/dev/ttyACM0", tmp_path) == []
+    assert latency("/dev/ttyUSB0", tmp_path) == []
+    assert latency("/dev/ttyACM0", tmp_path) == []
 
 
 def test_the_page_shows_every_probe_as_it_is_said():
     text = page("protocols")
-    for probe in PROBES:
-        said = probe.data.decode("latin-1").encode("unicode_escape").decode("ascii")
-        assert f"`{said}` |" in text, probe
-        assert f"| {probe.baud} |" in text
+    for each in PROBES:
+        said = each.data.decode("latin-1").encode("unicode_escape").decode("ascii")
+        assert f"`{said}` |" in text, each
+        assert f"| {each.baud} |" in text
+
+
+# What is behind a port is found out, in words, as the doctor does; listing opens nothing.
+
+
+def named_lab(found):
+    """Describe the arm of which this was found, beginning with its name."""
+    describing = Describing(found)
+    describing.typed = "lab"
+    describing.enter()
+    return describing
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid"])
+def test_a_port_is_recognised_and_its_arm_is_described_by_what_was_found(dialect, monkeypatch):
+    port = SimPort(made(dialect))
+    monkeypatch.setattr(carrying, "_opened", lambda name, baud: port)
+    monkeypatch.setattr(dialog_runner, "RealClock", DialogClock)
+    found = probe("/dev/arm")
+    assert found.dialect == dialect
+    assert f"it speaks {dialect}" in found.lines[0]
+    assert port.closed
+    describing = named_lab(found.answers)
+    assert describing.question.key == "template"
+    while describing.question is not None:
+        describing.enter()
+    files = describing.files()
+    config = checked(files, "lab")
+    assert config.connection.port == "/dev/arm"
+    assert config.connection.dialect == dialect
+    assert config.connection.baud == found.more["baud"]
+
+
+def test_a_forced_simulation_opens_no_port(monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    for port in ("/dev/arm", "can:socketcan:can0"):
+        with pytest.raises(PortUnavailable, match="ARMDRIVE_FORCE_SIM"):
+            probe(port)
+
+
+def test_ports_and_interfaces_are_listed_with_what_is_known_of_them(monkeypatch):
+    monkeypatch.setattr(ports, "list_ports", lambda: ())
+    buses = [CanPort("can:socketcan:can0", "PEAK adapter", "bring it up: ip link set can0 up")]
+    monkeypatch.setattr(ports, "list_can_ports", lambda _ports: buses)
+    (only,) = closed_ports()
+    assert only.port == "can:socketcan:can0"
+    assert not only.openable
+    assert only.lines == ("PEAK adapter", "note: bring it up: ip link set can0 up")
+
+
+def test_a_port_that_is_not_there_is_said_before_anything_is_opened():
+    known = look_at("/dev/nothing-here")
+    assert not known.openable
+    assert "/dev/nothing-here" in known.lines[0]
+
+
+class TwinBus:
+    """The wire of simulated drives, which stays open when an adapter on it is closed."""
+
+    health = BusHealth()
+
+    def __init__(self, drives):
+        link = simulate(drives).link
+        self.write, self.read, self.next_s = link.write, link.read, link.next_s
+
+    def close(self):
+        """Stay open."""
+
+
+def test_mks_drives_are_found_and_offered_their_template(monkeypatch):
+    bus = TwinBus(arm())
+    monkeypatch.setattr(can_link, "open_can_link", lambda port: bus)
+    clock = DialogClock()
+    monkeypatch.setattr(dialog_runner, "RealClock", lambda: clock)
+    found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
+    assert found.dialect == "mks"
+    assert "armdrive can setup" in found.lines[-1]
+    describing = named_lab(found.answers)
+    assert describing.line == "minimover5-mks"
+
+
+def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
+    bus = NodesBus(*map(Device, range(1, 7)))
+    monkeypatch.setattr(can_link, "open_can_link", lambda port: bus)
+    monkeypatch.setattr(dialog_runner, "RealClock", DialogClock)
+    found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
+    assert found.dialect == "cia402"
+    assert any("these answer: 1, 2, 3, 4, 5, 6 (CANopen)" in line for line in found.lines)
+    assert not any("can setup" in line for line in found.lines)
+    describing = named_lab(found.answers)
+    assert describing.line == "minimover5-cia402"
+    module = Device(1).has({DEVICE_TYPE: 0x191})  # an I/O module drives no arm
+    for bus.devices in ((module,), ()):
+        assert probe("can:slcan:/dev/ttyACM0?bitrate=500000").dialect == ""
+
+
+def test_going_back_goes_over_what_was_found():
+    describing = named_lab({"connection.port": "/dev/arm", "dialect": "teachmover"})
+    describing.enter()
+    assert describing.question.key == "title"
+    assert describing.back()
+    assert describing.question.key == "template"
+    assert describing.back()
+    assert describing.question.key == "name"
+    assert not describing.back()
+    assert describing.question.key == "name"
+
+
+def test_a_found_answer_that_does_not_fit_is_asked_for_after_all():
+    describing = named_lab({"connection.port": "nonsense"})
+    while describing.question.key != "connection.port":
+        describing.enter()
+    describing.typed = "nonsense"
+    with pytest.raises(WrongAnswer):
+        describing.enter()
+
+
+def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
+    describing = named_lab({})
+    while describing.question is not None:
+        if describing.question.key == "title":
+            describing.typed = "My_bench"  # on a desk the space bar stops
+        describing.enter()
+    path = arm_path("lab")
+    path.parent.mkdir(parents=True)
+    write(describing.files(), path)
+    config = load_arm(path)
+    assert (config.name, config.title) == ("lab", "My bench")
+    assert file_of(config) == path
+    path.write_text(path.read_text(encoding="utf-8") + "\n[limits_deg]\nbase = [-1, 1]\n")
+    assert file_of(config) is None

@@ -1,7 +1,5 @@
 """Limit switches that are pressed by hand: whether the board really stops at them."""
 
-from __future__ import annotations
-
 import io
 from datetime import date, datetime
 from types import SimpleNamespace

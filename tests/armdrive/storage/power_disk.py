@@ -4,8 +4,6 @@
 one the program ends as by SIGKILL or a power cut, and nothing that it still tries has an effect.
 """
 
-from __future__ import annotations
-
 import errno
 import itertools
 import math

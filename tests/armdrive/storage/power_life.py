@@ -1,7 +1,5 @@
 """One physical arm and a disk that can lose its power, for the programs that come one by one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from faults import OVER_THE_TABLE, sim_config

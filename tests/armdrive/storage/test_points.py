@@ -92,11 +92,18 @@ def test_a_point_that_could_not_be_read_again_leaves_the_file_as_it_is(book, mon
     book["pick"] = THERE
     before = book.path.read_bytes()
     of_another_arm = replace(THERE, joints=replace(THERE.joints, names=tuple("abcde")))
-    with pytest.raises(BadRequest, match="nothing was written: unknown key 'a'"):
+    with pytest.raises(BadRequest, match=r"needs the joints base, shoulder, .*, not a, b, c, d, e"):
         book["place"] = of_another_arm
     with pytest.raises(BadRequest, match="more than 4000 bytes: not written"):
         book["place"] = replace(THERE, note="x" * 4000)
     assert book.path.read_bytes() == before
+
+
+def test_a_point_is_kept_with_its_joints_in_the_arm_s_order(book):
+    there = THERE.joints
+    book["pick"] = replace(THERE, joints=Joints(there.angles_rad[::-1], there.names[::-1]))
+    assert book["pick"].joints.names == there.names
+    assert book["pick"].joints.deg == pytest.approx(there.deg, abs=0.01)
 
 
 def test_teaching_names_the_present_place_and_moves_a_point_only_on_request(book):

@@ -4,8 +4,6 @@ The law: nothing is believed that is not true. A position that is restored is wh
 physically stood, and an arm that was in motion is never restored.
 """
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -1,7 +1,5 @@
 """State files in a folder that others may write into: their links, pipes and files are not ours."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -1,7 +1,7 @@
-"""The pytest plugin, tried by tests that run tests: each fixture, mark and option."""
+"""The pytest plugin, and its table."""
 
-from __future__ import annotations
-
+import asyncio
+import math
 import subprocess
 import sys
 import tomllib
@@ -9,6 +9,395 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sim_bench import descend, grasp, lift, reach, spread
+
+from armdrive import Arm, ArmInUse, AsyncArm, NoAnswer, NotReferenced, Pose, Stopped, WrongState
+from armdrive.connect.target import simulated_config
+from armdrive.errors import ArmFileError, BadRequest
+from armdrive.registry import simulate
+from armdrive.sim.world import World
+from armdrive.sim.world.table import IncidentKind, Stand, Table, TableBlock
+from armdrive.status import State, Trust
+from armdrive.testing import ArmWorld
+
+# -- A world ---------------------------------------------------------------------------------------
+
+
+def down(x_mm, y_mm, z_mm):
+    return Pose.of(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm, pitch_deg=-90)
+
+
+def carry(arm, start, end):
+    """What a person's program does."""
+    arm.gripper.open()
+    for (x_mm, y_mm), act in ((start, arm.gripper.grasp), (end, arm.gripper.open)):
+        arm.move_to(down(x_mm, y_mm, 90))
+        arm.move_l(down(x_mm, y_mm, 15))
+        act()
+        arm.move_l(down(x_mm, y_mm, 90))
+
+
+@pytest.fixture
+def world(monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    with ArmWorld() as world:
+        yield world
+
+
+def test_a_programs_own_connection_leads_to_the_worlds_arm(world):
+    world.put("A", 250, 0)
+    with Arm.connect("sim:teachmover") as arm:
+        arm.home()
+        carry(arm, (250, 0), (200, 100))
+        assert arm.twin is world.twin
+    assert world.blocks["A"].place == pytest.approx((200, 100, 0), abs=1.5)
+    assert world.incidents == ()
+
+
+@pytest.mark.parametrize(
+    ("target", "options", "dialect"),
+    [
+        (None, {}, "teachmover"),
+        ("bench", {}, "teachmover"),
+        ("sim:grbl", {}, "grbl"),
+        ("/dev/ttyUSB0", {"dialect": "robko01"}, "robko01"),
+        ("/dev/ttyUSB0", {}, "teachmover"),
+        ("COM3", {"dialect": "armdroid", "baud": 9600, "pace": "real"}, "armdroid"),
+    ],
+)
+def test_whatever_a_program_connects_to_it_is_the_worlds_arm(world, target, options, dialect):
+    with Arm.connect(target, **options) as arm:
+        assert arm.simulated
+        assert arm.twin is world.twin
+        assert arm.status.dialect == dialect
+        assert arm.pace.clock is world.clock
+
+
+def test_an_arm_file_that_is_there_says_what_the_arm_is(world, tmp_path):
+    file = tmp_path / "bench.toml"
+    file.write_text('model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/x"\n')
+    with Arm.connect(str(file)) as arm:
+        assert arm.config.name == "sim:bench"
+    with pytest.raises(ArmFileError):
+        Arm.connect(str(tmp_path / "none.toml"))
+
+
+def test_a_program_that_means_another_arm_is_told_how_to_mark_its_test(world):
+    world.faults.add("drop", 0.0)
+    with pytest.raises(BadRequest, match=r"mark it with @pytest.mark.armdrive"):
+        Arm.connect("sim:grbl")
+    with pytest.raises(BadRequest, match="robko02"):
+        Arm.connect("sim:robko02")
+
+
+def test_the_world_can_be_of_another_arm():
+    with ArmWorld("sim:grbl") as world:
+        assert world.twin.dialect == "grbl"
+        with Arm.connect("bench") as arm:
+            assert arm.status.dialect == "grbl"
+        with pytest.raises(BadRequest, match="TeachMover"):
+            Arm.connect("sim:teachmover")
+
+
+def test_the_next_program_finds_the_arm_as_the_last_one_left_it(world):
+    with Arm.connect("bench") as arm:
+        arm.home()
+        arm.move_j(base_deg=30)
+    stood = world.joints
+    with Arm.connect("bench") as arm:
+        assert arm.status.trust is Trust.RESTORED
+        with pytest.raises(NotReferenced):
+            arm.move_j(base_deg=0)
+    with Arm.connect("bench", allow_restored=True) as arm:
+        arm.move_j(base_deg=31)
+    assert world.joints.deg["base"] == pytest.approx(stood.deg["base"] + 1, abs=0.2)
+
+
+def test_two_programs_cannot_hold_one_arm(world):
+    first = Arm.connect("bench")
+    with pytest.raises(ArmInUse, match=r"arm_world\.add"):
+        Arm.connect("bench")
+    first.close()
+    Arm.connect("bench").close()
+
+
+def test_arms_are_placed_by_the_names_that_the_program_uses(world):
+    world.add("left", "sim:teachmover")
+    world.add("right", "sim:grbl", x_mm=500, turned_deg=180)
+    with Arm.connect("left") as left, Arm.connect("right") as right:
+        assert (left.status.dialect, right.status.dialect) == ("teachmover", "grbl")
+        assert list(world.arms) == ["left", "right"]
+        with pytest.raises(BadRequest, match="left, right"):
+            Arm.connect("middle")
+    with pytest.raises(BadRequest, match="already"):
+        world.add("left")
+
+
+def test_what_is_told_is_physical_whatever_the_controller_believes(world):
+    world.put("A", 250, 0)
+    with Arm.connect() as arm:
+        arm.home()
+        world.faults.add("stall", 1)
+        arm.move_j(base_deg=40)
+        assert arm.joints.deg["base"] == pytest.approx(40, abs=0.2)
+        assert world.joints.deg["base"] == pytest.approx(0, abs=0.2)
+        assert world.pose.y_mm == pytest.approx(0, abs=1)
+        world.faults.end()
+
+
+def test_what_is_held_and_what_is_knocked_over(world):
+    world.put("A", 250, 0)
+    with Arm.connect() as arm:
+        arm.home()
+        arm.gripper.open()
+        arm.move_to(down(250, 0, 90))
+        arm.move_l(down(250, 0, 15))
+        arm.gripper.grasp()
+        assert (world.held, world.opening_mm) == ("A", 25.0)
+        world.put("B", 250, 60)
+        arm.move_l(down(250, 60, 15))
+    assert [each.kind for each in world.incidents] == [IncidentKind.KNOCK]
+    assert world.take("A").name == "A"
+    assert world.held is None
+
+
+def test_a_sensor_and_a_person_come_when_they_are_said_to(world):
+    world.after(3.0, lambda: world.set_input(4))
+    world.after(6.0, lambda: world.set_input(4, False))
+    with Arm.connect() as arm:
+        arm.wait_inputs(high=4, within_s=10)
+        assert world.clock.now_s == pytest.approx(3.0, abs=0.3)
+        arm.wait_inputs(low=4, within_s=10)
+        assert world.clock.now_s == pytest.approx(6.0, abs=0.3)
+        with pytest.raises(BadRequest):
+            world.set_input("4")
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda world: world.put(5, 250, 0), "name must be text, not 5"),
+        (lambda world: world.put("A", "left", 0), "x_mm must be a finite number, not 'left'"),
+        (lambda world: world.add("right", x_mm=math.inf), "x_mm must be a finite number, not inf"),
+        (lambda world: world.after("soon", print), "by_s must be a finite number, not 'soon'"),
+        (lambda world: world.after(1, None), "action must be a function, not None"),
+        (lambda world: world.set_input(1), "no input 1 for a sensor; inputs are counted from 1"),
+        (lambda world: world.set_input(8 + 1), "TeachMover has no input 9 for a sensor"),
+        (lambda world: world.add("right", ""), "the name of the arm is empty"),
+        (lambda world: Arm.connect(""), "the name of the arm is empty"),
+    ],
+)
+def test_a_call_of_the_world_that_cannot_be_is_refused(world, call, said):
+    with pytest.raises(BadRequest, match=said):
+        call(world)
+    assert world.blocks == {}
+
+
+def test_an_async_program_leads_there_too(world):
+    world.add("left")
+    world.add("right", x_mm=500, turned_deg=180)
+
+    async def program():
+        async with AsyncArm.connect("left") as left, AsyncArm.connect("right") as right:
+            await asyncio.gather(left.home(), right.home())
+            began_s = world.clock.now_s
+            await asyncio.gather(left.move_j(base_deg=50), right.move_j(base_deg=50))
+            return world.clock.now_s - began_s
+
+    assert asyncio.run(program()) < 5.0
+    for twin in world.arms.values():
+        assert twin.world.joints.deg["base"] == pytest.approx(50, abs=0.2)
+
+
+def test_the_end_closes_what_is_open_and_later_connections_lead_elsewhere():
+    with ArmWorld() as world:
+        arm = Arm.connect()
+        arm.home()
+        handle = arm.move_j(base_deg=60, wait=False)
+    assert arm.closed
+    with pytest.raises(Stopped):
+        handle.wait()
+    with Arm.connect() as other:
+        assert other.twin is not world.twin
+
+
+def test_a_with_block_whose_arm_cannot_be_switched_on_leaves_no_connection_open():
+    with ArmWorld("sim:robko01") as world:
+        arm = Arm.connect("sim:robko01")
+        world.faults.add("mute")
+        with pytest.raises(NoAnswer), arm:
+            raise AssertionError("the motors are not on")
+        assert arm.closed
+        with pytest.raises(WrongState, match="closed for good"), arm:
+            raise AssertionError("the arm is not connected")
+        world.faults.end("mute")
+        with Arm.connect("sim:robko01") as again:
+            assert again.status.state is State.STANDBY
+
+
+# -- A table ---------------------------------------------------------------------------------------
+
+TALL = TableBlock("A", 250.0, 0.0, 0.0, width_mm=30.0, height_mm=60.0)
+"""Halfway between two bases that are 500 mm apart and look at one another."""
+
+
+def facing():
+    """Return a table, and two arms at it that look at one another over 500 mm."""
+    table = Table()
+    near, far = Stand(table), Stand(table, x_mm=500.0, turned_rad=math.pi)
+    return table, World(stand=near), World(stand=far)
+
+
+def held(*, by_both=False):
+    """Return the table and its two arms; the near one holds the tall block, or both do."""
+    table, near, far = facing()
+    table.put(TALL)
+    around(near, 20.0)
+    grasp(near)
+    if by_both:
+        around(far, 45.0)
+        grasp(far)
+    return table, near, far
+
+
+def around(world, z_mm):
+    """Bring a tip into the tall block from above, with open fingers."""
+    reach(world, 250.0, 0.0, 120.0)
+    spread(world, 60.0)
+    descend(world, 250.0, 0.0, z_mm)
+
+
+@given(
+    st.floats(-900, 900), st.floats(-900, 900), st.floats(-math.pi, math.pi),
+    st.tuples(st.floats(-500, 500), st.floats(-500, 500), st.floats(0, 300)),
+)  # fmt: skip
+def test_from_the_base_to_the_table_and_back_is_where_it_was(x_mm, y_mm, turned_rad, point):
+    stand = Stand(x_mm=x_mm, y_mm=y_mm, turned_rad=turned_rad)
+    assert stand.from_base(stand.on_table(point)) == pytest.approx(point, abs=1e-9)
+    assert math.dist(stand.on_table(point), stand.on_table((0.0, 0.0, point[2]))) == pytest.approx(
+        math.hypot(*point[:2]), abs=1e-9
+    )
+
+
+def test_an_arm_that_is_not_turned_sees_the_tables_own_coordinates_exactly():
+    table = Table()
+    table.put(TALL)
+    assert World(stand=Stand(table)).scene.blocks["A"] == TALL
+
+
+def test_each_arm_sees_a_block_from_its_own_base():
+    table = Table()
+    quarter = World(stand=Stand(table, x_mm=300.0, y_mm=-250.0, turned_rad=math.pi / 2))
+    table.put(TableBlock("A", 250.0, 0.0))
+    assert quarter.scene.blocks["A"].place == pytest.approx((250.0, 50.0, 0.0))
+    rest = quarter.put(TableBlock("B", 250.0, 50.0, 30.0))
+    assert rest.place == pytest.approx((250.0, 50.0, 25.0))
+    assert table.blocks["B"].place == pytest.approx((250.0, 0.0, 25.0))
+
+
+def test_what_one_arm_moves_the_other_finds_moved():
+    _, near, far = held()
+    lift(near, 100.0)
+    assert near.scene.held == "A"
+    assert far.scene.held is None
+    seen, mine = far.scene.blocks["A"], near.scene.blocks["A"]
+    assert seen.z_mm == mine.z_mm > 50.0
+    assert seen.x_mm == pytest.approx(500.0 - mine.x_mm)
+
+
+def test_a_block_is_handed_over_and_stays_where_it_was():
+    table, near, far = held(by_both=True)
+    assert (near.scene.carried, far.scene.carried) == (("A",), ())
+    assert far.grip_force_n > 0.0
+    assert far.opening_mm == pytest.approx(30.0)
+    before = table.blocks["A"].place
+    spread(near, 60.0)
+    assert (near.scene.carried, far.scene.carried) == ((), ("A",))
+    lift(near, 120.0)
+    assert table.blocks["A"].place == before
+    lift(far, 60.0)
+    assert table.blocks["A"].z_mm == pytest.approx(before[2] + 60.0, abs=2.0)
+    assert near.incidents + far.incidents == []
+
+
+def test_the_second_to_let_go_first_changes_nothing():
+    table, near, far = held(by_both=True)
+    spread(far, 60.0)
+    assert (near.scene.held, far.scene.held) == ("A", None)
+    lift(near, 40.0)
+    assert table.blocks["A"].z_mm == pytest.approx(40.0, abs=2.0)
+
+
+def test_the_first_pulls_a_block_out_of_fingers_that_hold_still_and_says_so():
+    _, near, far = held(by_both=True)
+    lift(near, 100.0)
+    assert (near.scene.held, far.scene.held) == ("A", None)
+    (incident,) = near.incidents
+    assert incident.kind is IncidentKind.KNOCK
+    assert "another arm's fingers" in incident.sentence
+
+
+def test_the_second_goes_away_and_leaves_the_block_with_the_first():
+    table, near, far = held(by_both=True)
+    lift(far, 100.0)
+    assert (near.scene.held, far.scene.held) == ("A", None)
+    assert table.blocks["A"].place == pytest.approx(TALL.place, abs=1.0)
+
+
+def test_both_let_go_and_it_falls():
+    table, near, _far = held()
+    lift(near, 50.0)
+    assert table.blocks["A"].z_mm > 40.0
+    spread(near, 60.0)
+    assert table.blocks["A"].z_mm == 0.0
+
+
+def test_what_stands_on_a_block_goes_over_with_it():
+    table, near, far = facing()
+    table.put(TALL)
+    table.put(TableBlock("B", 250.0, 0.0, 60.0, width_mm=20.0, height_mm=20.0))
+    around(near, 20.0)
+    grasp(near)
+    around(far, 45.0)
+    grasp(far)
+    assert near.scene.carried == ("A", "B")
+    spread(near, 60.0)
+    assert far.scene.carried == ("A", "B")
+    far.give_way((0, 40, 0, 0, 0, 0))
+    low, high = table.blocks["A"], table.blocks["B"]
+    assert high.z_mm - low.z_mm == pytest.approx(60.0, abs=0.1)
+    assert low.place != TALL.place
+
+
+def test_a_block_in_the_fingers_of_one_is_not_pushed_by_the_other_but_that_is_told():
+    table, near, far = held()
+    lift(near, 60.0)
+    place = table.blocks["A"].place
+    reach(far, 250.0, 60.0, 90.0)
+    spread(far, 0.0)
+    reach(far, 250.0, 0.0, 90.0)
+    assert table.blocks["A"].place == place
+    assert [each.kind for each in far.incidents] == [IncidentKind.KNOCK]
+
+
+def test_a_block_that_is_taken_away_is_gone_out_of_all_fingers():
+    table, near, far = held(by_both=True)
+    assert table.take("A") == TALL.at(TALL.place)
+    assert (near.scene.held, far.scene.held) == (None, None)
+    assert (near.scene.contact_mm, far.scene.contact_mm) == (0.0, 0.0)
+    assert table.take("A") is None
+
+
+def test_a_saved_world_is_put_on_no_other_table():
+    config = simulated_config("teachmover")
+    saved = simulate(config).save()
+    with pytest.raises(BadRequest, match="table of its own"):
+        simulate(config, saved, stand=Stand())
+
+
+# -- The plugin ------------------------------------------------------------------------------------
 
 pytest_plugins = ["pytester"]
 

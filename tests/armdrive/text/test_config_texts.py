@@ -1,7 +1,5 @@
 """Numbers as people write them, and TOML that reads back the same."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 

@@ -1,7 +1,5 @@
 """Every command that reads a file answers a hostile one with a sentence and its exit code."""
 
-from __future__ import annotations
-
 import ast
 import json
 import os

@@ -1,7 +1,5 @@
 """Files with random edits: every parser returns a value, or raises an error of its own kind."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """What a flight recorder notes, when it writes by itself, and what it leaves alone."""
 
-from __future__ import annotations
-
 import threading
 
 import pytest
@@ -240,7 +238,6 @@ def test_calls_that_let_go_of_an_arm_wait_for_no_lock(arm, name, tmp_path):
 
 # -- its memory -----------------------------------------------------------------------------------
 
-
 kinds = st.sampled_from(
     [EntryKind.SENT, EntryKind.RECEIVED, EntryKind.REQUEST, EntryKind.REPLY, EntryKind.OFFSET]
 )
@@ -318,7 +315,6 @@ def test_a_connection_that_never_comes_about_is_bounded_too():
 
 
 # -- the calls that it notes ----------------------------------------------------------------------
-
 
 PREFIXES = ("move_", "jog_")
 CALLS_THAT_MOVE = sorted(name for name in dir(Arm) if name.startswith(PREFIXES))

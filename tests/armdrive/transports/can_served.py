@@ -1,7 +1,5 @@
 """A serial CAN adapter with an echoing drive, in a thread of the test or in its own process."""
 
-from __future__ import annotations
-
 import contextlib
 import sys
 import threading

@@ -1,7 +1,5 @@
 """A CAN bus that fails on request, and the timeouts of the driver."""
 
-from __future__ import annotations
-
 import pytest
 from can_bench import LONG_S, failing_link
 

@@ -1,7 +1,5 @@
 """A serial CAN adapter on a pseudo-terminal: opened, spoken to, broken, lost and found again."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 import subprocess

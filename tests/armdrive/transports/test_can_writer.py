@@ -1,7 +1,5 @@
 """The writer of a CAN bus: no hang, no stale frame, and the adapter's refusals in words."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 

@@ -1,17 +1,238 @@
-"""The board's machine alone, and both machines wired to each other, whatever the wire does."""
+"""GRBL's machines: the host's, the device's, and the two together."""
 
 import random
+from dataclasses import replace
 
 import pytest
+from cases_grbl import COMMANDS
 from chunks import carried, events
-from grbl_strategies import COMMANDS
 from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol import grbl
-from firmware_protocol.errors import LocalProtocolError
+from firmware_protocol.errors import BadField, LocalProtocolError
 
-X1 = grbl.Line("G90G1X1F100")
+# -- The host --------------------------------------------------------------------------------------
+
+
+X1, X2, X3 = (grbl.Line(f"G90G1X{n}F100") for n in (1, 2, 3))
+BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"
+
+
+def heard(host: grbl.Host, data: bytes) -> list:
+    host.receive_data(data)
+    return events(host)
+
+
+def sent(*commands, dialect=grbl.MEGA_5X) -> grbl.Host:
+    host = grbl.Host(dialect)
+    for command in commands:
+        host.send(command)
+    return host
+
+
+def test_answers_belong_to_the_lines_in_their_order():
+    host = sent(X1, X2, X3)
+    assert host.outstanding_lines == (X1, X2, X3)
+    assert host.outstanding_bytes == 3 * len("G90G1X1F100\n")
+    refused = grbl.Refused(X2, 24, grbl.ERRORS[24].meaning, grbl.ERRORS[24].remedy)
+    assert heard(host, b"ok\r\nerror:24\r\n") == [grbl.Acknowledged(X1), refused]
+    assert host.outstanding_lines == (X3,)
+    assert host.outstanding_bytes == len("G90G1X3F100\n")
+    assert heard(host, b"ok\r\nok\r\n") == [grbl.Acknowledged(X3), grbl.Stray(grbl.Ok())]
+    assert host.outstanding_bytes == 0
+
+
+def test_lines_that_are_forgotten_fill_no_ring():
+    host = sent(X1, X2)
+    host.forget_outstanding()
+    assert host.outstanding_bytes == 0
+    host.send(X1)
+    heard(host, BANNER)
+    assert host.outstanding_bytes == 0
+
+
+def test_what_is_pushed_answers_nothing():
+    host = sent(X1)
+    found = heard(host, b"[MSG:Pgm End]\r\n<Idle|MPos:0,0,0,0,0,0>\r\n>G54:ok\r\n$1=255\r\n")
+    assert found[3] == grbl.Setting(1, "255")
+    assert len(found) == 4
+    assert host.outstanding_lines == (X1,)
+
+
+def test_a_line_goes_out_only_where_the_ring_has_room_for_it():
+    line = grbl.Line("X" * 62 + "1")  # 64 bytes with its end
+    host = grbl.Host(grbl.GRBL)
+    host.send(line)
+    assert not host.room_for(line)  # 128 would fill the ring: one byte must stay free
+    with pytest.raises(LocalProtocolError, match="64 bytes are in a ring of 128"):
+        host.send(line)
+    assert host.outstanding_lines == (line,)
+    assert host.room_for(grbl.Line("X" * 61 + "1"))
+    host.ring_bytes = 129
+    assert host.room_for(line)
+
+
+def test_with_a_ring_of_unknown_size_lines_go_one_at_a_time():
+    host = sent(X1, dialect=grbl.FLUIDNC)
+    assert not host.room_for(grbl.Line())
+    with pytest.raises(LocalProtocolError, match="one line at a time"):
+        host.send(X2)
+    heard(host, b"ok\r\n")
+    assert host.room_for(X2)
+
+
+def test_eeprom_is_written_alone():
+    write = grbl.SetSetting(1, 255)
+    host = sent(X1)
+    assert not host.room_for(write)
+    heard(host, b"ok\r\n")
+    assert host.send(write) == b"$1=255\n"
+    with pytest.raises(LocalProtocolError, match="EEPROM is being written"):
+        host.send(X1)
+    heard(host, b"ok\r\n")
+    assert host.room_for(X1)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "command"),
+    [
+        (grbl.GRBL, grbl.DigitalOutput(0, on=True)),
+        (grbl.GRBL, grbl.Home("X")),
+        (grbl.MEGA_5X, grbl.Home("XY")),
+        (grbl.GRBL, grbl.Line("X" * 80)),
+    ],
+)
+def test_what_the_board_does_not_have_is_not_sent(dialect, command):
+    host = grbl.Host(dialect)
+    with pytest.raises(LocalProtocolError):
+        host.send(command)
+    assert host.outstanding_lines == ()
+
+
+def test_a_stranger_among_the_axes_is_named():
+    with pytest.raises(BadField, match="axes out of XYZ, not 'AB'"):
+        grbl.Host(replace(grbl.GRBLHAL, axes="XYZ")).send(grbl.Home("XBA"))
+
+
+def test_realtime_commands_are_bytes_of_their_own_and_never_counted():
+    host = sent(grbl.Line("X" * 78), grbl.Line("X" * 46))
+    assert host.send_realtime(grbl.Realtime.STATUS) == b"?"
+    assert host.send_realtime(grbl.Realtime.JOG_CANCEL) == b"\x85"
+    assert host.send_realtime(grbl.Realtime.FEED_MINUS_1) == b"\x94"
+    assert host.outstanding_bytes == 79 + 47
+    with pytest.raises(LocalProtocolError):
+        host.send_realtime("?")
+
+
+def test_a_banner_tells_which_lines_were_lost():
+    host = sent(X1, X2)
+    assert heard(host, b"ok\r\n" + BANNER) == [
+        grbl.Acknowledged(X1),
+        grbl.Restarted(grbl.Banner(), (X2,)),
+    ]
+    assert host.outstanding_lines == ()
+
+
+def test_between_a_soft_reset_and_its_banner_no_line_goes_out():
+    host = sent(X1)
+    assert host.send_realtime(grbl.Realtime.SOFT_RESET) == b"\x18"
+    with pytest.raises(LocalProtocolError, match="its banner has not come"):
+        host.send(X2)
+    assert heard(host, BANNER) == [grbl.Restarted(grbl.Banner(), (X1,))]
+    assert host.room_for(X2)
+    host.send_realtime(grbl.Realtime.SOFT_RESET)
+    assert host.forget_outstanding() == ()
+    assert host.room_for(X2)
+
+
+def test_forgotten_lines_are_returned_and_their_late_answers_unexpected():
+    host = sent(X1, X2)
+    assert host.forget_outstanding() == (X1, X2)
+    assert heard(host, b"error:9\r\n") == [grbl.Stray(grbl.Error(9))]
+
+
+def test_a_flood_that_no_host_fetches_is_bounded_and_told():
+    host = grbl.Host()
+    for _ in range(2000):
+        host.receive_data(b"[MSG:flood]\r\n")
+    assert host.buffered <= 256 * 512
+    found = events(host)
+    assert len(found) == 256
+    assert isinstance(found[-1], grbl.Unreadable)
+    host.receive_data(b"ok\r\n")
+    host.discard()
+    assert events(host) == []
+
+
+# -- the events that it makes of what is heard ----------------------------------------------------
+
+
+def test_positions_are_known_in_both_spaces_once_the_offset_was_reported():
+    host = grbl.Host()
+    found = heard(
+        host,
+        b"<Idle|WPos:1.000,2.000,3.000>\n<Idle|WPos:1.000,2.000,3.000|WCO:0.100,0.200,-4.000>\n"
+        b"<Jog|MPos:1.100,2.200,3.300>\n",
+    )
+    places = [(event.machine_position, event.work_position) for event in found]
+    assert places == [
+        (None, (1.0, 2.0, 3.0)),
+        ((1.1, 2.2, -1.0), (1.0, 2.0, 3.0)),
+        ((1.1, 2.2, 3.3), (1.0, 2.0, 7.3)),
+    ]
+    heard(host, BANNER)
+    (after,) = heard(host, b"<Idle|WPos:1.000,2.000,3.000>\n")
+    assert isinstance(after, grbl.StatusReported)
+    assert after.machine_position is None
+
+
+def test_a_report_with_another_number_of_axes_is_not_believed():
+    (event,) = heard(grbl.Host(grbl.MEGA_5X), b"<Idle|MPos:0.000,0.000,0.000>\n")
+    assert isinstance(event, grbl.Unreadable)
+    assert event.reason == "coordinates: 3, but the board has 6 axes"
+
+
+@pytest.mark.parametrize("code", range(1, 19))
+def test_an_alarm_tells_whether_the_position_is_kept(code):
+    (event,) = heard(grbl.Host(), b"ALARM:%d\r\n" % code)
+    assert isinstance(event, grbl.AlarmRaised)
+    assert event.position_kept == (code in (2, 4, 5))
+    assert event.meaning == (grbl.ALARMS[code].meaning if code <= 9 else event.meaning)
+
+
+def test_codes_above_grbls_mean_what_the_firmware_says():
+    texts = {
+        heard(grbl.Host(dialect), b"ALARM:10\r\n")[0].meaning
+        for dialect in (grbl.GRBL, grbl.GRBLHAL, grbl.FLUIDNC)
+    }
+    assert len(texts) == 3
+
+
+def test_the_firmware_is_found_out():
+    host = grbl.Host(grbl.MEGA_5X)
+    heard(host, b"GrblHAL 1.1f ['$' or '$HELP' for help]\r\n")
+    assert host.dialect.variant is grbl.Variant.GRBLHAL
+    host = grbl.Host(grbl.MEGA_5X)
+    heard(host, b"[FIRMWARE:grblHAL]\r\n" + BANNER)
+    assert host.dialect.variant is grbl.Variant.GRBLHAL
+    heard(host, b"[VER:3.7 FluidNC v3.7.8:]\r\n")
+    assert host.dialect.variant is grbl.Variant.FLUIDNC
+
+
+def test_refusals_and_alarms_in_words_are_not_lost():
+    host = sent(grbl.Line("G4P1"))
+    (refused, alarm) = heard(host, b"error:Bad number format\r\nALARM: Hard limit\r\n")
+    assert (refused.command, refused.code, refused.meaning) == (
+        grbl.Line("G4P1"),
+        None,
+        "Bad number format",
+    )
+    assert (alarm.code, alarm.meaning, alarm.position_kept) == (None, "Hard limit", False)
+
+
+# -- The device, and both machines wired to each other ---------------------------------------------
+
 TEXT = X1.text
 NOISE = st.binary(min_size=1, max_size=300)
 

@@ -1,12 +1,10 @@
 """A tool in the fingers: its point is where it is said to be, and the inverse finds it again."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER as BARE
 from kinematics_cases import postures, same_pose
@@ -97,10 +95,13 @@ def test_a_line_of_an_offset_tool_is_straight() -> None:
 
 
 def test_a_point_nearer_to_the_axis_than_the_tool_is_refused_with_one_in_reach() -> None:
-    arm = ToolArm(BARE, Tool(side_mm=50))
-    with pytest.raises(Unreachable, match="beside the arm's plane") as refusal:
-        arm.ik(Pose.of(x_mm=20, y_mm=0, z_mm=300, pitch_deg=0))
-    assert same_pose(arm.fk(arm.ik(refusal.value.nearest)), refusal.value.nearest, mm=1e-3)
+    arm, seed = ToolArm(BARE, Tool(side_mm=50)), Joints.of(70, 120, -60, -60, 0)
+    for z_mm, nearest in ((300, None), (470, Pose.of(x_mm=0, y_mm=-50, z_mm=470, pitch_deg=0))):
+        with pytest.raises(Unreachable, match="beside the arm's plane") as refusal:
+            arm.ik(Pose.of(x_mm=0, y_mm=-20, z_mm=z_mm, pitch_deg=0), seed)
+        nearest = nearest or refusal.value.nearest
+        assert same_pose(refusal.value.nearest, nearest)
+        assert same_pose(arm.fk(arm.ik(nearest)), nearest, mm=1e-3)
 
 
 def test_a_pose_out_of_reach_is_refused_with_one_in_reach() -> None:
@@ -112,6 +113,8 @@ def test_a_pose_out_of_reach_is_refused_with_one_in_reach() -> None:
 
 
 @given(TOOLS, st.floats(0.0, 700.0), st.floats(-math.pi, math.pi), st.floats(-3.0, 3.0))
+@example(Tool(side_mm=1.0), 0.0, 0.0, 0.0)
+@example(Tool(up_mm=-21.0, side_mm=1.0), 145.0, 0.0, 0.0)
 def test_over_the_base_axis_a_pose_is_held_or_refused(
     tool: Tool, z_mm: float, pitch: float, roll: float
 ) -> None:
@@ -124,6 +127,31 @@ def test_over_the_base_axis_a_pose_is_held_or_refused(
         arm.ik(refusal.nearest)
     else:
         assert math.dist(arm.points(joints)[-1], (across, 0.0, z_mm)) < 1e-3
+
+
+@pytest.mark.parametrize("turned_deg", [-90, -30, 0, 60])
+@pytest.mark.parametrize("seed_deg", [-90, 0, 40, 90])
+def test_fingers_over_the_base_axis_turn_the_base_to_where_the_tool_has_to_be(
+    seed_deg: float, turned_deg: float
+) -> None:
+    arm, seed = ToolArm(BARE, Tool(along_mm=50)), Joints.of(seed_deg, 120, -60, -60, 0)
+    x, y = (50 * turn(math.radians(turned_deg)) for turn in (math.cos, math.sin))
+    pose = Pose.of(x_mm=x, y_mm=y, z_mm=470, pitch_deg=0)
+    for found in (arm.ik(pose, seed), *(one.joints for one in arm.branches(pose, seed))):
+        assert same_pose(arm.fk(found), pose)
+        assert found.deg["base"] % 180 == pytest.approx(turned_deg % 180, abs=1e-6)
+
+
+@pytest.mark.parametrize(("pitch_deg", "z_mm"), [(90, 660), (70, 620)])
+@pytest.mark.parametrize("base_deg", [-80, 0, 30])
+def test_a_point_over_the_base_axis_leaves_the_base_where_it_is(
+    base_deg: float, pitch_deg: float, z_mm: float
+) -> None:
+    arm, seed = ToolArm(BARE, Tool(along_mm=50)), Joints.of(base_deg, 90, -40, 40, 0)
+    pose = Pose.of(x_mm=0, y_mm=0, z_mm=z_mm, pitch_deg=pitch_deg)
+    found = arm.ik(pose, seed)
+    assert found.deg["base"] == pytest.approx(base_deg)
+    assert math.dist(arm.points(found)[-1], pose.position_mm) < 1e-6
 
 
 def test_a_line_out_of_reach_breaks_with_the_place() -> None:

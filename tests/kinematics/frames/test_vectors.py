@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics import ZeroVector
+from kinematics.chains.assignment import AxisLine
 from kinematics.frames.vectors import (
     X_AXIS,
     Y_AXIS,
@@ -103,6 +104,7 @@ def test_the_axes_are_right_handed():
         lambda zero: angle_between(zero, X_AXIS),
         lambda zero: angle_between(X_AXIS, zero),
         lambda zero: project(X_AXIS, zero),
+        lambda zero: AxisLine(ZERO, zero),
     ],
 )
 def test_no_direction_is_made_up(ask):

@@ -4,11 +4,26 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from amounts import amount
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from kinematics_cases import LOOSE, TEACHMOVER, distance_mm, goals, postures, same_pose
+from kinematics_cases import (
+    LAMP,
+    LOOSE,
+    PUMA,
+    START,
+    TABLE,
+    TEACHMOVER,
+    VICE,
+    distance_mm,
+    goals,
+    postures,
+    same_pose,
+)
 
-from kinematics import Guards, Joints, Pose, nearest_allowed
+from kinematics import PRESETS, Guards, Joints, Pose, nearest_allowed, preset
+from kinematics.guards import AngleSum, link_names
+from kinematics.guards.shapes import Box, Column, point_distance_mm, segment_distance_mm
 
 GUARDS = Guards()
 
@@ -134,3 +149,383 @@ def test_a_goal_on_the_axis_comes_out_in_the_seeds_direction():
 def test_guards_that_leave_no_room_have_no_answer():
     walled_in = Guards(inner_radius_mm=500.0, inner_height_mm=900.0)
     assert nearest_allowed(TEACHMOVER, walled_in, Pose(250, 0, 100, 0)) is None
+
+
+# Guards on the links as capsules, and on sums of joints: what each says and what it leaves out.
+
+
+OPEN = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None, table=False)
+"""No guard at all, so that the one of a test stands alone."""
+
+THICK = replace(OPEN, radii_mm=(35.0, 30.0, 25.0))
+BASED = replace(THICK, base_radius_mm=60.0, base_top_mm=150.0)
+BOXED = replace(THICK, boxes=(VICE,))
+FOREARM = AngleSum(
+    "forearm elevation",
+    (("shoulder", 1.0), ("elbow", 1.0)),
+    math.radians(-100.0),
+    math.radians(45.0),
+)
+DOWN = -math.pi / 2
+
+
+def broken(guards, joints, arm=LOOSE):
+    return {(one.guard, one.quantity): one for one in guards.violations(arm, joints)}
+
+
+def over(x_mm, z_mm, y_mm=0.0):
+    return TEACHMOVER.ik(Pose(x_mm, y_mm, z_mm, DOWN))
+
+
+def test_a_hand_keeps_its_radius_above_a_box():
+    assert broken(BOXED, over(190, 90)) == {}
+    assert broken(BOXED, over(190, 85)) == {}
+    assert broken(BOXED, over(190, 84.1)) == {}
+    found = broken(BOXED, over(190, 80))
+    assert set(found) == {("box vice", "hand")}
+    one = found["box vice", "hand"]
+    assert (one.value_mm, one.bound_mm) == (pytest.approx(-5.0), 0.0)
+    assert one.excess_mm == pytest.approx(5.0)
+    assert one.sentence == "the hand would be 5.0 mm inside the box 'vice'"
+
+
+def test_a_box_is_kept_from_the_forearm_and_not_only_from_the_hand():
+    shelf = Box("shelf", (180.0, -50.0, 260.0), (220.0, 50.0, 330.0))
+    found = broken(replace(THICK, boxes=(shelf,)), Joints.of(0, 60, -60, 0, 0))
+    assert set(found) == {("box shelf", "forearm")}
+
+
+def test_the_tolerance_is_that_of_the_file():
+    joints = over(190, 83.0)
+    assert broken(replace(BOXED, tolerance_mm=2.1), joints) == {}
+    assert broken(replace(BOXED, tolerance_mm=1.9), joints)
+
+
+def test_a_forearm_folded_onto_the_base_is_refused():
+    folded = Joints.of(0, 30, -160, 90, 0)
+    found = broken(BASED, folded)
+    assert ("base column", "forearm") in found
+    sentence = found["base column", "forearm"].sentence
+    assert "inside the base column (radius 60 mm, up to z 150 mm)" in sentence
+    assert broken(BASED, Joints.of(0, 60, -95, -35, 0)) == {}
+
+
+def test_an_upper_arm_that_stands_in_the_base_is_left_out_and_one_above_it_is_not():
+    low = Joints.of(0, -35, 35, 0, 0)
+    assert ("base column", "upper arm") in broken(BASED, low)
+    tall = replace(BASED, base_top_mm=180.0)
+    assert ("base column", "upper arm") not in broken(tall, low)
+
+
+def test_the_hand_against_the_upper_arm_is_the_only_pair_of_this_build():
+    folded = Joints.of(0, 90, -149, -90, 0)
+    found = broken(THICK, folded)
+    assert set(found) == {("arm against itself", "hand against the upper arm")}
+    one = found["arm against itself", "hand against the upper arm"]
+    assert one.sentence.endswith("mm inside the upper arm")
+    assert broken(THICK, Joints.of(0, 90, -90, -90, 0)) == {}
+
+
+def test_links_that_short_ones_separate_always_touch_and_are_left_out():
+    arm = replace(LOOSE, forearm_mm=55.0)
+    assert broken(THICK, Joints.of(0, 90, -149, -90, 0), arm) == {}
+
+
+@pytest.mark.parametrize(("elbow_deg", "value_deg"), [(-141.0, -101.0), (6.0, 46.0)])
+def test_a_forearm_beyond_its_elevation_is_refused_in_degrees(elbow_deg, value_deg):
+    guards = replace(OPEN, sums=(FOREARM,))
+    found = guards.violation(LOOSE, Joints.of(0, 40, elbow_deg, 0, 0))
+    bound_deg = -100.0 if value_deg < 0 else 45.0
+    assert found.guard == "range of the forearm elevation"
+    assert math.degrees(found.value_rad) == pytest.approx(value_deg)
+    assert math.degrees(found.bound_rad) == pytest.approx(bound_deg)
+    assert found.excess_mm == pytest.approx(math.radians(1.0) * 452.1)
+    assert f"would be {value_deg:.1f}°, 1.0° beyond its bound of {bound_deg:.1f}°" in found.sentence
+
+
+def test_a_forearm_within_its_elevation_breaks_nothing_whatever_its_joints_are():
+    guards = replace(OPEN, sums=(FOREARM,))
+    for shoulder, elbow in ((100, -149), (-35, 60), (45, 0), (0, -100)):
+        assert guards.violations(LOOSE, Joints.of(0, shoulder, elbow, 0, 0)) == ()
+
+
+def test_a_difference_of_joints_may_be_bounded_too():
+    apart = AngleSum("fold", (("elbow", 1.0), ("wrist_pitch", -0.5)), -1.0, 1.0)
+    guards = replace(OPEN, sums=(apart,))
+    assert guards.violations(LOOSE, Joints.of(0, 0, 50, 0, 0)) == ()
+    assert guards.violation(LOOSE, Joints.of(0, 0, 50, -40, 0)).quantity == "fold"
+
+
+@pytest.mark.parametrize("key", PRESETS)
+def test_a_preset_knows_nothing_of_its_links_and_surroundings(key):
+    guards = preset(key).guards
+    assert (guards.radii_mm, guards.boxes, guards.sums) == ((), (), ())
+    assert guards.base_radius_mm is None
+
+
+@given(postures(TEACHMOVER))
+def test_the_base_turns_without_bringing_the_arm_nearer_to_itself(joints):
+    guards = replace(BASED, table=True)
+    turned = joints.replace(base=joints["base"] * 0.5 - 0.3)
+    here, there = (guards.violations(LOOSE, one) for one in (joints, turned))
+    assert [one.excess_mm for one in here] == pytest.approx([one.excess_mm for one in there])
+
+
+def test_a_chain_of_six_joints_has_capsules_along_its_links():
+    names = link_names(PUMA)
+    assert names[-1] == "hand"
+    radii = (60.0,) * len(names)
+    upright = PUMA.joints_of((0.0, -math.pi / 2, math.pi / 2, 0.0, 0.0, 0.0))
+    guards = replace(OPEN, radii_mm=radii, base_radius_mm=90.0, base_top_mm=500.0)
+    assert guards.violations(PUMA, upright) == ()
+    crate = Box("crate", (-1000.0, -1000.0, 0.0), (1000.0, 1000.0, 2000.0))
+    everything = replace(guards, boxes=(crate,)).violations(PUMA, upright)
+    assert {one.quantity for one in everything} == set(names)
+
+
+def test_folding_a_chain_onto_its_base_is_seen():
+    radii = (60.0,) * len(PUMA.moving_points)
+    guards = replace(OPEN, radii_mm=radii, base_radius_mm=90.0, base_top_mm=500.0)
+    found = [
+        one.guard
+        for shoulder in (60.0, 80.0, 90.0)
+        for elbow in (-60.0, -120.0, 120.0, 180.0, 220.0)
+        for one in guards.violations(
+            PUMA,
+            PUMA.joints_of(map(math.radians, (0.0, shoulder, elbow, 0.0, 0.0, 0.0))),
+        )
+    ]
+    assert "base column" in found
+
+
+@given(st.floats(0.0, 79.0), st.floats(0.5, 30.0))
+def test_rising_out_of_a_box_makes_it_shallower(z_mm, rise_mm):
+    depth, above = (BOXED.depth_mm(LOOSE, over(190, z)) for z in (z_mm, z_mm + rise_mm))
+    assert above <= depth + 1e-9
+
+
+# The nearest pose outside guards on links, boxes, and sums of joints.
+
+
+BOXED_IN = Guards(radii_mm=(35.0, 30.0, 25.0), boxes=(VICE, LAMP))
+ON_A_BASE = replace(BOXED_IN, boxes=(), base_radius_mm=60.0, base_top_mm=150.0)
+LEVEL = AngleSum(
+    "forearm elevation", (("shoulder", 1.0), ("elbow", 1.0)), math.radians(-95), math.radians(20)
+)
+SUMMED = Guards(sums=(LEVEL,))
+AWAY = Joints.of(60, 60, -95, -35, 0)
+
+
+def allowed(guards, pose, seed=None, arm=TEACHMOVER):
+    joints = arm.solve(pose, seed)
+    return joints is not None and not guards.violations(arm, joints)
+
+
+@pytest.mark.parametrize(
+    ("goal", "nearest"),
+    [
+        ((190, 0, 70), (190, 0, 85)),
+        ((190, 70, 20), (190, 85, 20)),
+        ((240, 0, 20), (255, 0, 20)),
+    ],
+)
+def test_a_hand_in_a_box_comes_out_by_the_nearest_side(goal, nearest):
+    found = nearest_allowed(TEACHMOVER, BOXED_IN, Pose(*map(float, goal), -math.pi / 2))
+    assert found.position_mm == pytest.approx(nearest, abs=1e-6)
+    assert found.pitch_rad == -math.pi / 2
+
+
+def test_a_hand_in_the_base_comes_out_of_it():
+    goal = Pose.of(x_mm=100, y_mm=20, z_mm=60, pitch_deg=-90)
+    thick = replace(ON_A_BASE, base_radius_mm=90.0, base_top_mm=100.0)
+    assert thick.violation(TEACHMOVER, TEACHMOVER.ik(goal)).guard == "base column"
+    found = nearest_allowed(TEACHMOVER, thick, goal)
+    assert allowed(thick, found)
+    assert math.hypot(found.x_mm, found.y_mm) == pytest.approx(115.0, abs=1.0)
+    assert math.atan2(found.y_mm, found.x_mm) == pytest.approx(math.atan2(20, 100), abs=1e-3)
+    assert (found.z_mm, found.pitch_rad) == pytest.approx((60.0, goal.pitch_rad), abs=1.0)
+
+
+def test_a_forearm_too_low_is_brought_back_into_its_range():
+    goal = Pose.of(x_mm=127, y_mm=0, z_mm=0, pitch_deg=-90)
+    broken = SUMMED.violation(TEACHMOVER, TEACHMOVER.ik(goal))
+    assert broken.quantity == "forearm elevation"
+    found = nearest_allowed(TEACHMOVER, SUMMED, goal)
+    assert allowed(SUMMED, found)
+    assert found.pitch_rad == goal.pitch_rad
+    assert distance_mm(found, goal) < 40.0
+
+
+@given(
+    st.floats(100, 330),
+    st.floats(-1.2, 1.2),
+    st.floats(-20, 300),
+    st.sampled_from((-1.57, -1.2, -0.6)),
+    st.sampled_from((BOXED_IN, ON_A_BASE, SUMMED)),
+)
+def test_with_an_allowed_seed_there_is_always_an_answer_and_it_is_allowed(
+    r, base, z, pitch, guards
+):
+    goal = Pose(r * math.cos(base), r * math.sin(base), z, pitch)
+    assert not guards.violations(TEACHMOVER, AWAY)
+    found = nearest_allowed(TEACHMOVER, guards, goal, AWAY)
+    assert allowed(guards, found, AWAY)
+    if allowed(guards, goal, AWAY):
+        assert same_pose(found, goal, mm=1e-4)
+
+
+def test_where_nothing_near_is_free_the_way_from_the_seed_gives_the_answer():
+    slabs = [Box(f"slab {z}", (-400.0, -400.0, z), (400.0, 150.0, z + 1.0)) for z in (0.0, 90.0)]
+    stacked = Guards(
+        radii_mm=(0.0, 0.0, 0.0),
+        boxes=(*slabs, Box("block", (60.0, -400.0, -400.0), (600.0, 100.0, 500.0))),
+    )
+    goal = Pose.of(x_mm=250, y_mm=-100, z_mm=50, pitch_deg=-80)
+    assert not stacked.violations(TEACHMOVER, AWAY)
+    found = nearest_allowed(TEACHMOVER, stacked, goal, AWAY)
+    assert allowed(stacked, found, AWAY)
+
+
+def test_an_arm_of_six_joints_comes_out_of_a_box_too():
+    radii = (60.0,) * len(PUMA.moving_points)
+    pose = PUMA.fk(START)
+    x, y, z = pose.position_mm
+    crate = Box("crate", (x - 50, y - 50, z - 200), (x + 50, y + 50, z - 30))
+    guards = replace(TABLE, radii_mm=radii, boxes=(crate,))
+    assert guards.violation(PUMA, START).guard == "box crate"
+    found = nearest_allowed(PUMA, guards, pose, START)
+    assert allowed(guards, found, START, PUMA)
+    assert distance_mm(found, pose) < 150.0
+
+
+def test_a_stretched_arm_finds_a_way_out_although_half_of_its_probes_are_out_of_reach():
+    stretched = Joints.of(0, 30, 0, -30, 0)  # the forearm is at 30 degrees, where 20 are allowed
+    pose = TEACHMOVER.fk(stretched)
+    guards = replace(SUMMED, outer_radius_mm=None)
+    assert not allowed(guards, pose)
+    assert allowed(guards, nearest_allowed(TEACHMOVER, guards, pose, AWAY), AWAY)
+
+
+# Distances between segments, and from segments to boxes and to the base column.
+
+
+BOX = Box("vice", (-30.0, -50.0, 0.0), (40.0, 60.0, 80.0))
+WALL = Box("wall", (-1.0, -200.0, -200.0), (1.0, 200.0, 200.0))
+COLUMN = Column(0.0, 0.0, 60.0, 150.0)
+SOLIDS = (BOX, WALL, COLUMN)
+
+lengths = st.sampled_from((-60.0, 0.0, 40.0)) | st.floats(-250.0, 250.0)
+points = st.tuples(lengths, lengths, lengths)
+solids = st.sampled_from(SOLIDS)
+shifts = st.tuples(*[st.floats(-15.0, 15.0)] * 3)
+
+
+def along(a, b, count):
+    for index in range(count + 1):
+        yield tuple(p + (q - p) * index / count for p, q in zip(a, b, strict=True))
+
+
+def moved(p, by):
+    return tuple(one + other for one, other in zip(p, by, strict=True))
+
+
+@given(points, points, points, points)
+def test_no_two_points_of_two_segments_are_nearer_than_their_distance(a, b, c, d):
+    exact = segment_distance_mm(a, b, c, d)
+    nearest = min(point_distance_mm(p, c, d) for p in along(a, b, 60))
+    assert exact <= nearest + 1e-9
+    assert nearest - exact <= math.dist(a, b) / 120.0 + 1e-9
+    assert segment_distance_mm(d, c, a, b) == pytest.approx(exact, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("second", "distance"),
+    [
+        (((50, -10, 7), (50, 10, 7)), 7.0),
+        (((0, 4, 3), (100, 4, 3)), 5.0),
+        (((130, 0, 40), (130, 0, 40)), 50.0),
+        (((50, 30, 0), (50, 90, 0)), 30.0),
+        (((20, 0, 0), (60, 0, 0)), 0.0),
+        (((50, -10, 0), (50, 10, 0)), 0.0),
+    ],
+)
+def test_crossing_parallel_and_shrunken_segments_have_their_distance(second, distance):
+    assert segment_distance_mm((0, 0, 0), (100, 0, 0), *second) == pytest.approx(distance)
+
+
+@given(points, points, st.sampled_from((BOX, WALL)))
+def test_no_point_of_a_segment_outside_is_nearer_to_a_box_than_its_distance(a, b, box):
+    distance = box.distance_mm(a, b)
+    nearest = min(box.point_distance_mm(p) for p in along(a, b, 100))
+    if distance > 0.0:
+        assert distance <= nearest + 1e-9
+        assert nearest - distance <= math.dist(a, b) / 200.0 + 1e-9
+    if nearest == 0.0:
+        assert distance <= 0.0
+
+
+@given(points, points, st.sampled_from((BOX, WALL)), points)
+def test_no_shorter_way_than_the_depth_leads_out_of_a_box(a, b, box, way):
+    depth, length = -box.distance_mm(a, b), math.hypot(*way)
+    if depth <= 1e-6 or length < 1.0:
+        return
+    by = tuple(one / length * depth * 0.99 for one in way)
+    assert box.distance_mm(moved(a, by), moved(b, by)) < 1e-9
+
+
+@given(points, points, st.sampled_from((BOX, WALL)), st.floats(0.0, 40.0))
+def test_each_side_of_a_box_is_a_way_out_and_none_is_shorter_than_the_depth(a, b, box, radius):
+    off = box.distance_mm(a, b) - radius
+    if off >= 0.0:
+        return
+    for by in box.ways_out_mm(a, b, radius):
+        assert box.distance_mm(moved(a, by), moved(b, by)) >= radius - 1e-6
+        assert math.hypot(*by) >= -off - 1e-6
+
+
+@given(points, points)
+def test_a_segment_along_an_edge_is_measured_like_one_beside_it(a, b):
+    straight = (a, (a[0], a[1], b[2]))
+    tilted = (a, (a[0] + 1e-7, a[1], b[2]))
+    assert BOX.distance_mm(*straight) == pytest.approx(BOX.distance_mm(*tilted), abs=1e-3)
+
+
+@given(solids, points, points, shifts, shifts)
+@settings(max_examples=amount(50, 1000))
+def test_a_signed_distance_changes_by_no_more_than_the_ends_travel(solid, a, b, first, second):
+    before = solid.distance_mm(a, b)
+    after = solid.distance_mm(moved(a, first), moved(b, second))
+    assert abs(after - before) <= max(math.hypot(*first), math.hypot(*second)) + 1e-5
+
+
+@given(points, points)
+def test_the_least_distance_from_the_column_is_found_along_a_segment(a, b):
+    exact = COLUMN.distance_mm(a, b)
+    nearest = min(COLUMN.distance_mm(p, p) for p in along(a, b, 100))
+    assert exact <= nearest + 1e-6
+    assert nearest - exact <= math.dist(a, b) / 200.0 + 1e-6
+
+
+@pytest.mark.parametrize(
+    ("point", "distance"),
+    [
+        ((100, 0, 20), 40.0),
+        ((0, 30, 170), 20.0),
+        ((63, 0, 154), 5.0),
+        ((0, 40, 50), -20.0),
+        ((10, 0, 140), -10.0),
+        ((0, 0, -500), -60.0),
+    ],
+)
+def test_the_column_stands_on_the_table_and_ends_at_its_top(point, distance):
+    assert COLUMN.distance_mm(point, point) == pytest.approx(distance)
+
+
+def test_a_thin_wall_that_is_pierced_further_is_deeper():
+    depths = [-WALL.distance_mm((-100.0, 0.0, 0.0), (x, 0.0, 0.0)) for x in (5.0, 20.0, 60.0)]
+    assert depths == pytest.approx([6.0, 21.0, 61.0])
+
+
+def test_a_segment_that_cuts_a_corner_leaves_across_it():
+    depth = -BOX.distance_mm((90.0, 0.0, 40.0), (0.0, 90.0, 40.0))
+    assert depth == pytest.approx(10.0 / math.sqrt(2.0))

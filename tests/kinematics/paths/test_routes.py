@@ -176,7 +176,7 @@ def test_a_line_that_begins_on_the_base_axis_breaks_at_its_part():
 
 def test_a_joint_motion_needs_as_many_joints_as_the_arm():
     wrong = Joints.of(0, 0, names=("one", "two"))
-    with pytest.raises(KinematicsError, match="has 5 joints, not the 2"):
+    with pytest.raises(KinematicsError, match="has 5 joints, not 2"):
         sections(START, JointPart(wrong))
 
 

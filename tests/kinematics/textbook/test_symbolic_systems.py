@@ -1,7 +1,5 @@
 """Named systems run on symbols: the formulas have the values of the same code on numbers."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 
@@ -99,6 +97,15 @@ def test_the_revolute_transporters_end_point_reads_as_equation_2_35():
 @pytest.mark.parametrize(
     ("name", "lines"),
     [
+        (
+            "two-link-1",
+            [
+                "[ C12  -S12  0  l1 C1 + l2 C12 ]",
+                "[ S12  C12   0  l1 S1 + l2 S12 ]",
+                "[ 0    0     1  0              ]",
+                "[ 0    0     0  1              ]",
+            ],
+        ),
         (
             "two-link-2",
             [

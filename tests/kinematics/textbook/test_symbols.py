@@ -1,7 +1,5 @@
 """Symbols: their value is what the same code gives on numbers, and they read as the notes do."""
 
-from __future__ import annotations
-
 import math
 import operator
 
@@ -187,15 +185,6 @@ def test_what_cannot_be_calculated_is_refused(calculate, error, words):
 
 def type_1_product():
     return compose(a_matrix(THETA1, 0.0, L1, 0.0), a_matrix(THETA2, 0.0, L2, 0.0))
-
-
-def test_the_type_1_product_reads_as_in_section_7():
-    assert matrix_text(type_1_product()) == (
-        "[ C12  -S12  0  l1 C1 + l2 C12 ]\n"
-        "[ S12  C12   0  l1 S1 + l2 S12 ]\n"
-        "[ 0    0     1  0              ]\n"
-        "[ 0    0     0  1              ]"
-    )
 
 
 def test_the_type_1_product_in_latex():

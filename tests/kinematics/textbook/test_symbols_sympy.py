@@ -1,7 +1,5 @@
 """Symbols against an independent computer algebra: the folded products are the same functions."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from systems_cases import gap, postures, same_joints
 
 from kinematics import Joints, Pose, preset
-from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import position_of
 from kinematics.textbook.systems import ALPHA_2, REVOLUTE, SYSTEMS, system
-from kinematics.textbook.systems.mini_movers import arm_of, own_angles, relative_angles
+from kinematics.textbook.systems.mini_movers import own_angles, relative_angles
 
 angles = st.floats(-math.pi, math.pi)
 lengths = st.floats(0.0, 500.0)
@@ -119,8 +118,3 @@ def test_a_tip_above_the_base_is_met_whatever_way_the_hand_leans(one, base, lean
     assert found
     assert all(miss.mm < 1e-6 and miss.rad < 1e-6 for _, miss in found)
     assert all(bool(branch.free) == (lean == 0.0) for branch, _ in found)
-
-
-def test_a_system_of_another_build_has_no_arm():
-    with pytest.raises(KinematicsError, match="puma is no arm of the Mini-mover's build"):
-        arm_of(SYSTEMS["puma"])

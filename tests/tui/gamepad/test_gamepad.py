@@ -13,6 +13,7 @@ from waiting import until_seen
 
 import tui.gamepad as pad_evdev
 from armdrive.errors import BadRequest, KeyFileError
+from armdrive.motion.dead_man import HOLD_LONGEST_S
 from armdrive.moves import Jog, Space
 from armdrive.status import State
 from tui.gamepad import (
@@ -26,7 +27,7 @@ from tui.gamepad import (
     is_gamepad,
     open_gamepad,
 )
-from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, STEER_S
+from tui.jog.jogging import MOUSE_HOLDS_S, MOUSE_RENEWS_S, STEER_S
 from tui.keys import gamepad_map as pad_map
 from tui.keys.gamepad_map import BUTTONS, DEFAULT_PAD, STICKS
 from tui.keys.remap import load_keys
@@ -112,7 +113,7 @@ async def test_a_stick_jogs_only_while_armed_and_while_the_button_is_held():
         session.tell(pressed(BUTTONS["south"]), pressed(704), pressed(), PadEvent(2, 1.0), let_go())
         assert not session.arm.asked("hold"), "buttons and sticks without a row do nothing"
         session.tell(pressed(), PadEvent(LEFT_X, -1.0))
-        assert session.arm.asked("hold") == [("hold", Jog.joint(base=1.0), 0.25, MOUSE_HOLD_S)]
+        assert session.arm.asked("hold") == [("hold", Jog.joint(base=1.0), 0.25, HOLD_LONGEST_S)]
         session.tell(let_go())
         assert not session.moving
 
@@ -156,7 +157,7 @@ async def test_a_held_stick_is_renewed_in_short_holds_and_rest_ends_the_jog_at_o
         session.clock.now_s += MOUSE_RENEWS_S
         session.tick()
         assert len(session.arm.asked("hold")) == 2
-        assert session.arm.asked("hold")[-1][3] <= MOUSE_HOLD_S
+        assert session.arm.asked("hold")[-1][3] <= HOLD_LONGEST_S
         session.tell(PadEvent(LEFT_X, 0.0))
         assert not session.moving
         session.clock.now_s += 60.0 - 11.0
@@ -183,7 +184,7 @@ ENDS = {
     "another pad": lambda s: s.tell(Came("Other", {LEFT_X: -1.0})),
     "link lost": lambda s: s.lose(),
     "disarmed": lambda s: s.desk.disarm("x"),
-    "suspended": lambda s: s.desk.resumed(3.0),
+    "suspended": lambda s: s.desk.disarm("suspended"),
     "its stop button": lambda s: s.tell(pressed(BUTTONS["east"])),
     "other settings": lambda s: s.tell(pressed(BUTTONS["north"])),
     "the focus is lost": lambda s: s.desk.on_app_blur(),

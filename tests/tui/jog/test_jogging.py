@@ -9,12 +9,13 @@ from desk_session import Session
 from textual import events
 
 from armdrive.errors import Refused
+from armdrive.motion.dead_man import HOLD_LONGEST_S
 from armdrive.moves import Jog, ParkMove, Space
 from armdrive.status import LinkStats, State, Trust
 from kinematics.guards.shapes import Box
 from tui.axes import AxisRow, AxisTable
 from tui.jog import panels as tables
-from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
+from tui.jog.jogging import MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
 from tui.jog.panels import Load
 from tui.safety import stopping_text
 from tui.settings import JogSettings
@@ -34,7 +35,7 @@ def held():
 
 def test_a_button_is_held_at_once_and_each_hold_ends_by_itself(held):
     _, arm, _, _ = held
-    assert arm.calls == [("hold", Jog.joint(shoulder=1.0), 0.25, MOUSE_HOLD_S)]
+    assert arm.calls == [("hold", Jog.joint(shoulder=1.0), 0.25, HOLD_LONGEST_S)]
 
 
 def test_it_is_renewed_before_it_ends_and_let_go_when_the_button_is(held):
@@ -43,7 +44,7 @@ def test_it_is_renewed_before_it_ends_and_let_go_when_the_button_is(held):
         clock.now_s += MOUSE_RENEWS_S
         hand.tick()
     assert len(arm.asked("hold")) == 6
-    assert MOUSE_RENEWS_S < MOUSE_HOLD_S
+    assert MOUSE_RENEWS_S < HOLD_LONGEST_S
     hand.lift()
     assert arm.calls[-1] == ("release",)
     arm.calls.clear()
@@ -62,7 +63,7 @@ def test_a_mouse_that_is_heard_of_no_more_holds_nothing_after_its_time(held):
     assert arm.calls[-1] == ("release",)
     assert "the mouse sent nothing" in said[-1]
     last = arm.asked("hold")[-1]
-    assert last[3] <= MOUSE_HOLD_S
+    assert last[3] <= HOLD_LONGEST_S
 
 
 def test_a_nudge_of_the_mouse_goes_on(held):

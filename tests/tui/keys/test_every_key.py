@@ -1,20 +1,31 @@
 """Each key of the table is pressed where its row counts, and leads to the deed of that row."""
 
+import contextlib
 from contextlib import asynccontextmanager
+from functools import partial
 
 import pytest
 from desk_fake import END, MODEL, FakeArm, FakeHolder
 from desk_logged import busy_arm
 from desk_planner import CONFIG, PlannerArm
-from desk_session import Session
+from desk_session import AGAIN_S, AppSession, Session
+from textual import events
+from textual.drivers.headless_driver import HeadlessDriver
 
+from armdrive.errors import BadRequest, KeyFileError
+from armdrive.moves import Jog
 from armdrive.status import State, status_view
+from armdrive.storage import files as places
 from kinematics.textbook.study import named_subject
 from tui.app import action_call
-from tui.keys.keyboard import DEFAULT_KEYS
-from tui.keys.table import SCREENS, TABLE
+from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, as_markdown, bindings, label
+from tui.keys.presses import ASKED_FOR_S, PERSON_S, QUIET_S, Confirmation, UrgentKeys
+from tui.keys.remap import LAYOUTS, load_keys
+from tui.keys.table import JOG_PAIRS, SCREENS, TABLE
 from tui.model_desk import ModelDesk, model_keys
+from tui.terminal import lasting_driver
 from tui.watch import Watching
+from tui.widgets import KeyLine
 
 SCREEN_KEYS = {entry.id: entry.key for entry in SCREENS}
 OPENED_BY = {
@@ -53,9 +64,8 @@ async def at_dialog(name, memory):
 
 @asynccontextmanager
 async def running(app, rows):
-    async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.pause()
-        yield app, pilot, rows
+    async with AppSession(app) as session:
+        yield app, session.pilot, rows
 
 
 def place(name, memory):
@@ -145,3 +155,334 @@ async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(mak
             assert len(session.desk.screen_stack) == 1, line
             assert session.desk.screens.current.place == where, line
             assert "STOP requested" in session.text("messages"), line
+
+
+# The key table is complete, free of clashes, and the source of bindings, footer and help.
+
+
+ALL_PLACES = sorted({row.place for row in TABLE})
+
+
+@pytest.mark.parametrize("place", ALL_PLACES)
+def test_no_key_does_two_things_at_one_place(place):
+    # what counts in dialogs need not differ from the screens': nothing goes through a dialog
+    places = (place, "") if place in {entry.id for entry in SCREENS} else (place,)
+    keys = [key for binding in bindings(*places) for key in binding.key.split(",")]
+    assert len(keys) == len(set(keys))
+
+
+def test_nothing_anywhere_takes_a_key_that_works_everywhere():
+    everywhere = {key for row in TABLE if row.everywhere for key in row.keys}
+    assert not everywhere & {key for row in TABLE if not row.everywhere for key in row.keys}
+
+
+def test_every_row_becomes_one_binding_that_says_what_it_does():
+    made = bindings(*ALL_PLACES)
+    assert sorted(binding.id for binding in made) == sorted(row.id for row in TABLE)
+    assert len({row.id for row in TABLE}) == len(TABLE)
+    assert all(binding.tooltip for binding in made)
+
+
+def test_stopping_and_quitting_work_everywhere():
+    everywhere = {row.id for row in TABLE if row.everywhere}
+    assert everywhere == {"stop", "quit"}
+    assert {"space", "escape"} <= set(DEFAULT_KEYS.of("stop"))
+
+
+def test_every_axis_of_either_mode_has_a_pair():
+    assert {pair.joint for pair in JOG_PAIRS} == {
+        "base", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper",
+    }  # fmt: skip
+    assert {pair.cartesian for pair in JOG_PAIRS} == {"x", "y", "z", "pitch", "roll", "gripper"}
+
+
+@pytest.mark.parametrize("place", [entry.id for entry in SCREENS])
+@pytest.mark.parametrize("width", [12, 40, 80, 120, 300])
+async def test_the_line_of_keys_begins_with_the_stop_and_never_runs_over(place, width):
+    rows = DEFAULT_KEYS.next_keys(place)
+    assert len(rows) <= KEYS_OFFERED
+    line = KeyLine(id="keys")
+    line.show_keys(rows, width)
+    assert line.shown.startswith("space STOP")
+    assert len(line.shown.rstrip()) <= width
+
+
+@pytest.mark.parametrize("place", [entry.id for entry in SCREENS])
+def test_the_help_begins_with_jogging_and_names_every_key(place):
+    listed = "\n".join(DEFAULT_KEYS.help(place, JOG_PAIRS))
+    assert listed.startswith("Move the arm, on the jog screen (f2)")
+    for row in TABLE:
+        if row.place in (place, "") and row.description:
+            assert row.tooltip in listed
+
+
+def test_what_leads_out_of_a_state_stands_right_behind_the_stop():
+    ids = [row.id for row in DEFAULT_KEYS.next_keys("log", first=("reset",))]
+    assert ids[:2] == ["stop", "reset"]
+    assert ids[-3:] == ["help", "palette", "quit"]
+
+
+def test_the_help_of_the_jog_screen_names_the_jog_keys():
+    listed = "\n".join(DEFAULT_KEYS.help("jog", JOG_PAIRS))
+    for key in (key for pair in JOG_PAIRS for key in (pair.plus, pair.minus)):
+        assert label(key) in listed
+
+
+# Presses that count: a stop before all others, two presses of one key, and a pause before them.
+
+
+PAUSE_S = QUIET_S + 0.1
+PRESSES = {
+    # presses of keys by what they would do, a wait with a look after it, or "+" and a wait without
+    "one press": (["deletes", PAUSE_S], [], "deletes"),
+    "two presses": (["deletes", AGAIN_S, "deletes", PAUSE_S, PAUSE_S], ["deletes"], ""),
+    "a held key": (["deletes", "+0.03", "deletes", "+0.03", "deletes", 1.0], [], "deletes"),
+    "a key held for one repeat": (["moves", "+0.25", "moves", PAUSE_S, 1.0], [], "moves"),
+    "for one late repeat": (["moves", "+0.7", "moves", PAUSE_S, 1.0], [], "moves"),
+    "then pressed again": (["moves", "+0.5", "moves", AGAIN_S, "moves", PAUSE_S], ["moves"], ""),
+    "then held again": (["moves", "+0.5", "moves", AGAIN_S, "moves", "+0.1", "moves", 1.0], [], ""),
+    "another key": (["deletes", "+0.2", "moves", 1.0], [], "moves"),
+    "another key twice": (["deletes", 1.0, "moves", 1.0, "moves", PAUSE_S], ["moves"], ""),
+    "long ago": (["deletes", ASKED_FOR_S + 0.1], [], ""),
+    "after that": (["deletes", ASKED_FOR_S + 0.1, "deletes", PAUSE_S], [], "deletes"),
+    "far apart": (["moves", "+60", "moves"], [], "moves"),
+    "far apart, then again": (["moves", "+60", "moves", "+1", "moves", 0.0], [], ""),
+    "and a pause": (["moves", "+60", "moves", "+1", "moves", 0.5, 0.5], ["moves"], ""),
+    # held while a preview is worked out, its later repeats would be two presses by themselves
+    "refused": (["refused", "+0.05", "moves", "+0.05", "moves", PAUSE_S], [], ""),
+    "refused, held": (["refused", "+0.5", "moves", "+0.05", "moves", PAUSE_S, 1.0], [], ""),
+    "refused, then": (["refused", "+0.05", "moves", AGAIN_S, "moves", AGAIN_S, "moves", PAUSE_S],
+                      ["moves"], ""),
+    # a single press of what needs no second one; a paste goes on with the same key or another one
+    "a step": (["steps", "+0.2", PAUSE_S, PAUSE_S], ["steps"], ""),
+    "a step, too early": (["steps", QUIET_S - 0.1], [], ""),
+    "a held step": (["steps", PAUSE_S, "steps", "+0.03", "steps", PAUSE_S], ["steps"], ""),
+    "a step held for one repeat": (["steps", PAUSE_S, "+0.1", "steps", 1.0], ["steps"], ""),
+    "two steps": (["steps", AGAIN_S, "steps", PAUSE_S], ["steps", "steps"], ""),
+    "a step refused, then": (["refused", "+0.1", "steps", 0.8, "steps", 0.4], ["steps"], ""),
+    "a step, then another key": (["steps", "+0.01", "moves", PAUSE_S], [], "moves"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("steps", "done", "effect"), PRESSES.values(), ids=PRESSES)
+def test_enough_presses_of_one_key_are_done_once(steps, done, effect):
+    now, found = [50.0], []
+    confirmation = Confirmation(lambda: now[0])
+    for step in steps:
+        if step == "refused":
+            confirmation.refuse()
+        elif isinstance(step, float):
+            now[0] += step
+            if act := confirmation.due():
+                act()
+        elif step.startswith("+"):
+            now[0] += float(step)
+        else:
+            needed = 1 if step == "steps" else 2
+            with contextlib.suppress(BadRequest):
+                confirmation.press(step, partial(found.append, step), needed=needed)
+    assert found == done
+    assert confirmation.effect == effect
+
+
+class Part:
+    def mark(self, by):
+        return f"marked {by}"
+
+
+class Node:
+    steps = Part()
+
+    def action_leave(self):
+        return "left"
+
+
+def test_an_action_is_a_method_of_a_node_or_of_one_of_its_parts():
+    node = Node()
+    assert action_call("leave", node)() == "left"
+    assert action_call("steps.mark(-1)", node)() == "marked -1"
+    for nothing in ("mark(1)", "steps.leave", "stages.mark(1)", "steps.action_leave"):
+        assert action_call(nothing, node) is None
+
+
+# A stop acts in the thread that reads the keys; what was typed before it has no effect.
+
+SPACE = ("space", " ")
+
+
+def read(session, key, character):
+    """Have the driver read a key, as its thread does; the app takes it later."""
+    # a Pilot puts its own driver in its place
+    driver = lasting_driver(HeadlessDriver)(session.desk)
+    driver.process_message(events.Key(key, character))
+
+
+async def test_a_stop_reaches_the_arm_before_the_app_and_what_it_overtook_moves_nothing():
+    async with Session() as session:
+        await session.arm_keys()
+        session.arm.calls.clear()
+        for _ in range(3):
+            read(session, "w", "w")
+        read(session, *SPACE)
+        assert session.arm.calls == [("stop",)]
+        await session.pilot.pause()
+        assert not {"nudge", "hold"} & {call[0] for call in session.arm.calls}
+        assert not session.desk.screens.current.armed, "the app does the rest of the stop"
+        assert "STOP" in session.desk.message
+        await session.arm_keys()  # keys behind it count again
+        read(session, "w", "w")
+        await session.pilot.pause()
+        session.clock.now_s += PERSON_S
+        session.tick()
+        assert session.arm.calls[-1][0] == "nudge"
+
+
+@pytest.mark.parametrize("lost", [0, 1])
+def test_a_stop_that_never_came_is_forgotten_with_the_next(lost):
+    urgent, stopped = UrgentKeys(), []
+    keys = [events.Key(*SPACE) for _ in range(2)]
+    for key in keys:
+        urgent.read(key, {"space": lambda: stopped.append(1)})
+    assert len(stopped) == 2
+    assert urgent.overtook(events.Key("w", "w"))
+    for key in keys[lost:]:
+        assert not urgent.overtook(key)
+    assert not urgent.overtook(events.Key("w", "w"))
+
+
+def test_other_keys_do_nothing_before_the_app_takes_them():
+    urgent, stopped = UrgentKeys(), []
+    urgent.read(events.Key("w", "w"), {"space": lambda: stopped.append(1)})
+    assert not stopped
+    assert not urgent.overtook(events.Key("q", "q"))
+
+
+# Other keys: layouts, files, what is wrong with them; and that the desk then hears them.
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Write a file of keys and return its path."""
+
+    def write(text):
+        path = tmp_path / "keys.toml"
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    return write
+
+
+def test_without_a_file_the_table_is_as_it_stands():
+    assert load_keys(None) is DEFAULT_KEYS
+
+
+def test_the_users_own_file_is_read_where_it_is(monkeypatch, tmp_path):
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
+    places.key_file().parent.mkdir(parents=True)
+    places.key_file().write_text('[keys]\narm = "f9"\n')
+    assert load_keys(None).of("arm") == ("f9",)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_layout_gives_every_axis_keys_and_takes_none_away(layout):
+    keyboard = load_keys(layout)
+    assert {row.id for row in keyboard.rows} == {row.id for row in TABLE}
+    assert all(row.keys for row in keyboard.rows)
+
+
+def test_qwerty_is_the_table():
+    assert load_keys("qwerty") == DEFAULT_KEYS
+
+
+def test_a_file_says_which_layout_and_which_keys_beside_it(written):
+    keyboard = load_keys(written('layout = "azerty"\n[keys]\narm = ["f9", "*"]\nfiner = "f10"\n'))
+    assert keyboard.label("axis-1-plus") == "a"
+    assert keyboard.label("axis-2-plus") == "z"
+    assert keyboard.of("arm") == ("f9", "asterisk")
+    assert keyboard.label("finer") == "f10"
+
+
+def test_the_space_bar_stops_whatever_a_file_says(written):
+    keyboard = load_keys(written('[keys]\nstop = "f12"\n'))
+    assert keyboard.of("stop") == ("space", "f12", "ctrl+c")
+    assert keyboard.next_keys("jog")[0].id == "stop"
+    assert keyboard.label("stop") == "space"
+
+
+WRONG = [
+    ('[keys]\nfinner = "f8"\n', "'finner'", "did you mean 'finer'?"),
+    ('layout = "azertty"\n', "'azertty'", "did you mean 'azerty'?"),
+    ('finer = "f10"\n', "'finer'", "did you mean"),
+    ('[keys]\narm = "entre"\n', "'entre' is no key", "did you mean 'enter'?"),
+    ('[keys]\narm = "space"\n', "space would be both", "arm"),
+    ('[keys]\narm = "m"\n', "m would be both", "mode"),
+    ('[keys]\narm = "R"\n', "R would be both", "reset"),
+    ('[keys]\nno = "y"\n', "y would be both", "yes"),
+    ('[keys]\nyes = "escape"\n', "Esc would be both", "stop"),
+    ("[keys]\narm = []\n", "arm is a key", "[]"),
+    ("[keys]\narm = 7\n", "arm is a key", "7"),
+    ("keys = 7\n", "keys is a table", ""),
+    ("[keys\n", "is not valid TOML", ""),
+]
+
+
+@pytest.mark.parametrize(("text", "what", "way"), WRONG, ids=[what for _, what, _ in WRONG])
+def test_what_is_wrong_is_named_with_what_was_meant(written, text, what, way):
+    path = written(text)
+    with pytest.raises(KeyFileError) as caught:
+        load_keys(path)
+    assert path in str(caught.value)
+    assert what in str(caught.value)
+    assert way in str(caught.value)
+
+
+def test_a_file_that_is_not_there_may_have_been_meant_for_a_layout():
+    with pytest.raises(KeyFileError, match="did you mean 'azerty'"):
+        load_keys("azery")
+
+
+async def test_the_desk_hears_and_shows_the_keys_of_the_layout():
+    async with Session(keys=load_keys("azerty")) as session:
+        await session.arm_keys()
+        await session.tap("a", "q", "z", after_s=3.0)
+        jogs = [call[1] for call in session.arm.asked("nudge")]
+        assert jogs == [Jog.joint(base=2.0), Jog.joint(base=-2.0), Jog.joint(shoulder=2.0)]
+        assert " a  q   base" in session.text("joints")
+        await session.press("w", after_s=3.0)
+        assert len(session.arm.asked("nudge")) == 3, "w is no key any more"
+        await session.press("comma")
+        assert "step [1°] 2 mm" in session.text("stopping")
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+async def test_every_jog_key_of_every_layout_moves_its_own_axis(layout):
+    keyboard = load_keys(layout)
+    async with Session(keys=keyboard) as session:
+        await session.arm_keys()
+        ids = [f"axis-{row}-{way}" for row in range(1, 7) for way in ("plus", "minus")]
+        for name in ids:
+            await session.tap(keyboard.of(name)[0], after_s=3.0)
+        wanted = [Jog.joint(**{p.joint: s}) for p in JOG_PAIRS[:6] for s in (2.0, -2.0)]
+        assert [call[1] for call in session.arm.asked("nudge")] == wanted
+
+
+async def test_a_key_that_was_moved_works_in_dialogs_and_everywhere(written):
+    keys = load_keys(written('[keys]\nyes = "o"\nstop = "f12"\nquit = "f10"\n'))
+    async with Session(FakeArm(simulated=False), keys=keys) as session:
+        await session.press("H", "y")
+        assert len(session.desk.screen_stack) == 2
+        await session.press("o")
+        await session.settle()
+        assert session.arm.asked("reference") == [("reference",)]
+        session.arm.calls.clear()
+        await session.press("H", "f12")
+        assert session.arm.calls == [("stop",)]
+        await session.press("ctrl+q")
+        assert session.desk.is_running
+        await session.press("f10")
+    assert session.desk.return_value == 0
+
+
+def test_every_row_stands_in_the_documentation_of_keys():
+    lines = list(as_markdown(DEFAULT_KEYS))
+    assert len(lines) == len(TABLE) + 2

@@ -21,14 +21,10 @@ from tui.widgets import PlainText
 class LogSession(Session):
     """A desk at its log screen."""
 
+    opens_with = "f7"
+
     def __init__(self, arm=None, **more):
         super().__init__(arm or busy_arm(), **({"size": (120, 46)} | more))
-
-    async def __aenter__(self):
-        await super().__aenter__()
-        await self.press("f7")
-        await self.settle()
-        return self
 
     async def press(self, *keys, **more):
         await super().press(*keys, **more)

@@ -2,7 +2,7 @@
 
 import pytest
 from desk_planner import PlannerArm, at_rest
-from desk_session import Session
+from desk_session import AGAIN_S, Session
 from textual import events
 
 from armdrive.errors import WrongState
@@ -18,13 +18,10 @@ from tui.settings import SPEEDS, MoveSettings
 class MoveSession(Session):
     """A desk at its move screen, with an arm that plans."""
 
+    opens_with = "f3"
+
     def __init__(self, arm=None, **more):
         super().__init__(arm or PlannerArm(), **more)
-
-    async def __aenter__(self):
-        await super().__aenter__()
-        await self.keys("f3")
-        return self
 
     def field(self, name):
         return self.screen.form.field(name).text
@@ -98,7 +95,7 @@ async def test_one_press_moves_nothing_and_another_key_takes_it_back():
 async def test_a_held_enter_moves_nothing_however_late_its_repeats_begin():
     async with MoveSession() as session:
         await session.keys("'250")
-        for presses in (3, 4, 5, 20):
+        for presses in (2, 3, 4, 5, 20):
             await session.press("enter")
             await session.press(*["enter"] * (presses - 1), after_s=0.033)
             await session.wait(1.0)
@@ -197,11 +194,11 @@ async def test_what_is_seen_is_what_moves_or_nothing_does():
     async with MoveSession() as session:
         await session.keys("'250 enter")
         session.arm.stand_at(session.arm.status.joints.replace(base=0.1))
-        await session.press("enter", after_s=0.2)
+        await session.press("enter", after_s=AGAIN_S)
         await session.wait(1.0)
         assert session.arm.asked_for == []
         await session.press("enter")
-        await session.press("enter", after_s=0.2)
+        await session.press("enter", after_s=AGAIN_S)
         session.arm.stand_at(session.arm.status.joints.replace(base=0.2))
         session.desk.link.take(session.arm.status)
         with session.desk.calls.acting():

@@ -2,7 +2,7 @@
 
 import pytest
 from desk_planner import PlannerArm, at_rest
-from desk_session import Session
+from desk_session import AGAIN_S, Session
 
 from armdrive.status import State
 from armdrive.storage.points import Point, Step, StepList, Taught
@@ -30,13 +30,10 @@ def taught_arm():
 class PointSession(Session):
     """A desk at its points screen, with an arm that has been taught."""
 
+    opens_with = "f4"
+
     def __init__(self, arm=None, **more):
         super().__init__(arm or taught_arm(), **more)
-
-    async def __aenter__(self):
-        await super().__aenter__()
-        await self.keys("f4")
-        return self
 
     async def choose(self, name):
         for _ in range(10):
@@ -154,7 +151,7 @@ async def test_teaching_again_and_deleting_take_two_presses_of_one_key():
     async with PointSession() as session:
         await session.choose("up")
         await session.press("U")
-        await session.press("delete", after_s=0.2)
+        await session.press("delete", after_s=AGAIN_S)
         session.clock.now_s += 1.0
         await session.settle()
         assert session.base_deg("up") == pytest.approx(-20.0)
@@ -185,7 +182,7 @@ async def test_what_another_program_changes_is_shown_and_not_overwritten():
         await session.press("delete")
         session.arm.points["up"] = LEFT
         await session.poll()
-        await session.press("delete", after_s=0.2)
+        await session.press("delete", after_s=AGAIN_S)
         session.clock.now_s += 1.0
         await session.settle()
         await session.settle()
@@ -288,7 +285,7 @@ EDITS = [
     ("pagedown g 'wide enter", STACK.steps,
      {"messages": "'wide' is no opening: type open, close, grasp, here, point, or mm"}),
     ("pagedown g '1000 enter", STACK.steps,
-     {"messages": "the fingers open from 0 to 76 mm, not 1000 mm", "begin": "1000_"}),
+     {"messages": "the gripper opens from 0 to 76 mm, not to 1000 mm", "begin": "1000_"}),
     ("pagedown W '-1 enter", STACK.steps, {"messages": "wait_s is from 0", "begin": "-1_"}),
     ("pagedown W 'soon enter", STACK.steps, {"messages": "'soon' is no time: type seconds"}),
     ("pagedown E backspace backspace backspace backspace 'nowhere enter", STACK.steps,
@@ -423,10 +420,19 @@ async def test_leaving_the_screen_ends_a_run_after_its_step_and_the_stepping():
 async def test_pausing_and_going_on_and_a_change_on_the_move_screen():
     async with PointSession() as session:
         await session.keys("p")
+        session.shows("an arm that stands", messages="nothing moves")
+        session.arm.set(state=State.MOVING)
+        await session.poll()
+        session.shows("moving", footer="p pause", not_footer="go")
+        await session.once("p")
         here = "PAUSED  paused at this desk: p on the points screen"
         session.shows("p", banner=here)
-        await session.keys("p")
-        session.arm.set(paused=True)
+        for gap_s in (0.5, 0.03, 0.03, 0.5, 0.6):
+            await session.press("p", after_s=gap_s)
+            await session.poll()
+        session.shows("a key that is held", banner=here)
+        await session.once("p")
+        session.arm.set(paused=True, state=State.STANDBY)
         await session.poll()
         session.shows("another program", banner="PAUSED  paused from outside")
         session.arm.set(paused=False)

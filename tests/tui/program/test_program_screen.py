@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from desk_fake import Clock
 from desk_planner import at_rest
-from desk_session import Session
+from desk_session import AGAIN_S, Session
 from textual import events
 from waiting import until_seen
 
@@ -77,6 +77,8 @@ class Gate:
 class ProgramSession(Session):
     """A desk at its program screen, in a folder with these programs."""
 
+    opens_with = "f8"
+
     def __init__(self, arm, folder, *, named=None, size=(120, 40), **programs):
         super().__init__(arm, size=size, program=named)
         self.folder = folder / "programs"
@@ -84,11 +86,6 @@ class ProgramSession(Session):
         for name, text in programs.items():
             (self.folder / f"{name}.arm").write_text(text)
         self.desk.programs = self.folder
-
-    async def __aenter__(self):
-        await super().__aenter__()
-        await self.keys("f8")
-        return self
 
     async def __aexit__(self, *error):
         self.arm.request_stop()
@@ -102,7 +99,7 @@ class ProgramSession(Session):
         """Rehearse the program, and press twice."""
         await self.keys("r")
         await self.press("enter")
-        await self.press("enter", after_s=0.2)
+        await self.press("enter", after_s=AGAIN_S)
         self.clock.now_s += 0.5
         await self.poll()
 
@@ -187,7 +184,7 @@ async def test_a_program_is_rehearsed_then_run_by_two_presses_and_says_what_it_p
         await session.poll()
         assert "enter AGAIN RUNS IT" in session.text("run")
         assert arm.joints == before
-        await session.press("enter", after_s=0.2)
+        await session.press("enter", after_s=AGAIN_S)
         session.clock.now_s += 0.5
         await session.poll()
         await session.ended()
@@ -202,7 +199,7 @@ async def test_something_that_changes_between_the_presses_and_the_run_prevents_i
     async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
         await session.keys("r")
         await session.press("enter")
-        await session.press("enter", after_s=0.2)
+        await session.press("enter", after_s=AGAIN_S)
         arm.move_j(base_deg=20)
         session.clock.now_s += 0.5
         await at_rest(session.pilot)
@@ -277,14 +274,16 @@ async def test_a_wait_is_shown_with_its_line_and_to_other_programs(arm, tmp_path
 async def test_a_pause_lasts_until_the_key_is_pressed_again(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, waits=WAITS) as session:
         await session.press("p")
-        assert "no program is running" in session.text("messages")
+        assert "nothing moves" in session.text("messages")
         await session.begin()
         await session.at_line(2)
         await session.press("p")
         await session.until(lambda: arm.paused)
         assert "PAUSED" in session.text("run")
         assert "p on the program screen resumes it" in session.text("banner")
-        await session.press("p")
+        await session.press("p", after_s=1.0)
+        session.clock.now_s += 0.5
+        await session.poll()
         assert not arm.paused
 
 
@@ -320,7 +319,9 @@ async def test_a_program_that_waits_for_the_person_says_why(arm, tmp_path):
         await session.begin()
         await session.until(lambda: session.screen.run.asks)
         assert "WAITS FOR YOU: put a part in" in session.text("run")
-        await session.press("p")
+        await session.press("p", after_s=1.0)
+        session.clock.now_s += 0.5
+        await session.poll()
         await session.ended()
         assert "DONE: 3 acts" in session.text("run")
 
@@ -330,7 +331,7 @@ LEAVING = {
     "a dialog": lambda session: session.press("question_mark"),
     "the focus is lost": lambda session: session.send(events.AppBlur()),
     "pasted text": lambda session: session.send(events.Paste("r")),
-    "a suspension": lambda session: session.desk.resumed(3.0),
+    "a suspension": lambda session: session.desk.disarm("this program was suspended for 3.0 s"),
     "a lost link": lambda session: session.desk.link.take(
         replace(session.arm.status, state=State.DISCONNECTED)
     ),
@@ -418,14 +419,13 @@ def test_a_program_that_ended_early_looks_like_this(snap_compare, own_home, tmp_
         arm.home()
         desk = Desk(arm, screens=SCREENS, braille=True, clock=clock)
         desk.programs = tmp_path
-        desk.input.person_s = 0.0
 
         async def run(pilot):
             for key in ("f8", "r"):
                 await pilot.press(key)
                 await at_rest(pilot)
             for _ in range(2):
-                clock.now_s += 0.2
+                clock.now_s += AGAIN_S
                 await pilot.press("enter")
             clock.now_s += 0.5
             desk.poll()

@@ -57,15 +57,11 @@ class Simulated:
 class SetupSession(Session):
     """A desk at its set-up screen, with a simulated arm."""
 
+    opens_with = "f5"
+
     def __init__(self, config=None, signs=None, **more):
         self.simulated = Simulated(config or simulated_config("teachmover"), signs)
         super().__init__(self.simulated.arm, **more)
-
-    async def __aenter__(self):
-        await super().__aenter__()
-        await self.press("f5")
-        await self.settle()
-        return self
 
     async def __aexit__(self, *error):
         await super().__aexit__(*error)

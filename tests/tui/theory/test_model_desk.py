@@ -1,10 +1,9 @@
 """A model jogged with no arm: every key, what is shown beside it, and how little can go wrong."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
+from desk_session import AppSession
 
 from armdrive.cli.learn.models import find_subject
 from armdrive.errors import KeyFileError
@@ -19,29 +18,12 @@ from tui.model_desk import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys, mode
 from tui.widgets import PlainText
 
 
-class Session:
-    """A model's desk on a headless terminal, driven key by key."""
+class Session(AppSession):
+    """A model's desk on a headless terminal."""
 
     def __init__(self, name="two-link-1", *, size=(80, 24), **more):
         self.desk = ModelDesk(find_subject(name), braille=True, **more)
-        self._running = self.desk.run_test(size=size)
-
-    async def __aenter__(self):
-        self.pilot = await self._running.__aenter__()
-        await self.pilot.pause()
-        await self.pilot.pause()
-        return self
-
-    async def __aexit__(self, *error):
-        await self._running.__aexit__(*error)
-
-    async def press(self, *keys):
-        for key in keys:
-            await self.pilot.press(key)
-        await self.pilot.pause()
-
-    def text(self, name):
-        return self.desk.screen_stack[0].query_one(f"#{name}", PlainText).shown
+        super().__init__(self.desk, size=size)
 
     @property
     def degrees(self):

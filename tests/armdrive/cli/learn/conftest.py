@@ -1,7 +1,5 @@
 """A model file for the commands that read one."""
 
-from __future__ import annotations
-
 import pytest
 from chain_files import shown_links
 

@@ -1,7 +1,5 @@
 """The pages of the textbook name only what there is: functions, commands, tests."""
 
-from __future__ import annotations
-
 import importlib
 import re
 

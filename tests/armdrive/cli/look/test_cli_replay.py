@@ -1,7 +1,5 @@
 """`armdrive record` and `armdrive replay`: from a fault on a pseudo-terminal to what it was."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`armdrive shell` in a process of its own, on a pseudo-terminal."""
 
-from __future__ import annotations
-
 import os
 import pty
 import re

@@ -175,11 +175,6 @@ def test_what_a_call_is_answered_with(call, write, row):
     assert all(each in ended.out + ended.err for each in said)
 
 
-@pytest.mark.parametrize(("file", "said"), [("none.arm", "cannot be read"), ("none.txt", "is no")])
-def test_what_is_no_program_is_refused(call, file, said):
-    assert said in call("run", file, code=2).err
-
-
 def test_a_run_that_was_not_rehearsed_to_its_end_says_so(homed, write, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run_program.BEFORE_RUN_S", -1.0)
     path = write("repeat 5\n  delay 1\nend\n")
@@ -244,10 +239,6 @@ def test_a_width_that_is_assumed_of_a_simulated_arm_says_that_it_changes_nothing
     assert "assumed" not in plain
     widened = homed(*program, "--assume-width", "30").out
     assert "line 8: the fingers find what the simulated world has there" in widened
-
-
-def test_a_program_that_references_the_arm_first_needs_no_reference(call, write):
-    assert "assumed" not in call("run", write("home\nready\n"), "--check", "--fresh", code=0).out
 
 
 def test_mistakes_in_a_program_are_shown_where_they_are(call, write):

@@ -1,7 +1,5 @@
 """A port with a simulated device behind it."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import pytest

@@ -1,16 +1,16 @@
 """`armdrive doctor`: asks before it opens, and says what it found."""
 
-from __future__ import annotations
-
 import os
 import socket
 import sys
 import threading
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
-from cli_calls import Terminal, write_arm_file
+from can_setup_bench import ServedBus, another_program
+from cli_calls import Terminal, write_arm_file, write_bench
 from doctor_bench import (
     BANNER,
     NUMBER,
@@ -21,10 +21,14 @@ from doctor_bench import (
     made,
     plug,
 )
+from waiting import looks
 
 from armdrive.connect import parts as connecting
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import explaining
+from armdrive.dialects.bus import tools
+from armdrive.dialects.bus.tools import listen
+from armdrive.dialects.mks import survey as mks
 from armdrive.errors import PortUnavailable
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.setup import prober as carrying
@@ -32,6 +36,11 @@ from armdrive.setup import prober as probing
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports import ports as system
+from armdrive.transports.ports import CanPort
+from firmware_protocol.mks import (
+    ReadEncoder,
+    encode,
+)
 from firmware_protocol.robko01 import Device
 
 # Before anything is opened.
@@ -53,21 +62,6 @@ def test_a_person_is_asked_first(call, port, lead_to, monkeypatch, answer, code,
     called = call("doctor", str(port), code=code)
     assert "Support it, or park it first" in called.out
     assert len(opened) == times
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        ((), "armdrive ports"),
-        (("/dev/ttyX", "--arm", "bench"), "name one port"),
-        (("--arm", "bench", "--dialect", "teachmover"), "leave out --dialect"),
-        (("/dev/ttyX", "--mend"), "--mend needs"),
-        (("--arm", "sim:teachmover"), "is simulated"),
-        (("/dev/ttyX", "--can", "socketcan:can0"), "leave the port out"),
-    ],
-)
-def test_a_wrong_command_says_what_to_write(call, words, sentence):
-    assert sentence in call.refused("doctor", *words, code=2)
 
 
 def test_where_no_port_can_be_meant_nothing_is_opened(call, port, monkeypatch):
@@ -116,14 +110,9 @@ def test_a_port_that_another_armdrive_program_holds_is_not_opened(call, port, le
 # Which arm file the port belongs to.
 
 
-def arm_file(usb_serial: str, port: object = "", name: str = "bench") -> None:
-    lines = f'port = "{port}"\nusb_serial = "{usb_serial}"\n'
-    write_arm_file(name, f'model = "teachmover"\n[connection]\n{lines}')
-
-
 def test_an_adapter_is_looked_at_by_the_number_in_the_arm_file(call, port, lead_to, monkeypatch):
     plug(monkeypatch, {port: NUMBER})
-    arm_file(NUMBER, "/dev/ttyUSB9")
+    write_bench("/dev/ttyUSB9", usb_serial=NUMBER)
     monkeypatch.setattr(connecting, "connect_real", connecting.connect_simulated)
     opened = lead_to(made("teachmover"))
     called = call("doctor", "--arm", "bench", "--yes", code=0)
@@ -134,7 +123,7 @@ def test_an_adapter_is_looked_at_by_the_number_in_the_arm_file(call, port, lead_
 
 @pytest.mark.parametrize("words", [(), ("--json",)])
 def test_an_unplugged_adapter_is_a_problem_with_a_remedy(call, port, words):
-    arm_file("OTHER", port)
+    write_bench(port, usb_serial="OTHER")
     said = call("doctor", "--arm", "bench", "--yes", *words, code=4).out
     assert "no port has the USB serial number OTHER (present: " in said
     assert "): plug" not in said  # the remedy stands apart
@@ -143,7 +132,7 @@ def test_an_unplugged_adapter_is_a_problem_with_a_remedy(call, port, words):
 
 def test_a_port_alone_leads_to_its_arm_file(call, port, lead_to, monkeypatch):
     plug(monkeypatch, {port: NUMBER})
-    arm_file(NUMBER)
+    write_bench("", usb_serial=NUMBER)
     lead_to(made("teachmover"))
     called = call("doctor", str(port), "--yes", code=0)
     assert "it belongs to the arm file bench" in called.out
@@ -154,7 +143,7 @@ def test_a_port_alone_leads_to_its_arm_file(call, port, lead_to, monkeypatch):
 
 def test_a_port_that_has_only_the_name_of_an_arm_file_is_not_its(call, port, lead_to, monkeypatch):
     plug(monkeypatch, {port: NUMBER})
-    arm_file("OTHER", port)
+    write_bench(port, usb_serial="OTHER")
     lead_to(made("teachmover"))
     said = call("doctor", str(port), "--yes", code=0).out
     assert "wants the adapter with the USB serial number OTHER, which this is not" in said
@@ -214,7 +203,7 @@ if sys.platform != "win32":
 @pytest.fixture
 def bench(port, lead_to, monkeypatch):
     """An arm file, its arm at the port, and a connection that is made in this process."""
-    write_arm_file("bench", f'model = "teachmover"\n[connection]\nport = "{port}"\n')
+    write_bench(port)
     lead_to(made("teachmover"))
     made_arms = []
 
@@ -360,3 +349,79 @@ def test_a_robko_answers_over_udp(call):
     assert heard == [b"\xaa\x01\x01\x01\xab\x00"]
     assert "it speaks robko01: Robko 01 SUPER protocol\n" in said
     assert f"armdrive status --port {url} --dialect robko01\n" in said
+
+
+# `armdrive doctor --can`, in real time.
+
+
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+
+ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}"\n'
+
+
+@pytest.fixture
+def served(tmp_path, monkeypatch, _punctual):
+    monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
+    monkeypatch.setattr(mks, "LINGER_S", 0.002)  # no drive here has another one's id
+    bus = ServedBus(tmp_path)
+    yield bus
+    bus.end()
+
+
+@needs_pty
+def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
+    for _ in looks("not all drives ever answered in time"):  # they are another process
+        called = call("doctor", "--can", served.port.removeprefix("can:"), "--json")
+        if called.code == 0 and len(called.json["drives"]) == 6:
+            break
+    assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
+    assert called.json["bus"]["state"] == "active"
+    named = served.port.removeprefix("can:")
+    ids = ("--ids", "1-6")
+    said = call("doctor", "--can", named, "--dialect", "mks", *ids, code=0).out
+    assert "every drive of the arm file answers" in said
+    write_arm_file("bench", ARM.format(port=served.port))
+    served.tell("fault drive-mode 3 2")
+    said = call("doctor", "--arm", "bench", *ids, code=1).out
+    assert "drive 3: mode 2 (PULSE_FOC)" in said
+    assert "`armdrive doctor --arm bench --mend`" in said
+    said = call("doctor", "--arm", "bench", *ids, "--mend", "--yes", code=0).out
+    assert "1 setting was written" in said
+    assert "every drive of the arm file answers" in said
+
+
+@needs_pty
+def test_trying_rates_distinguishes_an_empty_bus_from_a_wrong_rate(call, served):
+    wrong = served.port.replace("500000", "250000")
+    said = call("doctor", wrong, "--ids", "1-2", "--every-rate", code=6).out
+    assert "no node acknowledges a frame" in said
+    assert "no drive answers at 125 kbit/s" in said
+    assert "at 500 kbit/s these answer: 1, 2" in said
+    served.tell("plug none")
+    assert "took every frame" in call("doctor", served.port, "--ids", "1-2", code=6).out
+
+
+@needs_pty
+def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, served, monkeypatch):
+    monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.4))
+    with another_program(served.beside, encode(2, ReadEncoder())):
+        for _ in looks("the other program was never heard"):  # it may be kept from its work
+            called = call("doctor", "--can", served.port)
+            if "nothing passed" not in called.out:
+                break
+    assert called.code == 1
+    assert "another program commands drives (drive 2: read encoder" in called.out
+    assert "answer" not in called.out.replace("answers", "")
+    assert served.server.adapter.refused == 0
+
+
+def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):
+    monkeypatch.setattr("serial.tools.list_ports.comports", list)
+    listed = "armdrive.transports.ports.list_can_ports"
+    monkeypatch.setattr(listed, lambda ports: [])
+    assert "knows no adapter" in call.refused("doctor", "--can", code=4)
+    two = [CanPort("can:socketcan:can0", ""), CanPort("can:socketcan:can1", "")]
+    monkeypatch.setattr(listed, lambda ports: two)
+    assert "can:socketcan:can0, can:socketcan:can1" in call.refused("doctor", "--can", code=4)
+    assert "which bus?" in call.refused("doctor", "--can", "--dialect", "mks", code=4)

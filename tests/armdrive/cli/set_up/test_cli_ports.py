@@ -1,14 +1,12 @@
 """`armdrive ports`: it lists ports with their holders and arm files, and opens none."""
 
-from __future__ import annotations
-
 import os
 import sys
 
 import pytest
 import serial
 from chain_files import shown_links
-from cli_calls import write_arm_file
+from cli_calls import write_arm_file, write_bench
 from doctor_bench import NUMBER, plug
 from serial.tools import list_ports as pyserial
 
@@ -26,15 +24,10 @@ def adapter(tmp_path, monkeypatch):
     return device
 
 
-def arm_file(port: object, name: str = "bench", usb_serial: str = "") -> None:
-    lines = f'port = "{port}"\nusb_serial = "{usb_serial}"\n'
-    write_arm_file(name, f'model = "teachmover"\n[connection]\n{lines}')
-
-
 def test_a_port_is_listed_with_all_that_is_known(call, adapter, tmp_path):
     (tmp_path / "by-id").mkdir()
     (tmp_path / "by-id" / "usb-FTDI-if00").symlink_to(adapter)
-    arm_file(tmp_path / "by-id" / "usb-FTDI-if00")
+    write_bench(tmp_path / "by-id" / "usb-FTDI-if00")
     (seen,) = call("ports", "--json", code=0).json["ports"]
     assert seen["port"] == str(adapter)
     assert (seen["description"], seen["usb"]) == ("FT232R USB UART", "0403:6001")
@@ -71,7 +64,7 @@ def test_the_holder_of_a_port_is_named(call, adapter):
 def test_an_arm_that_armdrive_drives_on_a_port_is_named(call, adapter):
     from dataclasses import replace
 
-    arm_file(adapter)
+    write_bench(adapter)
     config = replace(simulated_config("teachmover"), name="bench")
     with adapter.open(), connect_remembered(config, pace="real"):
         (seen,) = call("ports", "--json", code=0).json["ports"]
@@ -92,8 +85,8 @@ def test_a_forbidden_port_is_listed_with_its_remedy(call, adapter, monkeypatch):
 
 
 def test_arm_files_that_are_broken_or_lack_their_port_are_listed(call, adapter):
-    arm_file("/dev/ttyNOWHERE")
-    arm_file("socket://127.0.0.1:4001", "network")
+    write_bench("/dev/ttyNOWHERE")
+    write_bench("socket://127.0.0.1:4001", "network")
     write_arm_file("broken", "model = 7\n")
     write_arm_file("links", shown_links())  # a model file is no arm
     seen = call("ports", "--json", code=0).json
@@ -108,7 +101,7 @@ def test_arm_files_that_are_broken_or_lack_their_port_are_listed(call, adapter):
 
 @pytest.mark.parametrize("named", ["", "/dev/ttyUSB9"], ids=["no name", "its name of yesterday"])
 def test_an_arm_file_with_a_usb_number_has_the_port_of_that_adapter(call, adapter, named):
-    arm_file(named, usb_serial=NUMBER)
+    write_bench(named, usb_serial=NUMBER)
     seen = call("ports", "--json", code=0).json
     assert seen["ports"][0]["arm_files"] == ["bench"]
     assert seen["absent"] == []
@@ -118,7 +111,7 @@ def test_an_arm_file_with_a_usb_number_has_the_port_of_that_adapter(call, adapte
 
 
 def test_a_port_with_the_name_and_another_number_is_not_the_arms(call, adapter):
-    arm_file(adapter, usb_serial="OTHER")
+    write_bench(adapter, usb_serial="OTHER")
     seen = call("ports", "--json", code=0).json
     (there,) = seen["ports"]
     assert (there["arm_files"], there["named_for_another_adapter"]) == ([], ["bench"])
@@ -135,8 +128,8 @@ def test_two_adapters_with_one_number_are_distinguished_by_name_if_at_all(
 ):
     other = tmp_path / "ttyUSB1"
     plug(monkeypatch, {adapter: NUMBER, other: NUMBER})
-    arm_file(other, usb_serial=NUMBER)
-    arm_file("", "vague", usb_serial=NUMBER)
+    write_bench(other, usb_serial=NUMBER)
+    write_bench("", "vague", usb_serial=NUMBER)
     seen = call("ports", "--json", code=0).json
     assert [each["arm_files"] for each in seen["ports"]] == [[], ["bench"]]
     (absent,) = seen["absent"]

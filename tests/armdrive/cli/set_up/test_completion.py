@@ -1,7 +1,5 @@
 """`armdrive completion`: scripts for three shells, and what bash completes with its own."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,16 +1,14 @@
 """Driving an Armdroid: what is said to the board, and what becomes of whatever goes wrong."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
 from amounts import amount
-from armdroid_bench import CONFIG
 from faults import arm_config, driven, honest
 
-from armdrive import Arm, DeviceFault, NoAnswer, Refused
+from armdrive import Arm, DeviceFault, Refused
 from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.dialects.armdroid.controller import ArmdroidController
 from armdrive.registry import dialect, simulate
 from armdrive.status import State, Trust
@@ -37,6 +35,7 @@ from armdrive.tasks import (
 )
 from kinematics import Motors
 
+CONFIG = simulated_config("armdroid")
 VERSION = "firmware version = 2.0/protocol = 1.0a"
 STEPS = Motors((12, -3, 0, 0, 0, 7))
 NUMBERS = "7,0,0,0,3-,12"
@@ -331,28 +330,11 @@ def test_digits_that_another_program_left_are_no_part_of_a_motion():
     assert tuple(twin.world.motors - before) == (10, 0, 0, 0, 0, -3)
 
 
-def test_a_mute_board_is_no_arm():
-    twin = simulate(CONFIG)
-    twin.faults.add("mute")
-    with pytest.raises(NoAnswer, match="switched on"):
-        connect_simulated(CONFIG, twin=twin)
-
-
 def test_a_board_that_resets_as_its_port_is_opened_is_waited_for():
     twin = simulate(CONFIG, greets=False, resets_on_open=True)
     twin.board.opened()
     arm = Arm(connect_simulated(CONFIG, twin=twin))
     assert arm.status.state is State.DISABLED
-
-
-def test_registers_may_wrap_without_a_step_being_lost():
-    arm = driven(CONFIG)
-    arm.twin.board.count_from((32760, -32760, 32760, -32768, 32767, 5))
-    arm.sleep(2.0)
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
-    arm.move_j(base_deg=4, shoulder_deg=44)
-    assert arm.status.trust is Trust.REFERENCED
-    assert honest(arm)
 
 
 # An arm that lets its motors go as it is switched on: a number was lost before the letter.

@@ -1,7 +1,5 @@
 """A CiA 402 controller on the simulated bus of an arm, without the engine."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Frames of CANopen drives are told in words, on a bus and in a recording."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

@@ -4,8 +4,6 @@ Late drives are not to blame: the motion waits for them. If a drive stops by its
 because it missed a heartbeat, that is reported.
 """
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -4,8 +4,6 @@ In simulated time and in this process. What is ours of those drives is their sta
 position that is the target at once.
 """
 
-from __future__ import annotations
-
 import io
 from types import SimpleNamespace
 

@@ -1,14 +1,35 @@
-"""A GRBL board apart from motion: alarms, resets, settings, homing, outputs."""
+"""A driven GRBL board apart from motion: contact, alarms, resets, settings, homing, outputs."""
 
+import itertools
 from dataclasses import replace
 
 import pytest
-from faults import OVER_THE_TABLE
-from grbl_arm import config, found, ready, standing_as_said
+from amounts import in_pairs
+from faults import OVER_THE_TABLE, Rule, as_it_stands, becoming, garbled, instead, lost
+from grbl_arm import (
+    BEGINNINGS,
+    FIRMWARES,
+    Disturbed,
+    begin_line,
+    begin_planned,
+    config,
+    found,
+    over,
+    ready,
+    standing_as_said,
+    stands,
+    tip_mm,
+)
 
+from armdrive import Jog
+from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.config.sections import HomingSettings
+from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
+from armdrive.motion.reference import home_device
+from armdrive.registry import simulate
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.status import State, Trust
 from kinematics import Joints
@@ -61,7 +82,7 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
     with pytest.raises(SettingsDiffer, match=r"\$1=255"):
         arm.move_j(base_deg=3)
-    from armdrive.motion.standing import mend_settings
+    from armdrive.motion.device import mend_settings
 
     lines = tuple(each.mend for each in arm.core.differences)
     run_blocking(arm.runner.perform(mend_settings(arm.wire, lines)))
@@ -135,3 +156,368 @@ def test_a_gripper_on_a_valve_opens_and_closes(valve, firmware):
     assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
     arm.gripper.close(0.0)
     assert arm.twin.world.opening_mm == pytest.approx(0.0, abs=1.0)
+
+
+# -- First contact: the driver learns the board's axes, and nothing moves --------------------------
+
+
+# The axes of the board.
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("letters", ["XYZABC", "XZYBA", "XYZAC"])
+def test_a_board_may_have_more_axes_than_the_arm_has_motors(firmware, letters):
+    made = config(gripper="servo", device={"axes": letters})
+    arm = ready(made, firmware=firmware, axes="XYZABC")
+    assert arm.core.differences == ()
+    arm.move_motors(5, -4, 3, -2, 1)
+    assert arm.twin.world.motors == arm.status.acknowledged == arm.status.read_back
+
+
+@pytest.mark.parametrize("banner", [True, False])
+def test_the_axes_are_learnt_whether_the_board_begins_anew_or_not(banner):
+    arm = found(config(gripper="servo"), firmware="fluidnc", axes="XYZABC")
+    if banner:
+        arm.twin.board.reset()
+        arm.sleep(3.0)
+        arm.reset()
+    assert arm.status.state is State.STANDBY
+    assert len(arm.status.read_back) == 5
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_board_with_too_few_axes_is_told_of_in_words(firmware):
+    twin = simulate(config(gripper="servo", device={"axes": "XYZAB"}), firmware=firmware)
+    with pytest.raises(DeviceFault, match=r"the board has 5 axes \(XYZAB\).* on C:"):
+        connect_simulated(config(), twin=twin)
+
+
+# A board that another program has used.
+
+HALF_LINES = ["G1G91X10F300", "G1G91X10F300(a", "G1G91X10F300 (a) Y", "$J=G91X10F300", "$H", "$C"]
+IN_A_COMMENT = "G1G91X10F300;a"
+
+
+def left(made, said, **options):
+    """Return an arm whose board another program has used, and the board's counts by then."""
+    twin = simulate(made, **options)
+    twin.link.read(0.05)
+    for number, data in enumerate(said):
+        twin.link.write(data.encode("latin-1"), 1.0 + 9.0 * number)
+        twin.link.read(9.0 + 9.0 * number)
+    before = twin.world.motors, twin.world.opening_mm, twin.device.registers
+    pace = SimulatedPace()
+    pace.clock.now_s = 9.0 * len(said)
+    arm = Arm(assemble(made, twin.link, pace, simulated=True))
+    arm.twin = twin
+    return arm, before
+
+
+def now(arm):
+    return arm.twin.world.motors, arm.twin.world.opening_mm, arm.twin.device.registers
+
+
+@pytest.mark.parametrize("half", ["", *HALF_LINES, IN_A_COMMENT])
+def test_a_locked_board_stays_locked_until_a_reset_and_forgets_a_half_line(half):
+    arm, before = left(config(), ["G1G91X7F600\n", half], homing=True)
+    with pytest.raises(DeviceFault, match="reset"):  # the board was locked, and still is
+        arm.move_motors(1, 0, 0, 0, 0, 0)
+    arm.reset()
+    arm.sleep(3.0)
+    assert now(arm) == before
+    assert before[2][0] == 0
+    assert arm.status.state is State.STANDBY
+    arm.move_motors(1, 0, 0, 0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("firmware", "half"),
+    [
+        *(("grbl", half) for half in ["", *HALF_LINES, IN_A_COMMENT]),
+        *itertools.product(FIRMWARES[1:], ["", "G1G91X10F300(a", "$J=G91X10F300"]),
+    ],
+)
+def test_no_half_line_is_carried_out_and_position_current_and_state_are_kept(firmware, half):
+    said = ["$X\n", "G1G91X7F600\n", half]
+    arm, before = left(config(), said, firmware=firmware, homing=True)
+    arm.sleep(3.0)
+    assert now(arm) == before
+    assert before[2][0] == 7
+    assert arm.status.read_back[0] == 7
+    assert arm.status.state is State.STANDBY
+    assert arm.twin.world.energised
+    arm.move_motors(3, 0, 0, 0, 0, 0)
+    assert arm.twin.device.registers[0] == 10
+
+
+GRIPPERS = [
+    ("servo", {}, "M3S1000"),
+    ("servo", {"servo": "M67E0"}, "M67E0Q1000"),
+    ("output", {"gripper_closes": False}, "M8"),
+    ("output", {"gripper_closes": False, "outputs": ("mist",)}, "M7"),
+    ("output", {"gripper_closes": False, "outputs": ("P1",)}, "M64P1"),
+]
+
+
+@pytest.mark.parametrize("half", ["", "G1G91X10F300", "G1G91X10F300(a", "$H"])
+@pytest.mark.parametrize(("kind", "device", "opens"), GRIPPERS)
+def test_contact_does_not_let_go_of_what_a_gripper_on_an_output_holds(kind, device, opens, half):
+    said = [opens + "\n", half]
+    firmware = "grblhal" if opens.startswith("M6") else "mega5x"
+    arm, before = left(config(gripper=kind, device=device), said, firmware=firmware)
+    arm.sleep(3.0)
+    assert now(arm) == before
+    assert before[1] == pytest.approx(76.0, abs=1.0)
+
+
+TOLD = [each for each in GRIPPERS if each[2].startswith(("M3", "M7", "M8"))]
+WITH_COMMENTS = [IN_A_COMMENT, "$J=G91X10F300;a", "M3S700;a", "M8;", "$H;"]
+
+
+@in_pairs("gripper, half, firmware", TOLD, WITH_COMMENTS, FIRMWARES)
+def test_where_the_gripper_is_told_to_be_off_no_half_line_is_carried_out(gripper, half, firmware):
+    kind, device, opens = gripper
+    said = [opens + "\n", "M5\nM9\nG1G91X7F600\n", half]
+    arm, before = left(config(gripper=kind, device=device), said, firmware=firmware)
+    arm.sleep(3.0)
+    assert now(arm) == before
+    assert before[2][0] == 7
+    outputs = arm.twin.board.details()["outputs"]
+    assert (outputs["spindle"], outputs["flood"], outputs["mist"]) == ("M5", False, False)
+
+
+def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
+    made = config(gripper="servo")
+    twin = simulate(made)
+    twin.link.write(b"M3S1000\n", 0.1)
+    twin.link.read(9.0)
+    link = Disturbed(twin.link)
+    link.back.append(Rule(rb"<.*\|A:S", becoming(lambda line: line.replace(b"|A:S", b"|C:S"))))
+    pace = SimulatedPace()
+    pace.clock.now_s = 9.0
+    Arm(assemble(made, link, pace, simulated=True))
+    assert not link.back[0].times
+    assert not link.pressed(b"\x18")
+    assert twin.board.details()["outputs"]["spindle"] == "M3"
+
+
+# The delay before the board brakes.
+
+
+def segments(arm):
+    """Return the segments of 10 ms that the board may drive before it starts to brake."""
+    return arm.core.controller.board.segment_buffer.segments
+
+
+@pytest.mark.parametrize(
+    ("firmware", "wanted"), [("grbl", 5), ("mega5x", 9), ("grblhal", 10), ("fluidnc", 12)]
+)
+def test_what_a_board_computes_ahead_is_that_of_its_firmware(firmware, wanted):
+    assert segments(found(firmware=firmware)) == wanted
+    told = found(config(device={"segments": 20}), firmware=firmware)
+    assert segments(told) == 20
+    assert told.status.stop_time_s > found(firmware=firmware).status.stop_time_s
+
+
+@pytest.mark.parametrize(("times", "wanted"), [(1, 10), (2, 10), (99, 12)])
+def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times, wanted):
+    flaw = Rule(rb"\[FIRMWARE", garbled(4, 0x7F), times=times)
+    assert segments(over(flaw, firmware="grblhal")) == wanted
+
+
+# A damaged answer to `$I`: a line has no checksum.
+
+
+@pytest.mark.parametrize("ring", [b"2", b"12", b"28", b"0", b"65536"])
+def test_no_ring_that_is_told_brings_a_motion_to_wait_for_ever(ring):
+    told = instead(b"[OPT:V,15," + ring + b"]\r\n")
+    arm = as_it_stands(over(Rule(rb"\[OPT", told, times=99), firmware="grbl"))
+    arm.move_j(base_deg=10, elbow_deg=arm.joints.deg["elbow"] + 5, wait=False).wait(20.0)
+    assert arm.twin.world.motors == arm.status.read_back
+
+
+def test_a_letter_that_was_damaged_is_asked_for_again():
+    arm = over(Rule(rb"\[AXS", instead(b"[AXS:6:XYZABV]\r\n")), firmware="mega5x")
+    assert arm.status.state is State.STANDBY
+
+
+def test_a_line_for_which_there_is_never_room_ends_the_motion_in_words():
+    arm = ready()
+    arm.core.controller.board.blocks = 0
+    with pytest.raises(DeviceFault, match="makes no progress"):
+        arm.move_j(base_deg=3, wait=False).wait(20.0)
+
+
+# -- Resets ----------------------------------------------------------------------------------------
+
+
+def begin_held_jog(arm):
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
+
+
+def lose(arm, what):
+    """Lose one byte, or all that the next message says."""
+    if what == "message":
+        arm.twin.faults.add("drop", "next", side="host")
+    else:
+        arm.twin.link.to.append(Rule(what, lost))
+
+
+def stops_as_announced(arm, stop):
+    status, tip = arm.status, arm.twin.world.tip
+    assert status.state is State.MOVING
+    stop()
+    assert stands(arm) - status.time_s <= status.stop_time_s
+    assert tip_mm(arm, tip) <= status.stop_distance_mm
+
+
+RESET, HOLD, CANCEL = b"\x18", b"!", b"\x85"
+LOST = [
+    *itertools.product(BEGINNINGS, [RESET, "message"], ["estop"], FIRMWARES[1:2]),
+    *itertools.product([begin_planned], [RESET], ["estop"], FIRMWARES),
+    *itertools.product([begin_planned, begin_line], [HOLD, "message"], ["request_stop"],
+                       FIRMWARES[1:2]),
+    *itertools.product([begin_held_jog], [CANCEL, "message"], ["release"], FIRMWARES[1:2]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("begin", "what", "stop", "firmware"), LOST)
+def test_a_stop_that_is_lost_is_said_again_within_what_was_announced(begin, what, stop, firmware):
+    arm = ready(firmware=firmware)
+    begin(arm)
+    arm.sleep(0.5)
+    lose(arm, what)
+    began_s = arm.status.time_s
+    stops_as_announced(arm, getattr(arm, stop))
+    arm.sleep(2.0)
+    if stop == "estop":
+        resets = [sent_s - began_s for sent_s, piece in arm.twin.link.sent if piece == RESET]
+        assert resets[1] <= 0.03
+        assert arm.status.state is State.ERROR_STOP
+        assert arm.status.trust is Trust.SUSPECT
+        arm.reset()
+    else:
+        assert arm.status.trust is Trust.REFERENCED
+        assert standing_as_said(arm)
+        assert arm.twin.link.pressed(CANCEL) == (stop == "release")
+    assert arm.status.state is State.STANDBY
+
+
+def test_one_that_is_lost_before_the_first_report_of_motion_as_well():
+    for later_s in (0.0, 0.01, 0.02, 0.04):
+        arm = ready()
+        begin_planned(arm)
+        while len(arm.twin.link.motions) < 1:
+            arm.sleep(0.001)
+        arm.sleep(later_s)
+        lose(arm, rb"\x18")
+        stops_as_announced(arm, arm.estop)
+
+
+@pytest.mark.parametrize(
+    ("begin", "firmware"),
+    [*zip(BEGINNINGS, FIRMWARES, strict=True), *((begin_planned, each) for each in FIRMWARES[1:])],
+)
+def test_one_that_arrives_is_said_once(begin, firmware):
+    arm = ready(firmware=firmware)
+    begin(arm)
+    for more_s in (0.30, 0.31, 0.32, 0.33):  # with and without a report on its way
+        arm.sleep(more_s - 0.3)
+    arm.estop()
+    arm.sleep(2.5)
+    assert arm.twin.link.pressed(b"\x18") == 1
+    assert "emergency stop" in arm.status.error
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("what", [rb"\x18", "message", "nothing"])
+def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, what):
+    made = config(device={"homing": True})
+    homing = HomingSettings(Joints.of(60.0, 20.0, -90.0, -20.0, 0.0), 60.0, ())
+    arm = found(replace(made, homing=homing), firmware=firmware)
+    task = arm.runner.submit(home_device(arm.wire, homing))
+    arm.sleep(1.0)
+    assert arm.twin.device.moving
+    if what != "nothing":
+        lose(arm, what)
+    status = arm.status
+    arm.request_stop()
+    assert stands(arm) - status.time_s <= status.stop_time_s
+    arm.sleep(3.0)
+    assert task.done
+    assert arm.status.trust is not Trust.REFERENCED
+    assert arm.status.state is State.STANDBY
+
+
+def at_zeros(**options):
+    """Return an arm whose counts are zero, so that only the greeting shows a reset."""
+    arm = found(**options)
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    assert not arm.twin.device.registers.largest
+    arm.twin.link.sent.clear()
+    return arm
+
+
+def reset_instead(arm):
+    """Press the board's own button just as the driver sends its reset."""
+
+    def press(_):
+        assert not arm.twin.device.registers.largest
+        arm.twin.board.reset()
+        return []
+
+    arm.twin.link.to.append(Rule(rb"\x18", press))
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("after_s", [0.003, 0.006])
+def test_a_greeting_that_comes_late_is_no_answer_to_a_stop(firmware, after_s):
+    arm = at_zeros(firmware=firmware)
+    handle = arm.move_j(base_deg=40, wait=False)
+    arm.sleep(after_s)
+    reset_instead(arm)
+    arm.stop()
+    arm.sleep(3.0)
+    assert handle.done
+    assert arm.twin.link.pressed(b"\x18") == 1
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.state is State.ERROR_STOP
+    assert "reset, or lost its power" in arm.status.error
+    arm.reset()
+    arm.enable()
+    assert arm.status.state is State.STANDBY
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_nor_is_a_second_one(firmware):
+    arm = at_zeros(firmware=firmware)
+    arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.003)
+    arm.stop()
+    assert arm.status.trust is Trust.REFERENCED
+    arm.twin.board.reset()
+    arm.sleep(2.0)
+    assert arm.status.trust is Trust.SUSPECT
+
+
+def test_nor_is_one_that_a_mute_board_says_as_it_is_reset():
+    arm = at_zeros()
+    arm.estop()
+    arm.sleep(0.5)
+    assert arm.status.trust is Trust.REFERENCED
+    arm.sleep(0.1)
+    arm.twin.board.reset()  # its start takes longer than the timeout of a report
+    arm.reset()
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.state is State.STANDBY
+
+
+def test_a_greeting_in_time_keeps_the_position():
+    for after_s in (0.003, 0.05, 0.2, 0.6):
+        arm = at_zeros()
+        arm.move_j(base_deg=40, wait=False)
+        arm.sleep(after_s)
+        arm.stop()
+        arm.sleep(2.0)
+        assert arm.status.trust is Trust.REFERENCED
+        assert standing_as_said(arm)

@@ -6,6 +6,8 @@ not.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from amounts import in_pairs
 from mks_bench import (
@@ -16,12 +18,14 @@ from mks_bench import (
     check_done,
     segments,
     straight,
+    total,
 )
 
 from armdrive.dialects.bus.ledger import LOOK_S
 from armdrive.dialects.bus.observer import CONFIRMING_LOOKS, MAX_DELAY_S, STANDING_S
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.tasks import AlertKind, MoveAlong
+from firmware_protocol.mks import Code
 from kinematics import Motors
 
 SHORT_AHEAD_S = 0.06
@@ -121,6 +125,64 @@ def test_a_drive_that_stays_far_off_its_path_is_reported(counts):
     run_until_told(bench)
     assert "drive 1 (base)" in bench.alerts()[0].text
     assert bench.now_s < began_s + 0.3
+
+
+# -- one that missed orders ------------------------------------------------------------------------
+
+SHARED_HZ, WINDOW_S = 20_000.0, 0.2
+"""How fast a joint turns that the first two motors turn, and how long a mean of its speed is."""
+SETTLED_S = AHEAD_S + 0.3
+"""Until then others may go on without a drive that gets no orders."""
+
+
+def eased(way, count):
+    """Return the way in pieces of 0.05 s, from rest to rest."""
+    rates = [min(1.0, (piece + 0.5) / 3.0, (count - piece - 0.5) / 3.0) for piece in range(count)]
+    places = [
+        Motors(round(sum(rates[:piece]) * each) for each in way) for piece in range(count + 1)
+    ]
+    return segments(*(b - a for a, b in pairwise(places)), duration_s=0.05)
+
+
+@pytest.mark.parametrize(
+    ("count", "after_s", "for_s"), [(18, 0.2, 0.35), (24, 0.2, 0.4), (24, 0.4, 0.4)]
+)
+def test_the_path_waits_for_a_drive_that_missed_orders(count, after_s, for_s):
+    """Each motor alone turns their joint twice as fast as both do, in opposite directions."""
+    moves = [*eased((2000, -1000, 0, 0, 0, 0), count), *eased((-1000, 2000, 0, 0, 0, 0), 24)]
+    bench = begun(moves, after_s)
+    until_s, seen = bench.now_s + for_s, []
+    bench.loses = lambda frame, host: (
+        host and frame.can_id == 1 and frame.data[0] == Code.ABSOLUTE_AXIS and bench.now_s < until_s
+    )
+    while bench.controller.busy:
+        bench.run(0.02)
+        seen.append((bench.now_s, bench.positions))
+    check_done(bench)
+    assert bench.positions == Motors(FAR_FROM_ZERO) + total(moves)
+    for (_, before), (now_s, there) in zip(seen, seen[10:], strict=False):
+        if now_s > until_s + SETTLED_S:
+            turned = there - before
+            assert abs(turned[0] + turned[1]) <= 1.2 * SHARED_HZ * WINDOW_S
+            assert abs(turned[0]) <= 1.1 * 2.0 * SHARED_HZ * WINDOW_S
+
+
+@pytest.mark.parametrize("way", [(300, -3000, 1500, 0, 700, 20), (1500, -1500, 0, 0, 0, 0)])
+def test_a_drive_that_missed_an_order_makes_up_for_it_before_a_pause_ends(way):
+    bench, paused = MksBench(starts=FAR_FROM_ZERO).ready(), []
+    leg, began_s = eased(way, 12), bench.now_s
+    bench.begin(MoveAlong(iter(leg * 2), 0.3, held_back=lambda: bool(paused)))
+    bench.loses = lambda frame, host: (
+        host
+        and frame.can_id == 1
+        and frame.data[0] == Code.ABSOLUTE_AXIS
+        and 0.1 <= bench.now_s - began_s < 0.2
+    )
+    bench.at_s[began_s + 0.33] = lambda: paused.append(True)  # all of the first leg has been sent
+    bench.run(0.6 + STALL_S)
+    bench.check_stands()
+    assert bench.positions == Motors(FAR_FROM_ZERO) + total(leg)
+    check_done(bench)
 
 
 # -- one that lags, all that are late --------------------------------------------------------------

@@ -55,7 +55,10 @@ def comes_to_rest(device):
 
 
 def fails_and_ends(arm, device, fail, error, words):
-    """Check that a motion ends in words, within what was announced, and trusts nothing."""
+    """Check that a motion ends in words, within what was announced, and trusts nothing.
+
+    Return where the arm came to rest.
+    """
     world, motion = device.world, in_motion(arm, device)
     fail()
     tip, most_mm = world.tip, arm.status.silent_distance_mm
@@ -63,17 +66,17 @@ def fails_and_ends(arm, device, fail, error, words):
         motion.wait(FOREVER_S)
     assert arm.status.error_code == ("E407" if error is LinkLost else "E502")
     assert re.search(words, arm.status.error), arm.status.error
-    comes_to_rest(device)
+    stood = comes_to_rest(device)
     assert math.dist(tip, world.tip) <= most_mm
     assert world.joints.deg["base"] < GOAL["base_deg"] - 1.0
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.state is (State.DISCONNECTED if error is LinkLost else State.ERROR_STOP)
+    return stood
 
 
-def goes_on(arm, device):
-    """Do what a person does next, in the same program; nothing moves before it is asked to."""
+def goes_on(arm, device, stood):
+    """Do what a person does next; nothing moves before it is asked to."""
     world = device.world
-    stood = comes_to_rest(device)
     if arm.status.state is State.DISCONNECTED:
         arm.reconnect()
     if arm.status.state is State.ERROR_STOP:  # not where the program has connected anew
@@ -98,13 +101,13 @@ def goes_on(arm, device):
 def check_ends_and_goes_on(port, device, fail, error, words, mend, refused=""):
     """Check that a motion ends, and that the same program goes on once the bus is there again."""
     with Arm.connect(port, dialect="mks") as arm:
-        fails_and_ends(arm, device, fail, error, words)
+        stood = fails_and_ends(arm, device, fail, error, words)
         if refused:
             with pytest.raises(PortUnavailable, match=refused):
                 arm.reconnect()
             assert arm.status.state is State.DISCONNECTED
         mend()
-        goes_on(arm, device)
+        goes_on(arm, device, stood)
 
 
 # -- an interface of the kernel -------------------------------------------------------------------
@@ -204,8 +207,8 @@ def test_an_adapter_that_closes_its_channel_silently_is_reopened_by_the_next_con
     """A CANable's first firmware refuses no frame: what it drops looks like drives that are off."""
     bus.server.adapter.faults.mute = True
     with Arm.connect(bus.port, dialect="mks") as arm:
-        fails_and_ends(arm, bus.device, lambda: restart(bus), NoAnswer, "answer")
+        stood = fails_and_ends(arm, bus.device, lambda: restart(bus), NoAnswer, "answer")
         with pytest.raises(NoAnswer):
             arm.reset()
     with Arm.connect(bus.port, dialect="mks") as arm:
-        goes_on(arm, bus.device)
+        goes_on(arm, bus.device, stood)

@@ -1,13 +1,12 @@
-"""The driver's end of a Robko 01, request by request and as a whole arm on simulated time."""
-
-from __future__ import annotations
+"""Robko 01 driven through its controller: frames, pacing, stops."""
 
 import math
 
 import pytest
 from amounts import amount, in_pairs
+from driver_bench import DriverBench
 from faults import Rule, garbled, late_by, lost, stand_still_s, twice
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from robko_bench import FrameLink, of, op_of, ready_robko, robko_config
 
@@ -15,12 +14,23 @@ from armdrive import Jog
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.robko01.controller import RobkoController
 from armdrive.dialects.robko01.exchange import MotorPower
+from armdrive.dialects.robko01.settings import (
+    BOARDS,
+    SLACK_S,
+    TOLD_BY_S,
+    Pacing,
+    RobkoBoard,
+    RobkoSettings,
+)
+from armdrive.dialects.speed_table import PaceMeter
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused
 from armdrive.registry import dialect
+from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice
+from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.robko01 import RobkoQuirks, SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
-from armdrive.status import Current, State, Trust
+from armdrive.status import State, Trust
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -41,36 +51,36 @@ from kinematics.errors import KinematicsError
 MOVES = (Op.MOVE_RELATIVE, Op.MOVE_ABSOLUTE, Op.MOVE_SPEED)
 
 
-class Script:
-    """A controller on a twin's wire, one request at a time."""
+class Script(DriverBench):
+    """A controller on the wire of a simulated device, one request at a time."""
 
     def __init__(self, **options):
+        super().__init__(RobkoController(dialect("robko01").abilities, robko_config()))
         self.device = SimDevice(SimRobkoBoard(**options))
         self.link = link_to(self.device)
-        self.controller = RobkoController(dialect("robko01").abilities, robko_config())
-        self.now_s = 0.0
-        self.events = []
-        self.oddities = []
+
+    @property
+    def events(self):
+        """What was told on the way to the replies."""
+        return [event for event in self.heard if isinstance(event, Progress | Alert)]
+
+    @property
+    def oddities(self):
+        return [event for event in self.heard if isinstance(event, ProtocolWarning)]
 
     def ask(self, request, *, stop_after_s=math.inf):
-        """Return the reply; what was told on the way is in `events`."""
-        self.controller.begin(request, self.now_s)
-        stop_s = self.now_s + stop_after_s
-        while True:
-            if data := self.controller.advance(self.now_s):
-                self.link.write(data, self.now_s)
-            while (event := self.controller.next_event()) is not None:
-                if isinstance(event, ProtocolWarning):
-                    self.oddities.append(event)
-                    continue
-                if not isinstance(event, Progress | Alert):
-                    return event
-                self.events.append(event)
-            self.now_s = max(self.now_s, min(self.controller.next_s(), self.link.next_s(), stop_s))
-            if self.now_s >= stop_s:
-                self.controller.stop(hard=False)
-                stop_s = math.inf
-            self.controller.receive(self.link.read(self.now_s), self.now_s)
+        """Return the reply."""
+        self.at_s[self.now_s + stop_after_s] = lambda: self.controller.stop(hard=False)
+        return self.do(request)
+
+    def _step(self, end_s):
+        self._pass_to(self._due_s(end_s, self.link.next_s()))
+        self.controller.receive(self.link.read(self.now_s), self.now_s)
+        self._send()
+
+    def _send(self):
+        if data := self.controller.advance(self.now_s):
+            self.link.write(data, self.now_s)
 
 
 def enabled(**options):
@@ -140,7 +150,7 @@ class TestRequests:
     def test_axes_that_rest_do_not_move_and_are_not_left_hanging(self):
         script = enabled()
         script.ask(MOVE)
-        script.events.clear()
+        script.heard.clear()
         for steps in ((20, 0, 0, 0, 0, 0), (0, 20, 0, 0, 0, 0), (-20, 0, 0, 0, 0, 0)):
             assert script.ask(MoveBy(Motors(steps), 60.0)) == Done()
         seen = {event.registers.positions[2:] for event in script.events}
@@ -267,17 +277,6 @@ class TestArm:
             status = arm.status
             arm.stop()
             assert arm.status.time_s - status.time_s <= status.stop_time_s
-
-    def test_disabling_lets_it_sag_and_enabling_moves_nothing(self):
-        arm = ready_robko()
-        arm.disable()
-        assert arm.status.state is State.DISABLED
-        assert arm.status.current is Current.OFF
-        assert arm.status.trust is Trust.SUSPECT
-        assert arm.twin.world.pose.z_mm < 150
-        before = arm.twin.world.motors
-        arm.enable()
-        assert arm.twin.world.motors == before
 
     def test_one_that_is_reset_with_its_positions_at_zero_is_found_out_by_its_refusal(self):
         arm = ready_robko()
@@ -433,3 +432,177 @@ class TestWatchdog:
 def test_positions_are_unwrapped_across_the_seam(reported, near, position):
     controller = Script().controller
     assert controller.unwrap(Motors([reported] * 6), Motors([near] * 6)) == Motors([position] * 6)
+
+
+# -- Pacing ----------------------------------------------------------------------------------------
+
+BOARD = st.sampled_from(
+    [*BOARDS.values(), RobkoBoard(700.0, 300.0, 0.0), RobkoBoard(75.0, 125.0, 0.008)]
+)
+STEPS = st.tuples(*[st.integers(-90, 90)] * 6).filter(any)
+RATES = st.one_of(st.floats(1.0, 400.0), st.sampled_from([31.25, 62.0, 62.5, 63.0, 125.0]))
+
+
+def moved(board, steps, speeds, start_s=0.0):
+    rack = UncoordinatedRack(
+        (0,) * 6,
+        acceleration_hz_s=board.acceleration_steps_s2,
+        grid_s=board.step_chance_s,
+        stagger_s=board.step_chance_s / 8,
+    )
+    for axis, (each, speed) in enumerate(zip(steps, speeds, strict=True)):
+        if each:
+            rack.move_at(axis, each, speed, start_s)
+    return rack
+
+
+@settings(max_examples=amount(50, 1000))
+@given(BOARD, STEPS, RATES, st.floats(0.0, 0.05))
+@example(BOARDS["avr"], (30, 16, 0, 0, 0, 0), 125.0, 0.0)
+def test_no_axis_lasts_longer_or_strays_further_than_was_computed(board, steps, rate_hz, start_s):
+    pacing = Pacing(board)
+    speeds = pacing.speeds(steps, rate_hz)
+    rack = moved(board, steps, speeds, start_s)
+    took_s, longest = rack.done_s - start_s, max(map(abs, steps))
+    assert took_s <= pacing.lasts_s(longest, rate_hz) + 1e-9
+    lead = next(axis for axis, each in enumerate(steps) if abs(each) == longest)
+    bound = pacing.strays_steps(steps, rate_hz)
+    for look in range(41):
+        seen = rack.positions(start_s + took_s * look / 40)
+        share = seen[lead] / steps[lead]
+        strays = (abs(at - share * each) for at, each in zip(seen, steps, strict=True))
+        assert all(far <= most + 1e-9 for far, most in zip(strays, bound, strict=True))
+    assert all(0 < speed <= 30_000 for speed, each in zip(speeds, steps, strict=True) if each)
+
+
+@settings(max_examples=amount(50, 1000))
+@given(BOARD, RATES, st.integers(1, 200), st.integers(1, 50))
+def test_more_steps_last_longer_and_no_usable_rate_is_above_the_one_wanted(
+    board, rate_hz, steps, more
+):
+    pacing = Pacing(board)
+    most_hz = min(max(rate_hz, 1.0), board.max_rate_hz) if board.obeys_speed else board.max_rate_hz
+    assert pacing.usable_hz(rate_hz) <= most_hz + 1e-6
+    assert pacing.usable_hz(pacing.usable_hz(rate_hz)) == pytest.approx(pacing.usable_hz(rate_hz))
+    assert pacing.lasts_s(steps, rate_hz) < pacing.lasts_s(steps + more, rate_hz)
+    assert pacing.lasts_s(0.0, rate_hz) == 0.0
+
+
+def test_the_rates_of_an_avr_board_are_parts_of_125():
+    pacing = Pacing(BOARDS["avr"])
+    wanted = [float("inf"), 124.0, 100.0, 62.0, 42.0, 0.0]
+    real = [pacing.usable_hz(rate_hz) for rate_hz in wanted]
+    assert real == pytest.approx([125.0, 62.5, 62.5, 125 / 3, 125 / 3, 1.0])
+
+
+def test_one_axis_alone_strays_from_nothing():
+    assert Pacing(BOARDS["avr"]).strays_steps((0, 90, 0, 0, 0, 0), 125.0) == (0.0,) * 6
+
+
+def meter_of(doubt: float) -> PaceMeter:
+    return PaceMeter(doubt, TOLD_BY_S, SLACK_S, SLACK_S)
+
+
+def test_the_meter_believes_slowness_at_once_and_speed_bit_by_bit():
+    meter = meter_of(1.5)
+    assert meter.doubt == 1.5
+    assert meter.learn(0.05, 0.2)  # too short to tell
+    assert meter.doubt == 1.5
+    assert meter.learn(0.4, 0.4)
+    assert meter.doubt == 1.0
+    assert meter.learn(0.4, 0.6)
+    assert meter.doubt == pytest.approx(1.5)
+    assert meter.learn(0.4, 0.4)
+    assert 1.3 < meter.doubt < 1.4
+    assert not meter.learn(0.4, 3.0)
+    assert not meter_of(1.0).learn(0.4, 0.01)
+
+
+def test_short_motions_end_a_suspicion_but_raise_none():
+    meter = meter_of(1.5)
+    meter.learn(0.05, 0.5)
+    assert meter.doubt == 1.5
+    meter.learn(0.4, 4.0)
+    assert meter.doubt == 10.0
+    for _ in range(20):
+        meter.learn(0.04, 0.05)
+    assert meter.doubt < 1.4
+
+
+def test_an_arm_file_corrects_what_is_known_of_a_board():
+    table = {
+        "model": "robko01",
+        "connection": {"dialect": "robko01", "port": "udp://192.168.1.9:10182"},
+        "robko01": {"board": "esp32", "acceleration_steps_s2": 700, "watchdog_s": 3},
+    }
+    config = parse_arm(table, name="bench")
+    assert config.connection.baud == 115_200
+    assert config.motion.planned_burst_s == 0.5
+    assert config.device.known == RobkoBoard(700.0, 100.0, 0.0, obeys_speed=False)
+    assert RobkoSettings().known == BOARDS["avr"]
+
+
+# -- Stops -----------------------------------------------------------------------------------------
+
+ANSWERED_S = 0.01
+"""A look and its answer take 4 ms on the wire."""
+FAR_STEPS = 200
+"""More than a burst makes."""
+
+
+def test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered():
+    arm = ready_robko()
+    link, asked_s, said_s = arm.twin.link, [], []
+
+    def watch(written):
+        op = op_of(written)
+        if op is Op.POSITION and arm.twin.device.moving and not asked_s:
+            arm.request_stop()
+            asked_s.append(arm.engine.now_s)
+        elif op is Op.STOP:
+            said_s.append(arm.engine.now_s)
+
+    arm.move_j(base_deg=40, wait=False)
+    link.on_write = watch
+    arm.sleep(2.0)
+    assert asked_s
+    assert said_s[0] - asked_s[0] <= ANSWERED_S
+
+
+def test_a_motor_that_a_stop_left_far_beyond_its_target_is_not_believed():
+    """The firmware's arithmetic takes it three steps beyond at most; what goes further is moved."""
+    arm = ready_robko()
+    link, stopped, moved = arm.twin.link, [], []
+
+    def watch(written):
+        op = op_of(written)
+        if op is Op.STOP:
+            stopped.append(op)
+        elif op is Op.POSITION and stopped and not moved and not arm.twin.device.moving:
+            moved.append(op)
+            arm.twin.device.jog((FAR_STEPS, 0, 0, 0, 0, 0))
+
+    arm.move_j(base_deg=40, wait=False)
+    link.on_write = watch
+    arm.sleep(0.5)
+    arm.request_stop()
+    arm.sleep(2.0)
+    assert moved
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_a_lost_jog_is_not_sent_again_once_it_is_released():
+    arm = ready_robko()
+    link, sent, before = arm.twin.link, [], arm.twin.world.motors
+
+    def lose(frame):
+        sent.append(frame)
+        arm.release()
+        return []
+
+    link.to.append(Rule(of(Op.MOVE_ABSOLUTE), lose, skip=1, times=9))  # the first one is at speed 0
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=1.0)
+    arm.sleep(2.0)
+    assert len(sent) == 1
+    assert arm.twin.world.motors == before

@@ -1,24 +1,30 @@
 """The simulated Armdroid does what the serial driver sketch does, its surprises included."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
-from armdroid_bench import BYTE_S, Bench
 from hypothesis import given
 from hypothesis import strategies as st
+from sim_bench import BYTE_S, TextBench
 
 from armdrive.errors import BadRequest
+from armdrive.sim.armdroid import ArmdroidBoard, ArmdroidQuirks
+from armdrive.sim.device import SimDevice
 from armdrive.sim.mechanics.motors import MotorRack
 
 ZERO = "offsets = 0,0,0,0,0,0\r\n"
 WELCOME = "Welcome, Armdroid!\r\n"
 
 
+def bench_of(**quirks):
+    """Return a board that takes no time for a character, unless its quirks say so."""
+    quirks = ArmdroidQuirks(**({"character_s": 0.0} | quirks))
+    return TextBench(SimDevice(ArmdroidBoard(quirks=quirks)))
+
+
 @pytest.fixture
 def bench():
-    return Bench()
+    return bench_of()
 
 
 def moved(bench, call):
@@ -73,17 +79,13 @@ class TestMotion:
         assert bench.board.offsets == (0,) * 6
 
     def test_a_slow_board_takes_longer_and_goes_as_far(self):
-        slow = Bench(speed_error=0.5)
+        slow = bench_of(speed_error=0.5)
         slow.send("6,21d")
         assert slow.hear(20 * 0.018 - 0.001) == ""
         assert slow.hear(0.1) == "offsets = 0,0,0,0,0,21\r\n"
 
 
 class TestCharacters:
-    def test_another_dialects_read_repeats_the_last_motion_of_motors_1_to_5(self, bench):
-        bench.ask("5,6,7,8,9,200D", 4.0)
-        assert moved(bench, lambda: bench.ask("@READ\r")) == (0, 9, 8, 7, 6, 5)
-
     def test_a_lost_comma_makes_a_motion_of_a_thousand_steps(self, bench):
         bench.send("0,0,0,11,11,12D".replace("11,11", "1111"))
         assert bench.hear(13.0) == ""
@@ -102,7 +104,7 @@ class TestCharacters:
         assert bench.ask("o") == "offsets = 0,0,0,0,0,50\r\n" * 2
 
     def test_a_board_with_native_usb_takes_ten_milliseconds_for_a_character(self):
-        bench = Bench(character_s=0.010)
+        bench = bench_of(character_s=0.010)
         bench.send("250s")
         answer = "speed = 250\r\n"
         took_s = 4 * (BYTE_S + 0.010) + len(answer) * BYTE_S
@@ -153,7 +155,7 @@ class TestOpening:
         assert WELCOME not in bench.hear()
 
     def test_another_board_is_reset_and_deaf_for_a_while(self):
-        bench = Bench(resets_on_open=True, greets=False, boot_s=1.6)
+        bench = bench_of(resets_on_open=True, greets=False, boot_s=1.6)
         bench.ask("250s6,20d")
         bench.board.opened()
         assert bench.ask("o", 1.0) == ""

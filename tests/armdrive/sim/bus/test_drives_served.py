@@ -1,7 +1,5 @@
 """Another program reaches the simulated drives by an adapter on a pseudo-terminal, in real time."""
 
-from __future__ import annotations
-
 import json
 import sys
 

@@ -1,7 +1,5 @@
 """A small master on a simulated bus of CiA 402 drives: it asks, and lets simulated time pass."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A simulated CiA 402 drive moves as the profile says, and its arm with it."""
 
-from __future__ import annotations
-
 import json
 import math
 

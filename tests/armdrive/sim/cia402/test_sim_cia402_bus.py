@@ -1,7 +1,5 @@
 """Simulated CiA 402 drives talk as CiA 301 says: NMT, heartbeats, PDOs, SDO, EMCY."""
 
-from __future__ import annotations
-
 import pytest
 from bus_sim import IDS
 from cia402_sim import (

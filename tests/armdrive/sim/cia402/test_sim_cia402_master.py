@@ -1,7 +1,5 @@
 """An independent master, of the package `canopen`, reads, enables and drives simulated drives."""
 
-from __future__ import annotations
-
 import io
 import threading
 import time

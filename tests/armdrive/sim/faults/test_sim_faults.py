@@ -1,13 +1,11 @@
 """Faults on request befall a simulated arm: its wire, its power, its motors, its switches."""
 
-from __future__ import annotations
-
 import random
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sim_bench import SilentDevice
+from sim_bench import SilentDevice, WireBench
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
@@ -34,24 +32,17 @@ from armdrive.sim.wire import (
 STEP = b"@STEP 240,470,0,0,0,0,0\r"
 
 
-class Wired:
-    """A twin, and a host that writes and reads bytes on simulated time."""
+class Wired(WireBench):
+    """A TeachMover, and a host that writes and reads bytes."""
 
     def __init__(self):
         self.twin = simulate(simulated_config("teachmover"))
         self.faults = self.twin.faults
-        self.now_s = 0.0
-
-    def send(self, data):
-        self.twin.link.write(data, self.now_s)
-
-    def hear(self, seconds):
-        self.now_s += seconds
-        return self.twin.link.read(self.now_s)
+        super().__init__(self.twin.device, self.twin.link)
 
     def ask(self, data, seconds=0.2):
         self.send(data)
-        return self.hear(seconds)
+        return self.pass_time(seconds)
 
 
 @pytest.fixture
@@ -93,25 +84,25 @@ class TestOnTheWire:
     def test_a_late_answer_comes_as_much_later(self, wired):
         wired.faults.add("delay", 1.5, side="device")
         assert wired.ask(READ, 1.5) == b""
-        assert wired.hear(0.1) == ANSWER
+        assert wired.pass_time(0.1) == ANSWER
 
     def test_what_follows_a_late_message_waits_for_it(self, wired):
         wired.faults.add("delay", 1.0, "next", side="host")
         wired.send(STEP)
         wired.send(READ)
-        assert wired.hear(0.9) == b""
-        assert wired.hear(1.3) == b"1\r"
+        assert wired.pass_time(0.9) == b""
+        assert wired.pass_time(1.3) == b"1\r"
 
     def test_it_says_nothing_for_a_while(self, wired):
         wired.faults.add("mute", for_s=2.0)
         assert wired.ask(READ) == b""
-        wired.hear(2.0)
+        wired.pass_time(2.0)
         assert wired.ask(READ) == ANSWER
 
     def test_it_says_noise_and_the_same_one_again(self, wired):
         wired.faults.add("garbage", 20, seed=7)
         wired.faults.add("garbage", 20, seed=7)
-        heard = wired.hear(1.0)
+        heard = wired.pass_time(1.0)
         assert len(heard) == 40
         assert heard[:20] == heard[20:]
 
@@ -119,11 +110,11 @@ class TestOnTheWire:
         wired.faults.add("unplug", after_s=1.0)
         wired.faults.add("replug", "as", "another wire", after_s=3.0)
         assert wired.ask(READ, 0.9) == ANSWER
-        wired.hear(0.2)
+        wired.pass_time(0.2)
         with pytest.raises(LinkLost):
-            wired.hear(0.0)
+            wired.pass_time(0.0)
         with pytest.raises(LinkLost):
-            wired.hear(2.0)
+            wired.pass_time(2.0)
         assert wired.ask(READ) == ANSWER
         assert "another wire" in wired.twin.link.description
 
@@ -142,10 +133,10 @@ class TestOnTheArm:
         wired.ask(STEP, 2.0)
         height = wired.twin.world.pose.z_mm
         wired.faults.add("brown-out", after_s=1.0)
-        wired.hear(1.2)
+        wired.pass_time(1.2)
         assert not wired.twin.device.powered
         assert wired.ask(READ) == b""
-        wired.hear(0.5)
+        wired.pass_time(0.5)
         assert wired.twin.world.pose.z_mm < height - 5
         assert wired.ask(READ) == ANSWER
 

@@ -1,13 +1,17 @@
-"""The simulated GRBL board in motion: holds, modes, overrides, places."""
-
-from __future__ import annotations
+"""A simulated GRBL board that moves an arm: lines, jogs, homing, hardware."""
 
 import itertools
 import math
+from dataclasses import replace
+from functools import partial
 
 import pytest
-from grbl_bench import MACHINE, SLOPE, Bench, config_of, stream
+from grbl_bench import HOMING, MACHINE, SLOPE, Bench, config_of, homing_bench, stands_at, stream
 
+from armdrive.config.sections import HomingSettings
+from armdrive.sim.grbl.firmware import ALWAYS_ON_MS, FIRMWARES, IDLE_MS, BoardSettings
+from armdrive.sim.grbl.hardware import BoardOutputs, MotorCurrent, OutputFingers, OutputWiring
+from armdrive.sim.mechanics.switches import LimitSwitch, SwitchState
 from firmware_protocol.grbl import Line, State
 
 HOLD, RESUME, RESET = "!", "~", "\x18"
@@ -210,3 +214,372 @@ def test_nothing_drifts_over_many_small_lines():
         bench.say(f"G1X{n * 0.37:.3f}F6000", 0.01)
     bench.finish()
     assert bench.board.drive.counts[0] == 0
+
+
+# -- Jogs ------------------------------------------------------------------------------------------
+
+CANCEL = "\x85"
+JOG_2 = "$J=G91X2F1500\n"
+"""Two units at 25 units a second, from which it takes 0.63 units to stop."""
+AHEAD = 25.0 * 0.09
+"""What is worked out already when a cancel comes."""
+
+
+def test_a_cancelled_jog_brakes_and_ends_in_idle():
+    bench = Bench()
+    bench.say("$J=G91X16F1500", 0.3)
+    assert bench.ask().state is State.JOG
+    before = bench.x
+    bench.say(CANCEL, 0.3)
+    assert bench.ask().state is State.IDLE
+    assert bench.x - before == pytest.approx(AHEAD + BRAKING, abs=0.25)
+
+
+def test_a_hold_ends_a_jog_as_well():
+    bench = Bench()
+    bench.say("$J=G91X16F1500", 0.3)
+    bench.say(HOLD, 0.3)
+    assert bench.ask().state is State.IDLE
+    assert bench.x < 16.0
+
+
+def test_a_cancel_before_the_first_jog_is_planned_is_ignored_and_all_sixteen_units_run():
+    """Eight lines at once, as a USB port takes them, and the cancel 4 ms later."""
+    bench = Bench(baud=None, plan_ms=4.0)
+    bench.put(JOG_2 * 8)
+    bench.wait(0.004)
+    bench.put(CANCEL)
+    bench.finish()
+    assert bench.x == 16.0
+    assert bench.heard.count("ok") == 8
+
+
+def test_a_cancel_does_not_clear_lines_that_are_unread():
+    """Seven unanswered lines: 12.2 units further, against 0.63 units of braking."""
+    assert not FIRMWARES["fluidnc"].cancel_clears_ring
+    bench = Bench(baud=None, firmware="grbl", plan_ms=4.0)
+    bench.put(JOG_2 * 8)
+    bench.wait(0.006)
+    assert bench.heard.count("ok") == 1
+    bench.put(CANCEL)
+    bench.finish()
+    assert bench.x == pytest.approx(12.2, abs=1.5)
+    assert bench.heard.count("ok") == 8
+
+
+def test_with_one_line_outstanding_the_overrun_is_the_ramp_and_that_line():
+    """25 ms a line at 50 units a second, seen on a 328p: 5.5 to 5.7 units behind 20.7."""
+    bench = Bench(firmware="grbl")
+    for _ in range(20):
+        bench.put("$J=G91X1.25F3000\n")
+        bench.wait(0.025)
+    at = bench.x
+    bench.put("$J=G91X1.25F3000\n")
+    bench.put(CANCEL)
+    bench.finish()
+    assert at == pytest.approx(20.7, abs=0.3)
+    assert bench.x - at == pytest.approx(5.6, abs=0.3)
+
+
+@pytest.mark.parametrize("firmware", ["grblhal", "mega5x"])
+def test_a_cancel_clears_the_ring(firmware):
+    bench = Bench(firmware=firmware, plan_ms=4.0)
+    bench.put(JOG_2 * 8)
+    while bench.heard.count("ok") < 1:
+        bench.wait(0.001)
+    bench.put(CANCEL)
+    bench.finish()
+    assert bench.x < 2.5
+    assert bench.heard.count("ok") < 5
+
+
+def test_a_line_that_waits_for_room_makes_up_for_what_was_cancelled():
+    """Its target was reckoned before the cancel, which sets the board's position back."""
+    bench = Bench(firmware="grbl")
+    for count in (8, 9):
+        bench.put("$J=G91X1F60\n" * count)
+        bench.wait(0.05)
+    assert bench.heard.count("ok") == 16  # the first one is computed to its end
+    assert bench.x < 1.0
+    bench.put(CANCEL)
+    bench.finish()
+    assert bench.x == 17.0
+
+
+def test_a_jog_leaves_the_modes_alone_and_locks_other_lines():
+    bench = Bench()
+    bench.say("G90G1F600")
+    bench.say("$J=G91G20X1F100", 0.1)
+    assert bench.say("G1X1") == ["error:9"]
+    bench.finish()
+    assert bench.x == 25.4
+    assert "G1 G54 G17 G21 G90 G94 M5 M9 T0 F600" in bench.say("$G")[0]
+    bench.say("G1X1F600", 0.1)
+    assert bench.say("$J=X1F100") == ["error:8"]
+    assert bench.say("$$") == ["error:8"]
+
+
+# -- Homing ----------------------------------------------------------------------------------------
+
+
+def test_homing_over_a_hundred_units_takes_three_and_a_half_seconds():
+    """Seen on a Mega for one axis; the default build homes one axis after another."""
+    bench = homing_bench()
+    began_s = bench.now_s
+    bench.put("$H\n")
+    while "ok" not in bench.wait(0.01):
+        assert bench.now_s < 20.0
+    assert bench.now_s - began_s == pytest.approx(3.6, abs=0.2)
+    assert bench.ask().machine_position == (-1.0,) * 6
+    assert bench.reports[-1].state is State.IDLE
+    expected = [switch.at - 10 for switch in bench.board.switches.by_axis.values()]
+    assert list(bench.device.world.motors) == expected
+
+
+def test_an_axis_homes_alone_and_downwards_where_its_bit_says_so():
+    bench = homing_bench({**HOMING, 23: 1})
+    low = LimitSwitch(partial(stands_at, bench, 0), -300, -1)
+    bench.board.switches.by_axis = {**bench.board.switches.by_axis, 0: low}
+    bench.say("$HX", 20.0)
+    assert bench.ask().machine_position == (-199.0, 0, 0, 0, 0, 0)
+    assert bench.device.world.motors[0] == -290
+
+
+def test_the_board_is_silent_while_it_homes():
+    bench = homing_bench()
+    bench.say("$H", 0.5)
+    assert bench.ask() is None
+    bench.wait(10.0)
+    assert bench.heard[-2] == "ok"
+    newer = Bench({**HOMING}, firmware="grblhal")
+    newer.say("$H", 0.5)
+    assert newer.ask().state is State.HOME
+
+
+def test_a_switch_that_is_stuck_open_is_not_found():
+    bench = homing_bench()
+    bench.device.board.set_switch(3, SwitchState.OPEN)
+    start = bench.device.world.motors[3]
+    bench.say("$H", 60.0)
+    assert bench.heard[-4:] == [
+        "ALARM:9",
+        "ok",
+        "Grbl 1.1q ['$' for help]",
+        "[MSG:'$H'|'$X' to unlock]",
+    ]
+    assert bench.device.world.motors[3] - start == 1.5 * 200 * 10
+    assert bench.ask().state is State.ALARM
+    assert bench.device.world.energised
+
+
+def test_a_switch_that_is_stuck_closed_is_not_left_by_pulling_off():
+    bench = homing_bench()
+    bench.device.board.set_switch(3, SwitchState.CLOSED)
+    bench.say("$H", 60.0)
+    assert "ALARM:8" in bench.heard
+    assert bench.ask().state is State.ALARM
+    bench.device.board.set_switch(3, SwitchState.FREE)
+    bench.say("$H", 60.0)
+    assert bench.ask().state is State.IDLE
+
+
+def test_a_reset_ends_homing_with_an_alarm():
+    bench = homing_bench()
+    bench.say("$H", 1.0)
+    bench.say(RESET, 2.0)
+    assert "ALARM:6" in bench.heard
+    assert bench.ask().state is State.ALARM
+
+
+def test_homing_ends_in_the_posture_of_the_arm_file():
+    config = config_of(homing=True)
+    there = config.model.arm.ik(config.model.reference.pose)
+    config = replace(config, homing=HomingSettings(there, 10.0))
+    bench = Bench({}, config=config)
+    bench.say("$H", 0.0)
+    bench.wait(400.0)
+    assert bench.ask().state is State.IDLE
+    for found, wanted in zip(bench.device.world.joints, there, strict=True):
+        assert found == pytest.approx(wanted, abs=0.01)
+
+
+# -- The arm ---------------------------------------------------------------------------------------
+
+
+def test_the_factory_delay_switches_the_motors_off_after_every_move():
+    bench = Bench({**MACHINE, 1: 25})
+    assert not bench.device.world.energised
+    bench.say("G1X5F3000", 0.1)
+    assert bench.device.world.energised
+    lasts_s = 5 / 50 + 50 / SLOPE
+    bench.wait(lasts_s - 0.1)
+    assert bench.device.world.energised
+    before = bench.device.world.joints["shoulder"]
+    bench.wait(0.05)
+    assert not bench.device.world.energised
+    assert bench.device.world.joints["shoulder"] < before
+    assert bench.device.registers[0] == 50
+    assert bench.say("$1=255", 0.1) == ["ok"]
+    bench.say("G1X10F3000", 5.0)
+    assert bench.device.world.energised
+
+
+def test_sleep_switches_them_off_until_a_reset_which_leaves_the_board_locked():
+    bench = Bench()
+    assert bench.say("$SLP") == ["ok", "[MSG:Sleeping]"]
+    bench.wait(0.5)
+    assert not bench.device.world.energised
+    assert bench.say("$X") == []
+    bench.say(RESET, 0.25)
+    assert bench.ask() is None  # seen: it takes 0.26 s
+    bench.wait(0.25)
+    assert (bench.ask().state, bench.device.world.energised) == (State.ALARM, True)
+
+
+@pytest.mark.parametrize(
+    ("kind", "device", "shut", "half", "wide"),
+    [
+        ("servo", {}, "M3S0", "M3S500", "M3S1000"),
+        ("servo", {"servo_closed": 90.0, "servo_open": 10.0}, "M3S90", "M3S50", "M3S10"),
+        ("servo", {"servo": "M67E2"}, "M67E2Q0", "M67E2Q500", "M67E2Q1000"),
+        ("output", {}, "M8", None, "M9"),
+        ("output", {"gripper_closes": False}, "M9", None, "M8"),
+        ("output", {"outputs": ("flood", "P3"), "gripper_output": 1}, "M62P3", None, "M63P3"),
+    ],
+)
+def test_a_gripper_on_an_output_takes_its_time(kind, device, shut, half, wide):
+    bench = Bench({}, config=config_of(kind, **device), firmware="grblhal")
+    world, speed = bench.device.world, bench.device.board.build.finger_mm_s
+    for line, opening_mm in ((shut, 0.0), (wide, 76.0), (half, 38.0)):
+        if line is None:
+            continue
+        before = world.opening_mm
+        bench.say(line)
+        assert world.opening_mm == pytest.approx(before)
+        bench.wait(abs(before - opening_mm) / speed)
+        assert world.opening_mm == pytest.approx(opening_mm)
+
+
+def test_outputs_wait_for_the_motion_before_them_and_show():
+    bench = Bench(firmware="grblhal")
+    bench.say("G1X5F600", 0.02)
+    bench.say("M8", 0.1)
+    assert not bench.device.board.details()["outputs"]["flood"]
+    bench.put("M65P1\n")
+    bench.wait(1.0)
+    bench.say("M3S700")
+    bench.say("M64P1")
+    outputs = bench.device.board.details()["outputs"]
+    assert (outputs["flood"], outputs["spindle"], outputs["speed"]) == (True, "M3", 700)
+    assert outputs["digital"] == {"1": True}
+    assert bench.ask().speed == 700
+    assert bench.ask().accessories == "SF"
+    bench.say(RESET, 0.3)
+    assert bench.device.board.details()["outputs"]["spindle"] == "M5"
+
+
+def test_a_saved_board_knows_its_settings_its_place_and_its_lock():
+    bench = Bench({**MACHINE, 22: 1})
+    bench.say("$X")
+    bench.say("G1X5Y-3F3000", 1.0)
+    bench.say("G10L2P1X2")
+    bench.say("$110=4000")
+    bench.say("G1X100F1500", 0.5)
+    bench.say(RESET, 2.0)
+    saved = bench.device.to_json()
+    again = Bench({}, saved={"dialect": "grbl", **saved})
+    assert again.device.registers == bench.device.registers
+    assert again.device.world.motors == bench.device.world.motors
+    assert again.ask().state is State.ALARM
+    assert again.ask().machine_position == bench.ask().machine_position
+    assert again.board.settings[110] == 4000.0
+    assert again.board.parser.stored["G54"][0] == 2.0
+    assert again.banners == []
+    again.say("$X")
+    again.say("G91G1X1F600", 2.0)
+    assert again.board.drive.counts[0] - bench.board.drive.counts[0] == 10
+
+
+def test_a_saved_board_that_resets_on_open_has_forgotten_its_place():
+    bench = Bench()
+    bench.say("G1X5F3000", 1.0)
+    again = Bench({}, saved={"dialect": "grbl", **bench.device.to_json()}, resets_on_open=True)
+    assert len(again.banners) == 1
+    assert again.ask().machine_position == (0.0,) * 6
+    assert again.device.world.motors[1] != bench.device.world.motors[1]
+
+
+# -- Hardware --------------------------------------------------------------------------------------
+
+
+def current_of(idle_ms):
+    world = Bench().device.world
+    return world, MotorCurrent(world, BoardSettings(6, {IDLE_MS: idle_ms}))
+
+
+def test_the_current_is_off_at_first_unless_the_motors_stay_on():
+    assert not current_of(25)[0].energised
+    assert current_of(ALWAYS_ON_MS)[0].energised
+
+
+@pytest.mark.parametrize(("idle_ms", "rest_s"), [(25, 7.025), (ALWAYS_ON_MS, math.inf)])
+def test_at_rest_the_current_goes_off_after_the_idle_delay_unless_the_motors_stay_on(
+    idle_ms, rest_s
+):
+    world, current = current_of(idle_ms)
+    current.keep_on()
+    assert world.energised
+    current.release_at_rest(7.0)
+    assert current.off_s == rest_s
+    current.release(8.0)
+    assert current.off_s == 8.0 + idle_ms / 1000
+    current.cut(9.0)
+    assert not world.energised
+    assert current.off_s == math.inf
+
+
+def fingers_of(wiring, kind="output"):
+    bench = Bench(config=config_of(kind))
+    outputs, world = BoardOutputs(), bench.device.world
+    build = replace(bench.board.build, fingers=wiring, opening_mm=(0.0, 76.0), finger_mm_s=10.0)
+    return world, outputs, OutputFingers(world, build, outputs)
+
+
+def test_fingers_arrive_after_the_time_that_their_way_takes():
+    world, outputs, fingers = fingers_of(OutputWiring("analog", 2))
+    fingers.follow_output(1.0)
+    assert fingers.due_s == math.inf  # a servo without a signal stays
+    before = world.opening_mm
+    outputs.put("M68", 2, 0.5)
+    fingers.follow_output(1.0)
+    assert fingers.due_s == pytest.approx(1.0 + abs(38.0 - before) / 10.0)
+    assert world.opening_mm == before
+    fingers.arrive(fingers.due_s)
+    assert world.opening_mm == pytest.approx(38.0)
+    assert fingers.due_s == math.inf
+
+
+def test_fingers_that_forget_stay_where_they_are():
+    _, outputs, fingers = fingers_of(OutputWiring("flood"))
+    outputs.cool("M8")
+    fingers.follow_output(1.0)
+    assert fingers.due_s < math.inf
+    fingers.forget()
+    assert fingers.due_s == math.inf
+
+
+def test_no_output_moves_fingers_that_a_motor_moves():
+    _, outputs, fingers = fingers_of(OutputWiring("flood"), kind="stepper")
+    outputs.cool("M8")
+    fingers.follow_output(1.0)
+    assert fingers.due_s == math.inf
+
+
+def test_the_planner_is_full_when_as_many_lines_wait_as_it_has_blocks():
+    board = Bench(MACHINE, firmware="grbl").board
+    for count in range(1, board.firmware.blocks + 1):
+        assert not board.drive.full(board.now_s)
+        board.drive.rack.hold(board.now_s)
+        board.drive.queue_to((float(count),) * 6, 1.0, board.now_s)
+    assert board.drive.full(board.now_s)
+    assert board.drive.goal_units == (float(board.firmware.blocks),) * 6

@@ -1,7 +1,5 @@
 """A small host on a simulated bus of MKS drives: it asks, and lets simulated time pass."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a simulated drive does by its firmware: one row an ability, on both sides of its version."""
 
-from __future__ import annotations
-
 import pytest
 from bus_sim import IDS, LONG_S
 from mks_sim import TURN, Bench

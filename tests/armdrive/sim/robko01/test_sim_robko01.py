@@ -1,9 +1,7 @@
 """The simulated Robko 01 does what was seen of the firmware, with its numbers."""
 
-from __future__ import annotations
-
 import pytest
-from robko_bench import RobkoBench, axes
+from sim_bench import RobkoBench, axes
 
 from armdrive.sim.robko01 import ESP32, RobkoQuirks, SimRobkoBoard
 from firmware_protocol.robko01 import (

@@ -1,11 +1,9 @@
 """The simulated TeachMover, spoken to by the host's end of its dialect over a paced line."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
-from sim_bench import BYTE_S, Bench, descend, grasp, spread
+from sim_bench import BYTE_S, TeachMoverBench, descend, grasp, spread
 
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.sim.teachmover import TeachMoverBoard, TwinSettings
@@ -32,7 +30,7 @@ STEP = Step(240, (470, -235, 0, 10, 0, 0))
 
 @pytest.fixture
 def bench():
-    return Bench()
+    return TeachMoverBench()
 
 
 def registers(bench):
@@ -55,13 +53,13 @@ class TestSteps:
         assert bench.device.moving
 
     def test_a_slow_arm_takes_longer_and_goes_as_far(self):
-        slow = Bench(TeachMoverBoard(settings=TwinSettings(speed_error=0.2)))
+        slow = TeachMoverBench(TeachMoverBoard(settings=TwinSettings(speed_error=0.2)))
         slow.ask(STEP)
         assert slow.now_s == pytest.approx(30 * BYTE_S + 1.2, abs=1e-9)
         assert registers(slow) == (470, -235, 0, 10, 0, 0)
 
     def test_a_table_of_its_own_says_how_fast_it_is(self):
-        own = Bench(TeachMoverBoard(settings=TwinSettings(((0, 10.0), (245, 100.0)))))
+        own = TeachMoverBench(TeachMoverBoard(settings=TwinSettings(((0, 10.0), (245, 100.0)))))
         own.ask(Step(245, (200, 0, 0, 0, 0, 0)))
         assert own.now_s == pytest.approx(2.0, abs=0.05)
 
@@ -91,7 +89,9 @@ class TestSteps:
 
     @pytest.mark.parametrize("keeps", [False, True])
     def test_what_is_sent_during_a_motion_is_lost_unless_the_arm_keeps_it(self, keeps):
-        bench = Bench(TeachMoverBoard(settings=TwinSettings(keeps_input_while_moving=keeps)))
+        bench = TeachMoverBench(
+            TeachMoverBoard(settings=TwinSettings(keeps_input_while_moving=keeps))
+        )
         bench.begin(STEP)
         bench.pass_time(0.1)
         bench.link.write(b"@READ\r", bench.now_s)
@@ -110,7 +110,7 @@ class TestCommands:
         assert (answer.key, answer.inputs) == (Key.GRIP, 0b1000)
 
     def test_the_grip_switch_has_an_input_bit(self):
-        bench = Bench(TeachMoverBoard(settings=TwinSettings(grip_bit=2)))
+        bench = TeachMoverBench(TeachMoverBoard(settings=TwinSettings(grip_bit=2)))
         spread(bench.device.world, 5.0)
         assert bench.ask(Read()).registers.inputs == 0
         grasp(bench.device.world)
@@ -129,7 +129,7 @@ class TestCommands:
 
     def test_close_ends_at_a_block(self):
         world = World(blocks=[TableBlock("A", 250, 40, 0, 30, 30)])
-        bench = Bench(TeachMoverBoard(world))
+        bench = TeachMoverBench(TeachMoverBoard(world))
         descend(world, 250, 40, 15, opening=60)
         bench.ask(Close())
         assert bench.device.world.opening_mm == 30.0

@@ -1,0 +1,255 @@
+"""Connecting an arm, its motor current and its errors, idle polling, and a link that came back.
+
+Here is decided what a saved position is worth when an arm connects (`_take_up_record`), what an
+arm may believe after a lost link (`recover`), and when a standing arm is polled and its position is
+saved (`Idling`). Nothing here moves the arm.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from armdrive.abilities import Switching
+from armdrive.errors import (
+    DeviceFault,
+    NoAnswer,
+    StateFileError,
+)
+from armdrive.motion.context import (
+    MotionContext,
+    be_remembered,
+    weigh_difference,
+    without_reset,
+)
+from armdrive.motion.device import compare_again, compare_settings
+from armdrive.runtime.arm_state import RECONNECTED, Core, Message
+from armdrive.runtime.states import Belief, Event, after
+from armdrive.status import Current, Evidence, State, Trust
+from armdrive.tasks import (
+    ClearFault,
+    Done,
+    DropCurrent,
+    Registers,
+    SleepUntil,
+    SwitchOn,
+    TaskBody,
+)
+
+# Connecting, and the motor current.
+
+
+def connect(wire: MotionContext) -> TaskBody[None]:
+    """Find the controller and restore the recorded position. Moves nothing."""
+    try:
+        yield from _connect(wire)
+    except NoAnswer as error:  # an arm that is not connected cannot be reset
+        raise NoAnswer(f"{without_reset(error)}, then connect again") from None
+
+
+def _connect(wire: MotionContext) -> TaskBody[None]:
+    core = wire.core
+    registers = yield from wire.ask_registers()
+    switched = core.controller.abilities.current is Switching.BOTH
+    core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
+    _take_up_record(wire, registers)
+    _apply_early_evidence(wire)
+    yield from compare_settings(wire)
+    core.memory.taken_up()  # only now: a failed connection leaves the record as it was
+    if core.belief.trust is Trust.SUSPECT:
+        core.remember()  # otherwise registers that match by chance later would be trusted again
+    core.still_since_s = wire.now_s
+
+
+def _take_up_record(wire: MotionContext, registers: Registers) -> None:
+    core = wire.core
+    core.position.found(registers)
+    try:
+        record = core.memory.load(
+            core.config.name, core.config.calibration, len(registers.positions)
+        )
+    except StateFileError as error:
+        core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, str(error))
+        return
+    if record is None or record.trust == Trust.UNKNOWN.value:
+        core.learn(Evidence.NO_RECORD, wire.now_s)
+    else:
+        same = core.position.restore(record, registers.positions)
+        core.learn(Evidence.RECORD_MATCHES, wire.now_s)
+        if record.trust == Trust.SUSPECT.value:
+            core.belief = Belief(Trust.SUSPECT, record.reason, wire.now_s)
+        if record.in_motion:  # this also explains why the registers differ
+            core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)
+        elif not same:
+            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)
+
+
+def _apply_early_evidence(wire: MotionContext) -> None:
+    """Apply an alert that arrived before the record was read."""
+    core = wire.core
+    if core.early_evidence is not None:
+        evidence, words = core.early_evidence
+        core.learn(evidence, wire.now_s, words)
+        core.error = Message()  # connecting latches no error
+        core.notify(f"{evidence.value} ({words})", evidence)
+
+
+def disable(wire: MotionContext) -> TaskBody[None]:
+    """Switch the motor current off. The arm can sag, so its position becomes suspect."""
+    core = wire.core
+    after(core.state, Event.DISABLE)
+    # the record first: if the program dies now, the next one must not trust an arm that sagged
+    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be
+    yield from be_remembered(wire)  # without a mark: a full disk must not keep the motors on
+    core.happen(Event.DISABLE)
+    core.readings.current = Current.UNKNOWN
+    reply = yield from wire.request(DropCurrent())
+    if not isinstance(reply, Done):
+        words = "the controller did not confirm that the motor current is off: look at the arm"
+        raise wire.fault(DeviceFault(words))
+    core.readings.current = Current.OFF
+    registers = yield from wire.ask_registers()
+    core.position.rebase(registers.positions)  # they may have been zeroed, which moves nothing
+    core.readings.sense(registers)
+    core.mark_still()
+    yield from be_remembered(wire)
+
+
+def enable(wire: MotionContext) -> TaskBody[None]:
+    """Switch the motor current on, if the device can, and allow motion. Moves nothing."""
+    core = wire.core
+    after(core.state, Event.ENABLE)
+    able = core.controller.abilities.current
+    if able is Switching.BOTH or (able is Switching.DROPS and core.readings.current is Current.OFF):
+        reply = yield from wire.request(SwitchOn())
+        if not isinstance(reply, Done):
+            words = f"the controller did not switch the motors on: {reply}"
+            raise wire.fault(DeviceFault(words))
+        wire.require_no_fault()  # the arm may have sagged before the device answered
+        if able is Switching.BOTH:
+            core.readings.current = Current.HELD
+    yield from compare_again(wire)
+    core.happen(Event.ENABLE)
+
+
+def reset(wire: MotionContext) -> TaskBody[None]:
+    """Leave error-stop: wait for a quiet line, then read the position. Moves nothing.
+
+    If the device may have switched its motors off, the arm is disabled afterwards. If it reports
+    something new meanwhile, the arm stays in error-stop.
+    """
+    core = wire.core
+    yield from wire.quiet()  # an answer that is still on its way belongs to an earlier request
+    reply = yield from wire.request(ClearFault())
+    if not isinstance(reply, Done):
+        raise DeviceFault(f"the controller stays in its fault: {reply}")
+    if not wire.stopping:
+        core.error = core.notice = Message()
+    registers = yield from wire.ask_registers()
+    if wire.stopping:
+        raise wire.stopped("a stop came during the reset: call `reset()` again")
+    if core.error.words:  # reported after the device had cleared its fault
+        raise DeviceFault(core.error.words)
+    weigh_difference(wire, core.position.compare(registers))
+    yield from compare_again(wire)
+    switched = core.controller.abilities.current is Switching.BOTH
+    off = switched and core.readings.current is not Current.HELD
+    core.happen(Event.RESET_SWITCHED if off else Event.RESET)
+    core.still_since_s = wire.now_s
+
+
+# Idle work: what the engine does while no task is running.
+
+INPUTS_POLL_S = 0.05  # poll interval while a call waits for an input
+
+STILL_S = 2.0
+"""After this long at rest, remove the motion mark. Short stops do not write to the disk twice."""
+
+
+class Idling:
+    """Tells the engine what to do while no task is running."""
+
+    def __init__(self, wire: MotionContext) -> None:
+        self._wire = wire
+        self._polled_s = 0.0
+
+    def due(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
+        """Return when to call again, and a task to run now, if any."""
+        core = self._wire.core
+        if core.state is State.STOPPING:  # no task is running, so the arm is at rest
+            core.settle()
+        if core.state not in (State.STANDBY, State.HOMING):
+            return math.inf, None
+        core.report_write_errors()
+        if core.memory.owing and now_s >= core.still_since_s + STILL_S:
+            core.mark_still()
+            core.still_since_s = now_s  # if writing fails, try again later
+        mark_s = core.still_since_s + STILL_S if core.memory.owing else math.inf
+        every_s = core.config.motion.idle_poll_s
+        if core.readings.awaiting:
+            every_s = min(every_s or INPUTS_POLL_S, INPUTS_POLL_S)
+        if every_s == 0.0:
+            return mark_s, None
+        poll_s = max(self._polled_s, core.still_since_s) + every_s
+        if now_s < poll_s:
+            return min(poll_s, mark_s), None
+        self._polled_s = now_s
+        return now_s + every_s, self._wire.look()
+
+
+# Recovering a lost link. Moves nothing, and trusts little.
+#
+# The arm ends in error-stop, or disabled if it was disabled before. A latched error stays latched.
+# The position is restored at best, because the arm may have been moved by hand meanwhile.
+
+MEANWHILE = ". Meanwhile "
+BACK = "the connection was lost and is back{elsewhere}: look at the arm, then call `reset()`"
+
+
+def recover(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None]:
+    """Find the controller on a new link after the loss of the old one. Moves nothing.
+
+    `lost_link` describes the old link; the error names the new one if it differs.
+    """
+    core = wire.core
+    stands_s = lost_s + core.stop_bound().silent_time_s
+    while wire.now_s < stands_s and not wire.stopping:  # the device finishes what it was sent
+        yield SleepUntil(stands_s)
+    registers = yield from wire.ask_registers()
+    core.stops.cut_off_s = 0.0
+    was = core.before_loss
+    if was is not State.DISABLED or core.readings.current is not Current.OFF:
+        core.readings.current = Current.UNKNOWN
+    _weigh(core, registers, wire.now_s)
+    core.readings.outputs = None
+    core.notify("")
+    yield from compare_settings(wire)
+    core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
+    link = wire.engine.link.description
+    _latch(core, was, BACK.format(elsewhere="" if link == lost_link else f", now {link}"))
+    core.mark_still()
+    core.still_since_s = wire.now_s
+
+
+def _weigh(core: Core, registers: Registers, now_s: float) -> None:
+    """Compare the registers with the position at the loss of the link."""
+    if core.belief.trust is Trust.UNKNOWN:
+        core.position.found(registers)
+        return
+    core.readings.sense(registers)
+    same = core.position.restore(core.record(in_motion=False), registers.positions)
+    if not same:
+        core.learn(Evidence.RECORD_DIFFERS, now_s)
+    else:
+        core.learn(Evidence.LINK_BACK, now_s)
+
+
+def _latch(core: Core, was: State, back: str) -> None:
+    latched = core.latched
+    if latched.words and latched.code != RECONNECTED:
+        earlier = latched.words.partition(MEANWHILE)[0]  # of repeated losses, only the latest
+        core.fault(f"{earlier}{MEANWHILE}{back}", latched.code)
+    elif was is State.DISABLED:
+        core.error = Message()
+    else:
+        core.fault(back, RECONNECTED)

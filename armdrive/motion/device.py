@@ -1,0 +1,231 @@
+"""What a device holds besides motors: its settings, its stored program and its outputs.
+
+The settings are compared with the arm file and mended, the program is read and written, and outputs
+are switched. Nothing here moves the arm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from armdrive.abilities import OUTPUTS
+from armdrive.errors import (
+    ArmError,
+    BadRequest,
+    DeviceFault,
+    LinkLost,
+    NoAnswer,
+    ProgramHalfWritten,
+    Refused,
+    SettingsDiffer,
+    Stopped,
+)
+from armdrive.motion.context import TRIES, MotionContext
+from armdrive.tasks import (
+    DeviceProgram,
+    DeviceSettings,
+    Done,
+    Exchange,
+    MendSetting,
+    ReadProgram,
+    ReadSettings,
+    Reply,
+    RequestRejected,
+    SetOutputs,
+    TaskBody,
+    WriteRow,
+    unreported,
+)
+
+# The settings of the device.
+
+
+def compare_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
+    """Compare the device's settings with the arm file; a difference keeps the arm from moving.
+
+    A difference counts once it is read twice, because the line has no checksum.
+    """
+    core = wire.core
+    reply, seen = (yield from _ask_settings(wire)), None
+    for _ in range(TRIES):
+        if not reply.differences or reply == seen:
+            break
+        seen, reply = reply, (yield from _ask_settings(wire))
+    core.differences = reply.differences
+    if reply.differences:
+        core.notify(str(reply), SettingsDiffer(str(reply)))
+    return reply
+
+
+def compare_again(wire: MotionContext) -> TaskBody[None]:
+    """Read the settings again if they kept the arm from moving: they may have been corrected."""
+    if any(each.must for each in wire.core.differences):
+        yield from compare_settings(wire)
+
+
+def _ask_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
+    reply = yield from wire.request(ReadSettings())
+    if not isinstance(reply, DeviceSettings):
+        words = f"the controller did not report its settings ({reply}): check the wire"
+        raise wire.fault(DeviceFault(words))
+    return reply
+
+
+def mend_settings(wire: MotionContext, lines: tuple[str, ...]) -> TaskBody[DeviceSettings]:
+    """Write the lines that the user has agreed to, one at a time, and compare again."""
+    core = wire.core
+    for line in lines:
+        reply = yield from wire.request(MendSetting(line))
+        if not isinstance(reply, Done):
+            raise DeviceFault(f"the controller did not take `{line}`: {reply}")
+    core.notify("")
+    return (yield from compare_settings(wire))
+
+
+# The stored program of a device. Nothing moves.
+#
+# The line has no checksum, and a row with a corrupted digit still looks valid. A program is
+# therefore read until two readings agree, and written row by row, then read back.
+
+Row = tuple[int, ...]
+"""The words of one row; the first is its number."""
+
+RowReport = Callable[[int], object]
+
+READINGS = 5  # attempts until two readings in succession agree
+
+
+def read_program(wire: MotionContext) -> TaskBody[tuple[Row, ...]]:
+    """Return the program in the device's memory, after two equal readings. Raises `DeviceFault`."""
+    seen: DeviceProgram | None = None
+    trouble = "no two readings agree, so the line is noisy"
+    for _ in range(READINGS):
+        if wire.stopping:
+            raise wire.stopped("reading the program was stopped")
+        reply = yield from _asked(wire, ReadProgram())
+        if isinstance(reply, DeviceProgram):
+            if reply == seen:
+                return reply.rows
+            seen = reply
+        else:
+            trouble = str(reply)
+    yield from wire.look()  # raises the right error if the arm does not answer at all
+    raise DeviceFault(f"the program in the arm cannot be read: {trouble}. Try again")
+
+
+def write_program(
+    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, report: RowReport = unreported
+) -> TaskBody[int]:
+    """Write rows into the device's memory; return the number of rows written.
+
+    Rows that are already there are skipped; `report` is called with the number of each written row.
+    Raises `Refused` if the memory has rows with other numbers, which cannot be deleted from here,
+    unless `leave_others`; and `ProgramHalfWritten` if writing ends early or the memory differs
+    afterwards.
+    """
+    before = yield from read_program(wire)
+    others = tuple(row[0] for row in before if row[0] not in {row[0] for row in rows})
+    if others and not leave_others:
+        raise Refused(
+            f"the arm's memory also has {named_rows(others)}, which would stay and run with the "
+            "new program: clear them at the pendant, or allow them to stay"
+        )
+    missing = [row for row in rows if row not in before]
+    written: list[int] = []
+    try:
+        for row in missing:
+            yield from _write_row(wire, row)
+            written.append(row[0])
+            report(row[0])
+        after = yield from read_program(wire)
+    except ArmError as error:
+        raise _half(error, written, missing) from error
+    _compare(rows, before, after, written)
+    return len(missing)
+
+
+def _write_row(wire: MotionContext, row: Row) -> TaskBody[None]:
+    """Write one row, repeating disturbed exchanges: writing a row twice changes nothing."""
+    trouble: Reply | NoAnswer | None = None
+    for _ in range(TRIES):
+        if wire.stopping:
+            raise wire.stopped("writing the program was stopped")
+        trouble = yield from _asked(wire, WriteRow(row))
+        if isinstance(trouble, Done):
+            return
+    if isinstance(trouble, NoAnswer):
+        yield from wire.look()
+        raise trouble
+    raise DeviceFault(f"the arm refuses row {row[0]}: its memory is full, or the line is noisy")
+
+
+def _asked(wire: MotionContext, request: ReadProgram | WriteRow) -> TaskBody[Reply | NoAnswer]:
+    """Ask once; after a disturbance, wait for a quiet line and return the error."""
+    try:
+        reply: Reply = yield Exchange(request)
+    except NoAnswer as error:
+        yield from wire.quiet()
+        return error
+    if isinstance(reply, RequestRejected):
+        yield from wire.quiet()
+    return reply
+
+
+def _compare(
+    rows: Sequence[Row], before: Sequence[Row], after: Sequence[Row], written: list[int]
+) -> None:
+    """Raise unless the memory holds its previous rows and the written ones."""
+    wanted = {row[0]: row for row in (*before, *rows)}
+    found = {row[0]: row for row in after}
+    wrong = tuple(n for n in sorted(wanted | found) if wanted.get(n) != found.get(n))
+    if wrong:
+        good = tuple(number for number in written if number not in wrong)
+        raise ProgramHalfWritten(
+            f"the arm's memory differs from what was written: {named_rows(wrong)}. Write again",
+            written=good,
+            doubtful=wrong,
+        )
+
+
+def _half(error: ArmError, written: list[int], missing: Sequence[Row]) -> ArmError:
+    """Return the error of an incomplete write, which lists the rows that are in the arm."""
+    under_way = tuple(row[0] for row in missing[len(written) : len(written) + 1])
+    rest = tuple(row[0] for row in missing[len(written) + 1 :])
+    is_in = f"{named_rows(written)} in the arm" if written else "nothing new in the arm"
+    doubt = f", {named_rows(under_way)} perhaps" if under_way else ""
+    old = f"; {named_rows(rest)} as before" if rest else ""
+    remedy = (
+        "plug in, connect again and write again" if isinstance(error, LinkLost) else "write again"
+    )
+    words = (
+        f"the program was not written completely: {is_in}{doubt}{old}. To complete it, {remedy}. "
+        f"The cause: {error}"
+    )
+    if isinstance(error, Stopped):
+        return Stopped(words)
+    return ProgramHalfWritten(words, written=tuple(written), doubtful=under_way)
+
+
+def named_rows(numbers: Sequence[int]) -> str:
+    """Name rows: `row 3`, or `rows 1 to 4`."""
+    if len(numbers) == 1:
+        return f"row {numbers[0]}"
+    first, last = numbers[0], numbers[-1]
+    if list(numbers) == list(range(first, last + 1)):
+        return f"rows {first} to {last}"
+    return f"rows {', '.join(map(str, numbers))}"
+
+
+# Outputs.
+
+MOST_OUTPUTS = (1 << OUTPUTS) - 1
+
+
+def set_outputs(wire: MotionContext, bits: int) -> TaskBody[None]:
+    """Write the output bits."""
+    if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits <= MOST_OUTPUTS:
+        raise BadRequest(f"outputs are a whole number from 0 to {MOST_OUTPUTS}, not {bits!r}")
+    reply = yield from wire.request(SetOutputs(bits))
+    if not isinstance(reply, Done):
+        raise DeviceFault(f"the controller did not take the output bits {bits}: look at the arm")
+    wire.core.readings.outputs = bits

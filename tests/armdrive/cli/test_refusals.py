@@ -1,0 +1,114 @@
+"""What is typed wrongly: one sentence names the mistake, and the exit code says its kind."""
+
+import shlex
+
+import pytest
+
+from kinematics.textbook.systems import MODEL_NAMES
+
+BUS = "can:socketcan:can0"
+HALF = "write sim:DIALECT, one of teachmover, robko01"
+NOT_ON_A_BUS = f"{BUS} is a CAN bus, but a controller that speaks teachmover"
+
+REFUSED = [
+    # an unset variable of a shell names no arm, and not the default one
+    ("status --arm ''", 2, "the name is empty"),
+    ("status --port '' --dialect robko01", 2, "the name is empty"),
+    ("stop --arm ' '", 2, "the name is empty"),
+    ("doctor ''", 2, "the name is empty"),
+    ("doctor --arm ''", 2, "the name is empty"),
+    ("config show ''", 2, "the name is empty"),
+    ("config signs '' --sim --yes", 2, "the name is empty"),
+    ("can monitor ''", 2, "the name is empty"),
+    # half the name of a simulated arm
+    ("watch --port sim: --dialect robko01", 2, HALF),
+    ("status --arm sim:", 2, HALF),
+    ("config set-default sim:", 2, HALF),
+    # words that contradict each other, and arms that have not what is asked of them
+    ("status --sim teachmover --port /dev/ttyX", 2, "name one arm"),
+    ("move", 2, "where to?"),
+    ("move --x 250 --shoulder 40", 2, "not two of them"),
+    ("move --park --elbow -60", 2, "not two of them"),
+    ("move --line --shoulder 40", 2, "--line needs a pose"),
+    ("move --via 270,0,120", 2, "where to"),
+    ("move --y 60 --line --via 270,0,120", 2, "no --line"),
+    ("move --y 60 --via 270,0", 2, "write it like"),
+    ("move --shoulder 40 --frame tool", 2, "--frame needs a pose"),
+    ("move --sim cia402 --base 5", 3, "`armdrive home --sim cia402`"),
+    ("home --switches", 2, "no switches"),
+    ("home --declare base=1", 2, "every joint needs an angle: shoulder"),
+    ("home --declare parked", 2, "NAME=DEGREES"),
+    ("home --declare tail=3", 2, "NAME=DEGREES"),
+    ("home --declare base=x", 2, "x"),
+    ("home --declare base=0 shoulder=200 elbow=0 wrist_pitch=0 wrist_roll=0", 3, "shoulder"),
+    ("points save pick --fresh", 3, "[E203]"),
+    ("pendant show --sim mks --json", 3, "keeps no program"),
+    ("teach follow tour", 1, "no program of yours is driving"),
+    ("demo --port /dev/nothing --dialect teachmover", 3, "a person at a terminal"),
+    # a desk, and a model with no arm
+    ("jog", 2, "needs a terminal"),
+    ("jog --model scra.toml", 2, "scra.toml"),
+    ("jog --model minimover", 2, "did you mean 'minimover5'", *MODEL_NAMES),
+    ("jog --model puma --sim teachmover", 2, "--model has no arm"),
+    ("jog --model puma --gamepad", 2, "leave out --gamepad"),
+    ("jog --model puma", 2, "armdrive explain"),  # works without a terminal
+    # mathematics
+    ("fk 0 0 0 0 0 --model teachmoover", 2, "did you mean 'teachmover'"),
+    ("fk 1 2", 2, "5 joint angles are required"),
+    ("fk --model puma 1 2", 2, "6 joint values are required"),
+    ("fk --model pumo 1", 2, "did you mean 'puma'"),
+    ("ik --x 1 --y 2 --z 3", 2, "--pitch is needed"),
+    ("ik --model x.toml --x 1 --y 2 --z 3", 2, "cannot be read"),
+    ("ik --x 250 --y 0 --z 100 --pitch -60 --yaw 5", 2, "six joints"),
+    ("plot workspace --model pumo", 2, "did you mean 'puma'"),
+    ("plot workspace --model puma --pitch 0", 2, "other arms are drawn whole"),
+    ("plot workspace --output reach.jpg", 2, "should end in .png or .svg"),
+    ("explain pumo", 2, "did you mean 'puma'"),
+    ("explain two-link-1 30", 2, "2 joint values are required (theta1, theta2), not 1"),
+    ("explain two-link-1 30 far", 2, "'far' is not a number"),
+    ("explain minimover5 --goal 1 2", 2, "pitch_deg, roll_deg, not 2 numbers"),
+    ("explain minimover5 --goal 900 0 120 -90 0", 3, "pitch_deg -90", "beyond 355.6 mm"),
+    ("explain nowhere.toml", 2, "nowhere.toml cannot be read"),
+    ("explain puma --symbolic --goal 1", 2, "leave joints and goal out"),
+    ("explain efficiency pumo", 2, "did you mean 'puma'"),
+    ("explain accuracy teachmover 1", 2, "5 joint angles"),
+    ("explain accuracy teachmover 0 abc 0 0 0", 2, "'abc' is not a number"),
+    ("explain accuracy alpha2", 3, "motor steps of the Microbot Alpha II are not known"),
+    ("explain --axes pumo", 2, "did you mean 'puma'"),
+    ("explain --axes puma 10", 2, "--axes is about the zero position; leave joints and goal out"),
+    ("explain --axes nowhere.toml", 2, "nowhere.toml cannot be read"),
+    ("explain --axes", 2, "--axes needs a system or a model file: armdrive explain --axes puma"),
+    ("explain --axes efficiency", 2, "--axes needs a system or a model file, not efficiency"),
+    ("explain --axes puma --symbolic", 2, "leave out --symbolic, --latex and --urdf"),
+    ("explain puma --convention craig", 2, "--convention is for --axes"),
+    ("explain --axes puma --convention paul", 2, "'paul' is none of standard, craig"),
+    # programs, and setting up
+    ("run none.arm", 2, "cannot be read"),
+    ("run none.txt", 2, "is no"),
+    ("doctor", 2, "armdrive ports"),
+    ("doctor /dev/ttyX --arm bench", 2, "name one port"),
+    ("doctor --arm bench --dialect teachmover", 2, "leave out --dialect"),
+    ("doctor /dev/ttyX --mend", 2, "--mend needs"),
+    ("doctor --arm sim:teachmover", 2, "is simulated"),
+    ("doctor /dev/ttyX --can socketcan:can0", 2, "leave the port out"),
+    (f"doctor --yes --can {BUS} --dialect teachmover", 4, NOT_ON_A_BUS),
+    (f"status --port {BUS} --dialect teachmover", 4, NOT_ON_A_BUS),
+    ("can monitor", 2, "name one bus"),
+    ("can monitor /dev/ttyUSB0", 2, "no CAN bus"),
+    ("can monitor can:nothing:0", 4, "python-can has no interface"),
+    ("can monitor can:virtual:x --id x", 2, "an id is a number"),
+    ("can setup bench", 3, "run this in a terminal, or give --sim"),
+    ("can setup bench --yes", 3, "plug real drives in"),
+    (f"can setup bench --sim --yes --port {BUS}", 2, "--sim needs no --port"),
+    ("can setup ../x --sim --yes", 2, "cannot name a file"),
+    ("config new bench --yes", 2, "'Which template does it begin from?' has no default",
+     "--template"),
+    ("config new bench --yes --template own", 2, "the answer 'links.file' into the file of --ans"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("row", REFUSED, ids=lambda row: row[0])
+def test_what_is_typed_wrongly_is_refused_in_one_sentence(call, row):
+    typed, code, *said = row
+    sentence = call.refused(*shlex.split(typed), code=code)
+    assert [words for words in said if words not in sentence] == []

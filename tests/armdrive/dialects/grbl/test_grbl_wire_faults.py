@@ -1,0 +1,456 @@
+"""A GRBL board that is mute, or on a disturbed wire: no wrong position is trusted."""
+
+import re
+from dataclasses import replace
+
+import pytest
+from faults import OVER_THE_TABLE, Rule, becoming, honest, instead, lost, without_byte
+from grbl_arm import (
+    Disturbed,
+    begin_jog,
+    begin_line,
+    begin_planned,
+    begin_tip_jog,
+    config,
+    found,
+    over,
+    ready,
+    standing_as_said,
+    stands,
+)
+
+from armdrive import Arm, Jog, Pose
+from armdrive.connect.parts import connect_simulated
+from armdrive.errors import DeviceFault, NoAnswer, SettingsDiffer, Stopped
+from armdrive.registry import simulate
+from armdrive.sim.simulated_arm import link_to
+from armdrive.status import Evidence, State, Trust
+
+CHANGES = {
+    "lost": lost,
+    "first byte gone": without_byte(0),
+    "second byte gone": without_byte(1),
+    "a middle byte gone": without_byte(8),
+    "a late byte gone": without_byte(12),
+    "end gone": without_byte(-1),
+    "a digit changed": becoming(lambda piece: re.sub(rb"\d", b"7", piece, count=1)),
+}
+
+
+def survive(arm):
+    """Move; a fault must latch and be cleared, and a trusted position must be right."""
+    try:
+        arm.move_j(base_deg=8, shoulder_deg=42)
+        arm.jog_j(shoulder_deg=2)
+        faulty = False
+    except DeviceFault:
+        assert arm.status.state is State.ERROR_STOP
+        faulty = True
+    arm.sleep(1.2)
+    assert honest(arm)
+    if faulty:
+        before = arm.twin.world.motors
+        arm.reset()
+        assert arm.twin.world.motors == before
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.move_j(base_deg=5)
+    assert honest(arm)
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(5.0, abs=0.1)
+    return faulty
+
+
+MOTION, JOG, MODES = rb"G91G1", rb"\$J=", rb"G17"
+GONE = ["lost", "first byte gone", "end gone"]
+DISTURBED = [
+    ("back", b"ok", 1, GONE),
+    ("back", b"ok", 6, GONE),
+    ("back", b"<", 6, CHANGES),
+    ("to", MODES, 0, CHANGES),
+    ("to", MOTION, 0, CHANGES),
+    ("to", MOTION, 3, ["lost", "a middle byte gone", "end gone"]),
+    ("to", JOG, 0, ["lost", "a middle byte gone", "a late byte gone", "end gone"]),
+    ("to", JOG, 3, ["lost", "a middle byte gone"]),
+]
+
+
+@pytest.mark.parametrize(
+    ("side", "start", "skip", "change"),
+    [(*row, change) for *row, changes in DISTURBED for change in changes],
+)
+def test_a_disturbed_answer_is_survived_and_a_disturbed_motion_at_least_found_out(
+    side, start, skip, change
+):
+    arm = ready()
+    rules = getattr(arm.twin.link, side)
+    rules.append(Rule(start, CHANGES[change], skip))
+    faulty = survive(arm)
+    assert not rules[0].times  # it was disturbed
+    assert not faulty or start in (MOTION, JOG)
+
+
+@pytest.mark.parametrize("byte", [rb"\?", rb"!", rb"\x18", rb"\x85"])
+def test_a_lost_real_time_byte_is_said_again(byte):
+    arm = ready()
+    arm.twin.link.to.append(Rule(byte, lost))
+    arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.5)
+    arm.stop()
+    assert arm.twin.board.details()["state"] == "Idle"
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
+    arm.sleep(0.5)
+    arm.release()
+    stands(arm)
+    assert arm.twin.board.details()["state"] == "Idle"
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_a_banner_that_is_garbled_does_not_lock_the_driver_out():
+    arm = ready()
+    arm.twin.link.back.append(Rule(b"Grbl", without_byte(2)))
+    arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.5)
+    arm.stop()
+    arm.move_j(base_deg=0)
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_an_arm_that_leaves_the_path_is_stopped_on_its_way():
+    arm = ready()
+    arm.twin.link.to.append(Rule(rb"G91G1", becoming(lambda line: line.replace(b"X+", b"X-")), 8))
+    handle = arm.move_j(base_deg=80, wait=False)
+    with pytest.raises(DeviceFault, match="off the path"):
+        handle.wait(10.0)
+    assert arm.twin.world.joints.deg["base"] < 30.0
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.trust_reason.startswith(Evidence.OFF_THE_PATH.value)
+    assert arm.status.state is State.ERROR_STOP
+
+
+def test_no_board_at_all_is_told_after_a_while():
+    made = config()
+    twin = simulate(made)
+    link = Disturbed(twin.link)
+    link.to.append(Rule(b"", lost, times=1e9))
+    with pytest.raises(NoAnswer, match="switched on"):
+        connect_simulated(made, twin=replace(twin, link=link))
+    assert not link.motions
+
+
+def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
+    arm = found()
+    arm.disable()
+    arm.sleep(1.0)  # meanwhile the arm sags
+    arm.close()
+    before = arm.twin.world.motors
+    twin = replace(arm.twin, link=Disturbed(link_to(arm.twin.device)))
+    again = Arm(connect_simulated(arm.config, twin=twin))
+    assert again.status.state is State.STANDBY
+    assert twin.board.details()["state"] in ("Idle", "Alarm")
+    assert twin.world.motors == before
+
+
+@pytest.mark.parametrize(
+    ("reported", "unheard"), [(True, rb"ALARM|Grbl"), (True, rb"(\r\n)?ALARM"), (False, rb"ALARM")]
+)
+def test_an_emergency_stop_whose_alarm_is_lost_is_no_kept_position(reported, unheard):
+    arm = ready()
+    arm.move_j(base_deg=40, wait=False)
+    while not arm.twin.device.moving:
+        arm.sleep(0.001)
+    arm.sleep(0.28 if reported else 0.02)  # the first report of the motion comes between
+    arm.twin.link.back.append(Rule(unheard, lost, times=2))
+    arm.estop()
+    arm.sleep(4.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_board_that_resets_while_it_is_stopped_is_no_kept_position():
+    arm = found()
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    assert not arm.twin.device.registers.largest  # so zero counts do not show a restart
+    arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.1)
+    arm.twin.board.reset()
+    with pytest.raises(NoAnswer):
+        arm.stop()
+    assert arm.status.trust is Trust.SUSPECT
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_oks_that_are_lost_end_no_motion_in_a_traceback(count):
+    arm = ready()
+    arm.twin.link.back.append(Rule(rb"ok\r\n", lost, skip=1, times=count))
+    try:
+        arm.move_j(base_deg=25, shoulder_deg=45)
+    except DeviceFault:
+        arm.reset()
+    assert honest(arm)
+
+
+def test_a_number_of_free_lines_that_is_garbled_keeps_no_motion_from_its_end():
+    arm = ready()
+    arm.twin.link.back.append(Rule(b"<", becoming(lambda told: told.replace(b"Bf:3", b"Bf:7"))))
+    arm.move_j(base_deg=5)
+    arm.move_j(base_deg=10)
+    assert honest(arm)
+
+
+def line_at(baud, ahead_s):
+    made = config(planned_burst_s=ahead_s)
+    arm = ready(replace(made, connection=replace(made.connection, baud=baud)))
+    arm.move_to(Pose.of(x_mm=220, y_mm=-60, z_mm=120, pitch_deg=-60))
+    before = arm.status.underruns
+    moved = arm.move_l(Pose.of(x_mm=220, y_mm=60, z_mm=120, pitch_deg=-60))
+    return arm.status.underruns - before, moved.duration_s
+
+
+def test_a_queue_that_runs_empty_in_mid_motion_is_counted_and_shown():
+    none, quick_s = line_at(115_200, 0.4)
+    assert none == 0
+    many, slow_s = line_at(9600, 0.1)  # at 9600 baud a line takes 35 ms, and a segment 33
+    assert many >= 5
+    assert slow_s > 1.5 * quick_s
+
+
+def test_a_motion_that_waits_between_single_steps_is_no_underrun():
+    arm = ready()
+    before = arm.status.underruns
+    arm.move_j(base_deg=OVER_THE_TABLE.deg["base"] + 0.3, speed=0.01)
+    assert arm.status.underruns == before
+
+
+# Settings read over a disturbed wire: a difference counts only if it is read twice.
+
+A_HUNDRED_BECOMES_TEN = without_byte(3)
+"""The rest of a damaged `$100=` changes $10, the contents of reports."""
+
+
+def connected(times):
+    return over(Rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
+
+
+def test_a_setting_that_lost_a_byte_on_the_wire_keeps_no_arm_from_moving():
+    arm = connected(times=1)
+    assert arm.core.differences == ()
+    arm.jog_j(base_deg=1.0)
+
+
+def test_a_setting_that_differs_whenever_it_is_read_does():
+    arm = connected(times=99)
+    assert arm.core.differences
+    with pytest.raises(SettingsDiffer):
+        arm.jog_j(base_deg=1.0)
+
+
+# -- Stray characters in the board's input line: no damaged line is executed -----------------------
+
+SPOILER = b"))GG\n"
+FLIPPED = [bytes([ord("?") ^ 1 << bit]) for bit in range(7)]
+OTHERS = [b"(", b"$", b"G", b"X", b"M", b"%", b"0", b"~", b"$H", b"\r"]
+
+
+def changed_poll(arm, to):
+    """Damage the next `?` on the idle wire."""
+    arm.sleep(1.0)
+    arm.twin.link.to.append(Rule(rb"\?", instead(to)))
+    arm.sleep(1.0)
+    assert not any(rule.times for rule in arm.twin.link.to)
+    arm.twin.link.sent.clear()
+
+
+def spoilers(arm):
+    return sum(piece == SPOILER for _, piece in arm.twin.link.sent)
+
+
+@pytest.mark.parametrize("to", [*FLIPPED, *OTHERS], ids=repr)
+def test_a_poll_that_was_changed_on_the_idle_wire_spoils_no_motion(to):
+    arm = ready()
+    changed_poll(arm, to)
+    arm.move_j(base_deg=3, shoulder_deg=41)
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
+    assert spoilers(arm) >= 1
+    arm.twin.link.sent.clear()
+    arm.jog_j(base_deg=2)
+    assert standing_as_said(arm)
+    assert spoilers(arm) == 0
+
+
+@pytest.mark.parametrize("to", FLIPPED[::3], ids=repr)
+def test_nor_a_jog_an_output_or_a_servo(to):
+    arm = ready(config(gripper="servo"))
+    changed_poll(arm, to)
+    arm.jog_j(base_deg=2)
+    changed_poll(arm, to)
+    arm.set_outputs(1)
+    changed_poll(arm, to)
+    arm.gripper.open(76.0)
+    assert standing_as_said(arm)
+    assert arm.twin.board.details()["outputs"]["flood"]
+    assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
+    assert arm.status.state is State.STANDBY
+
+
+def test_on_a_wire_that_is_well_nothing_more_is_said():
+    arm = ready()
+    for _ in range(3):
+        arm.sleep(2.0)
+        arm.move_j(base_deg=arm.joints.deg["base"] + 3)
+    assert spoilers(arm) == 0
+
+
+@pytest.mark.parametrize(
+    ("noise", "gripper"),
+    [(b"7", None), (b">", None), (b"$", None), (b"G", None), (b"X", None), (b"7", "servo")],
+)
+def test_a_line_that_noise_has_spoiled_is_refused_and_the_position_is_still_known(noise, gripper):
+    arm = ready(config(gripper=gripper))
+    arm.move_j(base_deg=1)  # sets the board's modes
+    before = arm.twin.world.motors
+    arm.twin.link.inner.write(noise, arm.status.time_s)
+    with pytest.raises(DeviceFault, match="refused"):
+        arm.move_j(base_deg=25, shoulder_deg=48)
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.twin.world.motors == before
+    arm.reset()
+    arm.move_j(base_deg=25, shoulder_deg=48)
+    assert standing_as_said(arm)
+
+
+@pytest.mark.parametrize("noise", [b";", b"("])
+def test_a_line_that_noise_has_made_a_comment_leaves_no_false_position(noise):
+    arm = ready()
+    arm.move_j(base_deg=1)
+    arm.twin.link.inner.write(noise, arm.status.time_s)
+    try:
+        arm.move_j(base_deg=25, shoulder_deg=48)
+    except DeviceFault:
+        arm.reset()
+    assert arm.status.trust is not Trust.REFERENCED or standing_as_said(arm)
+
+
+@pytest.mark.parametrize("disturbed", ["the line loses its end", "its ok is late"])
+def test_a_disturbed_line_is_neither_carried_out_with_the_next_one_nor_answers_it(disturbed):
+    arm = ready()
+    if disturbed == "its ok is late":
+        arm.twin.faults.add("delay", 1.1, "next", side="device")
+    else:
+        arm.twin.link.to.append(Rule(rb"M8", without_byte(-1)))
+    with pytest.raises(DeviceFault):
+        arm.set_outputs(1)
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+    arm.move_j(base_deg=5)
+    assert standing_as_said(arm)
+    if disturbed == "its ok is late":
+        assert arm.status.trust is Trust.REFERENCED
+    else:
+        assert not arm.twin.board.details()["outputs"]["flood"]
+
+
+def test_a_spoiler_that_is_lost_is_said_again():
+    arm = ready()
+    changed_poll(arm, b"7")
+    arm.twin.link.to.append(Rule(rb"\)\)GG", lost))
+    arm.move_j(base_deg=5)
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_contact_leaves_a_clean_line():
+    arm = found()
+    assert not arm.core.controller.board.polls.stray
+
+
+# -- A board that falls silent on an intact wire: how soon the driver notices, and how -------------
+
+LOOK_S = 0.01
+
+
+def noticed_s(arm, most_s=10.0):
+    """Return the time until the arm is in error-stop."""
+    began_s = arm.status.time_s
+    while arm.status.state is not State.ERROR_STOP:
+        assert arm.status.time_s < began_s + most_s
+        arm.sleep(LOOK_S)
+    return arm.status.time_s - began_s
+
+
+@pytest.mark.parametrize(
+    ("after_s", "begin"),
+    [(0.1, begin_planned), (0.6, begin_line), (0.6, begin_jog), (0.1, begin_tip_jog)],
+)
+def test_a_board_that_goes_mute_in_motion_is_lost_within_a_second(begin, after_s):
+    arm = ready()
+    begin(arm)
+    arm.sleep(after_s)
+    if begin in (begin_jog, begin_tip_jog):
+        arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
+        arm.sleep(0.1)
+    assert arm.status.state is State.MOVING
+    began_s, silent_s = arm.status.time_s, arm.status.silent_time_s
+    arm.twin.faults.add("mute")
+    assert noticed_s(arm) <= 1.0 + LOOK_S
+    assert arm.status.trust is Trust.SUSPECT
+    assert "while the arm was moving; a feed hold was sent" in arm.status.error
+    lines_s = [sent_s for sent_s, piece in arm.twin.link.sent if piece.endswith(b"\n")]
+    assert lines_s[-1] <= began_s + silent_s
+    assert arm.twin.link.pressed(b"!")
+    assert not arm.twin.link.pressed(b"\x18")
+    assert arm.twin.world.energised
+    arm.sleep(2.0)
+    assert not arm.twin.device.moving
+    arm.twin.faults.end("mute")
+    before = arm.twin.world.motors
+    arm.reset()
+    arm.sleep(1.0)
+    assert arm.twin.world.motors == before
+    assert arm.status.state is State.STANDBY
+    assert standing_as_said(arm)
+
+
+def test_a_board_that_is_mute_for_less_goes_on():
+    arm = ready()
+    arm.twin.faults.add("mute", after_s=0.4, for_s=0.7)
+    arm.move_j(base_deg=40)
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_how_long_a_board_may_be_mute_can_be_set():
+    arm = ready(config(device={"mute_s": 2.5, "answer_s": 5.0}))
+    begin_planned(arm)
+    arm.sleep(0.5)
+    arm.twin.faults.add("mute")
+    assert 2.4 <= noticed_s(arm) <= 2.5 + LOOK_S
+
+
+@pytest.mark.parametrize("begin", [begin_planned, begin_jog])
+@pytest.mark.parametrize(("call", "most_s"), [("request_stop", 1.5), ("estop", 4.0)])
+def test_a_stop_of_a_mute_board_ends_as_well(begin, call, most_s):
+    arm = ready()
+    begin(arm)
+    arm.sleep(0.4)
+    arm.twin.faults.add("mute")
+    arm.sleep(0.2)
+    getattr(arm, call)()
+    assert noticed_s(arm) <= most_s
+    assert stands(arm) <= arm.status.time_s
+    arm.sleep(3.0)
+    assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_program_that_stood_still_itself_calls_no_board_mute():
+    for at_s in (0.30, 0.32, 0.34):
+        arm = ready()
+        handle = arm.move_j(base_deg=40, wait=False)
+        arm.sleep(at_s)
+        arm.pace.clock.now_s += 1.3
+        try:
+            handle.wait(20.0)
+        except Stopped:
+            pytest.fail("it was stopped")
+        assert standing_as_said(arm)
+        assert arm.status.trust is Trust.REFERENCED

@@ -1,0 +1,144 @@
+"""What the GRBL tests draw from: every line and answer, and every way to cut a stream."""
+
+import string
+
+from chunks import events
+from fuzzing import FuzzCase
+from hypothesis import strategies as st
+
+from firmware_protocol import grbl
+from firmware_protocol.grbl.answers import Alarm
+
+AXES = "XYZABC"
+NUMBERS = st.integers(-9_999_999, 9_999_999).map(lambda n: n / 1000)
+FEEDS = st.integers(1, 9_999_999).map(lambda n: n / 1000)
+TARGETS = st.dictionaries(st.sampled_from(AXES), NUMBERS, min_size=1, max_size=6)
+NAMES = st.text(string.ascii_letters + string.digits + ".-", min_size=1, max_size=12)
+COORDINATES = st.tuples(*[NUMBERS] * 6)
+BYTE = st.integers(1, 255)
+
+_WORDS = TARGETS.map(lambda axes: "".join(f"{a}{grbl.write_number(n)}" for a, n in axes.items()))
+_MOVES = st.one_of(
+    st.builds("{}G0{}".format, st.sampled_from(["", "G90", "G91", "G90G53"]), _WORDS),
+    st.builds("{}G1{}F{}".format, st.sampled_from(["", "G90", "G91", "G90G53"]), _WORDS, FEEDS),
+    st.builds("M{}S{}".format, st.sampled_from([3, 4]), FEEDS),
+    st.just("M5"),
+    st.builds("M{}E{}Q{}".format, st.sampled_from([67, 68]), st.integers(0, 7), NUMBERS),
+    st.builds("G4P{}".format, FEEDS),
+)
+GCODE = st.one_of(
+    _MOVES.map(grbl.Line),
+    st.builds(grbl.Modes, st.booleans(), st.integers(54, 59)),
+    st.builds(grbl.Coolant, st.booleans()),
+    st.builds(grbl.DigitalOutput, st.integers(0, 7), st.booleans(), st.booleans()),
+)
+JOGS = st.builds("$J=G21{}{}F{}".format, st.sampled_from(["G90", "G91"]), _WORDS, FEEDS).map(
+    grbl.Line
+)
+SYSTEM = st.one_of(
+    st.sampled_from(
+        [
+            grbl.Help(),
+            grbl.QuerySettings(),
+            grbl.QueryBuildInfo(),
+            grbl.QueryParameters(),
+            grbl.CheckMode(),
+        ]
+    ),
+    st.sampled_from(
+        [grbl.QueryParserState(), grbl.QueryStartupLines(), grbl.Unlock(), grbl.Sleep()]
+    ),
+    st.builds(grbl.Home, st.sampled_from(["", *AXES])),
+    st.builds(grbl.SetSetting, st.integers(0, 255), NUMBERS),
+    st.builds(grbl.StoreStartupLine, st.integers(0, 1), st.sampled_from(["", "G54", "G21G90"])),
+    st.builds(grbl.StoreBuildInfo, st.text(string.ascii_uppercase, max_size=12)),
+    st.builds(grbl.Restore, st.sampled_from("$#*")),
+)
+COMMANDS = st.one_of(GCODE, JOGS, SYSTEM)
+
+COUNTS = st.integers(0, 255)
+BANNERS = st.one_of(
+    st.builds(grbl.Banner, NAMES, st.sampled_from([grbl.Variant.GRBL, grbl.Variant.GRBLHAL])),
+    st.builds(grbl.Banner, NAMES, st.just(grbl.Variant.FLUIDNC), NAMES),
+)
+
+
+@st.composite
+def reports(draw: st.DrawFn) -> grbl.StatusReport:
+    """Draw a status report with any fields."""
+    where = draw(st.sampled_from(["machine_position", "work_position"]))
+    free = draw(st.booleans())
+    rates = draw(st.lists(FEEDS, max_size=3))
+    return grbl.StatusReport(
+        draw(st.sampled_from(grbl.State) | st.text(string.ascii_letters, min_size=1, max_size=8)),
+        draw(st.none() | st.integers(0, 999)),
+        free_blocks=draw(COUNTS) if free else None,
+        free_bytes=draw(COUNTS) if free else None,
+        line_number=draw(st.none() | st.integers(0, 99999)),
+        **dict(zip(("feed", "speed", "actual_speed"), rates, strict=False)),
+        pins=draw(st.none() | st.text("XYZPDHRS", max_size=4)),
+        work_offset=draw(st.none() | COORDINATES),
+        overrides=draw(st.none() | st.tuples(COUNTS, COUNTS, COUNTS)),
+        accessories=draw(st.none() | st.text("SCFM", max_size=3)),
+        others=draw(st.sampled_from([(), ("MPG:1",), ("Qm:12", "SD:3.5,/a.nc")])),
+        **{where: draw(COORDINATES)},
+    )
+
+
+INFO = st.one_of(
+    st.builds(grbl.Setting, st.integers(0, 400), NAMES),
+    st.builds(grbl.Setting, st.sampled_from(["N0", "N1", "/axes/x/steps_per_mm"]), NAMES),
+    st.builds(grbl.Feedback, NAMES),
+    st.builds(grbl.Version, NAMES, NAMES),
+    st.builds(grbl.BuildInfo, st.text("VNMZHL*$#", max_size=6)),
+    st.builds(grbl.BuildInfo, st.just("VZ"), COUNTS, st.integers(0, 1024), st.just(("6", "0"))),
+    st.builds(grbl.AxesInfo, st.integers(1, 6), st.just(AXES)),
+    st.builds(grbl.ParserState, st.lists(NAMES, min_size=1, max_size=9).map(tuple)),
+    st.builds(grbl.Parameter, st.sampled_from(["G54", "G28", "G92", "G59.1", "TLO"]), COORDINATES),
+    st.builds(grbl.Parameter, st.just("PRB"), COORDINATES, st.booleans()),
+    st.builds(grbl.StartupEcho, NAMES, st.none() | BYTE),
+    st.builds(
+        grbl.Bracketed, st.sampled_from(["HLP:$$ $#", "echo: G1X1", "FIRMWARE:grblHAL", "x"])
+    ),
+)
+ANSWERS = st.one_of(
+    *(
+        st.just(grbl.Ok()),
+        st.builds(grbl.Error, BYTE),
+        st.builds(Alarm, BYTE),
+        BANNERS,
+        reports(),
+        INFO,
+    )
+)
+
+
+# -- The ends of the codec for the long fuzz run ---------------------------------------------------
+
+REALTIME = st.sampled_from((b"", b"", b"?", b"!", b"\x85"))
+LINES = st.builds(
+    lambda realtime, command: realtime + command.text.encode() + b"\n", REALTIME, COMMANDS
+)
+
+
+def _host_saw_one(host: grbl.Host) -> bool:
+    found = events(host)
+    while len(host.outstanding_lines) < 3 and host.room_for(grbl.QuerySettings()):
+        host.send(grbl.QuerySettings())
+    return any(not isinstance(event, grbl.Unreadable) for event in found)
+
+
+def _device_saw_one(device: grbl.Device) -> bool:
+    lines = [event for event in events(device) if isinstance(event, grbl.LineReceived)]
+    for _ in lines:
+        device.send(grbl.Ok())
+    return any(not isinstance(line.content, grbl.Rejected | grbl.Empty) for line in lines)
+
+
+HOST = FuzzCase(
+    "grbl host",
+    lambda: grbl.Host(grbl.MEGA_5X),
+    ANSWERS.map(grbl.encode_answer),
+    _host_saw_one,
+)
+DEVICE = FuzzCase("grbl device", lambda: grbl.Device(grbl.GRBLHAL), LINES, _device_saw_one)

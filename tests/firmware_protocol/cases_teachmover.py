@@ -1,0 +1,58 @@
+"""What the TeachMover tests draw from: every command and reply, and every way to cut a stream."""
+
+import string
+
+from fuzzing import FuzzCase
+from hypothesis import strategies as st
+
+from firmware_protocol import teachmover
+from firmware_protocol.teachmover.messages import encode_command, encode_reply
+
+BYTE = st.integers(0, 255)
+SPEED = st.integers(0, 245)
+SIX_STEPS = st.tuples(*[st.integers(-32768, 32767)] * 6)
+ROWS = st.builds(teachmover.ProgramRow, st.integers(0, 65535), BYTE, SIX_STEPS, BYTE)
+SIGNS = st.sampled_from(sorted(set(string.punctuation) - set(",-")))
+MAYBE_SPEED = st.none() | SPEED
+COMMANDS = st.one_of(
+    st.builds(teachmover.Step, SPEED, SIX_STEPS, st.none() | BYTE),
+    st.sampled_from([teachmover.Read(), teachmover.Reset(), teachmover.Run(), teachmover.QDump()]),
+    st.builds(teachmover.Close, MAYBE_SPEED),
+    st.builds(teachmover.Set, MAYBE_SPEED),
+    st.builds(teachmover.QWrite, ROWS),
+    st.builds(teachmover.Arm, SIGNS),
+    st.builds(teachmover.Delay, st.integers(0, 65535)),
+)
+REGISTERS = st.builds(teachmover.Registers, SIX_STEPS, BYTE, BYTE)
+STATUSES = st.sampled_from(teachmover.Status)
+REPLIES = st.one_of(STATUSES, REGISTERS, ROWS)
+
+
+# -- The ends of the codec for the long fuzz run ---------------------------------------------------
+
+
+def _host_saw_one(host: teachmover.Host) -> bool:
+    """Ask for nothing, so that every readable line is an event of its own."""
+    seen = False
+    while (event := host.next_event()) is not None:
+        seen |= isinstance(event, teachmover.Completed | teachmover.Stray)
+    return seen
+
+
+def _device_saw_one(device: teachmover.Device) -> bool:
+    """Answer that it failed, so that the attention character stays as it is."""
+    seen = False
+    while (event := device.next_event()) is not None:
+        if isinstance(event, teachmover.Ignored):
+            continue
+        seen |= not isinstance(event, teachmover.Unreadable)
+        device.send(teachmover.Status.FAILED)
+    return seen
+
+
+LINES = COMMANDS.map(lambda command: encode_command(command, teachmover.ATTENTION))
+MOST_HELD = 256 * 256 + 256
+HOST = FuzzCase(
+    "teachmover host", teachmover.Host, REPLIES.map(encode_reply), _host_saw_one, MOST_HELD
+)
+DEVICE = FuzzCase("teachmover device", teachmover.Device, LINES, _device_saw_one, MOST_HELD)

@@ -1,0 +1,686 @@
+"""MKS machines: the host's, the device's, and the two back to back."""
+
+import pytest
+from cases_mks import (
+    ACTIONS,
+    ANSWER_RECORDS,
+    BY,
+    DONE,
+    DRIVES,
+    FAILED,
+    HALT,
+    HERE,
+    LIMIT,
+    MOTIONS,
+    MOVES,
+    ONE,
+    READ_SETTINGS,
+    READS,
+    REPORTS,
+    REQUEST_RECORDS,
+    REQUESTS,
+    SETTINGS,
+    STARTED,
+    STORED,
+    THREE,
+    TWO,
+    asked,
+    outcome,
+    readings_for,
+    said,
+)
+from chunks import events
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_protocol import mks
+from firmware_protocol.errors import BadField, LocalProtocolError
+from firmware_protocol.frames import Frame, Unpacker, pack
+
+# -- The host --------------------------------------------------------------------------------------
+
+
+def test_a_request_is_a_record_of_its_frame():
+    assert mks.Host(DRIVES).send(3, mks.ReadEncoder()) == pack(mks.encode(3, mks.ReadEncoder()))
+
+
+def test_an_answer_belongs_to_the_request_of_its_drive_and_code():
+    host = mks.Host(DRIVES)
+    for node in DRIVES:
+        host.send(node, mks.ReadEncoder())
+        host.send(node, mks.ReadState())
+    for node in reversed(DRIVES):
+        assert events(
+            host, said(node, mks.StateRead(mks.MotorState.STOPPED), mks.EncoderRead(node))
+        ) == [
+            mks.Answered(node, mks.ReadState(), mks.StateRead(mks.MotorState.STOPPED)),
+            mks.Answered(node, mks.ReadEncoder(), mks.EncoderRead(node)),
+        ]
+        assert host.unanswered(node) == ()
+
+
+@pytest.mark.parametrize(
+    "request_", [mks.Enable(True), mks.SetMode(mks.Mode.BUS_FOC), mks.SilenceWatchdog(500)]
+)
+def test_a_setting_is_done_or_failed(request_):
+    for what, kind in ((mks.Outcome.DONE, mks.Done), (mks.Outcome.FAILED, mks.Failed)):
+        host = asked(request_)
+        assert events(host, said(1, mks.Status(request_.code, what))) == [kind(1, request_)]
+        assert host.unanswered(1) == ()
+
+
+def test_nothing_is_asked_twice_before_it_is_answered():
+    host = asked(mks.ReadEncoder())
+    with pytest.raises(LocalProtocolError, match="ReadEncoder to drive 1 is unanswered: wait"):
+        host.send(1, mks.ReadEncoder())
+    host.send(2, mks.ReadEncoder())
+    host.forget(1, mks.ReadEncoder())
+    host.send(1, mks.ReadEncoder())
+
+
+def test_a_setting_is_not_read_while_it_is_set():
+    host = asked(mks.SetMode(mks.Mode.BUS_FOC))
+    with pytest.raises(LocalProtocolError, match="SetMode to drive 1 is unanswered"):
+        host.send(1, mks.ReadSetting(mks.Code.MODE))
+    assert events(host, said(1, mks.Status(mks.Code.MODE, mks.Outcome.DONE))) == [
+        mks.Done(1, mks.SetMode(mks.Mode.BUS_FOC))
+    ]
+    host.send(1, mks.ReadSetting(mks.Code.MODE))
+    told = mks.SettingRead(mks.Code.MODE, b"\5")
+    assert events(host, said(1, told)) == [mks.Answered(1, mks.ReadSetting(mks.Code.MODE), told)]
+
+
+def test_what_is_for_several_awaits_no_answer():
+    host = mks.Host(DRIVES, groups=[0x50])
+    for many in (mks.BROADCAST, 0x50):
+        host.send(many, ONE)
+        host.send(many, mks.EmergencyStop())
+        for lonely in (mks.ReadEncoder(), mks.ReadSetting(mks.Code.MODE), mks.SetId(9)):
+            with pytest.raises(LocalProtocolError, match="is put to one drive alone"):
+                host.send(many, lonely)
+    assert all(host.unanswered(node) == () for node in DRIVES)
+    for few in (1, 0x50):
+        with pytest.raises(LocalProtocolError, match="GoSynchronous is broadcast"):
+            host.send(few, mks.GoSynchronous())
+    assert host.unanswered(1) == ()
+
+
+def test_the_id_of_a_drive_is_no_group():
+    with pytest.raises(LocalProtocolError, match="2 is a drive"):
+        mks.Host(DRIVES).send(1, mks.SetGroup(2))
+
+
+def test_an_id_is_one_of_a_drive_or_a_group():
+    with pytest.raises(BadField, match="groups"):
+        mks.Host(DRIVES, groups=[3])
+    with pytest.raises(BadField, match="node"):
+        mks.Host([0])
+    host = mks.Host(DRIVES)
+    with pytest.raises(LocalProtocolError, match="no drive of this host has the id 9"):
+        host.send(9, mks.ReadEncoder())
+    host.add(9)
+    assert host.nodes == {*DRIVES, 9}
+    assert host.send(9, mks.ReadEncoder())
+
+
+@pytest.mark.parametrize("by", [1, 9])
+def test_a_new_id_is_answered_by_the_old_one_or_the_new(by):
+    host = asked(mks.SetId(9))
+    assert events(host, said(by, mks.Status(mks.Code.NODE, mks.Outcome.DONE))) == [
+        mks.Done(1, mks.SetId(9))
+    ]
+    assert 9 in host.nodes
+    assert host.unanswered(1) == ()
+
+
+def test_reports_are_told_apart_from_answers_and_from_what_nobody_asked_for():
+    host = mks.Host(DRIVES)
+    assert events(host, said(1, HERE)) == [mks.Stray(1, HERE)]
+    report = mks.ReportByItself(mks.Code.ENCODER, 100)
+    host.send(1, report)
+    found = events(
+        host, said(1, mks.Status(mks.Code.REPORT, mks.Outcome.DONE, mks.Code.ENCODER), HERE)
+    )
+    assert found == [mks.Done(1, report), mks.Reported(1, HERE)]
+    host.send(1, mks.ReadEncoder())
+    assert events(host, said(1, HERE, HERE)) == [
+        mks.Answered(1, mks.ReadEncoder(), HERE),
+        mks.Reported(1, HERE),
+    ]
+    host.send(1, mks.ReportByItself(mks.Code.ENCODER, 0))
+    other = mks.Status(mks.Code.REPORT, mks.Outcome.DONE, mks.Code.SPEED)
+    assert events(host, said(1, other, HERE)) == [mks.Stray(1, other), mks.Stray(1, HERE)]
+    host.forget(1)
+    host.send(1, mks.ReportByItself(mks.Code.STALL, 50))
+    stalled = mks.StallRead(True)
+    assert events(host, said(1, stalled)) == [mks.Reported(1, stalled)]
+    assert events(asked(mks.ReadStall()), said(1, stalled)) == [
+        mks.Answered(1, mks.ReadStall(), stalled)
+    ]
+
+
+def test_a_second_drive_of_an_id_is_a_stray():
+    host = asked(mks.ReadEncoder())
+    assert events(host, said(1, HERE, HERE)) == [
+        mks.Answered(1, mks.ReadEncoder(), HERE),
+        mks.Stray(1, HERE),
+    ]
+
+
+def test_the_late_answer_to_a_forgotten_request_is_a_stray():
+    host = asked(mks.ReadEncoder(), ONE)
+    host.forget(1, mks.ReadEncoder())
+    host.forget(1, ONE)
+    host.forget(1, BY)
+    assert events(host, said(1, HERE, STARTED)) == [mks.Stray(1, HERE), mks.Stray(1, STARTED)]
+
+
+def test_what_came_before_a_request_does_not_answer_it():
+    host = mks.Host(DRIVES)
+    host.receive_data(said(1, HERE))
+    host.send(1, mks.ReadEncoder())
+    assert events(host) == [mks.Stray(1, HERE)]
+    assert host.unanswered(1) == (mks.ReadEncoder(),)
+
+
+def test_a_drive_that_is_restarted_owes_nothing_but_that():
+    host = asked(mks.ReadEncoder(), ONE, mks.ReportByItself(mks.Code.ENCODER, 50), mks.Restart())
+    assert host.unanswered(1) == (mks.Restart(),)
+    assert events(host, said(1, HERE, mks.Status(mks.Code.RESTART, mks.Outcome.DONE))) == [
+        mks.Stray(1, HERE),
+        mks.Done(1, mks.Restart()),
+    ]
+
+
+def test_what_is_not_from_a_drive_is_foreign():
+    frames = [Frame(0x181, b"\1"), Frame(1, b"\x31", extended=True), Frame(1, remote=True)]
+    host = asked(mks.ReadEncoder())
+    assert events(host, b"".join(map(pack, frames))) == [mks.Foreign(frame) for frame in frames]
+
+
+def test_a_bad_check_byte_is_garbled_and_answers_nothing():
+    host = asked(mks.ReadEncoder())
+    good = mks.encode(1, HERE)
+    bad = Frame(1, good.data[:-1] + b"\0")
+    assert events(host, pack(bad) + pack(good)) == [
+        mks.UnreadableFrame(bad, "the check byte should be ad"),
+        mks.Answered(1, mks.ReadEncoder(), HERE),
+    ]
+
+
+def test_a_flood_that_nobody_fetches_is_bounded_and_ends_with_the_newest():
+    host = mks.Host(DRIVES)
+    for counts in range(mks.EVENTS_MAX + 10):
+        host.receive_data(said(1, mks.EncoderRead(counts)))
+    lost, *kept = events(host)
+    assert lost == mks.Overrun(10)
+    assert len(kept) == mks.EVENTS_MAX
+    assert kept[-1] == mks.Stray(1, mks.EncoderRead(mks.EVENTS_MAX + 9))
+
+
+# -- The device ------------------------------------------------------------------------------------
+
+MOVE = mks.MoveAbsoluteAxis(0x4000, 600, 2)
+AT_5 = mks.EncoderRead(5)
+ENDS = (mks.Outcome.DONE, mks.Outcome.LIMIT_STOP)
+
+
+def put(can_id, *requests) -> bytes:
+    return b"".join(pack(mks.encode(can_id, request)) for request in requests)
+
+
+def heard_of(data: bytes):
+    """Return who heard_of what, or None where nothing was heard_of."""
+    frames = Unpacker().feed(data)
+    return (frames[0].can_id, mks.decode_answer(frames[0])) if frames else None
+
+
+def test_a_drive_hears_what_is_for_it_for_its_group_and_for_all():
+    device = mks.Device(3, group=0x50)
+    data = (
+        put(3, MOVE)
+        + put(2, mks.ReadState())
+        + put(0x50, MOVE)
+        + put(mks.BROADCAST, mks.GoSynchronous())
+    )
+    assert events(device, data) == [
+        mks.Asked(MOVE),
+        mks.Asked(MOVE, alone=False),
+        mks.Asked(mks.GoSynchronous(), alone=False),
+    ]
+
+
+def test_frames_of_another_kind_are_nothing_to_it():
+    frames = [Frame(1, b"\x31\x32", extended=True), Frame(1, remote=True), Frame(0x181, b"\1")]
+    assert events(mks.Device(1), b"".join(map(pack, frames))) == []
+
+
+def test_what_it_cannot_read_is_ignored_with_a_reason():
+    device = mks.Device(1)
+    bad, odd = Frame(1, b"\x31\x33"), Frame(1, b"\x77\x78")
+    assert events(device, pack(bad) + pack(odd)) == [
+        mks.UnreadableFrame(bad, "the check byte should be 32"),
+        mks.UnreadableFrame(odd, "no code has the number 77"),
+    ]
+
+
+def test_an_older_firmware_ignores_what_it_does_not_have():
+    device = mks.Device(1, (1, 0, 8))
+    assert device.abilities == mks.abilities_of((1, 0, 8))
+    (ignored,) = events(device, put(1, mks.SilenceWatchdog(500)))
+    assert ignored.reason == "firmware 1.0.8 has no SilenceWatchdog"
+    assert events(device, put(mks.BROADCAST, mks.GoSynchronous())) == [
+        mks.Asked(mks.GoSynchronous(), alone=False)
+    ]
+
+
+def test_it_answers_reads_and_says_how_motions_go():
+    device = mks.Device(3)
+    assert heard_of(device.answer(mks.Asked(mks.ReadEncoder()), AT_5)) == (3, AT_5)
+    for what in (mks.Outcome.STARTED, mks.Outcome.DONE):
+        assert heard_of(device.tell(mks.Asked(MOVE), what)) == (3, mks.Status(MOVE.code, what))
+    assert heard_of(device.report(AT_5)) == (3, AT_5)
+
+
+def test_a_setting_is_answered_by_its_code_and_value():
+    told = mks.SettingRead(mks.Code.MODE, b"\5")
+    (frame,) = Unpacker().feed(
+        mks.Device(1).answer(mks.Asked(mks.ReadSetting(mks.Code.MODE)), told)
+    )
+    assert mks.decode_answer(frame, setting=True) == told
+
+
+@pytest.mark.parametrize(
+    ("request_", "answer"),
+    [
+        (mks.ReadState(), AT_5),
+        (mks.Enable(True), mks.EnabledRead(True)),
+        (mks.ReadEncoder(), mks.SettingRead(mks.Code.MODE, b"\5")),
+        (mks.ReadSetting(mks.Code.MODE), mks.SettingRead(mks.Code.CURRENT, b"\5")),
+        (mks.ReadSetting(mks.Code.MODE), AT_5),
+    ],
+)
+def test_only_what_fits_answers_a_read(request_, answer):
+    with pytest.raises(LocalProtocolError, match="is no answer to"):
+        mks.Device(1).answer(mks.Asked(request_), answer)
+
+
+def test_only_what_fits_is_said_of_a_request():
+    device = mks.Device(1)
+    with pytest.raises(LocalProtocolError, match="ReadState is answered by a reading"):
+        device.tell(mks.Asked(mks.ReadState()), mks.Outcome.DONE)
+    with pytest.raises(BadField, match="outcome must be for ENABLE one of: DONE, FAILED"):
+        device.tell(mks.Asked(mks.Enable(True)), mks.Outcome.STARTED)
+    with pytest.raises(BadField, match="outcome must be for GO one of: none"):
+        device.tell(mks.Asked(mks.GoSynchronous(), alone=False), mks.Outcome.DONE)
+
+
+@given(
+    st.one_of(MOTIONS, ACTIONS, SETTINGS, REPORTS), st.sampled_from(mks.ReplyMode), st.booleans()
+)
+def test_it_says_what_its_replies_let_it_and_nothing_to_several(request_, replies, alone):
+    for what in mks.Outcome:
+        device = mks.Device(1, replies=replies)
+        reading = request_.reading if isinstance(request_, mks.ReportByItself) else None
+        try:
+            mks.Status(request_.code, what, reading)
+        except BadField:
+            continue
+        ends = request_.code in mks.COURSE_CODES and what in ENDS
+        speaks = alone and (
+            replies is mks.ReplyMode.FULL or (replies is mks.ReplyMode.IMMEDIATE and not ends)
+        )
+        assert bool(device.tell(mks.Asked(request_, alone), what)) == speaks
+
+
+@pytest.mark.parametrize("replies", mks.ReplyMode)
+def test_reads_are_answered_whatever_its_replies_but_not_to_several(replies):
+    device = mks.Device(1, replies=replies)
+    assert device.answer(mks.Asked(mks.ReadEncoder()), AT_5)
+    assert device.answer(mks.Asked(mks.ReadEncoder(), alone=False), AT_5) == b""
+
+
+@pytest.mark.parametrize(("new_id_answers", "by"), [(True, 9), (False, 1)])
+def test_a_new_id_takes_effect_once_it_is_done(new_id_answers, by):
+    device = mks.Device(1, new_id_answers=new_id_answers)
+    assert heard_of(device.tell(mks.Asked(mks.SetId(9)), mks.Outcome.FAILED)) == (
+        1,
+        mks.Status(mks.Code.NODE, mks.Outcome.FAILED),
+    )
+    assert device.node == 1
+    assert heard_of(device.tell(mks.Asked(mks.SetId(9)), mks.Outcome.DONE)) == (
+        by,
+        mks.Status(mks.Code.NODE, mks.Outcome.DONE),
+    )
+    assert device.node == 9
+    assert events(device, put(1, MOVE) + put(9, MOVE)) == [mks.Asked(MOVE)]
+
+
+def test_groups_replies_and_bitrates_take_effect_for_several_too():
+    device = mks.Device(1)
+    for request in (
+        mks.SetGroup(0x50),
+        mks.SetReplies(mks.ReplyMode.NONE),
+        mks.SetBitrate(mks.Bitrate.K1000),
+    ):
+        assert device.tell(mks.Asked(request, alone=False), mks.Outcome.DONE) == b""
+    assert (device.group, device.replies, device.bitrate) == (
+        0x50,
+        mks.ReplyMode.NONE,
+        mks.Bitrate.K1000,
+    )
+
+
+def test_the_oldest_firmware_answers_what_is_put_to_several():
+    device = mks.Device(3, (1, 0, 1))
+    assert heard_of(device.tell(mks.Asked(mks.Home(), alone=False), mks.Outcome.STARTED)) == (
+        3,
+        mks.Status(mks.Code.HOME, mks.Outcome.STARTED),
+    )
+
+
+def test_the_answers_of_a_second_drive_of_its_id_are_commands_to_it():
+    # why several drives of one id on a bus switch each other's modes
+    first, second = mks.Device(1), mks.Device(1)
+    enabled = first.tell(mks.Asked(mks.Enable(False)), mks.Outcome.DONE)
+    assert events(second, enabled) == [mks.Asked(mks.Enable(True))]
+
+
+def test_a_flood_that_no_device_fetches_is_bounded_and_ends_with_the_newest():
+    device = mks.Device(1)
+    device.receive_data(put(1, *[mks.Home()] * 300))
+    lost, *kept = events(device)
+    assert lost == mks.Overrun(44)
+    assert kept == [mks.Asked(mks.Home())] * 256
+
+
+def test_without_current_it_has_heard_nothing():
+    device = mks.Device(1)
+    device.receive_data(put(1, MOVE) + put(1, MOVE)[:5])
+    assert device.buffered == 5
+    device.discard()
+    assert device.buffered == 0
+    assert events(device) == []
+
+
+@pytest.mark.parametrize("build", [lambda: mks.Device(0), lambda: mks.Device(1, group=0)])
+def test_no_drive_has_the_id_of_all(build):
+    with pytest.raises(BadField):
+        build()
+
+
+# -- Back to back ----------------------------------------------------------------------------------
+
+ONE_OF_NODES = st.sampled_from(DRIVES)
+
+
+class Bus:
+    """A host and its drives: whatever is sent is heard by all others."""
+
+    def __init__(self, nodes=DRIVES) -> None:
+        self.host = mks.Host(nodes)
+        self.drives = {node: mks.Device(node) for node in nodes}
+
+    def put(self, node, request) -> dict[int, list[mks.Asked]]:
+        """Have the host send, and return what each drive hears."""
+        data = self.host.send(node, request)
+        heard = {node: events(drive, data) for node, drive in self.drives.items()}
+        return {node: found for node, found in heard.items() if found}
+
+    def say(self, node, data) -> list[object]:
+        """Have a drive send; the others hear it too, and nothing in it is for them."""
+        assert all(
+            events(drive, data) == [] for other, drive in self.drives.items() if other != node
+        )
+        return events(self.host, data)
+
+
+@given(st.lists(st.tuples(ONE_OF_NODES, READS | READ_SETTINGS), max_size=6), st.data())
+def test_every_read_is_answered_by_its_drive(script, data):
+    bus = Bus()
+    for node, read in script:
+        assert bus.put(node, read) == {node: [mks.Asked(read)]}
+        reading = data.draw(readings_for(read))
+        answer = bus.drives[node].answer(mks.Asked(read), reading)
+        assert bus.say(node, answer) == [mks.Answered(node, read, reading)]
+
+
+TOLD = (ACTIONS | SETTINGS | REPORTS).filter(
+    lambda request: not isinstance(request, mks.SetId | mks.SetGroup | mks.SetReplies)
+)
+
+
+@given(st.lists(st.tuples(ONE_OF_NODES, TOLD, st.booleans()), max_size=6))
+def test_every_setting_and_action_is_done_or_failed(script):
+    bus = Bus()
+    for node, request, works in script:
+        outcome, kind = (mks.Outcome.DONE, mks.Done) if works else (mks.Outcome.FAILED, mks.Failed)
+        assert bus.put(node, request) == {node: [mks.Asked(request)]}
+        told = bus.drives[node].tell(mks.Asked(request), outcome)
+        assert bus.say(node, told) == [kind(node, request)]
+
+
+@given(st.lists(MOVES, min_size=6, max_size=6), st.permutations(DRIVES), st.booleans())
+def test_six_motions_are_stored_and_start_together(moves, ends, limit):
+    bus = Bus()
+    assert bus.put(mks.BROADCAST, mks.ArmSynchronous(True)) == {
+        node: [mks.Asked(mks.ArmSynchronous(True), alone=False)] for node in DRIVES
+    }
+    for node, move in zip(DRIVES, moves, strict=True):
+        assert bus.put(node, move) == {node: [mks.Asked(move)]}
+        stored = bus.drives[node].tell(mks.Asked(move), mks.Outcome.STORED)
+        assert bus.say(node, stored) == [mks.StoredForStart(node, move)]
+    assert bus.put(mks.BROADCAST, mks.GoSynchronous()) == {
+        node: [mks.Asked(mks.GoSynchronous(), alone=False)] for node in DRIVES
+    }
+    outcome, kind = (
+        (mks.Outcome.LIMIT_STOP, mks.LimitStop) if limit else (mks.Outcome.DONE, mks.Done)
+    )
+    for node in ends:
+        move = moves[node - 1]
+        told = bus.drives[node].tell(mks.Asked(move), outcome)
+        assert bus.say(node, told) == [kind(node, move)]
+
+
+@given(ONE_OF_NODES, MOVES)
+def test_without_completions_a_motion_is_over_when_its_owner_says_so(node, move):
+    bus = Bus()
+    bus.put(node, mks.SetReplies(mks.ReplyMode.IMMEDIATE))
+    told = bus.drives[node].tell(
+        mks.Asked(mks.SetReplies(mks.ReplyMode.IMMEDIATE)), mks.Outcome.DONE
+    )
+    assert bus.say(node, told) == [mks.Done(node, mks.SetReplies(mks.ReplyMode.IMMEDIATE))]
+    bus.put(node, move)
+    started = bus.drives[node].tell(mks.Asked(move), mks.Outcome.STARTED)
+    assert bus.say(node, started) == [mks.Started(node, move)]
+    assert bus.drives[node].tell(mks.Asked(move), mks.Outcome.DONE) == b""
+    bus.host.settle(node)
+    done = mks.Status(move.code, mks.Outcome.DONE)
+    assert bus.say(node, pack(mks.encode(node, done))) == [mks.Stray(node, done)]
+
+
+@given(st.booleans())
+def test_a_drive_as_shipped_gets_an_id_of_its_own(new_id_answers):
+    host, drive = mks.Host([1]), mks.Device(new_id_answers=new_id_answers)
+    assert events(drive, host.send(1, mks.SetId(4))) == [mks.Asked(mks.SetId(4))]
+    assert events(host, drive.tell(mks.Asked(mks.SetId(4)), mks.Outcome.DONE)) == [
+        mks.Done(1, mks.SetId(4))
+    ]
+    assert events(drive, host.send(4, mks.ReadEncoder())) == [mks.Asked(mks.ReadEncoder())]
+
+
+def test_a_broadcast_stop_reaches_all_and_is_answered_by_none():
+    bus = Bus()
+    heard = bus.put(mks.BROADCAST, mks.EmergencyStop())
+    assert set(heard) == set(DRIVES)
+    for node, (stop,) in heard.items():
+        assert bus.drives[node].tell(stop, mks.Outcome.DONE) == b""
+
+
+FRAMES = ANSWER_RECORDS | REQUEST_RECORDS
+MESSES = st.lists(
+    st.one_of(
+        FRAMES,
+        FRAMES.map(lambda frame: frame[: len(frame) // 2]),
+        st.binary(max_size=30),
+        st.builds(
+            lambda node, data: pack(Frame(node, data)), st.integers(0, 7), st.binary(max_size=8)
+        ),
+    ),
+    max_size=10,
+)
+
+
+@given(MESSES, ONE_OF_NODES, READS, st.data())
+def test_after_any_mess_a_read_is_answered_once_a_silence_follows(messes, node, read, data):
+    host, drive = mks.Host(DRIVES), mks.Device(node)
+    stream = b"".join(messes)
+    events(host, stream)
+    events(drive, stream)
+    host.silence()
+    drive.silence()
+    events(host)
+    events(drive)
+    reading = data.draw(readings_for(read))
+    assert events(drive, host.send(node, read)) == [mks.Asked(read)]
+    assert events(host, drive.answer(mks.Asked(read), reading)) == [
+        mks.Answered(node, read, reading)
+    ]
+
+
+@given(st.integers(0, 0x7FF), st.binary(min_size=1, max_size=7))
+def test_a_well_checked_frame_of_anything_is_heard_by_whom_it_is_for(can_id, data):
+    record = pack(Frame(can_id, data + bytes((mks.check_byte(can_id, data),))))
+    (event,) = events(mks.Host(DRIVES), record)
+    assert isinstance(event, mks.Foreign) == (can_id not in DRIVES)
+    found = events(mks.Device(1), record)
+    assert len(found) == (can_id in (0, 1))
+    assert all(isinstance(event, mks.Asked | mks.UnreadableFrame) for event in found)
+
+
+# -- Courses ---------------------------------------------------------------------------------------
+
+
+def test_a_stop_is_never_refused():
+    host = asked(*[mks.EmergencyStop()] * 3, *[HALT] * 20)
+    assert host.unanswered(1)[0] == mks.EmergencyStop()
+    assert len(host.unanswered(1)) == 1 + 8
+    stopped = mks.Status(mks.Code.EMERGENCY_STOP, mks.Outcome.DONE)
+    assert events(host, said(1, stopped)) == [mks.Done(1, mks.EmergencyStop())]
+
+
+def test_a_motion_starts_and_ends():
+    host = asked(ONE)
+    assert events(host, said(1, STARTED)) == [mks.Started(1, ONE)]
+    assert host.unanswered(1) == ()
+    assert events(host, said(1, DONE)) == [mks.Done(1, ONE)]
+    assert events(host, said(1, DONE)) == [mks.Stray(1, DONE)]
+
+
+@pytest.mark.parametrize(
+    ("sent", "replies", "heard"),
+    [
+        ([ONE], [FAILED], [mks.Failed(1, ONE)]),
+        ([ONE], [STARTED, LIMIT], [mks.Started(1, ONE), mks.LimitStop(1, ONE)]),
+        ([ONE], [STARTED, FAILED], [mks.Started(1, ONE), mks.Failed(1, ONE)]),
+        ([ONE], [DONE], [mks.Done(1, ONE)]),  # its STARTED was lost
+        ([ONE], [STARTED, STARTED], [mks.Started(1, ONE), mks.Stray(1, STARTED)]),
+        ([], [STARTED], [mks.Stray(1, STARTED)]),
+        ([], [STORED], [mks.Stray(1, STORED)]),
+        ([], [FAILED], [mks.Stray(1, FAILED)]),
+        (
+            [ONE, TWO],
+            [STARTED, STARTED, DONE],
+            [mks.Started(1, ONE), mks.Started(1, TWO), mks.Done(1, TWO)],
+        ),
+        # the old one's failure, before and after the new one's start
+        (
+            [ONE, TWO],
+            [STARTED, FAILED, STARTED, DONE],
+            [mks.Started(1, ONE), mks.Superseded(1, ONE), mks.Started(1, TWO), mks.Done(1, TWO)],
+        ),
+        (
+            [ONE, TWO],
+            [STARTED, STARTED, FAILED, DONE],
+            [mks.Started(1, ONE), mks.Started(1, TWO), mks.Superseded(1, ONE), mks.Done(1, TWO)],
+        ),
+        (
+            [ONE, HALT],
+            [STARTED, STARTED, FAILED, DONE],
+            [mks.Started(1, ONE), mks.Started(1, HALT), mks.Superseded(1, ONE), mks.Done(1, HALT)],
+        ),
+        # what is over is not superseded by what is refused next
+        (
+            [ONE, TWO, THREE],
+            [STARTED, STARTED, DONE, FAILED],
+            [mks.Started(1, ONE), mks.Started(1, TWO), mks.Done(1, TWO), mks.Failed(1, THREE)],
+        ),
+    ],
+)
+def test_replies_belong_to_motions_in_their_order(sent, replies, heard):
+    assert events(asked(*sent), said(1, *replies)) == heard
+
+
+def test_another_motion_than_f5_is_refused_and_does_not_supersede():
+    host = asked(BY, BY)
+    replies = [
+        outcome(what, BY.code)
+        for what in (mks.Outcome.STARTED, mks.Outcome.FAILED, mks.Outcome.DONE)
+    ]
+    assert events(host, said(1, *replies)) == [
+        mks.Started(1, BY),
+        mks.Failed(1, BY),
+        mks.Done(1, BY),
+    ]
+
+
+def test_what_is_known_to_be_over_is_not_superseded():
+    host = asked(ONE)
+    events(host, said(1, STARTED))
+    host.settle(1)
+    host.send(1, TWO)
+    assert events(host, said(1, FAILED)) == [mks.Failed(1, TWO)]
+
+
+def test_homing_starts_and_ends():
+    host = asked(mks.Home())
+    replies = [mks.Status(mks.Code.HOME, what) for what in (mks.Outcome.STARTED, mks.Outcome.DONE)]
+    assert events(host, said(1, *replies)) == [mks.Started(1, mks.Home()), mks.Done(1, mks.Home())]
+
+
+@pytest.mark.parametrize("says_started", [False, True])
+def test_stored_motions_are_under_way_from_the_synchronous_start_on(says_started):
+    host = mks.Host(DRIVES)
+    assert host.send(mks.BROADCAST, mks.ArmSynchronous(True)) == pack(Frame(0, b"\x4a\1\x4b"))
+    for node in DRIVES:
+        host.send(node, ONE)
+        assert events(host, said(node, STORED)) == [mks.StoredForStart(node, ONE)]
+    assert host.send(mks.BROADCAST, mks.GoSynchronous()) == pack(Frame(0, b"\x4b\x4b"))
+    host.send(mks.BROADCAST, mks.GoSynchronous())  # the manual advises to say it again
+    for node in DRIVES:
+        if says_started:
+            assert events(host, said(node, STARTED)) == [mks.Started(node, ONE)]
+        assert events(host, said(node, DONE)) == [mks.Done(node, ONE)]
+
+
+@given(st.lists(st.one_of(MOTIONS, REQUESTS), max_size=8), st.data())
+def test_lost_doubled_and_reordered_replies_never_raise(requests, data):
+    host = mks.Host(DRIVES)
+    frames = []
+    for request in requests:
+        try:
+            host.send(1, request)
+        except LocalProtocolError:
+            continue
+        for what in mks.Outcome:
+            try:
+                frames.append(said(1, mks.Status(request.code, what)))
+            except LocalProtocolError:
+                continue
+    if frames:
+        for frame in data.draw(st.lists(st.sampled_from(frames), max_size=20)):
+            (event,) = events(host, frame)
+            assert not isinstance(event, mks.Foreign)
+    host.settle(1)
+    host.forget(1)
+    assert host.unanswered(1) == ()

@@ -1,0 +1,525 @@
+"""Robko 01: frames, machines, and the two back to back."""
+
+import contextlib
+
+import pytest
+from cases_robko01 import ANSWERS, EXCHANGES, REQUESTS
+from chunks import carried, events
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from firmware_protocol import robko01
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.robko01 import (
+    FLUSH,
+    Acknowledged,
+    Answered,
+    Axes,
+    Device,
+    Host,
+    MoveRelative,
+    Op,
+    Ping,
+    Pong,
+    Position,
+    Positions,
+    SavePosition,
+    Status,
+    Stop,
+    Stray,
+    Unreadable,
+)
+from firmware_protocol.robko01.frames import (
+    FRAME_MAX,
+    Frame,
+    FrameSplitter,
+    Kind,
+    check_bytes,
+    frame_bytes,
+)
+from firmware_protocol.robko01.messages import (
+    decode_answer,
+    decode_request,
+    encode_answer,
+    encode_request,
+)
+
+# -- Frames ----------------------------------------------------------------------------------------
+
+TWO = robko01.Axes((1, -2, 0, 0, 0, 0), (100, 100, 0, 0, 0, 0))
+THERE = robko01.Axes((300, 0, 0, 0, 0, 0))
+REST = " 00" * 16
+
+# Without a payload C0 is AA ^ 01 = AB, and C1 is 01 ^ op.
+REQUEST_BYTES = [
+    (robko01.Ping(), "AA 01 01 01 AB 00"),
+    (robko01.Stop(), "AA 01 01 02 AB 03"),
+    (robko01.Disable(), "AA 01 01 03 AB 02"),
+    (robko01.Enable(), "AA 01 01 04 AB 05"),
+    (robko01.Clear(), "AA 01 01 05 AB 04"),
+    (robko01.Inputs(), "AA 01 01 09 AB 08"),
+    (robko01.IsMoving(), "AA 01 01 0A AB 0B"),
+    (robko01.Position(), "AA 01 01 0B AB 0A"),
+    (robko01.GetRobotId(), "AA 01 01 0E AB 0F"),
+    (robko01.SavePosition(), "AA 01 01 0F AB 0E"),
+    (robko01.LoadPosition(), "AA 01 01 10 AB 11"),
+    # C0 = AA ^ 03 ^ 48 = E1; C1 = 01 ^ 01 ^ 69 = 69
+    (robko01.Ping(b"Hi"), "AA 01 03 01 48 69 E1 69"),
+    # C0 = AA ^ 02 ^ 05 = AD; C1 = 01 ^ 08 = 09
+    (robko01.Outputs(5), "AA 01 02 08 05 AD 09"),
+    # C0 = AA ^ 02 ^ 07 = AF; C1 = 01 ^ 0D = 0C
+    (robko01.SetRobotId(b"\x07"), "AA 01 02 0D 07 AF 0C"),
+    # C0 = AA ^ 19 ^ 01 ^ 64 ^ FE ^ 64 = 4C; C1 = 01 ^ op ^ FF = FE ^ op
+    (robko01.MoveRelative(TWO), f"AA 01 19 06 01 00 64 00 FE FF 64 00{REST} 4C F8"),
+    (robko01.MoveAbsolute(TWO), f"AA 01 19 07 01 00 64 00 FE FF 64 00{REST} 4C F9"),
+    (robko01.MoveSpeed(TWO), f"AA 01 19 0C 01 00 64 00 FE FF 64 00{REST} 4C F2"),
+]
+# Without a payload C0 is AA ^ 02 ^ status, and C1 is 02 ^ op.
+ANSWER_BYTES = [
+    (robko01.Acknowledged(robko01.Op.STOP), "AA 02 02 02 01 A9 00"),
+    (robko01.Acknowledged(robko01.Op.MOVE_RELATIVE, robko01.Status.ERROR), "AA 02 02 06 02 AA 04"),
+    (robko01.Acknowledged(robko01.Op.PING, robko01.Status.TIMEOUT), "AA 02 02 01 04 AC 03"),
+    (robko01.Acknowledged(robko01.Op.OUTPUTS), "AA 02 02 08 01 A9 0A"),
+    # C0 = AA ^ 03 ^ status; C1 = 02 ^ op ^ byte
+    (robko01.Busy(robko01.Op.MOVE_RELATIVE, 5), "AA 02 03 06 03 05 AA 01"),
+    (robko01.OutputsSet(0x0F), "AA 02 03 08 01 0F A8 05"),
+    (robko01.InputsRead(0x81), "AA 02 03 09 01 81 A8 8A"),
+    (robko01.Moving(0x21), "AA 02 03 0A 01 21 A8 29"),
+    (robko01.RobotId(robko01.Op.SET_ROBOT_ID, b"\x07"), "AA 02 03 0D 01 07 A8 08"),
+    (robko01.RobotId(robko01.Op.GET_ROBOT_ID), "AA 02 02 0E 01 A9 0C"),
+    (robko01.Pong(), "AA 02 02 01 01 A9 03"),
+    # C0 = AA ^ 04 ^ 01 ^ 69 = C6; C1 = 02 ^ 01 ^ 48 = 4B
+    (robko01.Pong(b"Hi"), "AA 02 04 01 01 48 69 C6 4B"),
+    # C0 = AA ^ 1A ^ 01 ^ 01 = B0; C1 = 02 ^ 0B ^ 2C = 25
+    (robko01.Positions(THERE), f"AA 02 1A 0B 01 2C 01{' 00' * 6}{REST} B0 25"),
+]
+
+
+@pytest.mark.parametrize(("request_", "data"), REQUEST_BYTES)
+def test_a_request_is_these_bytes(request_, data):
+    assert encode_request(request_).hex(" ").upper() == data
+    assert decode_request(Frame(bytes.fromhex(data), 0)) == request_
+
+
+@pytest.mark.parametrize(("answer", "data"), ANSWER_BYTES)
+def test_an_answer_is_these_bytes(answer, data):
+    assert encode_answer(answer).hex(" ").upper() == data
+    assert decode_answer(Frame(bytes.fromhex(data), 0)) == answer
+
+
+def test_the_tables_leave_no_operation_out():
+    assert {request.op for request, _ in REQUEST_BYTES} == set(robko01.Op)
+
+
+def test_a_firmware_that_counts_the_check_bytes_has_longer_lengths():
+    # C0 = AA ^ 03 = A9; C1 = 01 ^ 02 = 03; and C0 = AA ^ 04 ^ 01 = AF; C1 = 02 ^ 02 = 00
+    assert encode_request(robko01.Stop(), counts_check=True).hex() == "aa010302a903"
+    assert (
+        encode_answer(robko01.Acknowledged(robko01.Op.STOP), counts_check=True).hex()
+        == "aa02040201af00"
+    )
+
+
+@given(REQUESTS)
+def test_what_a_host_sends_can_be_read(request_):
+    data = encode_request(request_)
+    assert len(data) <= robko01.FRAME_MAX - 1
+    assert decode_request(Frame(data, 0)) == request_
+
+
+@given(ANSWERS)
+def test_what_a_device_sends_can_be_read(answer):
+    data = encode_answer(answer)
+    assert len(data) <= robko01.FRAME_MAX
+    assert decode_answer(Frame(data, 0)) == answer
+
+
+@given(st.binary(min_size=4, max_size=31), st.integers(0, 40 * 8))
+def test_one_wrong_bit_never_passes(data, bit):
+    whole = bytearray(data + check_bytes(data))
+    at = bit % (len(whole) * 8)
+    whole[at // 8] ^= 1 << at % 8
+    assert check_bytes(whole[:-2]) != whole[-2:]
+
+
+@given(st.sampled_from(Kind), st.integers(0, 255), st.binary(min_size=1, max_size=26))
+def test_any_frame_has_a_meaning_or_a_typed_reason(kind, op, rest):
+    frame = Frame(frame_bytes(kind, op, rest), 0)
+    decode, encode = {
+        Kind.REQUEST: (decode_request, encode_request),
+        Kind.ANSWER: (decode_answer, encode_answer),
+    }[kind]
+    with contextlib.suppress(RemoteProtocolError):
+        assert encode(decode(frame)) == frame.raw
+
+
+@pytest.mark.parametrize(
+    ("kind", "op", "rest", "reason"),
+    [
+        (Kind.REQUEST, 0, b"", "no operation has the number 0"),
+        (Kind.REQUEST, 17, b"", "no operation has the number 17"),
+        (Kind.REQUEST, 2, b"x", "STOP of length 1 where none belong"),
+        (Kind.REQUEST, 6, b"x" * 23, "MOVE_RELATIVE of length 23 where 24 belong"),
+        (Kind.REQUEST, 8, b"", "OUTPUTS of length 0 where one belongs"),
+        (Kind.ANSWER, 2, b"\x01", "an answer, where requests belong"),
+    ],
+)
+def test_a_frame_that_is_no_request_says_why(kind, op, rest, reason):
+    with pytest.raises(RemoteProtocolError, match=reason):
+        decode_request(Frame(frame_bytes(kind, op, rest), 0))
+
+
+@pytest.mark.parametrize(
+    ("kind", "op", "rest", "reason"),
+    [
+        (Kind.REQUEST, 2, b"", "a request, where answers belong"),
+        (Kind.ANSWER, 99, b"\x01", "no operation has the number 99"),
+        (Kind.ANSWER, 2, b"\x05", "no status has the number 5"),
+        (Kind.ANSWER, 2, b"\x01x", "STOP of length 1 where none belong"),
+        (Kind.ANSWER, 9, b"\x01", "INPUTS of length 0 where one belongs"),
+        (Kind.ANSWER, 11, b"\x01" + bytes(22), "POSITION of length 22 where 24 belong"),
+        (Kind.ANSWER, 6, b"\x03xy", "MOVE_RELATIVE of length 2 where one belongs"),
+    ],
+)
+def test_a_frame_that_is_no_answer_says_why(kind, op, rest, reason):
+    with pytest.raises(RemoteProtocolError, match=reason):
+        decode_answer(Frame(frame_bytes(kind, op, rest), 0))
+
+
+@pytest.mark.parametrize(
+    ("build", "field"),
+    [
+        (lambda: robko01.Ping(b"x" * 27), "payload"),
+        (lambda: robko01.Ping("text"), "payload"),
+        (lambda: robko01.Outputs(256), "value"),
+        (lambda: robko01.Outputs(True), "value"),
+        (lambda: robko01.MoveRelative((0,) * 12), "axes"),
+        (lambda: robko01.Positions(None), "axes"),
+        (lambda: robko01.Axes((0,) * 5), "positions_steps"),
+        (lambda: robko01.Axes((0, 0, 32768, 0, 0, 0)), r"positions_steps\[2\]"),
+        (lambda: robko01.Axes((0,) * 6, (0, 1.0, 0, 0, 0, 0)), r"speeds_steps_s\[1\]"),
+        (lambda: robko01.SetRobotId(b"x" * 27), "payload"),
+        (lambda: robko01.RobotId(robko01.Op.PING), "op"),
+        (lambda: robko01.Busy(17, 0), "op"),
+        (lambda: robko01.Busy(robko01.Op.STOP, 256), "moving"),
+        (lambda: robko01.Acknowledged(robko01.Op.STOP, 5), "status"),
+        (lambda: robko01.Acknowledged(robko01.Op.POSITION), "status"),
+        (lambda: robko01.Pong(b"x" * 27), "payload"),
+    ],
+)
+def test_what_the_protocol_cannot_carry_cannot_be_built(build, field):
+    with pytest.raises(BadField, match=f"^{field} must be"):
+        build()
+
+
+def test_the_moving_mask_names_its_axes():
+    assert robko01.Moving(0b100101).axes == (0, 2, 5)
+
+
+@given(st.integers(-(10**9), 10**9))
+def test_a_position_is_wrapped_to_16_bits(position):
+    assert -32768 <= robko01.wrap(position) <= 32767
+    assert (robko01.wrap(position) - position) % 65536 == 0
+
+
+# -- Machines --------------------------------------------------------------------------------------
+
+STOPPED = encode_answer(Acknowledged(Op.STOP))
+HERE = Positions(Axes((1, 2, 3, 4, 5, 6)))
+SWALLOWING = bytes.fromhex("AA 02 1C")
+"""The header of the longest answer, which never comes."""
+
+
+def asked(request) -> Host:
+    host = Host()
+    host.send(request)
+    return host
+
+
+def test_an_answer_completes_the_request():
+    host = asked(Stop())
+    assert host.outstanding == Stop()
+    assert events(host, STOPPED) == [Answered(Stop(), Acknowledged(Op.STOP))]
+    assert host.outstanding is None
+
+
+def test_nothing_is_sent_while_a_request_is_unanswered():
+    host = asked(Position())
+    with pytest.raises(LocalProtocolError, match=r"POSITION is unanswered: .* before sending STOP"):
+        host.send(Stop())
+    assert host.forget() == Position()
+    assert host.forget() is None
+    assert host.send(Stop())
+
+
+def test_an_answer_to_another_operation_is_stray():
+    host = asked(Position())
+    assert events(host, STOPPED) == [Stray(Acknowledged(Op.STOP))]
+    assert host.outstanding == Position()
+
+
+def test_an_answer_that_nobody_awaits_is_stray():
+    assert events(Host(), STOPPED) == [Stray(Acknowledged(Op.STOP))]
+
+
+def test_the_late_answer_to_a_forgotten_request_is_stray():
+    host = asked(Stop())
+    host.forget()
+    host.send(Position())
+    assert events(host, STOPPED + encode_answer(HERE)) == [
+        Stray(Acknowledged(Op.STOP)),
+        Answered(Position(), HERE),
+    ]
+
+
+def test_a_ping_knows_its_own_answer():
+    host = asked(Ping(b"one"))
+    host.forget()
+    host.send(Ping(b"two"))
+    late, right = events(host, encode_answer(Pong(b"one")) + encode_answer(Pong(b"two")))
+    assert late == Stray(Pong(b"one"))
+    assert right == Answered(Ping(b"two"), Pong(b"two"))
+
+
+def test_a_ping_can_be_refused():
+    refused = Acknowledged(Op.PING, Status.ERROR)
+    assert events(asked(Ping(b"x")), encode_answer(refused)) == [Answered(Ping(b"x"), refused)]
+
+
+@pytest.mark.parametrize("cut", range(len(STOPPED) + 1))
+def test_a_frame_that_began_before_the_request_is_not_its_answer(cut):
+    host = asked(Stop())
+    host.receive_data(STOPPED[:cut])
+    host.forget()
+    host.send(Stop())
+    host.receive_data(STOPPED[cut:])
+    first = Answered if cut == 0 else Stray
+    assert [type(event) for event in events(host)] == [first]
+
+
+def test_a_discarded_beginning_spoils_nothing():
+    host = asked(Stop())
+    host.receive_data(STOPPED + STOPPED[:4])
+    host.discard()
+    assert host.buffered == 0
+    assert host.outstanding == Stop()
+    assert events(host, STOPPED) == [Answered(Stop(), Acknowledged(Op.STOP))]
+
+
+def test_bytes_that_are_no_answer_are_told_and_change_nothing():
+    host = asked(Stop())
+    spoilt = STOPPED[:-1] + b"\x7f"
+    echo = encode_request(Stop())
+    found = events(host, b"noise" + spoilt + echo + STOPPED)
+    assert found == [
+        Unreadable(b"noise" + spoilt, "the check bytes should be a9 00"),
+        Unreadable(echo, "a request, where answers belong"),
+        Answered(Stop(), Acknowledged(Op.STOP)),
+    ]
+
+
+def test_an_answer_behind_a_spoilt_length_is_heard_after_a_silence():
+    host = asked(Stop())
+    assert events(host, SWALLOWING + STOPPED) == []
+    host.silence()
+    assert events(host) == [
+        Unreadable(SWALLOWING, "the frame was not finished"),
+        Answered(Stop(), Acknowledged(Op.STOP)),
+    ]
+    host.silence()
+    assert events(host) == []
+
+
+def test_an_answer_behind_a_spoilt_length_is_heard_when_enough_has_followed():
+    host = asked(Stop())
+    assert events(host, SWALLOWING + STOPPED + bytes(22)) == []
+    assert [type(event) for event in events(host, b"\0")] == [Unreadable, Answered]
+
+
+def test_requests_come_one_at_a_time_and_the_next_waits_for_the_answer():
+    device = Device()
+    assert events(device, encode_request(Position()) + encode_request(Stop())) == [Position()]
+    assert device.unanswered == Position()
+    with pytest.raises(LocalProtocolError, match="POSITION is unanswered, so an answer to STOP"):
+        device.send(Acknowledged(Op.STOP))
+    assert device.send(HERE) == encode_answer(HERE)
+    assert events(device) == [Stop()]
+    assert device.send(Acknowledged(Op.STOP, Status.ERROR))
+    with pytest.raises(LocalProtocolError, match="nothing is owed"):
+        device.send(Acknowledged(Op.STOP))
+
+
+def test_a_device_can_keep_its_answer_back():
+    device = Device()
+    assert events(device, encode_request(SavePosition())) == [SavePosition()]
+    assert device.forget() == SavePosition()
+    assert device.forget() is None
+    assert events(device, encode_request(Stop())) == [Stop()]
+
+
+def test_what_is_no_request_gets_no_answer():
+    device = Device()
+    data = encode_request(MoveRelative(Axes((1,) * 6)))
+    spoilt = data[:10] + b"\x55" + data[11:]
+    found = events(device, spoilt + STOPPED + encode_request(Stop()))
+    assert [type(event) for event in found] == [Unreadable, Unreadable, Stop]
+    assert found[0].data == spoilt
+    assert found[1] == Unreadable(STOPPED, "an answer, where requests belong")
+
+
+def test_after_a_loss_of_power_a_device_has_heard_nothing():
+    device = Device()
+    device.receive_data(encode_request(Stop()) * 2)
+    device.discard()
+    assert device.buffered == 0
+    assert device.next_event() is None
+
+
+@pytest.mark.parametrize("cut", range(1, 30))
+def test_padding_frees_a_device_from_a_frame_that_was_cut_off(cut):
+    device = Device()
+    device.receive_data(encode_request(MoveRelative(Axes((1,) * 6)))[:cut])
+    found = events(device, FLUSH + encode_request(Stop()))
+    assert found[-1] == Stop()
+    assert all(isinstance(event, Unreadable) for event in found[:-1])
+
+
+def test_both_ends_can_count_the_check_bytes_into_the_length():
+    host, device = Host(counts_check=True), Device(counts_check=True)
+    longest = Ping(bytes(range(26)))
+    assert events(device, host.send(longest)) == [longest]
+    assert events(host, device.send(Pong(longest.payload))) == [
+        Answered(longest, Pong(longest.payload))
+    ]
+    assert [type(event) for event in events(Device(), host.send(Ping(b"much the same")))] == []
+
+
+@given(
+    st.lists(st.sampled_from([0, 0, 0, 1, 125, -125, 240, 700]), min_size=6, max_size=6),
+    st.lists(st.sampled_from([0, 63, 700]), min_size=6, max_size=6),
+    st.integers(1, 6),
+    st.randoms(use_true_random=False),
+)
+def test_a_motion_that_lost_zeros_is_never_made_whole_by_what_is_sent_behind_it(
+    steps, speeds, count, draw
+):
+    whole = encode_request(MoveRelative(Axes(tuple(steps), tuple(speeds))))
+    zeros = [index for index, byte in enumerate(whole) if byte == 0 and index > 2]
+    assume(len(zeros) >= 2 * count)
+    gone = set(draw.sample(zeros, 2 * count))
+    left = bytes(byte for index, byte in enumerate(whole) if index not in gone)
+    found = events(Device(), left + FLUSH)
+    assert not any(isinstance(event, MoveRelative) for event in found)
+
+
+def test_what_ends_a_frame_begins_none():
+    assert 0xAA not in FLUSH
+    assert len(FLUSH) == FRAME_MAX
+
+
+# -- Back to back ----------------------------------------------------------------------------------
+
+FRAMES = st.one_of(REQUESTS.map(encode_request), ANSWERS.map(encode_answer))
+PIECES = st.lists(
+    st.one_of(
+        FRAMES,
+        st.binary(max_size=40),
+        st.tuples(FRAMES, st.integers(0, 33)).map(lambda cut: cut[0][: cut[1]]),
+        st.sampled_from([b"\xaa", b"\xaa\x01", b"\xaa\x02\x1c", b"\xaa\x01\x1b\x06"]),
+    ),
+    max_size=8,
+)
+
+
+def split(chunks: list[bytes]) -> tuple[list[Frame | robko01.Unreadable], FrameSplitter]:
+    splitter = FrameSplitter()
+    found = []
+    for chunk in chunks:
+        splitter.feed(chunk)
+        while (entry := splitter.next_frame()) is not None:
+            found.append(entry)
+    return found, splitter
+
+
+@given(st.lists(EXCHANGES, max_size=5), st.booleans(), st.data())
+def test_every_script_arrives_whole_at_both_ends(script, counts_check, data):
+    host, device = (
+        robko01.Host(counts_check=counts_check),
+        robko01.Device(counts_check=counts_check),
+    )
+    for request, answer in script:
+        assert carried(data.draw, host.send(request), device) == [request]
+        assert carried(data.draw, device.send(answer), host) == [robko01.Answered(request, answer)]
+        assert (host.outstanding, device.unanswered) == (None, None)
+        assert (host.buffered, device.buffered) == (0, 0)
+
+
+@given(PIECES)
+def test_every_byte_is_told_once_and_in_order(pieces):
+    stream = b"".join(pieces)
+    found, splitter = split([stream])
+    splitter.silence()
+    found += iter(splitter.next_frame, None)
+    raw = [entry.raw if isinstance(entry, Frame) else entry.data for entry in found]
+    assert b"".join(raw) == stream
+    assert splitter.buffered == 0
+    at = 0
+    for entry, data in zip(found, raw, strict=True):
+        assert not isinstance(entry, Frame) or entry.start == at
+        at += len(data)
+
+
+@given(st.binary(max_size=200), EXCHANGES, st.data())
+def test_after_noise_a_good_frame_is_heard_once_a_silence_follows(noise, exchange, data):
+    request, answer = exchange
+    device, host = robko01.Device(), robko01.Host()
+    for event in carried(data.draw, noise, device):
+        assert isinstance(event, robko01.Unreadable)
+    sent = host.send(request)
+    host.receive_data(noise)
+    device.receive_data(sent)
+    device.silence()
+    assert events(device)[-1] == request
+    host.receive_data(device.send(answer))
+    host.silence()
+    *before, last = events(host)
+    assert last == robko01.Answered(request, answer)
+    assert all(isinstance(event, robko01.Unreadable) for event in before)
+
+
+@given(st.binary(max_size=80), REQUESTS.map(encode_request))
+def test_after_noise_a_good_frame_is_heard_once_a_longest_frame_has_followed(noise, frame):
+    found, _ = split([noise + frame + bytes(robko01.FRAME_MAX)])
+    assert [entry.raw for entry in found if isinstance(entry, Frame)] == [frame]
+
+
+@given(EXCHANGES, st.data())
+def test_a_frame_inside_a_payload_is_only_a_payload(exchange, data):
+    inner = encode_answer(exchange[1])[:26]
+    host, device = robko01.Host(), robko01.Device()
+    assert carried(data.draw, host.send(robko01.Ping(inner)), device) == [robko01.Ping(inner)]
+    found = carried(data.draw, device.send(robko01.Pong(inner)), host)
+    assert found == [robko01.Answered(robko01.Ping(inner), robko01.Pong(inner))]
+
+
+def test_a_flood_that_nobody_fetches_is_bounded_and_ends_with_the_newest():
+    host = robko01.Host()
+    answer = encode_answer(robko01.Pong(bytes(26)))
+    for number in range(1000):
+        host.receive_data(answer + bytes([number % 256]) * 40)
+        assert host.buffered <= 256 * 64 + 64 + robko01.FRAME_MAX
+    first, *others = events(host)
+    assert first == robko01.Overrun(1743)
+    assert len(others) == 256
+    assert isinstance(others[-1], robko01.Stray)
+
+
+def test_an_endless_noise_is_told_in_runs():
+    device = robko01.Device()
+    for _ in range(64):
+        device.receive_data(b"\xaa\x01")
+    runs = events(device)
+    assert [len(run.data) for run in runs] == [64]
+    assert device.buffered == 64
+    device.receive_data(encode_request(robko01.Stop()))
+    assert events(device)[-1] == robko01.Stop()
