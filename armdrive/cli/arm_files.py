@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import read_arm_table
+from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.connect.target import DEFAULT_TARGET, SIM, Target, find
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry.arm_files import ENDING, arm_path, arm_paths
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
+from armdrive.storage.point_file import Points, points_of
 from armdrive.text.reading import read_text
 from kinematics.errors import suggestion
 
@@ -91,3 +92,9 @@ def chosen_target(options: argparse.Namespace) -> Target:
     if options.sim:
         return find(f"{SIM}{options.sim}")
     return find(options.arm or default_arm())
+
+
+def chosen_points(options: argparse.Namespace) -> tuple[ArmConfig, Points]:
+    """Return the arm that the options name and its points, without connecting to it."""
+    config = chosen_target(options).config
+    return config, points_of(config.name, config.model.arm)

@@ -22,6 +22,7 @@ from armdrive.connect.target import state_file
 from armdrive.errors import StateFileError
 from armdrive.registry import simulate
 from armdrive.runtime.clock import PaceChoice
+from armdrive.status import State
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
@@ -67,6 +68,12 @@ def opened_arm(options: argparse.Namespace) -> Iterator[Arm]:
     with contextlib.closing(connect_chosen(options)) as arm:
         tell(options, arm.status.which)
         yield arm
+
+
+def switch_on(arm: Arm) -> None:
+    """Switch an arm's motors on, unless this program has done so."""
+    if arm.status.state is State.DISABLED:
+        arm.enable()
 
 
 def world_file(arm: str) -> Path:

@@ -285,19 +285,17 @@ def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
     name = config.name
     yield f"written: {path}"
     yield "next, from the safest on:"
-    home = command_line("home", "--arm", name)
-    lines = [
-        (command_line("config", "check", name), "problems and remarks; opens nothing"),
-        (f"ARMDRIVE_FORCE_SIM=1 {home}", "its simulated twin"),
-    ]
+    twin = f"ARMDRIVE_FORCE_SIM=1 {command_line('home', '--arm', name)}"
+    check = command_line("config", "check", name)
+    lines = [(check, "problems and remarks; opens nothing"), (twin, "its simulated twin")]
     if config.connection.port:
-        signs = "turns each motor a little, to see its direction"
-        lines += [
-            (command_line("doctor", "--arm", name), "asks who is at its port; moves nothing"),
-            (command_line("status", "--arm", name), "connects; moves nothing"),
-            (command_line("config", "signs", name), signs),
-            (command_line("jog", "--arm", name), "slowly, by hand; space stops"),
-        ]
+        on_port = {
+            "doctor --arm": "asks who is at its port; moves nothing",
+            "status --arm": "connects; moves nothing",
+            "config signs": "turns each motor a little, to see its direction",
+            "jog --arm": "slowly, by hand; space stops",
+        }
+        lines += [(command_line(*words.split(), name), does) for words, does in on_port.items()]
     lines.append((command_line("config", "set-default", name), "use it if no arm is named"))
     width = max(len(command) for command, _ in lines)
     for command, words in lines:

@@ -9,7 +9,7 @@ import sys
 import tui
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
-from armdrive.cli.chosen_arm import opened_arm
+from armdrive.cli.chosen_arm import opened_arm, switch_on
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, reporter, say, tell
 from armdrive.cli.terminal_operator import TerminalOperator, ready_arm
 from armdrive.errors import BadRequest, OperatorNeeded
@@ -41,10 +41,10 @@ def home(options: argparse.Namespace) -> Result:
 
 def _reference(arm: Arm, options: argparse.Namespace) -> None:
     if options.confirm:
-        _switch_on(arm)
+        switch_on(arm)
         arm.confirm_restored()
     elif options.yes:
-        _switch_on(arm)
+        switch_on(arm)
         arm.confirm_reference()
     elif options.declare:
         _declare(arm, options.declare)
@@ -53,17 +53,12 @@ def _reference(arm: Arm, options: argparse.Namespace) -> None:
     elif options.switches:
         raise BadRequest("this arm has no switches, or its arm file has no [homing] section")
     elif arm.simulated and not options.guide:
-        _switch_on(arm)
+        switch_on(arm)
         arm.home()
     elif as_json(options):
         arm.home()  # refuses: a person has to look
     else:
         _guided(arm)
-
-
-def _switch_on(arm: Arm) -> None:
-    if arm.status.state is State.DISABLED:
-        arm.enable()
 
 
 def _guided(arm: Arm) -> None:
@@ -98,7 +93,7 @@ def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
     sure = options.switches or arm.simulated
     if not sure and (as_json(options) or not agreed(WAY_CLEAR)):
         raise OperatorNeeded("not confirmed, so nothing moved: answer yes, or give --switches")
-    _switch_on(arm)
+    switch_on(arm)
     with reporter(options) as report:
         arm.home(report=lambda group: report(f"homed: {' and '.join(group)}"))
 
@@ -107,7 +102,7 @@ def _declare(arm: Arm, words: list[str]) -> None:
     if words == [PARK]:
         if arm.config.park is None and arm.model.reference is None:
             raise BadRequest("this arm has no park posture: add [park] to its arm file")
-        _switch_on(arm)
+        switch_on(arm)
         arm.declare_posture(park_pose(arm.config))
         return
     names = arm.model.arm.joint_names
@@ -116,7 +111,7 @@ def _declare(arm: Arm, words: list[str]) -> None:
     if missing := [name for name in names if name not in given]:
         raise BadRequest(f"every joint needs an angle: {', '.join(missing)} missing")
     joints = Joints(tuple(math.radians(given[name]) for name in names), names)
-    _switch_on(arm)
+    switch_on(arm)
     arm.declare_posture(joints, opening_mm=opening_mm)
 
 

@@ -9,12 +9,12 @@ import argparse
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import opened_arm
+from armdrive.cli.chosen_arm import opened_arm, switch_on
 from armdrive.cli.presenter import Result, agreed, tell
 from armdrive.cli.terminal_operator import settle_trust
 from armdrive.errors import NotReferenced, OperatorNeeded
 from armdrive.registry import dialect
-from armdrive.status import State, status_view
+from armdrive.status import status_view
 
 
 def enable(options: argparse.Namespace) -> Result:
@@ -72,6 +72,5 @@ def _park(arm: Arm, options: argparse.Namespace) -> None:
         arm.core.require_reference()
     except NotReferenced as refusal:
         raise NotReferenced(f"{refusal}; or support the arm and give --no-park") from None
-    if arm.status.state is State.DISABLED:
-        arm.enable()
+    switch_on(arm)
     tell(options, f"parked: {arm.park()}")

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.arm_files import chosen_points
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.presenter import Result
@@ -28,7 +28,6 @@ from armdrive.moves import (
     PoseMove,
 )
 from armdrive.status import State, status_view
-from armdrive.storage.point_file import points_of
 from armdrive.storage.points import check_name, point_view
 from kinematics.spaces import JOINT_NAMES, Pose
 
@@ -160,7 +159,7 @@ def save_point(options: argparse.Namespace) -> Result:
 
 def go_to_point(options: argparse.Namespace) -> Iterator[Result]:
     """Move to a point, or preview that."""
-    config = chosen_target(options).config
-    points_of(config.name, config.model.arm)[options.name]  # refused before anything is opened
+    _, book = chosen_points(options)
+    book[options.name]  # refused before anything is opened
     kind = LineMove if options.line else PoseMove
     return _moved(options, lambda _: kind(options.name, options.speed))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import armdrive.programs as programs
-from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.arm_files import chosen_points
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig
 from armdrive.errors.printable import command_line
@@ -18,23 +18,15 @@ from armdrive.programs.teaching.export import program_of
 from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.status import pose_view
 from armdrive.storage.files import require_free, write_named
-from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import StepList, Taught, check_name, point_view
 from kinematics.text import counted
-
-
-def _book(options: argparse.Namespace) -> tuple[ArmConfig, Points]:
-    """Return the arm that the options name and its points, without connecting to it."""
-    config = chosen_target(options).config
-    return config, points_of(config.name, config.model.arm)
-
 
 # -- the file of points ---------------------------------------------------------------------------
 
 
 def list_points(options: argparse.Namespace) -> Result:
     """List the points and sequences, and where their file is."""
-    _, book = _book(options)
+    _, book = chosen_points(options)
     taught = book.read()
     return Result(
         {
@@ -60,7 +52,7 @@ def _listed(path: Path, taught: Taught) -> Iterator[str]:
 
 def show(options: argparse.Namespace) -> Result:
     """Show a point, or the steps of a sequence."""
-    config, book = _book(options)
+    config, book = chosen_points(options)
     steps = book.read().sequences.get(options.name)
     if steps is not None:
         numbered = [f"{number:>3}  {step}" for number, step in enumerate(steps.steps, 1)]
@@ -79,14 +71,14 @@ def show(options: argparse.Namespace) -> Result:
 
 def rename(options: argparse.Namespace) -> Result:
     """Rename a point, also in sequences."""
-    _, book = _book(options)
+    _, book = chosen_points(options)
     book.rename(options.name, options.new)
     return _done(f"{options.name} is now {options.new}")
 
 
 def delete(options: argparse.Namespace) -> Result:
     """Delete a point or a sequence."""
-    _, book = _book(options)
+    _, book = chosen_points(options)
     taught = book.read()
     if options.name in taught.sequences:
         book.remove_sequence(options.name, instead_of=taught.sequences[options.name])
@@ -108,7 +100,7 @@ def _steps_view(steps: StepList) -> dict[str, Any]:
 
 def shape(options: argparse.Namespace) -> Result:
     """Derive new points and sequences, check every one, and write all or none."""
-    config, book = _book(options)
+    config, book = chosen_points(options)
     new = check_name(options.new)
     made = _change(options, config).taught(options.name, new, book.read())
     book.put_all(made.points, made.sequences, again=options.again)
@@ -138,7 +130,7 @@ def export(options: argparse.Namespace) -> Result:
     """Write the program to a file, which may exist only with --force."""
     path = Path(options.file)
     require_free(path, overwrite=options.force)
-    config, book = _book(options)
+    config, book = chosen_points(options)
     steps, taught = book.sequence(options.name), book.read()
     tree = program_of(options.name, steps, taught.points, config.model.arm.fk)
     program = programs.written_program(tree, str(path))

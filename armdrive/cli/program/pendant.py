@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.arm_files import chosen_points, chosen_target
 from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
 from armdrive.cli.terminal_operator import ready_arm
 from armdrive.config.arm import ArmConfig
@@ -18,7 +18,6 @@ from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.status import BELIEVED
 from armdrive.storage.files import require_free, write_named
-from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
 from kinematics.text import counted
 
@@ -118,11 +117,10 @@ def text_of(config: ArmConfig, program: PendantProgram) -> str:
 
 def make_points(options: argparse.Namespace) -> Result:
     """Make points and a sequence of a file's rows; the arm need not be there."""
-    config = chosen_target(options).config
+    config, book = chosen_points(options)
     program = from_file(Path(options.file), config)
     note = f"from the arm's own program, {Path(options.file).name}"
     points, steps = pendant_of(config).taught_by(config, program, options.name, note)
-    book = points_of(config.name, config.model.arm)
     book.put_all(points, {options.name: steps}, again=options.again)
     count = len(steps.steps)
     return Result(

@@ -33,7 +33,6 @@ from armdrive.errors.table import tagged
 from armdrive.programs.scripts import own_traceback, place_of
 from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock
-from armdrive.status import State
 from armdrive.storage.files import require_free
 from kinematics.errors import KinematicsError
 
@@ -236,13 +235,6 @@ def put_blocks(arm: Arm, blocks: Sequence[TableBlock]) -> None:
     with arm.pace.lock:
         for block in blocks:
             arm.twin.world.put(block)
-
-
-def make_ready(arm: Arm, options: argparse.Namespace) -> None:
-    """Switch an arm on that is about to be moved, and slow it down as asked for."""
-    if arm.status.state is State.DISABLED:
-        arm.enable()
-    slow_down(arm, options)
 
 
 def slow_down(arm: Arm, options: argparse.Namespace) -> None:

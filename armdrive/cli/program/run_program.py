@@ -14,13 +14,13 @@ from pathlib import Path
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.chosen_arm import switch_on
 from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
 from armdrive.cli.program.run_common import (
     RunTerminal,
     connect_to_run,
     keep_recording,
-    make_ready,
     script_words,
     slow_down,
     standard_input,
@@ -114,7 +114,7 @@ class _RunningProgram:
         except BaseException as error:
             self._output.place(rehearsal.at, self._program.lines, rehearsal.refusal or error)
             raise
-        make_ready(self._arm, self._options)
+        switch_on(self._arm)
         with Display(self._output, self._program.lines).shown() as display:
             self._begin(display, rehearsal, plan)
             person = RunTerminal(self._arm, display, standard_input().keys)

@@ -17,15 +17,15 @@ from typing import NoReturn, Self
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.chosen_arm import connect_chosen, switch_on
 from armdrive.cli.presenter import agreed, as_json, complain, forget_typed, put, tell
 from armdrive.cli.program.run_common import (
     LOOK_EVERY_S,
     Pressed,
     RunTerminal,
-    make_ready,
     put_blocks,
     require_table,
+    slow_down,
     stopped_by_interrupt,
 )
 from armdrive.cli.program.run_output import Display, RunOutput
@@ -279,7 +279,8 @@ def run(options: argparse.Namespace) -> int:
         put_blocks(arm, options.put)
         tell(options, arm.status.which)
         _settle(arm, at_terminal)
-        make_ready(arm, options)
+        switch_on(arm)
+        slow_down(arm, options)
         return (from_a_terminal if at_terminal else from_a_pipe)(arm, options)
 
 
@@ -301,7 +302,7 @@ def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
     tell_event({"event": "begin", "arm": arm.config.name, "simulated": arm.simulated}, "")
     try:
         for position, line in enumerate(sys.stdin, 1):
-            terminal.take(line.rstrip("\r\n"), position)
+            terminal.take(line.removeprefix("\ufeff").rstrip("\r\n"), position)
         shell.session.end()
     except Left:
         shell.session.abandon()

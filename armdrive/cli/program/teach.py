@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.arm_files import chosen_points, chosen_target
 from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.cli.terminal_operator import ready_arm, settled_arm
@@ -91,17 +91,12 @@ def _changed(
 
     With `new` there may be none of that name yet.
     """
-    book = _book(options)
+    _, book = chosen_points(options)
     before = book.sequences.get(options.name) if new else book.sequence(options.name)
     made = change(StepList() if before is None else before)
     after = made if isinstance(made, Edited) else Edited(made)
     book.put_sequence(options.name, after.steps, instead_of=before)
     return _shown(options.name, after)
-
-
-def _book(options: argparse.Namespace) -> Points:
-    config = chosen_target(options).config
-    return points_of(config.name, config.model.arm)
 
 
 def _shown(name: str, made: Edited) -> Result:
@@ -156,7 +151,7 @@ def retime(options: argparse.Namespace) -> Result:
 
 def reverse(options: argparse.Namespace) -> Result:
     """Make a sequence that goes the way back."""
-    book = _book(options)
+    _, book = chosen_points(options)
     made = editing.reverse(book.sequence(options.name), book.read().points)
     book.put_sequence(options.new, made.steps, instead_of=None)
     return _shown(options.new, made)
@@ -183,7 +178,8 @@ def _free_name(sequence: str, taken: Mapping[str, object]) -> str:
 
 def run_sequence(options: argparse.Namespace) -> Result:
     """Run a sequence, step by step."""
-    _book(options).sequence(options.name)  # refused before anything is opened
+    _, book = chosen_points(options)
+    book.sequence(options.name)  # refused before anything is opened
     with ready_arm(options) as arm:
         taught = arm.points.read()
         stepper = Stepper(arm, arm.points.sequence(options.name), taught.points)
