@@ -26,6 +26,7 @@ from textual.pilot import Pilot
 from armdrive import Arm, Pose
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
+from armdrive.motion.dead_man import GATE_S
 from armdrive.status import status_view
 from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
@@ -156,12 +157,15 @@ async def of(arm: Arm, keys: tuple[str, ...], memory: Path | None = None) -> str
     clock = Clock()
 
     def pass_by() -> None:
+        clock.now_s += GATE_S
+        if app.screens.hand is not None:
+            app.screens.hand.tick()
         clock.now_s += KEY_S
         arm.sleep(KEY_S)
 
     app = Desk(arm, screens=SCREENS, braille=True, clock=clock, memory=memory)
     app.input.suspended_s = app.input.starved_s = math.inf  # however busy this computer is
-    app.input.person_s = 0.0
+    app.input.person_s = 0.0  # keys act at once, but jog keys wait for another one all the same
     return await keyed(app, keys, pass_by)
 
 

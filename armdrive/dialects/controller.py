@@ -152,7 +152,7 @@ class ScriptRunner(ABC, Generic[H]):
         """
         return (0.0,) * len(steps)
 
-    def farewell(self) -> bytes:
+    def shutdown_frames(self) -> bytes:
         """Return the bytes to send before the wire is closed; usually none."""
         return b""
 

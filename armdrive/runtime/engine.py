@@ -303,7 +303,7 @@ class Engine:
         """Close the connection: the running task and every later one fail with `LinkLost`."""
         if self._broken is None:
             with suppress(LinkLost):
-                if frames := self.controller.farewell():
+                if frames := self.controller.shutdown_frames():
                     self.tracer.sent(frames)
                     self.link.write(frames, self.now_s)
             self._end(LinkLost("the connection was closed: connect again"))

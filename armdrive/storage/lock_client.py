@@ -134,7 +134,7 @@ def follow_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
     return _changes(name, "follow", every_s)
 
 
-def overhear_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
+def tap_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
     """Yield the traffic on a held arm's wire (trace/entries.py), and `{}` while it is idle.
 
     Ends and raises like `watch_holder`.

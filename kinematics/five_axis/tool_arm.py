@@ -77,11 +77,16 @@ class ToolArm:
         return (*found, (x, y, z))
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
-        """Return the posture within the limits nearest to the seed, or None."""
+        """Return the posture within the limits nearest to the seed, or None.
+
+        Over the base axis a pitch and its mirror image are the same elevation: see `FiveAxisArm`.
+        """
         if self._is_too_near(pose):
             return None
-        fingers, facing_rad = self._fingers(pose, seed)
-        return self.bare.solve(fingers, seed, facing_rad=facing_rad)
+        asked = (pose, _mirrored(pose)) if _is_over_the_axis(pose) else (pose,)
+        ways = (self._fingers(each, seed) for each in asked)
+        found = (self.bare.solve(fingers, seed, facing_rad=facing) for fingers, facing in ways)
+        return next((joints for joints in found if joints is not None), None)
 
     def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
         """Return every posture for a pose, those beyond the limits included: see `FiveAxisArm`."""
@@ -98,6 +103,9 @@ class ToolArm:
         try:
             return self.bare.ik(fingers, seed, facing_rad=facing_rad)
         except Unreachable as refusal:
+            mirrored = self.solve(pose, seed)
+            if mirrored is not None:
+                return mirrored
             raise refusal.instead(self.nearest_pose(pose, seed), goal=pose) from None
 
     # As of the arm that holds the tool, they are fast enough for every small step.
@@ -106,12 +114,12 @@ class ToolArm:
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose of the tool for which the finger tips are nearest to what is asked."""
+        if self.solve(pose, seed) is not None:
+            return pose
         fingers, facing_rad = self._fingers(pose, seed)
-        joints = self.bare.solve(fingers, seed, facing_rad=facing_rad)
+        joints = self.bare.solve(fingers, seed, facing_rad=facing_rad)  # if the point is too near
         if joints is None:
             joints = self.bare.ik(self.bare.nearest_pose(fingers, seed), seed)
-        elif not self._is_too_near(pose):
-            return pose
         return self.fk(joints)
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
@@ -174,18 +182,15 @@ class ToolArm:
         upwards -= self.tool.side_mm * math.sin(pose.roll_rad)
         out = math.sqrt(max(pose.x_mm**2 + pose.y_mm**2 - across**2, 0.0))
         towards = math.atan2(pose.y_mm, pose.x_mm)
-        if math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM:
+        if _is_over_the_axis(pose):
             towards = 0.0 if seed is None else self.limits[0].clamp(seed[0])
         base = towards + math.atan2(across, out)
         cos_pitch, sin_pitch = math.cos(pose.pitch_rad), math.sin(pose.pitch_rad)
         out -= self.tool.along_mm * cos_pitch - upwards * sin_pitch
         z = pose.z_mm - self.tool.along_mm * sin_pitch - upwards * cos_pitch
-        pitch, roll = pose.pitch_rad, pose.roll_rad
         if out < 0.0:  # the finger tips are behind the axis though the point is not
-            out, base = -out, base + math.pi
-            pitch, roll = wrap(math.pi - pitch), wrap(roll + math.pi)
-        x, y = out * math.cos(base), out * math.sin(base)
-        return Pose(x, y, z, pitch, roll, pose.yaw_rad), base
+            pose, out, base = _mirrored(pose), -out, base + math.pi
+        return replace(pose, x_mm=out * math.cos(base), y_mm=out * math.sin(base), z_mm=z), base
 
     def _beside_the_plane(self, pose: Pose, seed: Joints | None) -> Unreachable:
         across, r = abs(self._across(pose.roll_rad)), math.hypot(pose.x_mm, pose.y_mm)
@@ -216,6 +221,17 @@ def holding(arm: ArmGeometry, tool: Tool) -> ArmGeometry:
     if isinstance(arm, TakesTool):
         return arm.with_tool(tool)
     raise KinematicsError("this arm already holds a tool")
+
+
+def _is_over_the_axis(pose: Pose) -> bool:
+    """Whether the point is on the base axis, from which no direction leads to it."""
+    return math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
+
+
+def _mirrored(pose: Pose) -> Pose:
+    """Return the hand of a pose as it counts seen outwards in the opposite direction."""
+    pitch, roll = wrap(math.pi - pose.pitch_rad), wrap(pose.roll_rad + math.pi)
+    return replace(pose, pitch_rad=pitch, roll_rad=roll)
 
 
 def _in_plane_mm(centre: Point, point: Point, base: float) -> float:

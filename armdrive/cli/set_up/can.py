@@ -53,7 +53,7 @@ from armdrive.setup.ports import held_by_armdrive
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import require_writable
-from armdrive.storage.lock_client import holder_words, overhear_holder
+from armdrive.storage.lock_client import holder_words, tap_holder
 from armdrive.text.reading import is_there
 from armdrive.transports import opening, ports
 from armdrive.transports.address import CanAddress, is_can
@@ -185,7 +185,7 @@ def held_frames(
     sides = {"sent": Unpacker(), "heard": Unpacker()}
     end_s = time.monotonic() + (math.inf if seconds is None else seconds)
     began_s: float | None = None
-    for message in overhear_holder(name, EVERY_S):
+    for message in tap_holder(name, EVERY_S):
         if "error" in message:
             raise HolderError(str(message["error"]))
         if message.get("missed"):

@@ -317,7 +317,7 @@ class Cia402Contact:
         self.io.group.on = self.io.beats.on and held
         return Done()
 
-    def farewell(self) -> bytes:
+    def shutdown_frames(self) -> bytes:
         """Return frames that end the heartbeat watch: the drives then hold without an alarm."""
         if not self.io.beats.on:
             return b""

@@ -176,9 +176,9 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             self.io.out.clear()
         super().stop(hard=hard)
 
-    def farewell(self) -> bytes:
+    def shutdown_frames(self) -> bytes:
         """Return frames that end the heartbeat watch: the drives then hold without an alarm."""
-        return b"" if self.busy else self._contact.farewell()
+        return b"" if self.busy else self._contact.shutdown_frames()
 
     # -- numbers ------------------------------------------------------------------------------
 

@@ -115,6 +115,7 @@ def test_a_pose_out_of_reach_is_refused_with_one_in_reach() -> None:
 @given(TOOLS, st.floats(0.0, 700.0), st.floats(-math.pi, math.pi), st.floats(-3.0, 3.0))
 @example(Tool(side_mm=1.0), 0.0, 0.0, 0.0)
 @example(Tool(up_mm=-21.0, side_mm=1.0), 145.0, 0.0, 0.0)
+@example(Tool(), 0.0, 2.0, 0.0)
 def test_over_the_base_axis_a_pose_is_held_or_refused(
     tool: Tool, z_mm: float, pitch: float, roll: float
 ) -> None:

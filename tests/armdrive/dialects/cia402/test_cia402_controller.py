@@ -121,7 +121,7 @@ def test_only_an_end_in_mid_motion_leaves_the_drives_to_their_watch(ends):
     if ends == "switched off":
         assert rig.do(DropCurrent()) == Done()
     else:
-        last_frames = rig.controller.farewell()
+        last_frames = rig.controller.shutdown_frames()
         assert bool(last_frames) is (ends == "in order")
         rig.link.write(last_frames, rig.now_s)
         rig.dead = True
