@@ -23,7 +23,7 @@ from armdrive.arm.connected import Connection, Handle, finished, log_reader
 from armdrive.arm.device import InputsOutputs, Lines, read_pendant_program, write_pendant_program
 from armdrive.arm.moving import Gripper, Jogging, Moving, Place, move_to_place
 from armdrive.arm.reference import Accept, GroupReport, Referencing
-from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
+from armdrive.blocking import blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.connect.target import DEFAULT_TARGET
@@ -648,7 +648,7 @@ class Arm:
         during the wait: an arm that moved on after such a gap would surprise the people around it.
         """
         absences, stops = self.runner.absences(), self.runner.known_stops
-        await Wait(self.pace, lambda: self.runner.stops != stops, time_s)
+        await self.runner.wait(lambda: self.runner.stops != stops, time_s)
         self.runner.require_present(absences)
         self.runner.require_no_stop(stops, "while the program slept")
 

@@ -141,7 +141,7 @@ class Handle(Generic[T_co]):
         """
         if timeout_s is None:
             return await self._runner.finish(self._task, self._timeout_s)
-        if not await Wait(self._runner.pace, lambda: self._task.done, timeout_s):
+        if not await self._runner.wait(lambda: self._task.done, timeout_s):
             raise WaitTimeout(f"the motion had not ended after {timeout_s:g} s")
         return self._runner.result(self._task)
 

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import OUTPUTS
-from armdrive.blocking import Wait
 from armdrive.connect.parts import Parts
 from armdrive.errors import BadRequest, InputTimeout, Refused
 from armdrive.motion import device as device_tasks
@@ -114,7 +113,7 @@ class InputsOutputs:
 
         self._parts.pace.wake()
         try:
-            met = await Wait(self._parts.pace, ended, patience_s)
+            met = await runner.wait(ended, patience_s)
         finally:
             with self._parts.pace.lock:
                 core.readings.awaiting -= 1

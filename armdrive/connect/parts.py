@@ -103,14 +103,17 @@ class TaskRunner:
         self.pace.wake()
         return task
 
-    async def finish(self, task: Task[T], timeout_s: float) -> T:
-        """Wait for a task to end; an exception during the wait stops the arm."""
+    async def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
+        """Wait for `done()`; return False after a timeout. An exception meanwhile stops the arm."""
         try:
-            ended = await self._waited(task, timeout_s)
+            return await Wait(self.pace, done, timeout_s)
         except BaseException:
             await self.stand_still()
             raise
-        if not ended:
+
+    async def finish(self, task: Task[T], timeout_s: float) -> T:
+        """Wait for a task to end."""
+        if not await self._waited(task, timeout_s):
             await self.stand_still()
             raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
         return self.result(task)
@@ -141,7 +144,7 @@ class TaskRunner:
                 speed_override.nap(waited_s + speed_override.waited_s)
             return task.done
 
-        while not await Wait(self.pace, ended, timeout_s):
+        while not await self.wait(ended, timeout_s):
             timeout_s, delay_s = speed_override.delay_s - delay_s, speed_override.delay_s
             if timeout_s <= 0.0:
                 return False

@@ -200,6 +200,7 @@ class Engine:
         self._next: Task[Any] | None = None
         self._wait: Exchange | SleepUntil | None = None
         self._asked = False
+        self._wake_s = math.inf  # when routine work is due, as far as is known
         self.process: int | None = None
         """The process whose thread calls the engine; None if the callers that wait do."""
         self._broken: LinkLost | None = None
@@ -470,7 +471,7 @@ class Engine:
     def _begin(self) -> bool:
         task, self._next = self._next, None
         if task is None:
-            _, body = self._idle(self.now_s)
+            self._wake_s, body = self._idle(self.now_s)
             if body is None:
                 self.stop_asked = self.stop_hard = False  # nothing is left to stop
                 return False
@@ -542,5 +543,4 @@ class Engine:
             return due_s
         if isinstance(self._wait, SleepUntil):
             return min(self._wait.time_s, due_s)
-        wake_s, _ = self._idle(self.now_s)
-        return min(wake_s, due_s)
+        return min(self._wake_s, due_s)

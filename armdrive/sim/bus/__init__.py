@@ -119,10 +119,11 @@ class DrivesBoard(Board, Generic[N]):
 
     def receive(self, data: bytes) -> None:
         """Pass the frames that have arrived to the drives that listen for them."""
+        now_s = self.now_s
         for frame in self._unpacker.feed(data):
             ears = [node for node in self.nodes if node.listens(frame.can_id)]
             for node in ears:
-                node.receive(frame, self.now_s)
+                node.receive(frame, now_s)
             self.collect(ears)
 
     def due_s(self) -> float:

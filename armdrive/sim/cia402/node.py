@@ -236,7 +236,7 @@ class Cia402Node:
     @property
     def _watched(self) -> canopen.HeartbeatWatch | None:
         """The node that it watches, and the timeout."""
-        return canopen.HeartbeatWatch.of(self.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0))
+        return _watch_of(self.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0))
 
     # Power.
 
@@ -460,3 +460,9 @@ READINGS: Mapping[Place, Callable[[Cia402Node, float], int]] = MappingProxyType(
 def _acts_of(written: tuple[Place, ...]) -> tuple[Callable[[Cia402Node, float], None], ...]:
     """Return the actions of objects; cached, since every PDO brings the same ones."""
     return tuple(row.does for place, row in OBJECTS.items() if place in written and row.does)
+
+
+@lru_cache(maxsize=64)
+def _watch_of(value: int) -> canopen.HeartbeatWatch | None:
+    """Return what an object says; cached, since every drive asks at every heartbeat."""
+    return canopen.HeartbeatWatch.of(value)

@@ -29,26 +29,21 @@ class ShaftPoint:
     """The set-point stands, or follows a profile that starts from its previous state."""
 
     def __init__(self, at: int) -> None:
-        self.hold(at)
-
-    @property
-    def end_s(self) -> float:
+        self.end_s = -math.inf
         """When the set-point comes to a stand; infinity if it runs without an end."""
-        return self._end_s
-
-    @property
-    def end(self) -> int:
+        self.end = at
         """Where the set-point comes to a stand; meaningless if it runs without an end."""
-        return self._end
+        self._profile = standing(at)
+        self._demand: ProfilePiece | None = None
 
     def moving(self, now_s: float) -> bool:
         """Return whether the set-point is moving."""
-        return now_s < self._end_s
+        return now_s < self.end_s
 
     def at(self, now_s: float) -> int:
         """Return the position in whole counts."""
         if now_s >= self._profile.end_s:  # most shafts stand most of the time
-            return self._end
+            return self.end
         return nearest(self._profile.at(now_s))
 
     def rate(self, now_s: float) -> float:
@@ -69,8 +64,8 @@ class ShaftPoint:
 
     def hold(self, at: int) -> None:
         """Stand at a count."""
-        self._demand: ProfilePiece | None = None
-        self._profile, self._end, self._end_s = standing(at), at, -math.inf
+        self._demand = None
+        self._profile, self.end, self.end_s = standing(at), at, -math.inf
 
     def go_to(
         self, goal: int, rate: float, slope: float, now_s: float, *, braking: float | None = None
@@ -102,7 +97,7 @@ class ShaftPoint:
         last = pieces[-1]
         end = at_rate(last.at(over_s), last.speed_at(over_s), 0.0, slope, over_s)
         self._begin(AxisProfile((*pieces, *end.pieces), end.end), now_s)
-        self._end_s = max(self._end_s, over_s)
+        self.end_s = max(self.end_s, over_s)
 
     def there_and_back(self, counts: int, rate: float, now_s: float) -> None:
         """Turn by `counts` and back again, without a ramp."""
@@ -132,7 +127,7 @@ class ShaftPoint:
         """
         if (self.at(now_s) - count) * way >= 0:
             return now_s
-        late_s = self._end_s
+        late_s = self.end_s
         if math.isinf(late_s):
             speed = abs(self._profile.pieces[-1].speed) if self._profile.pieces else 0.0
             if not speed:
@@ -160,8 +155,8 @@ class ShaftPoint:
 
     def _begin(self, profile: AxisProfile, now_s: float) -> None:
         self._demand = None
-        self._profile, self._end = profile, nearest(profile.end)
-        self._end_s = max(profile.end_s, now_s)
+        self._profile, self.end = profile, nearest(profile.end)
+        self.end_s = max(profile.end_s, now_s)
 
 
 def dead(position: float, goal: float, rate: float, now_s: float) -> AxisProfile:
@@ -204,7 +199,7 @@ class ShaftPoints:
     @property
     def moving(self) -> bool:
         """Whether a motion is under way."""
-        return any(point.moving(self.now_s) for point in self.each)
+        return self.now_s < max([point.end_s for point in self.each])
 
     @property
     def done_s(self) -> float:
@@ -318,7 +313,7 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         # Another object means that something else has turned the motors: a hand, or a sag.
         if self.astray or self.world.motors is not self._seen:
             return False
-        return all(point.end_s <= self._looked_s for point in self.rack.each)
+        return max([point.end_s for point in self.rack.each]) <= self._looked_s
 
     def turn(self, steps: Sequence[int], now_s: float) -> None:
         """Turn shafts by hand, and have the drives hold them there."""

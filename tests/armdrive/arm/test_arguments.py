@@ -361,6 +361,8 @@ def test_what_python_does_with_objects_still_works():
     arm, clock = bench(), SimulatedClock()
     with mock.patch.object(arm, "stop") as stopped:
         arm.stop()
+        with pytest.raises(BadArgument, match="is a call"):  # also while another one replaces it
+            arm.stop = True
     stopped.assert_called_once_with()
     assert "stop" not in vars(arm)
     assert mock.create_autospec(Arm, instance=True).speed_override is not None

@@ -379,6 +379,27 @@ def test_interrupting_the_wait_stops_the_arm_between_two_steps():
     arm.move_j(base_deg=0)
 
 
+WAITS = {
+    "sleep": lambda arm, handle: arm.sleep(5.0),
+    "wait_inputs": lambda arm, handle: arm.wait_inputs(high=7, within_s=5.0),
+    "wait": lambda arm, handle: handle.wait(),
+    "wait for a time": lambda arm, handle: handle.wait(5.0),
+}
+
+
+@pytest.mark.parametrize("name", WAITS)
+def test_interrupting_any_wait_stops_the_arm(name):
+    arm = ready_arm()
+    handle = arm.move_j(base_deg=60, speed=0.3, wait=False)
+    device = arm.twin.device
+    device.at(device.now_s + 0.3, lambda: signal.raise_signal(signal.SIGINT))
+    with pytest.raises(KeyboardInterrupt):
+        WAITS[name](arm, handle)
+    assert arm.status.state is State.STANDBY
+    with pytest.raises(Stopped):
+        handle.wait()
+
+
 SCRIPTED = {
     "move_j": lambda arm: arm.move_j(base_deg=40),
     "move_l": lambda arm: arm.move_l(replace(arm.pose, y_mm=arm.pose.y_mm + 60)),
