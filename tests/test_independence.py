@@ -37,7 +37,7 @@ ALLOWED = {
     "conformance/running.py": "says how long a row took",
     "campaign/clock.py": "ends a mission that hangs, after processor time of its own",
     "campaign/run.py": "says how long a mission took",
-    "campaign/soak_work.py": BENCH,
+    "campaign/soak.py": BENCH,
     "mutants/command.py": "says how long all mutants took",
     "mutants/copies.py": "says how long a mutant took",
     "mutants/pytest_server.py": "ends a run that hangs",

@@ -4,6 +4,8 @@ The dialect's name and a seed determine the whole mission, so that it can be rep
 """
 
 import random
+from dataclasses import dataclass
+from enum import IntEnum
 
 from armdrive.errors import LinkError, OutOfBounds, Refused, Stopped
 from armdrive.status import State, Trust
@@ -14,7 +16,6 @@ from .clock import CPU_S, Hang, ProgramKilled, cpu_limit
 from .faults import FAULTS, NONE, CampaignFault
 from .goals import certain_goal, place_near_limits
 from .laws import Broken, TypedError, call, check_trust, check_watch
-from .outcome import Outcome, Result
 from .stage import Stage
 
 FAULT_COUNTS = (0, 1, 1, 1, 1, 1, 2, 2, 3)
@@ -39,6 +40,35 @@ RECOVERY_FAULT_SHARE = 0.08
 """The share of these actions that a fault disturbs."""
 RECOVERY_FAULT_WITHIN_S = (0.01, 0.1, 1.0)
 """How soon after the start of the action: some take hundredths of a second, others many seconds."""
+
+
+class Outcome(IntEnum):
+    """The worst event of a mission. The arm was brought back after all but a violation."""
+
+    ENDED_WELL = 0
+    REFUSED = 1
+    ERROR_STOP = 2
+    PROGRAM_ENDED = 3
+    LINK_LOST = 4
+    VIOLATION = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """The result of one mission; `broken` has a sentence for each law that it broke."""
+
+    dialect: str
+    seed: int
+    outcome: Outcome
+    faults: tuple[str, ...]
+    broken: tuple[str, ...] = ()
+    log: tuple[str, ...] = ()
+    simulated_s: float = 0.0
+
+    @property
+    def command(self) -> str:
+        """The command that repeats the mission."""
+        return f"python -m tests.campaign --dialect {self.dialect} --only {self.seed}"
 
 
 class Mission:

@@ -11,14 +11,14 @@ import argparse
 import os
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from multiprocessing import get_context
 
 from armdrive.registry import DIALECTS
 
 from .faults import FAULTS, NONE
-from .mission import run_mission
-from .outcome import Outcome, Result, counts, markdown, rows
+from .mission import Outcome, Result, run_mission
 
 MISSIONS = 10_000
 CHUNK = 10
@@ -26,6 +26,14 @@ SHOWN = 40
 LOG_LINES = 30
 PROGRESS_S = 0.5
 Task = tuple[str, int]
+TITLES = {
+    Outcome.ENDED_WELL: "ended well",
+    Outcome.REFUSED: "refused",
+    Outcome.ERROR_STOP: "error-stop, recovered",
+    Outcome.PROGRAM_ENDED: "program ended, recovered",
+    Outcome.LINK_LOST: "link lost, recovered",
+    Outcome.VIOLATION: "VIOLATION",
+}
 
 
 def options(words: Sequence[str] | None) -> argparse.Namespace:
@@ -85,6 +93,30 @@ def story(result: Result) -> str:
     lines = [f"VIOLATION ({result.dialect}): {'; '.join(result.broken)}"]
     lines += [f"  repeat: {result.command}"]
     lines += [f"  {line}" for line in result.log[-LOG_LINES:]]
+    return "\n".join(lines)
+
+
+def counts(results: Iterable[Result]) -> Counter[tuple[str, Outcome]]:
+    """Count missions by fault and outcome; one with several faults counts for each."""
+    found: Counter[tuple[str, Outcome]] = Counter()
+    for each in results:
+        for name in each.faults:
+            found[name, each.outcome] += 1
+    return found
+
+
+def rows(
+    found: Counter[tuple[str, Outcome]], names: Iterable[str]
+) -> list[tuple[str, tuple[int, ...]]]:
+    """Return the table: for each fault that struck, its missions by outcome."""
+    table = [(name, tuple(found[name, each] for each in Outcome)) for name in names]
+    return [(name, numbers) for name, numbers in table if any(numbers)]
+
+
+def markdown(table: Iterable[tuple[str, tuple[int, ...]]]) -> str:
+    """Return the table as Markdown."""
+    lines = ["| fault | " + " | ".join(TITLES.values()) + " |", "|---" * (1 + len(Outcome)) + "|"]
+    lines += [f"| {name} | " + " | ".join(map(str, numbers)) + " |" for name, numbers in table]
     return "\n".join(lines)
 
 

@@ -9,17 +9,304 @@ returns to its start, where its motors must stand on the same steps. The exit co
 not, or if memory keeps growing.
 """
 
+from __future__ import annotations
+
 import argparse
+import gc
+import importlib
+import math
+import random
 import sys
-from collections.abc import Sequence
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
+from itertools import combinations
 from multiprocessing import get_context
+from statistics import median
+from types import MappingProxyType
 
+from armdrive.errors import Refused
 from armdrive.registry import DIALECTS
+from armdrive.status import State, Trust
+from kinematics import KinematicsError, Motors
 
-from .laws import Broken
-from .soak_judge import BETWEEN, PROCESS, WITHIN, judged, trend_kb
-from .soak_work import Figures, Soak
+from .actions import ACTIONS, connect
+from .laws import Broken, call, check_trust
+from .physical import Command
+from .stage import Stage
+
+# -- Whether memory leaks: it keeps growing in the later half of a run -----------------------------
+# A cache that fills is no leak. Figures are hours and kB. A bounded cache fills early and then more
+# slowly; a leak goes on at the same rate. So only the later half of the run gives the trend: the
+# median of the slopes between all pairs of figures, which one or two outliers do not change (P. K.
+# Sen, "Estimates of the regression coefficient based on Kendall's tau", 1968).
+
+FEWEST = 4
+"""A trend needs at least this many figures."""
+
+Look = tuple[float, float]
+"""Hours and kB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Allowance:
+    """How much one kind of figure may rise: by its trend in the later half, and in all."""
+
+    what: str
+    trend_kb: float
+    total_kb: float
+
+
+BETWEEN = Allowance("memory between two programs", 24.0, 128.0)
+"""Nothing of a program is left between two programs: figures differ by some 3 kB. The rest is for
+caches that fill late, and for the figures themselves."""
+
+WITHIN = Allowance("memory of the running program", 256.0, 1024.0)
+"""The flight recorder keeps five minutes, which differ by some 100 kB, and up to 250 kB of
+settings."""
+
+PROCESS = Allowance("memory of the process", 2048.0, 4096.0)
+"""Python takes memory from the system by the MB, and the figure is the most that it ever had, so
+each rare maximum stays."""
+
+
+def trend_kb(looks: Sequence[Look]) -> float:
+    """Return how much the later half of the figures rises, from its first to its last."""
+    later = looks[len(looks) // 2 :]
+    if len(later) < FEWEST:
+        return 0.0
+    slopes = ((b - a) / (t - s) for (s, a), (t, b) in combinations(later, 2) if t > s)
+    return median(slopes) * (later[-1][0] - later[0][0])
+
+
+def risen_kb(looks: Sequence[Look]) -> float:
+    """Return by how much the median of the last third of the figures is above the first figure."""
+    last = looks[-max(len(looks) // 3, 1) :]
+    return median(kb for _, kb in last) - looks[0][1]
+
+
+def judged(looks: Sequence[Look], allowed: Allowance) -> list[str]:
+    """Return what is wrong with the figures of a run after its warm-up."""
+    wrong = []
+    if (trend := trend_kb(looks)) > allowed.trend_kb:
+        hours = looks[-1][0] - looks[len(looks) // 2][0]
+        wrong.append(
+            f"{allowed.what} keeps growing: {trend:.0f} kB in the last {hours:.1f} h, "
+            f"allowed {allowed.trend_kb:.0f}"
+        )
+    if (risen := risen_kb(looks)) > allowed.total_kb:
+        wrong.append(
+            f"{allowed.what} has grown by {risen:.0f} kB since it was warm, "
+            f"allowed {allowed.total_kb:.0f}"
+        )
+    return wrong
+
+
+# -- How much memory this process uses: by its live objects, and by the system's count -------------
+# The objects are counted one by one on request. (Python's tracemalloc would make everything else
+# several times slower.) Memory that C code has lost shows only in the system's count.
+
+KB = 1024.0
+
+
+@dataclass(frozen=True, slots=True)
+class Census:
+    """The bytes of all live objects, by the names of their types."""
+
+    sizes: Mapping[str, int]
+
+    @property
+    def total_kb(self) -> float:
+        """The kB of all objects."""
+        return sum(self.sizes.values()) / KB
+
+    def since(self, before: Census, most: int = 4) -> str:
+        """Return the types that have grown most, in words."""
+        grown = Counter(self.sizes)
+        grown.subtract(before.sizes)
+        rows = [(name, size / KB) for name, size in grown.most_common(most) if size > KB]
+        return ", ".join(f"{name} {size_kb:+.0f} kB" for name, size_kb in rows) or "no type"
+
+
+def census() -> Census:
+    """Count the bytes of every object that a container leads to, each once.
+
+    This misses only objects that C code holds without telling the collector.
+    """
+    gc.collect()
+    found: list[object] = gc.get_objects()
+    seen = {id(found), *map(id, found)}
+    sizes: dict[str, int] = {}
+    while found:
+        for each in found:
+            name = type(each).__name__
+            sizes[name] = sizes.get(name, 0) + sys.getsizeof(each, 0)
+        reached, found = gc.get_referents(*found), []
+        for each in reached:
+            # the collector does not list numbers and texts: only their owners lead to them
+            if id(each) not in seen:
+                seen.add(id(each))
+                found.append(each)
+        del reached
+    return Census(MappingProxyType(sizes))
+
+
+def process_kb() -> float:
+    """Return the most memory that the process ever had, in kB; 0 if the system does not tell."""
+    try:
+        resource = importlib.import_module("resource")
+    except ImportError:  # Windows
+        return 0.0
+    most = float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    return most / KB if sys.platform == "darwin" else most
+
+
+# -- One arm at work for hours, without faults, and the figures that are taken of it ---------------
+
+HOUR_S = 3600.0
+LEFT_OUT = ("disable", "estop", "home", "hold and vanish")
+"""Actions after which a person has to reference the arm, or the program is gone."""
+ENDING = "close and connect"
+WARM_SHARE = 0.1
+"""The share of a run after which memory is compared: the first work fills caches."""
+LOOKS = 20
+"""The least number of figures. A run of fewer hours takes them more often than every hour."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """The figures of one look."""
+
+    hours: float
+    calls: int
+    refused: int
+    memory_kb: float
+    process_kb: float
+    drift_steps: int
+    took_s: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.hours:6.2f} h  {self.calls:7d} calls, {self.refused} refused  "
+            f"{self.memory_kb:8.1f} kB  process {self.process_kb / 1024:.1f} MB  "
+            f"drift {self.drift_steps} steps  in {self.took_s:.0f} s"
+        )
+
+
+class Soak:
+    """One arm at work, with one program after another, or with one that lasts."""
+
+    def __init__(self, dialect: str, seed: int = 0, *, lasting: bool = False) -> None:
+        self.stage = Stage(dialect, random.Random(f"soak {dialect} {seed}"), variant=0)
+        self.calls = self.refused = 0
+        self._lasting = lasting
+        left_out = (*LEFT_OUT, ENDING) if lasting else LEFT_OUT
+        names = [name for name in ACTIONS if name not in left_out]
+        self._names, self._weights = names, [ACTIONS[name][1] for name in names]
+        self._half: Census | None = None
+        self._last: Census | None = None
+        self._begin()
+        self.start_deg = {f"{name}_deg": deg for name, deg in self.arm_deg().items()}
+        self._opening_mm = self.stage.arm.core.position.coordinates.opening_mm
+        self.start = self._go_home()
+
+    def arm_deg(self) -> dict[str, float]:
+        """Return the joint angles that the driver acknowledges."""
+        joints = self.stage.arm.core.position.coordinates.joints
+        return {name: math.degrees(rad) for name, rad in zip(joints.names, joints, strict=True)}
+
+    def work(self, hours: float) -> Iterator[Figures]:
+        """Work for some hours of the arm's time; yield figures after the warm-up, then hourly."""
+        began_s, start_s = time.monotonic(), self.stage.now_s
+        end_s, every_s = start_s + hours * HOUR_S, min(hours / LOOKS, 1.0) * HOUR_S
+        next_s = start_s + hours * HOUR_S * WARM_SHARE
+        while True:
+            while self.stage.now_s < next_s:
+                self._one()
+            drift = (self._go_home() - self.start).largest
+            memory_kb = self._memory_kb(early=next_s - start_s <= (end_s - start_s) / 2)
+            yield Figures(
+                (self.stage.now_s - start_s) / HOUR_S,
+                self.calls,
+                self.refused,
+                memory_kb,
+                process_kb(),
+                drift,
+                time.monotonic() - began_s,
+            )
+            if next_s >= end_s:
+                return
+            # leave out a look just before the end of the run
+            next_s = end_s if next_s + 1.5 * every_s > end_s else next_s + every_s
+
+    def grown(self) -> str:
+        """Return which types of objects have grown most since the middle of the run."""
+        return self._last.since(self._half) if self._half and self._last else "unknown"
+
+    def _one(self) -> None:
+        stage = self.stage
+        name = stage.draw.choices(self._names, self._weights)[0]
+        error = ACTIONS[name][0](stage)
+        self.calls += 1
+        if isinstance(error, Refused | KinematicsError):
+            self.refused += 1
+        elif error is not None:
+            raise Broken(f"{name}: {type(error).__name__}: {error}")
+        if stage.arm.status.trust is not Trust.REFERENCED:
+            self._ready()
+        check_trust(stage)
+
+    def _begin(self) -> None:
+        """Connect a program; one that lasts has a flight recorder, as the desk has."""
+        if self._lasting:
+            options = {"allow_restored": False, "automatic": True, "recorded": True}
+            call(self.stage, lambda: self.stage.connect(**options))
+        else:
+            connect(self.stage)
+        self._ready()
+
+    def _ready(self) -> None:
+        """Make the arm ready; confirm the record of the program before."""
+        stage, arm = self.stage, self.stage.arm
+        if arm.status.state is State.DISABLED:
+            call(stage, arm.enable)
+        if arm.status.trust is Trust.RESTORED:
+            call(stage, arm.confirm_restored)
+        elif arm.status.trust is Trust.UNKNOWN and not self.calls:
+            joints, opening_mm = stage.posture()
+            call(stage, lambda: arm.declare_posture(joints, opening_mm=opening_mm))
+        if arm.status.trust is not Trust.REFERENCED:
+            raise Broken(f"the position was lost: {arm.status.trust_reason}")
+
+    def _memory_kb(self, *, early: bool) -> float:
+        """Return the memory in use; between two programs if there is more than one."""
+        if not self._lasting:
+            call(self.stage, self.stage.arm.close)
+            self.stage.arm = None
+        self._last = None
+        self._last = census()
+        if early:
+            self._half = self._last
+        if not self._lasting:
+            self._begin()
+        return self._last.total_kb
+
+    def _go_home(self) -> Motors:
+        """Return to the start, and return where the motors stand."""
+        arm = self.stage.arm
+        for act in (
+            lambda: arm.move_j(**self.start_deg),
+            lambda: arm.gripper.move(self._opening_mm),
+        ):
+            error = call(self.stage, act, Command("back to the start"), 120.0)
+            if error is not None:
+                raise Broken(f"the way back was refused: {error}")
+        return self.stage.look()
+
+
+# -- The run ---------------------------------------------------------------------------------------
 
 
 def wrong_with(found: Sequence[Figures], *, lasting: bool = False) -> list[str]:

@@ -27,8 +27,7 @@ from kinematics.paths.timing import MotionLimits
 from . import mission
 from .actions import ACTIONS
 from .faults import FAULTS
-from .mission import run_mission
-from .outcome import Outcome, Result
+from .mission import Outcome, Result, run_mission
 from .run import main, story, table_of, tasks
 
 SAMPLE = {"mks": 4, "cia402": 4, "teachmover": 20}

@@ -14,8 +14,7 @@ from . import clock
 from .actions import move_j
 from .clock import Deadlines, Hang
 from .laws import LONGEST_S, Broken, call
-from .mission import Mission, run_mission
-from .outcome import Outcome
+from .mission import Mission, Outcome, run_mission
 
 SEED = 1
 

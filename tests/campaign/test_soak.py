@@ -10,11 +10,21 @@ from pathlib import Path
 
 import pytest
 
-from . import soak_work
-from .soak import row, soak, wrong_with
-from .soak_judge import BETWEEN, PROCESS, WITHIN, judged, risen_kb, trend_kb
-from .soak_memory import Census
-from .soak_work import Figures, Soak
+from . import soak as whole_soak
+from .soak import (
+    BETWEEN,
+    PROCESS,
+    WITHIN,
+    Census,
+    Figures,
+    Soak,
+    judged,
+    risen_kb,
+    row,
+    soak,
+    trend_kb,
+    wrong_with,
+)
 
 ROOT = Path(__file__).parents[2]
 HOURS = [2.4 + hour for hour in range(22)]
@@ -83,7 +93,7 @@ def test_the_process_and_the_drift_are_judged_as_well():
 
 
 WHAT_IS_KEPT = """
-from tests.campaign.soak_memory import census, process_kb
+from tests.campaign.soak import census, process_kb
 before = census()
 kept = [bytes(1000) + str(number).encode() for number in range(1000)]
 during = census()
@@ -121,7 +131,7 @@ def test_a_program_that_was_closed_leaves_nothing_behind():
 @pytest.mark.parametrize("lasting", [False, True])
 def test_a_short_soak_drifts_nowhere_and_a_leak_in_it_is_refused(monkeypatch, capsys, lasting):
     counted = itertools.count()
-    monkeypatch.setattr(soak_work, "census", lambda: Census({"Entry": 50_000 * next(counted)}))
+    monkeypatch.setattr(whole_soak, "census", lambda: Census({"Entry": 50_000 * next(counted)}))
     table_row, wrong = soak("teachmover", 0.05, lasting=lasting)
     assert all("memory" in line or "Entry +" in line for line in wrong)
     assert len(wrong) > 1

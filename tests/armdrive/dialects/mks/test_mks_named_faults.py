@@ -1,6 +1,6 @@
 """MKS drives that restart where their counts hardly show it, and a serial adapter that fails.
 
-`tests/conformance/expected_errors.py` lists what is reported of every other fault in motion.
+`tests/conformance/faults.py` lists what is reported of every other fault in motion.
 """
 
 from __future__ import annotations

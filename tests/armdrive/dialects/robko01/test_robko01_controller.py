@@ -23,7 +23,7 @@ from armdrive.dialects.robko01.settings import (
     RobkoSettings,
 )
 from armdrive.dialects.speed_table import PaceMeter
-from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, Stopped
 from armdrive.registry import dialect
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice
@@ -564,7 +564,9 @@ def test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered():
 
     arm.move_j(base_deg=40, wait=False)
     link.on_write = watch
-    arm.sleep(2.0)
+    with pytest.raises(Stopped):
+        arm.sleep(2.0)
+    arm.sleep(1.0)
     assert asked_s
     assert said_s[0] - asked_s[0] <= ANSWERED_S
 
