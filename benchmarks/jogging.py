@@ -23,7 +23,7 @@ from reporting import report
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
 from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish
-from armdrive.motion.jog.ramps import ramped, share_of_limits, shares_to_stop
+from armdrive.motion.jog.rates import ramped, share_of_limits, shares_to_stop
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import Jog
 from armdrive.registry import dialect

@@ -4,8 +4,8 @@ This file decides who may jog and how fast while the position is unknown (`cappe
 session. Each leg of a held jog is decided by
 
     course   the next leg, from all of the following, or why the jog ends
-    ramps    how quickly a speed changes, and what share of it can still brake in time
-    rates    the full speed of each axis, and what joints and motors can reach of it
+    rates    how quickly a speed changes, what share of it can still brake in time, the full speed
+             of each axis, and what joints and motors can reach of it
     bounds   how far a jog may go: limits, guards, postures
 
 How long a hold lasts without being renewed is in `arm.moving`, for keys in `motion.dead_man`.

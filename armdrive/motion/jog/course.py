@@ -24,8 +24,16 @@ from armdrive.motion.jog.bounds import (
     jog_path,
     spans_of,
 )
-from armdrive.motion.jog.ramps import Rates, braking_share, shares_to_stop
-from armdrive.motion.jog.rates import Paced, Pacer, RateGoal, Scale, axis_names
+from armdrive.motion.jog.rates import (
+    Paced,
+    Pacer,
+    RateGoal,
+    Rates,
+    Scale,
+    axis_names,
+    braking_share,
+    shares_to_stop,
+)
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
 from armdrive.runtime.position import ArmCoordinates, MotionSegment

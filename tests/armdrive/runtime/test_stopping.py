@@ -1,6 +1,7 @@
 """States of an arm, and its stops."""
 
 import math
+import os
 import signal
 import threading
 from dataclasses import replace
@@ -553,3 +554,16 @@ def test_of_two_threads_that_move_at_once_one_is_refused_and_neither_hangs():
     assert all(isinstance(one, WrongState) for one in refused), refused
     assert len(refused) < len(results)
     assert arm.twin.link.overlaps == []
+
+
+def test_a_stop_by_a_forked_process_is_refused_at_once():
+    arm = ready_arm()
+    parent = arm.engine.process
+    arm.engine.process = os.getpid() + 1
+    try:
+        for call in (arm.stop, arm.estop, lambda: arm.move_j(base_deg=1)):
+            with pytest.raises(LinkLost, match="was forked"):
+                call()
+    finally:
+        arm.engine.process = parent
+        arm.close()

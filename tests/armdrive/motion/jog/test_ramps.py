@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.motion.jog.ramps import braking_share, ramped, share_of_limits, shares_to_stop
+from armdrive.motion.jog.rates import braking_share, ramped, share_of_limits, shares_to_stop
 from kinematics.presets import preset
 
 BOUNDS = tuple((one.low_rad, one.high_rad) for one in preset("teachmover").arm.limits)
