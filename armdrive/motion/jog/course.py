@@ -1,9 +1,9 @@
 """The course of a held jog: takes the operator's wish and the time, returns the next leg.
 
-A leg is as long as one burst or one queued segment. Its speed follows from a ramp (ramps.py), from
-the speeds that joints and motors can reach (rates.py: the jog slows down near a singularity), and
-from the distance to the next bound (bounds.py), so that the arm can always stop before it. If no
-step is left, the course ends with a reason. This code moves nothing.
+A leg is as long as one burst or one queued segment. Its speed follows from a ramp and the
+speeds that joints and motors can reach (rates.py: the jog slows down near a singularity), and from
+the distance to the next bound (bounds.py), so that the arm can always stop before it. If no step is
+left, the course ends with a reason. This code moves nothing.
 """
 
 from __future__ import annotations
