@@ -1,0 +1,442 @@
+"""The worked example of a system or an arm, and studies of efficiency and accuracy.
+
+Each is printed in sections for people, or as plain data.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import shutil
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, fields
+from typing import Any
+
+from armdrive.cli.learn.models import (
+    branch_view,
+    find_model,
+    find_system,
+    given_goal,
+    given_joints,
+    shown,
+    shown_joints,
+    solution_view,
+    subject_of,
+    typed_coordinates,
+)
+from armdrive.cli.presenter import Outcome, Result
+from armdrive.config.link_model import Model
+from armdrive.errors import BadRequest, Refused
+from armdrive.render.canvas import can_braille
+from armdrive.render.frame_steps import StepDrawing
+from armdrive.text.numbers import number
+from kinematics.chains.assignment import Assignment, assign_frames
+from kinematics.chains.chain import rows_of
+from kinematics.chains.closed_form import how_solved
+from kinematics.chains.links import Convention
+from kinematics.chains.urdf import urdf_of_chain
+from kinematics.errors import OutOfReach
+from kinematics.frames.rotations import columns
+from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
+from kinematics.presets import ArmPreset, preset
+from kinematics.spaces import Joints
+from kinematics.textbook.accuracy import (
+    TipError,
+    explain_resolution,
+    gearing_errors,
+    length_errors,
+    rounding_bound_mm,
+    rounding_rms_mm,
+    step_errors,
+    zero_errors,
+)
+from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
+from kinematics.textbook.notation import notation
+from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject
+from kinematics.textbook.symbols import as_symbol
+from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems.named import NamedBranch
+from kinematics.textbook.thirteen_steps import (
+    AssignmentStep,
+    assignment_steps,
+    axes_lines,
+    result_lines,
+)
+from kinematics.textbook.worked_example import (
+    ExampleSection,
+    SymbolicExample,
+    sections,
+    symbolic_example,
+    symbolic_sections,
+    violation_text,
+    work,
+)
+from kinematics.transmission import Transmission
+
+EFFICIENCY = "efficiency"
+ACCURACY = "accuracy"
+
+
+def explain_system(options: argparse.Namespace) -> Outcome:
+    """Explain a system: its worked example, its symbols or its URDF; or a study of several."""
+    _refuse_contradictions(options)
+    if options.system == EFFICIENCY:
+        return _efficiency(options.joints)
+    if options.system == ACCURACY:
+        return _accuracy(options.joints)
+    if options.urdf:
+        return _urdf(options.system)
+    model = find_model(options.system)
+    subject = subject_of(options.system, model)
+    posed = options.joints or options.goal
+    if options.axes:
+        return _axes(model, subject, options.convention)
+    joints = _numbers(options.joints)
+    if options.symbolic or options.latex:
+        if posed:
+            raise BadRequest(
+                "--symbolic and --latex hold for any numbers; leave joints and goal out"
+            )
+        return _symbolic(model, subject, latex=options.latex)
+    example = _example(subject, joints or None, options.goal)
+    view = example_view(example) | {"angles": model.angles, "unused": list(model.unused)}
+    return Result(view, (*_heading(model), *_lines_of(sections(example))))
+
+
+def _refuse_contradictions(options: argparse.Namespace) -> None:
+    """Raise `BadRequest` for options that --axes does not go with, or that go with --axes only."""
+    if options.convention and not options.axes:
+        raise BadRequest("--convention is for --axes: other pages show the arm's own frames")
+    if not options.axes:
+        return
+    if options.system in (EFFICIENCY, ACCURACY):
+        raise BadRequest(f"--axes needs a system or a model file, not {options.system}")
+    if options.symbolic or options.latex or options.urdf:
+        raise BadRequest("--axes prints numbers; leave out --symbolic, --latex and --urdf")
+    if options.joints or options.goal:
+        raise BadRequest("--axes is about the zero position; leave joints and goal out")
+
+
+def _urdf(word: str) -> Result:
+    text = urdf_of_chain(find_model(word).chain)
+    return Result({"urdf": text}, text.rstrip().split("\n"), verbatim=True)
+
+
+def _example(
+    subject: Subject, joints: Sequence[float] | None, goal: Sequence[float] | None
+) -> Study:
+    system = subject.system
+    given = joints and given_joints(subject.chain, joints)
+    asked = goal and (
+        given_goal(FRAME_COORDINATES, goal, least=3)
+        if system is None
+        else given_goal(system.coordinates, goal)
+    )
+    try:
+        return work(subject, given, asked)
+    except OutOfReach as error:  # again, in degrees
+        instead = typed_coordinates(error.coordinates, error.nearest)
+        raise Refused(
+            f"{error.system} cannot reach this goal: {error.quantity} would be {error.value:.6g} "
+            f"mm, {error.excess:.3g} mm beyond {error.bound:.6g} mm; a goal that it reaches: "
+            f"{instead}"
+        ) from None
+
+
+def _symbolic(model: Model, subject: Subject, *, latex: bool) -> Result:
+    example = symbolic_example(subject)
+    heading = (f"% {model.title}; {model.source}",) if latex else _heading(model)
+    lines = _lines_of(symbolic_sections(example, latex=latex), comment=latex)
+    about = {"title": model.title, "source": model.source}
+    view = {**about, **symbolic_view(example, latex=latex)}
+    return Result(view, (*heading, *lines), verbatim=latex)
+
+
+def _heading(model: Model) -> tuple[str, ...]:
+    said = (("source", model.source), ("angles", model.angles))
+    stated = (f"{what}: {words}" for what, words in said if words)
+    return (model.title, *stated, *(f"note: {sentence}" for sentence in model.unused))
+
+
+def _lines_of(sections: Iterable[ExampleSection], *, comment: bool = False) -> Iterator[str]:
+    for section in sections:
+        yield ""
+        yield f"% {section.title}" if comment else f"== {section.title}"
+        yield from section.lines
+
+
+def _numbers(words: Sequence[str]) -> list[float]:
+    try:
+        return [number(word) for word in words]
+    except BadRequest as error:
+        raise BadRequest(f"a joint's value: {error}") from None
+
+
+# As plain data, for `--json`: mm and degrees.
+
+
+def example_view(example: Study) -> dict[str, Any]:
+    """Return a worked example."""
+    subject, system = example.subject, example.subject.system
+    angles = example.orientation.first
+    degeneracy = example.orientation.degeneracy
+    view: dict[str, Any] = {
+        "name": subject.name,
+        "title": subject.title,
+        "source": subject.source,
+        "figure": "" if system is None else system.figure(),
+        "convention": subject.chain.convention.value,
+        "links": list(rows_of(subject.chain)),
+        "joints": shown_joints(subject.chain, example.values),
+        "violations": list(map(violation_text, example.violations)),
+        "matrices": [_rows(matrix) for matrix in example.matrices],
+        "frame": _rows(example.frame),
+        "position_mm": list(position_of(example.frame)),
+        "rpy_deg": [
+            math.degrees(each) for each in (angles.phi_rad, angles.theta_rad, angles.psi_rad)
+        ],
+        "rpy_degenerate": degeneracy.value if degeneracy else "",
+        "structure": how_solved(subject.chain).structure,
+        "condition": example.condition.sentence,
+        "derivation": [
+            {"title": step.title, "formula": step.formula, "why": step.why}
+            for step in (() if system is None else system.notes.derivation)
+        ],
+        "goal": _goal(example, example.goal),
+    }
+    view["branches"] = [_branch(example, each) for each in example.branches]
+    if example.solution is not None:
+        view["solution"] = solution_view(subject.chain, example.solution)
+    return view
+
+
+def symbolic_view(example: SymbolicExample, *, latex: bool) -> dict[str, Any]:
+    """Return a symbolic example, its entries as text or as LaTeX."""
+    writer = notation(latex=latex)
+
+    def written(matrix: Transform) -> list[list[str]]:
+        return [[writer.write(as_symbol(entry)) for entry in row] for row in matrix]
+
+    view: dict[str, Any] = {"matrices": [written(matrix) for matrix in example.matrices]}
+    for name, frame in (("base", example.base), ("tool", example.tool)):
+        if frame != IN_PLACE:
+            view[name] = written(frame)
+    view["product"] = written(example.product)
+    view["solutions"] = {
+        branch.name: {step.name: writer.write(step.symbol) for step in branch.steps}
+        for branch in example.branches
+    }
+    return view
+
+
+def _branch(example: Study, branch: NamedBranch) -> dict[str, Any]:
+    return branch_view(example.subject.chain, branch) | {
+        "workings": {
+            one.symbol: math.degrees(one.value) if one.unit == "rad" else one.value
+            for one in branch.workings
+        },
+        "comes_to": _goal(example, example.comes_to(branch)),
+        "free": list(branch.free),
+        "degenerate": branch.degenerate,
+    }
+
+
+def _goal(example: Study, values: tuple[float, ...]) -> dict[str, float]:
+    return dict(map(shown, example.coordinates, values))
+
+
+def _rows(matrix: Transform) -> list[list[float]]:
+    return [list(row) for row in matrix]
+
+
+# `explain --axes`: frames and link table found from an arm's joint axes, in drawn steps.
+
+MOST_COLUMNS, PICTURE_ROWS = 78, 20
+
+
+def _axes(model: Model, subject: Subject, convention: str | None) -> Result:
+    """Return the steps from the joint axes to frames and link table, with their pictures."""
+    chain, zero = subject.chain, subject.zero
+    kind = chain.convention if convention is None else Convention(convention)
+    found = assign_frames(zero.axes, zero.tool, kind, subject.name)
+    steps = assignment_steps(found)
+    heading = (*_heading(model), f"convention: {found.chain.convention.value}")
+    return Result(axes_view(found, steps), _axes_lines(found, steps, heading))
+
+
+def _axes_lines(
+    found: Assignment, steps: Sequence[AssignmentStep], heading: Sequence[str]
+) -> Iterator[str]:
+    drawing = StepDrawing(found)
+    braille = can_braille(sys.stdout.encoding, os.environ)
+    width = min(shutil.get_terminal_size().columns - 1, MOST_COLUMNS)
+    yield from heading
+    yield from ("", "== Given: every joint at zero, in mm")
+    yield from axes_lines(found)
+    for index, step in enumerate(steps):
+        before = steps[index - 1].stage if index else ""
+        if step.stage != before:
+            yield from ("", f"== {step.stage}")
+        yield from step.lines
+        last = index + 1 == len(steps) or steps[index + 1].stage != step.stage
+        if last and step.known.frames:
+            yield from drawing.rows(step.known, width, PICTURE_ROWS, braille=braille)
+    yield from ("", "== Link table")
+    yield from result_lines(found)
+
+
+def axes_view(found: Assignment, steps: Sequence[AssignmentStep]) -> dict[str, Any]:
+    """Return an assignment as plain data, in mm and degrees."""
+    chain = found.chain
+    normal, sliding, approach = columns(rotation_of(found.zero.tool))
+    return {
+        "name": chain.name,
+        "convention": chain.convention.value,
+        "axes": [
+            {
+                "joint": name,
+                "kind": axis.kind.value,
+                "point_mm": list(axis.line.point),
+                "direction": list(axis.line.direction),
+            }
+            for axis, name in zip(found.zero.axes, chain.joint_names, strict=True)
+        ],
+        "tip": {
+            "point_mm": list(position_of(found.zero.tool)),
+            "approach": list(approach),
+            "sliding": list(sliding),
+            "normal": list(normal),
+        },
+        "relations": [relation.value for relation in found.relations],
+        "steps": [
+            {
+                "step": step.number,
+                "stage": step.stage,
+                "text": [line.strip() for line in step.lines],
+            }
+            for step in steps
+        ],
+        "frames": [_rows(frame) for frame in found.frames],
+        "b_mm": [list(point) for point in found.points],
+        "choices": [
+            {"frame": each.frame, "step": each.step, "choice": each.sentence}
+            for each in found.choices
+        ],
+        "links": list(rows_of(chain)),
+        "base": _rows(chain.base),
+        "tool": _rows(chain.tool),
+    }
+
+
+# What each way of computing an arm costs, counted by running it (McKerrow, chapter 4, section 15).
+
+COUNTED = ("minimover5", "puma")
+
+
+def _efficiency(names: Sequence[str]) -> Result:
+    """Count the operations of these systems, or of the Mini-mover and the Puma."""
+    counted = [efficiency(find_system(name)) for name in names or COUNTED]
+    lines = [line for one in counted for line in _efficiency_lines(one)]
+    lines.append(
+        "counted by running the code with counting numbers; constants of an arm cost nothing"
+    )
+    if not names:
+        others = ", ".join(name for name in SYSTEMS if name not in COUNTED)
+        lines.append(f"`armdrive explain efficiency NAME ...` counts others: {others}")
+    return Result({"efficiency": [_efficiency_view(one) for one in counted]}, lines)
+
+
+def _efficiency_lines(counted: Efficiency) -> Iterator[str]:
+    yield find_system(counted.system).title
+    for title, ways in (("forward", counted.forward), ("inverse", counted.inverse)):
+        if ways:
+            yield from _way_lines(title, ways)
+    yield ""
+
+
+def _way_lines(title: str, ways: Sequence[Way]) -> Iterator[str]:
+    kinds = [each.name for each in fields(Tally)]
+    width = max(len(way.name) for way in ways)
+    yield f"  {title:<{width}}  " + "  ".join(kinds)
+    for way in ways:
+        counts = (f"{getattr(way.tally, kind):>{len(kind)}}" for kind in kinds)
+        yield f"  {way.name:<{width}}  {'  '.join(counts)}"
+    for what in dict.fromkeys(way.what for way in ways):
+        names = [way.name for way in ways if way.what == what]
+        yield f"    {names[0] if len(names) == 1 else 'each branch'}: {what}"
+
+
+def _efficiency_view(counted: Efficiency) -> dict[str, Any]:
+    def ways(found: Sequence[Way]) -> list[dict[str, Any]]:
+        return [{"name": way.name, "what": way.what, **asdict(way.tally)} for way in found]
+
+    return {
+        "system": counted.system,
+        "forward": ways(counted.forward),
+        "inverse": ways(counted.inverse),
+    }
+
+
+# How exact an arm is at a posture, and why (McKerrow, chapter 4, section 14).
+
+DEFAULT_ARM = "minimover5"
+DEFAULT_DEG = (0.0, 40.0, -60.0, -70.0, 0.0)
+STATED_MM = 0.28
+"""The resolution that the Mini-mover's papers state."""
+
+GROUPS = ("a motor step", "1 mm of a length", "0.1 degrees of a zero", "1 % of a gearing")
+
+
+def _accuracy(words: Sequence[str]) -> Result:
+    """Tell what steps, lengths, zeros and gearings do to the tip of an arm in a posture."""
+    model = preset(words[0] if words else DEFAULT_ARM)
+    transmission = model.transmission
+    if transmission is None:
+        raise Refused(f"the motor steps of the {model.title} are not known")
+    joints = _posture(words[1:])
+    errors = _errors(model, transmission, joints)
+    bound_mm = rounding_bound_mm(model.arm, transmission, joints)
+    rms_mm = rounding_rms_mm(model.arm, transmission, joints)
+    sentences = explain_resolution(model.arm, transmission, STATED_MM)
+    view = {
+        "arm": model.key,
+        "joints_deg": list(joints.deg.values()),
+        "errors": [
+            {"group": group, **asdict(each), "distance_mm": each.distance_mm}
+            for group, each in errors
+        ],
+        "rounding_rms_mm": rms_mm,
+        "rounding_bound_mm": bound_mm,
+        "resolution": list(sentences),
+    }
+    lines = [f"{model.title} at {joints}"]
+    for group in GROUPS:
+        lines += ["", f"what {group} does to the tip"]
+        lines += [
+            f"  {each.cause:<16}{each.distance_mm:8.3f} mm" for of, each in errors if of == group
+        ]
+    rounding = f"{rms_mm:.3f} mm on average (RMS), {bound_mm:.3f} mm at most"
+    lines += ["", f"rounding to whole steps: {rounding}"]
+    lines += ["", f"the stated resolution of {STATED_MM} mm", *(f"  {each}" for each in sentences)]
+    return Result(view, lines)
+
+
+def _posture(words: Sequence[str]) -> Joints:
+    if words and len(words) != len(DEFAULT_DEG):
+        raise BadRequest(f"{len(DEFAULT_DEG)} joint angles in degrees are needed, not {len(words)}")
+    return Joints.of(*map(number, words) if words else DEFAULT_DEG)
+
+
+def _errors(
+    model: ArmPreset, transmission: Transmission, joints: Joints
+) -> list[tuple[str, TipError]]:
+    arm = model.arm
+    columns = (
+        step_errors(arm, transmission, joints),
+        length_errors(arm, joints),
+        zero_errors(arm, joints),
+        gearing_errors(arm, transmission, joints),
+    )
+    return [(group, each) for group, column in zip(GROUPS, columns, strict=True) for each in column]
