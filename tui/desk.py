@@ -22,6 +22,7 @@ from textual.screen import Screen
 
 from armdrive import Arm
 from armdrive.errors import ArmError, BadRequest
+from armdrive.motion.dead_man import GATE_S
 from armdrive.moves import ParkMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
@@ -32,7 +33,7 @@ from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
-from tui.keys.presses import BURST, PERSON_S
+from tui.keys.presses import BURST
 from tui.keys.table import PAUSE, SCREENS, STOP, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
     SafetyPanel,
@@ -547,7 +548,7 @@ class Desk(KeyApp):
         # from the thread that reads the keys, so that a stop waits for no picture
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
-        self.input.person_s = PERSON_S
+        self.input.person_s = GATE_S
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
         self.control = ArmControl(self)

@@ -16,7 +16,7 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import tell
 from armdrive.config.arm import ArmConfig
-from armdrive.connect import parts as connecting
+from armdrive.connect import parts
 from armdrive.connect.control_socket import serve
 from armdrive.connect.target import state_file
 from armdrive.errors import StateFileError
@@ -52,13 +52,13 @@ def connect_chosen(
         return connect_remembered(
             target.config, fresh=options.fresh, pace=pace, allow_restored=allow_restored
         )
-    made = connecting.ConnectOptions(allow_restored=allow_restored, reconnect=reconnect)
-    parts = connecting.connect_real(target.config, made)
-    if not reads or parts.lock is None:
-        return Arm(parts)
-    arm = Arm(replace(parts, lock=None))
+    wanted = parts.ConnectOptions(allow_restored=allow_restored, reconnect=reconnect)
+    real = parts.connect_real(target.config, wanted)
+    if not reads or real.lock is None:
+        return Arm(real)
+    arm = Arm(replace(real, lock=None))
     with contextlib.suppress(StateFileError):
-        serve(parts.lock, arm)
+        serve(real.lock, arm)
     return arm
 
 
@@ -100,7 +100,7 @@ def connect_remembered(
                 f"the remembered world {world_file(config.name)} cannot be used: {error}; "
                 "--fresh starts over"
             ) from None
-        parts = connecting.connect_simulated(
+        simulated = parts.connect_simulated(
             config,
             twin=twin,
             pace=pace,
@@ -113,7 +113,8 @@ def connect_remembered(
         raise
     # the lock last: only then may another command read the world
     closers = (lambda: _save(config.name, twin.save()), holding.release)
-    return Arm(replace(parts, logbook=logbook_file(config.name), lock=holding, closers=closers))
+    logbook = logbook_file(config.name)
+    return Arm(replace(simulated, logbook=logbook, lock=holding, closers=closers))
 
 
 def _load(arm: str) -> object:

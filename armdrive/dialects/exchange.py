@@ -193,10 +193,8 @@ class ScriptLoop(Generic[H]):
         self._script = script()
         try:
             self._run(None)
-        except (
-            ValueError,
-            ArmError,
-        ):  # refused: the caller gets the error, the device gets nothing
+        except (ValueError, ArmError):
+            # refused: the caller gets the error, the device gets nothing
             self._script = None
             self.io.out.clear()
             raise

@@ -144,10 +144,7 @@ def read_script(path: Path) -> bytes:
     source = read_bytes(path, "the script", BadRequest, most_bytes=LARGEST_SCRIPT)
     try:
         ast.parse(source, str(path))
-    except (
-        RecursionError,
-        MemoryError,
-    ):  # MemoryError: Python's parser raises it for the same reason
+    except (RecursionError, MemoryError):  # Python's parser raises both for this reason
         raise BadRequest(f"{path} is nested too deeply") from None
     except (SyntaxError, ValueError) as error:
         line = getattr(error, "lineno", None)

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
-from armdrive.connect import parts as connecting
+from armdrive.connect import parts
 from armdrive.connect.port import bare
 from armdrive.connect.target import require_real_ports
 from armdrive.dialects.bus import tools
@@ -79,7 +79,7 @@ def probe(port: str) -> Report:
 def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> None:
     """Connect as every command does, and compare the settings; write them if `agree` allows it."""
     try:
-        with closing(Arm(connecting.connect_real(config))) as arm:  # `with arm` would enable it
+        with closing(Arm(parts.connect_real(config))) as arm:  # `with arm` would enable it
             settings = arm.mend_settings([])
             lines = [each.mend for each in settings.differences]
             if lines and agree is not None and agree(settings):

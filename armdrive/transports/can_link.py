@@ -155,9 +155,8 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
             f"{_name(found, {})} names no bit rate, and an slcan adapter has none of its own: "
             f"write {_name(found, {})}?bitrate=500000"
         )
-    if (
-        interface == "socketcan" and address.ids
-    ):  # other interfaces would also filter out error frames
+    # other interfaces would also filter out error frames
+    if interface == "socketcan" and address.ids:
         settings["can_filters"] = _filters(address.ids)
     try:
         if interface == "slcan":

@@ -295,6 +295,7 @@ class Sync:
 # own is described by the row of its class.
 
 HEARTBEAT_MISSING = 0x8130
+"""The error of a drive that missed its master's heartbeat; it has stopped and holds."""
 
 ERROR_WORDS: dict[int, str] = {
     0x0000: "no error any more",

@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from textual import events
 from textual._xterm_parser import XTermParser
 
+from armdrive.motion.dead_man import GATE_S
 from tui.app import SUSPENDED_S
 from tui.axes import AxisTable
 from tui.desk import POLL_S, STARVED_S
-from tui.keys.presses import PERSON_S, SILENCE_S, StaleInput, SuspensionDetector
+from tui.keys.presses import SILENCE_S, StaleInput, SuspensionDetector
 from tui.watch import Watching
 
 RIGHT = "\x1b[C"
@@ -316,7 +317,7 @@ class Pasted(Suspended):
 
     def __init__(self, arm):
         super().__init__(arm)
-        self.desk.input.person_s = PERSON_S
+        self.desk.input.person_s = GATE_S
 
     async def type(self, text):
         """Send keys that come together; then none follows, and one that has waited acts."""

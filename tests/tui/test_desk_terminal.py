@@ -27,7 +27,7 @@ from desk_fake import FakeArm
 import tui.desk
 from tui import run_desk
 
-tui.desk.PERSON_S = 0.0  # these keys come at once, one after the other
+tui.desk.GATE_S = 0.0  # these keys come at once, one after the other
 
 class Noting(FakeArm):
     def note(self, word):

@@ -96,11 +96,9 @@ class StaleInput:
 
 
 # Not every terminal marks pasted text, and a link that stalled delivers what it kept all at once.
-# No person presses two keys so soon one after the other. So a key waits before it acts, and if
-# another one follows too soon, neither does. A key that is held may repeat as fast.
-
-PERSON_S = 0.03
-"""A key waits this long: short enough that no person feels it, longer than a paste ever pauses."""
+# No person presses two keys so soon one after the other. So a key waits before it acts, as long as
+# the dead-man lets the jog keys wait (`GATE_S`), and if another one follows sooner, neither does. A
+# key that is held may repeat as fast.
 
 BURST = "keys came as fast as pasted text"
 
@@ -125,9 +123,10 @@ class BurstDetector:
         return together
 
 
-# A key that is held repeats, after a delay that is known of no keyboard, and most terminals report
-# no release. So what returns as soon as a held key does is the same press, and a press counts once
-# a pause follows it: two presses confirm, a single one does what moves the arm only a little.
+# A key that is held repeats, after a delay that differs from keyboard to keyboard, and most
+# terminals report no release. So what returns as soon as a held key does is the same press, and a
+# press counts once a pause follows it: two presses confirm, a single one does what moves the arm
+# only a little.
 
 QUIET_S = 0.3
 """The pause after the last press: a key that is held repeats sooner."""

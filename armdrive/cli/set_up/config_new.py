@@ -21,7 +21,7 @@ from armdrive.cli.presenter import Result, as_json, say, tell
 from armdrive.cli.questions import Back, TerminalPerson, agree, ask
 from armdrive.cli.terminal_operator import posture_pictures
 from armdrive.config.arm import ArmConfig
-from armdrive.connect import parts as connecting
+from armdrive.connect import parts
 from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import Dialog, DialogPerson, Question, WrongAnswer
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
@@ -163,7 +163,7 @@ def _connected(config: ArmConfig, *, simulated: bool, alone: bool, wanted: str) 
     simulated = simulated or simulation_forced()
     if not simulated and (alone or not sys.stdin.isatty()):
         raise OperatorNeeded(f"you have to {wanted}: run this in a terminal, or give --sim")
-    open_arm = connecting.connect_simulated if simulated else connecting.connect_real
+    open_arm = parts.connect_simulated if simulated else parts.connect_real
     with contextlib.closing(Arm(open_arm(config))) as arm:
         yield arm
 

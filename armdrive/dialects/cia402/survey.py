@@ -278,7 +278,6 @@ def _value(answer: Uploaded) -> Value | None:
 
 # The result of a survey, as findings: the nodes that answer, their states, their faults.
 
-"""The error of a drive that missed its master's heartbeat; it has stopped and holds."""
 _BROKEN = (DriveState.FAULT, DriveState.FAULT_REACTION)
 
 

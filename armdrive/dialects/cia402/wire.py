@@ -254,9 +254,8 @@ class DriveGroup:
             case canopen.SdoAnswered(node, canopen.StrayResponse(Upload(place, content))) if (
                 place == canopen.SERIAL_NUMBER
             ):
-                if (
-                    self._serials.get(node, content.data) != content.data
-                ):  # a repeated frame is equal
+                # a repeated frame is equal
+                if self._serials.get(node, content.data) != content.data:
                     self.shared.add(node)
             case canopen.SdoAnswered(node, canopen.UnreadableFrame(frame, reason)):
                 self._warn(f"node {node} sent an invalid answer, {frame}: {reason}")

@@ -13,13 +13,14 @@ from textual import events
 from textual.drivers.headless_driver import HeadlessDriver
 
 from armdrive.errors import BadRequest, KeyFileError
+from armdrive.motion.dead_man import GATE_S
 from armdrive.moves import Jog
 from armdrive.status import State, status_view
 from armdrive.storage import files as places
 from kinematics.textbook.study import named_subject
 from tui.app import action_call
 from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, as_markdown, bindings, label
-from tui.keys.presses import ASKED_FOR_S, PERSON_S, QUIET_S, Confirmation, UrgentKeys
+from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, UrgentKeys
 from tui.keys.remap import LAYOUTS, load_keys
 from tui.keys.table import JOG_PAIRS, SCREENS, TABLE
 from tui.model_desk import ModelDesk, model_keys
@@ -332,7 +333,7 @@ async def test_a_stop_reaches_the_arm_before_the_app_and_what_it_overtook_moves_
         await session.arm_keys()  # keys behind it count again
         read(session, "w", "w")
         await session.pilot.pause()
-        session.clock.now_s += PERSON_S
+        session.clock.now_s += GATE_S
         session.tick()
         assert session.arm.calls[-1][0] == "nudge"
 

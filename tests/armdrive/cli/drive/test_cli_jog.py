@@ -9,7 +9,7 @@ import tui
 from armdrive.cli import presenter
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.drive import jog
-from armdrive.connect import parts as connecting
+from armdrive.connect import parts
 from armdrive.connect.target import find
 from kinematics.textbook.systems import MODEL_NAMES
 
@@ -34,9 +34,9 @@ def desk(monkeypatch, _terminal):
     monkeypatch.setattr(tui, "run_desk", run_desk)
 
     def connect(config, options):
-        return connecting.connect_simulated(config, reconnect=options.reconnect)
+        return parts.connect_simulated(config, reconnect=options.reconnect)
 
-    monkeypatch.setattr(connecting, "connect_real", connect)
+    monkeypatch.setattr(parts, "connect_real", connect)
     return shown
 
 

@@ -23,7 +23,7 @@ from doctor_bench import (
 )
 from waiting import looks
 
-from armdrive.connect import parts as connecting
+from armdrive.connect import parts
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import explaining
 from armdrive.dialects.bus import tools
@@ -99,7 +99,7 @@ def test_a_port_in_use_names_who_has_it(call, port):
 
 def test_a_port_that_another_armdrive_program_holds_is_not_opened(call, port, lead_to):
     opened = lead_to(made("teachmover"))
-    holding = connecting.hold(str(port))
+    holding = parts.hold(str(port))
     try:
         assert "is held by" in call.refused("doctor", str(port), "--yes", code=4)
     finally:
@@ -113,7 +113,7 @@ def test_a_port_that_another_armdrive_program_holds_is_not_opened(call, port, le
 def test_an_adapter_is_looked_at_by_the_number_in_the_arm_file(call, port, lead_to, monkeypatch):
     plug(monkeypatch, {port: NUMBER})
     write_bench("/dev/ttyUSB9", usb_serial=NUMBER)
-    monkeypatch.setattr(connecting, "connect_real", connecting.connect_simulated)
+    monkeypatch.setattr(parts, "connect_real", parts.connect_simulated)
     opened = lead_to(made("teachmover"))
     called = call("doctor", "--arm", "bench", "--yes", code=0)
     assert opened
@@ -209,10 +209,10 @@ def bench(port, lead_to, monkeypatch):
 
     def connect(config):
         assert config.name == "bench"
-        made_arms.append(connecting.connect_simulated(config))
+        made_arms.append(parts.connect_simulated(config))
         return made_arms[-1]
 
-    monkeypatch.setattr(connecting, "connect_real", connect)
+    monkeypatch.setattr(parts, "connect_real", connect)
     return made_arms
 
 
@@ -270,9 +270,9 @@ def test_a_port_with_a_dialect_is_compared_too(call, port, lead_to, monkeypatch)
 
     def connect(config):
         connected.append(config.connection)
-        return connecting.connect_simulated(replace(config, name="sim"))
+        return parts.connect_simulated(replace(config, name="sim"))
 
-    monkeypatch.setattr(connecting, "connect_real", connect)
+    monkeypatch.setattr(parts, "connect_real", connect)
     call("doctor", str(port), "--dialect", "teachmover", "--yes", code=0)
     assert [(wire.port, wire.dialect) for wire in connected] == [(str(port), "teachmover")]
 
@@ -283,7 +283,7 @@ def test_a_connection_that_fails_is_a_problem_and_no_crash(call, port, lead_to, 
     def connect(config):
         raise PortUnavailable("it is gone: plug it in")
 
-    monkeypatch.setattr(connecting, "connect_real", connect)
+    monkeypatch.setattr(parts, "connect_real", connect)
     said = call("doctor", str(port), "--dialect", "teachmover", "--yes", code=1).out
     assert "did not connect: it is gone" in said
 
@@ -301,7 +301,7 @@ def test_the_doctor_on_a_board_with_too_few_axes_says_what_is_wrong_and_what_hel
         with explaining(recorder.ring.entries, config.connection):
             return assemble(config, board, SimulatedPace(), simulated=True, tracer=recorder)
 
-    monkeypatch.setattr(connecting, "connect_real", connect)
+    monkeypatch.setattr(parts, "connect_real", connect)
     said = call("doctor", "--arm", "bench", "--yes", code=1).out
     said = " ".join(said.split())
     assert "the board has 3 axes (XYZ), but grbl.axes also puts motors of this arm on A, B" in said
