@@ -25,7 +25,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import Stopped
 from armdrive.motion import connecting
 from armdrive.storage.files import StateFiles
-from armdrive.storage.record import FileRecorder, PositionRecorder
+from armdrive.storage.record import RecordFile, RecordStore
 
 REST_S = 3.0
 """On the arm's clock: longer than the mark stays."""
@@ -50,10 +50,10 @@ class SlowDisk(StateFiles):
 
 
 @contextmanager
-def connected(recorder: PositionRecorder | None, pace: str) -> Iterator[Arm]:
+def connected(recorder: RecordStore | None, pace: str) -> Iterator[Arm]:
     """Connect to a new simulated arm, referenced."""
     with Arm(
-        connect_simulated(simulated_config("teachmover"), pace=pace, recorder=recorder)
+        connect_simulated(simulated_config("teachmover"), pace=pace, record_store=recorder)
     ) as arm:
         arm.home()
         arm.move_j(shoulder_deg=40.0)
@@ -90,7 +90,7 @@ def processor(rounds: int = 15, times: int = 20) -> Section:
     kinds = {"from stand-still, and a rest": REST_S, "one of many in a row": 0.0}
     for what, rest_s in kinds.items():
         with ExitStack() as stack, tempfile.TemporaryDirectory() as folder:
-            file = FileRecorder(Path(folder) / "arm.json")
+            file = RecordFile(Path(folder) / "arm.json")
             without = stack.enter_context(connected(None, "simulated"))
             with_file = stack.enter_context(connected(file, "simulated"))
             taken = cpu_of(
@@ -142,7 +142,7 @@ def latency(rounds: int = 30) -> Section:
     rest_s, connecting.STILL_S = 0.2, 0.1  # so that each motion leaves stand-still, and soon
     rows: list[Row] = []
     with ExitStack() as stack, tempfile.TemporaryDirectory() as folder:
-        file = FileRecorder(Path(folder) / "arm.json")
+        file = RecordFile(Path(folder) / "arm.json")
         arms = {
             "without": stack.enter_context(connected(None, "real")),
             "with": stack.enter_context(connected(file, "real")),
@@ -175,7 +175,7 @@ def _pretend_looked(arm: Arm, *, looked: bool) -> None:
         arm.context.looked_s = arm.engine.now_s if looked else -math.inf
 
 
-def _save_s(recorder: FileRecorder) -> float:
+def _save_s(recorder: RecordFile) -> float:
     record = recorder.load()
     assert record is not None
     began_s = time.perf_counter()
@@ -188,7 +188,7 @@ def slow_disk(rounds: int = 5) -> Section:
     stops: list[float] = []
     with tempfile.TemporaryDirectory() as folder:
         disk = SlowDisk()
-        recorder = FileRecorder(Path(folder) / "arm.json", disk)
+        recorder = RecordFile(Path(folder) / "arm.json", disk)
         with connected(recorder, "real") as arm:
             for _ in range(rounds):
                 arm.sleep(connecting.STILL_S + SLOW_S * 2)

@@ -21,21 +21,32 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry import DIALECTS
-from armdrive.trace.recorder import NO_TRACER, FlightRecorder, Tracer
+from armdrive.trace.recorder import FlightRecorder
 
 BARE = "without"
 MOVE_DEG = 8.0
 
 
+class Ignoring:
+    """Stands in for a recorder, and does nothing."""
+
+    def __getattr__(self, name: str) -> Callable[..., None]:
+        return _ignore
+
+
+def _ignore(*_: object, **__: object) -> None:
+    pass
+
+
 class Swapped:
-    """One connected arm, whose tracer can be taken away and given back between two calls."""
+    """One connected arm, whose recorder can be taken away and given back between two calls."""
 
     def __init__(self, arm: Arm) -> None:
         self.arm = arm
         self.recorder = arm.tracer
         self._side = 1.0
 
-    def traced_by(self, tracer: Tracer, call: Callable[[], object]) -> None:
+    def traced_by(self, tracer: FlightRecorder | Ignoring, call: Callable[[], object]) -> None:
         """Do something while this one looks."""
         arm = self.arm
         with arm.pace.lock:
@@ -51,7 +62,7 @@ class Swapped:
         """Return the call with the recorder and without it."""
         return {
             "with": lambda: self.traced_by(self.recorder, call),
-            BARE: lambda: self.traced_by(NO_TRACER, call),
+            BARE: lambda: self.traced_by(Ignoring(), call),
         }
 
 

@@ -807,8 +807,8 @@ class Arm:
         """Save the contents of the flight recorder, and return the path of the file.
 
         Without a path, the file goes into the folder of recordings. Raises `BadRequest` if the
-        folder in the path does not exist or, without `overwrite`, the file does, `StateFileError`
-        if the file cannot be written, and `WrongState` if nothing is recorded.
+        folder in the path does not exist or, without `overwrite`, the file does, and
+        `StateFileError` if the file cannot be written.
         """
         if path is not None:
             require_free(Path(path), overwrite=overwrite)
@@ -820,7 +820,7 @@ class Arm:
         """Return a reader of the log: the traffic on the wire and the driver's events, in words.
 
         The reader starts with the latest `back` entries (2000 by default), and each `read()`
-        continues where the last one ended. Raises `WrongState` if nothing is recorded.
+        continues where the last one ended.
         """
         return log_reader(self.pace, self.tracer, self.config.connection.dialect, back)
 

@@ -15,7 +15,7 @@ from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.tasks import Task
 from armdrive.trace.entries import TraceEntry
-from armdrive.trace.recorder import Tracer
+from armdrive.trace.recorder import FlightRecorder
 
 if TYPE_CHECKING:
     from armdrive.trace.log import LogReader
@@ -94,7 +94,7 @@ class Connection:
             call()
 
 
-def log_reader(pace: Pace, tracer: Tracer, dialect: str, back: int | None) -> LogReader:
+def log_reader(pace: Pace, tracer: FlightRecorder, dialect: str, back: int | None) -> LogReader:
     """Return a reader of a flight recorder's entries in words, starting with the latest `back`."""
     # imported here to keep start-up fast: few programs read the log
     from armdrive.trace.log import FURTHEST_BEHIND, LogReader

@@ -67,7 +67,7 @@ from armdrive.status import State, Trust
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
 from armdrive.tasks import Task, TaskBody
-from armdrive.trace.recorder import Tracer, traced
+from armdrive.trace.recorder import FlightRecorder, traced
 from kinematics.errors import finite
 from kinematics.spaces import Motors, Pose
 
@@ -401,7 +401,7 @@ class Moving:
 class TracedArm(Protocol):
     """The gripper's arm, whose tracer also records the gripper's calls."""
 
-    tracer: Tracer
+    tracer: FlightRecorder
 
     @overload
     def start(self, move: Motion) -> Handle[Moved]: ...

@@ -26,7 +26,7 @@ from armdrive.status import State
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
-from armdrive.storage.record import FileRecorder, logbook_file
+from armdrive.storage.record import RecordFile, logbook_file
 from armdrive.text.reading import is_there, read_json
 from armdrive.trace.recorder import FlightRecorder
 
@@ -104,7 +104,7 @@ def connect_remembered(
             config,
             twin=twin,
             pace=pace,
-            recorder=FileRecorder(state_file(config.name)),
+            record_store=RecordFile(state_file(config.name)),
             allow_restored=allow_restored,
             tracer=FlightRecorder(places.recordings()),
         )

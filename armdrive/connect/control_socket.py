@@ -25,7 +25,7 @@ from armdrive.status import Status, status_view
 from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import TraceEntry, tap_messages
-from armdrive.trace.recorder import Tracer
+from armdrive.trace.recorder import FlightRecorder
 from kinematics.errors import KinematicsError
 
 
@@ -35,7 +35,7 @@ class ControlledArm(Protocol):
     core: Core
     pace: Pace
     runner: TaskRunner
-    tracer: Tracer
+    tracer: FlightRecorder
 
     @property
     def closed(self) -> bool:

@@ -26,13 +26,14 @@ from armdrive.runtime.arm_state import Core, alerted
 from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
 from armdrive.runtime.engine import Engine, Received, call_limit_s
 from armdrive.runtime.states import Event, after
+from armdrive.sim.wire import MemoryLink
 from armdrive.status import State, Status
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock, hold
-from armdrive.storage.record import FileRecorder, PositionRecorder, logbook_file
+from armdrive.storage.record import RecordFile, RecordInMemory, RecordStore, logbook_file
 from armdrive.tasks import Alert, Progress, Task, TaskBody
-from armdrive.trace.recorder import NO_TRACER, FlightRecorder, Tracer
-from armdrive.transports.link import Link, MemoryLink
+from armdrive.trace.recorder import FlightRecorder
+from armdrive.transports.link import Link
 from kinematics.spaces import Joints, Pose
 
 if TYPE_CHECKING:  # a real arm loads no simulation
@@ -200,7 +201,7 @@ class Parts:
     context: MotionContext
     runner: TaskRunner
     reconnector: Reconnector | None
-    tracer: Tracer
+    tracer: FlightRecorder
     operator: Operator | None
     simulated: bool
     twin: SimulatedArm | None = None
@@ -269,19 +270,22 @@ async def assemble(
     pace: Pace,
     *,
     simulated: bool,
-    recorder: PositionRecorder | None = None,
+    record_store: RecordStore | None = None,
     allow_restored: bool = False,
     operator: Operator | None = None,
-    tracer: Tracer = NO_TRACER,
+    tracer: FlightRecorder | None = None,
     rewiring: NewLink | None = None,
 ) -> Parts:
-    """Connect over an open link; moves nothing. Raises `NoAnswer` if the arm does not answer."""
+    """Connect over an open link; moves nothing. Raises `NoAnswer` if the arm does not answer.
+
+    Without a `record_store`, the position is forgotten at the end of the program.
+    """
     controller = dialect(config.connection.dialect).controller(config)
     # in simulated time a disk takes no time: the record is written at once
-    wake = pace.wake if isinstance(pace, RealPace) else None
-    core = Core(config, controller, recorder, wake)
+    wake = pace.wake if isinstance(pace, RealPace) and record_store is not None else None
+    tracer = tracer or FlightRecorder()
+    core = Core(config, controller, tracer, record_store or RecordInMemory(), wake)
     core.allow_restored = allow_restored
-    core.tracer = tracer
     core.speed_override.others = isinstance(pace, RealPace)
     core.geometry_known |= simulated  # a simulated arm has the lengths that its file states
     driven = _Driven(core, link, rewiring)
@@ -393,9 +397,9 @@ async def connect_simulated(
     twin: SimulatedArm | None = None,
     pace: PaceChoice = None,
     operator: Operator | None = None,
-    recorder: PositionRecorder | None = None,
+    record_store: RecordStore | None = None,
     allow_restored: bool = False,
-    tracer: Tracer | None = None,
+    tracer: FlightRecorder | None = None,
     reconnect: bool | None = None,
 ) -> Parts:
     """Connect to a simulated twin in this process, in simulated time unless `pace` says real."""
@@ -405,10 +409,10 @@ async def connect_simulated(
         twin.link,
         pace_of(pace),
         simulated=True,
-        recorder=recorder,
+        record_store=record_store,
         operator=operator or twin.operator,
         allow_restored=allow_restored,
-        tracer=tracer or FlightRecorder(),
+        tracer=tracer,
         rewiring=_rewiring(twin, automatic=_wanted(reconnect, config)),
     )
     return replace(parts, twin=twin)
@@ -433,7 +437,7 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
                 wiring.open(),
                 RealPace(),
                 simulated=False,
-                recorder=FileRecorder(state_file(config.name)),
+                record_store=RecordFile(state_file(config.name)),
                 allow_restored=options.allow_restored,
                 operator=options.operator,
                 tracer=recorder,

@@ -52,7 +52,6 @@ from armdrive.runtime.position import ArmCoordinates
 from armdrive.sim.world.table import GripScene, Incident, TableBlock
 from armdrive.status import State, Trust
 from armdrive.tasks import Difference
-from armdrive.trace.recorder import NO_TRACER
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 from kinematics.text import counted
@@ -322,7 +321,7 @@ def rehearsing_arm(
             assumed(f"the arm stands in {where}")
     if there is not None:
         twin.device.bring_to(there.joints, there.opening_mm)
-    made = Arm(connect_simulated(config, twin=twin, pace=clock, tracer=NO_TRACER))
+    made = Arm(connect_simulated(config, twin=twin, pace=clock))
     made.core.geometry_known = seen.geometry_known  # the twin knows no more than the arm itself
     try:
         if made.status.state is State.DISABLED:

@@ -28,7 +28,7 @@ from armdrive.moves import GraspMove, MoveSequence
 from armdrive.programs.problems import SourceMark
 from armdrive.text.reading import read_bytes
 from armdrive.trace import recorder as recorded
-from armdrive.trace.recorder import Tracer
+from armdrive.trace.recorder import FlightRecorder
 
 # The calls that a script makes of its arms, and the line of each. They are seen where the flight
 # recorder sees them. A call inside another call, as `park` calls `move_to`, does not count.
@@ -128,7 +128,7 @@ class Connections:
         arm = stage.own(options) if target is None else stage.given(target, options)
         self.arms.append(arm)
         stage.made(arm)
-        arm.tracer = cast("Tracer", CallTracer(arm, self._script, stage.called))
+        arm.tracer = cast("FlightRecorder", CallTracer(arm, self._script, stage.called))
         return arm
 
     def close(self) -> None:

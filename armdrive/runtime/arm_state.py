@@ -46,10 +46,10 @@ from armdrive.status import (
     Trust,
     coded,
 )
-from armdrive.storage.record import PositionRecorder, Record
+from armdrive.storage.record import Record, RecordStore
 from armdrive.tasks import Alert, AlertKind, Difference
 from armdrive.trace.entries import EntryCondition
-from armdrive.trace.recorder import NO_TRACER, Tracer
+from armdrive.trace.recorder import FlightRecorder
 from kinematics.spaces import Motors
 
 # The error and the notice in the status.
@@ -90,7 +90,8 @@ class Core:
         self,
         config: ArmConfig,
         controller: Controller,
-        recorder: PositionRecorder | None = None,
+        tracer: FlightRecorder,
+        record_store: RecordStore,
         wake: Callable[[], None] | None = None,
     ) -> None:
         self.config = config
@@ -111,8 +112,8 @@ class Core:
         )
         self.stops = StopForecast(config, self.transmission)
         self.speed_override = SpeedOverride()
-        self.memory = Memory(recorder, self.record, wake)
-        self.tracer: Tracer = NO_TRACER
+        self.memory = Memory(record_store, self.record, wake)
+        self.tracer = tracer
         self.allow_restored = False
         self.geometry_known = config.model.verified
         self.state = State.DISCONNECTED

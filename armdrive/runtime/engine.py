@@ -29,7 +29,7 @@ from armdrive.tasks import (
     TaskBody,
     Timeout,
 )
-from armdrive.trace.recorder import NO_TRACER, Tracer
+from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.link import Link
 from kinematics.text import counted
 
@@ -164,9 +164,9 @@ class Engine:
         stopping: Callable[[], None],
         lost: Callable[[LinkLost], None],
         noticed: Callable[[Alert | Progress], None],
-        tracer: Tracer = NO_TRACER,
-        received: Received | None = None,
-        call_limit_s: float = CALL_LIMIT_S,
+        tracer: FlightRecorder,
+        received: Received,
+        call_limit_s: float,
     ) -> None:
         """Take a link, a controller and four callbacks.
 
@@ -205,7 +205,7 @@ class Engine:
         """The process whose thread calls the engine; None if the callers that wait do."""
         self._broken: LinkLost | None = None
         self._proved = True
-        self.received = received or Received()
+        self.received = received
         self.call_limit_s = call_limit_s
         self.reconnect: Callable[[float], float] | None = None
         """Called while the link is lost. May `take` a new link; returns when to call again."""

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from armdrive.errors import StateFileError
 from armdrive.status import Trust
-from armdrive.storage.record import NoRecorder, PositionRecorder, Record, RecordWriter
+from armdrive.storage.record import Record, RecordStore, RecordWriter
 
 
 class Memory:
@@ -24,13 +24,13 @@ class Memory:
 
     def __init__(
         self,
-        recorder: PositionRecorder | None,
+        store: RecordStore,
         describe: Callable[[bool], Record],
-        wake: Callable[[], None] | None = None,
+        wake: Callable[[], None] | None,
     ) -> None:
-        self._recorder = recorder or NoRecorder()
+        self._store = store
         self._describe = describe
-        self._writer = RecordWriter(self._recorder, None if recorder is None else wake)
+        self._writer = RecordWriter(store, wake)
         self._taken_up = False
         self._moving = False
         self._asked: Record | None = None
@@ -43,7 +43,7 @@ class Memory:
     def load(self, arm: str, calibration: str, motors: int) -> Record | None:
         """Return the record of an earlier program; raises `StateFileError` if it is unusable."""
         try:
-            record = self._recorder.load()
+            record = self._store.load()
             if record is None:
                 return None
             record.require_owner(arm, calibration, motors)

@@ -1,6 +1,7 @@
 """Simulated devices.
 
-    device          what all of them share: board, options, report; the wire comes from `wire`
+    device          what all of them share: board, options, report
+    wire            the line to it: pace, faults, and the link of a driver in this process
     simulated_arm   one arm in a process: world, device, wire, and an operator who answers
     world/          the physical arm and its table: blocks, gripping, incidents
     mechanics/      motors in motion: profiles, queues, shafts, switches

@@ -19,7 +19,7 @@ from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import MotorDrive, MotorSpeed
 from armdrive.sim.mechanics.switches import SwitchState
-from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice
+from armdrive.sim.wire import DeviceLine, TimeQueue, WireDevice
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import (
     Form,
@@ -127,7 +127,7 @@ class Board(abc.ABC):
         self.drive = drive
         self.baud = baud
         self.shared = SharedState()
-        self.line: Callable[[WireDevice], PacedDevice] = partial(PacedDevice, baud=baud)
+        self.line: Callable[[WireDevice], DeviceLine] = partial(DeviceLine, baud=baud)
         """Makes the line to the device: by default a serial line at the board's baud rate."""
 
     @property
@@ -234,7 +234,7 @@ class SimDevice:
 
     # The wire's side.
 
-    def line(self) -> PacedDevice:
+    def line(self) -> DeviceLine:
         """Make a line to the device."""
         return self.board.line(self)
 

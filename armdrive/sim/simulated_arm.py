@@ -11,12 +11,11 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import Board, Option, Options, SimDevice, Value
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody, play_of
 from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
 from armdrive.sim.world.table import Stand, TableBlock
-from armdrive.transports.link import MemoryLink
 from kinematics.spaces import Joints, Motors
 
 if TYPE_CHECKING:
@@ -101,16 +100,14 @@ class SimulatedArm:
 
     dialect: str
     device: SimDevice
-    link: MemoryLink[PacedDevice]
+    link: MemoryLink
     operator: SimulatedOperator
-    wire: MemoryLink[PacedDevice]
+    wire: MemoryLink
     """The link on which faults act: the driver's own, or the one in front of which it was put."""
     _faults: Faults | None = field(default=None, init=False)
 
     @classmethod
-    def of(
-        cls, config: ArmConfig, device: SimDevice, link: MemoryLink[PacedDevice] | None = None
-    ) -> Self:
+    def of(cls, config: ArmConfig, device: SimDevice, link: MemoryLink | None = None) -> Self:
         """Return the counterpart of an arm, on a new link or on the given one."""
         operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
         wire = link or link_to(device)
@@ -140,7 +137,7 @@ class SimulatedArm:
         return {DIALECT: self.dialect, **self.device.to_json()}
 
 
-def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
+def link_to(device: SimDevice) -> MemoryLink:
     """Return an in-process link to a device."""
     return MemoryLink(device.line(), TITLE)
 

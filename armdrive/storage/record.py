@@ -144,7 +144,7 @@ def checksum(entries: Mapping[str, Any]) -> str:
 BAD = ".bad"  # ending of an unusable file, which is kept when a new one replaces it
 
 
-class PositionRecorder(Protocol):
+class RecordStore(Protocol):
     """Stores one record. Raises `OSError` if the disk fails."""
 
     def load(self) -> Record | None:
@@ -163,24 +163,30 @@ class PositionRecorder(Protocol):
         """Delete the record, which is no longer true and cannot be replaced."""
 
 
-class NoRecorder:
-    """Stores nothing: the simulated arms of a script start afresh each time."""
+class RecordInMemory:
+    """Keeps the record for other connections of this program: the disk is left alone."""
+
+    def __init__(self) -> None:
+        self._record: Record | None = None
 
     def load(self) -> Record | None:
-        """Return None."""
-        return None
+        """Return the latest record."""
+        return self._record
 
     def refuse(self) -> None:
-        """Do nothing."""
+        """Do nothing: there is no unusable file to rename."""
 
     def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
-        """Discard the record."""
+        """Keep a record."""
+        if wanted():
+            self._record = record
 
     def remove(self) -> None:
-        """Do nothing, as there is no record."""
+        """Drop the record."""
+        self._record = None
 
 
-class FileRecorder:
+class RecordFile:
     """Stores the record in a file, which is always complete: it is replaced, never rewritten."""
 
     def __init__(self, path: Path, files: StateFiles = DISK) -> None:
@@ -266,9 +272,9 @@ class RecordWriter:
     ends without closing its arm.
     """
 
-    def __init__(self, recorder: PositionRecorder, wake: Callable[[], None] | None = None) -> None:
+    def __init__(self, store: RecordStore, wake: Callable[[], None] | None = None) -> None:
         self.outcome = WriteOutcome()
-        self._recorder = recorder
+        self._store = store
         self._wake = wake
         # The records that may be on the disk; an unusable one is only noted by `_refused`.
         self._left: set[Record] = set()
@@ -288,7 +294,7 @@ class RecordWriter:
     def refused(self) -> None:
         """Note that the disk holds an unusable record, which the next program may misread."""
         self._refused = True
-        self._recorder.refuse()
+        self._store.refuse()
 
     # -- accepting records --------------------------------------------------------------------
 
@@ -343,7 +349,7 @@ class RecordWriter:
         if self._ended:
             return
         try:
-            self._recorder.save(record, lambda: not self._ended)
+            self._store.save(record, lambda: not self._ended)
         except Exception as error:  # any failure has to reach the wire's thread
             self.outcome = replace(self.outcome, number=number, error=self._failed(record, error))
         else:
@@ -355,7 +361,7 @@ class RecordWriter:
         words = reason_of(error)
         if self._refused or any(_misleads(one, record) for one in self._left):
             try:
-                self._recorder.remove()
+                self._store.remove()
             except OSError as another:
                 words += f", and the old position is still there ({reason_of(another)})"
             else:

@@ -26,34 +26,10 @@ from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.faults.table import Faults
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.sim.world.table import Incident, Stand, Table, TableBlock
-from armdrive.storage.files import always
-from armdrive.storage.record import Record
+from armdrive.storage.record import RecordInMemory
 from kinematics.spaces import Joints, Pose
 
 ONLY = "arm"  # the name of the default arm, in a world to which no arm was added
-
-
-class ReopenedArm:
-    """Keeps an arm's position record between two connections, in memory."""
-
-    def __init__(self) -> None:
-        self._record: Record | None = None
-
-    def load(self) -> Record | None:
-        """Return the latest record."""
-        return self._record
-
-    def refuse(self) -> None:
-        """Do nothing: there is no unusable file to rename."""
-
-    def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
-        """Store a record."""
-        if wanted():
-            self._record = record
-
-    def remove(self) -> None:
-        """Delete the record."""
-        self._record = None
 
 
 @dataclass(slots=True)
@@ -62,7 +38,7 @@ class Placed:
 
     config: ArmConfig
     twin: SimulatedArm
-    recorder: ReopenedArm = field(default_factory=ReopenedArm)
+    record: RecordInMemory = field(default_factory=RecordInMemory)
     arm: Arm | None = None
 
     @property
@@ -292,7 +268,7 @@ class ArmWorld:
                 twin=placed.twin,
                 pace=self.clock,
                 operator=options.operator,
-                recorder=placed.recorder,
+                record_store=placed.record,
                 allow_restored=options.allow_restored,
                 reconnect=options.reconnect,
             )

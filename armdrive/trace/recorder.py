@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from armdrive.blocking import blocking, waiting_part
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.words import named, plain, valued
-from armdrive.errors import ArmError, StateFileError, WrongState
+from armdrive.errors import ArmError, StateFileError
 from armdrive.status import State
 from armdrive.tasks import (
     Alert,
@@ -38,93 +38,6 @@ from armdrive.trace.entries import (
     counts_text,
 )
 from kinematics.errors import KinematicsError
-
-# The interface between the driver and a flight recorder: a `Tracer` is called wherever something
-# happens.
-
-
-class Tracer:
-    """Receive every event of one arm and ignore it. `FlightRecorder` keeps the events.
-
-    A tracer never influences the arm. Its methods are called under the lock of the arm's pace,
-    except `called` and `raised`, which any thread or signal handler may call: these two never wait.
-    """
-
-    def begin(
-        self,
-        config: ArmConfig,
-        link: str,
-        clock: Callable[[], float],
-        look: Callable[[], EntryCondition],
-    ) -> None:
-        """Start tracing an arm: its configuration, its link, its clock, and how to inspect it."""
-
-    def opened(self) -> None:
-        """Note that the connection is complete."""
-
-    def tick(self, now_s: float, stop_asked: bool, stop_hard: bool) -> None:
-        """Note the time, and whether a stop has been requested."""
-
-    def sent(self, data: bytes) -> None:
-        """Note bytes that are about to be written."""
-
-    def received(self, data: bytes) -> None:
-        """Note bytes that arrived."""
-
-    def requested(self, request: Request) -> None:
-        """Note a request that the controller begins to carry out."""
-
-    def reported(self, event: Event) -> None:
-        """Note a reply, or a message that the device sent without a request."""
-
-    def changed(self) -> None:
-        """Inspect the arm: its state, trust or position may have changed."""
-
-    def called(self, name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> None:
-        """Note a call and its arguments."""
-
-    def raised(self, error: BaseException) -> None:
-        """Note the error that a call raised."""
-
-    def ended(self, error: BaseException | None) -> None:
-        """Note the end of a task, with its error if it failed."""
-
-    def lost(self, error: BaseException) -> None:
-        """Note that the link is lost."""
-
-    def failed(self, error: BaseException) -> None:
-        """Note that the engine itself has failed."""
-
-    def snapshot(self, why: str) -> Callable[[Path | None], Path]:  # noqa: ARG002
-        """Return a function that writes a recording of everything kept so far.
-
-        The function takes the path of the file, or None to choose one, and returns the path.
-        Raises `WrongState` if nothing is recorded.
-        """
-        raise _no_recorder()
-
-    @property
-    def began_s(self) -> float:
-        """The arm's clock when tracing began."""
-        return 0.0
-
-    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:  # noqa: ARG002
-        """Return entries from a number on, and the number of the first; see `EntryRing.since`.
-
-        Raises `WrongState` if nothing is recorded.
-        """
-        raise _no_recorder()
-
-    def close(self) -> None:
-        """Finish writing recordings."""
-
-
-def _no_recorder() -> WrongState:
-    return WrongState("this arm was connected without a flight recorder: nothing was recorded")
-
-
-NO_TRACER = Tracer()
-
 
 # The recorded methods of an arm: a wrapper around each one records its arguments and the error it
 # raises. `stop` is not in the table: a signal handler may request a stop, and the engine records it
@@ -181,8 +94,9 @@ def _recorded(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
     return blocking(waiting_call)
 
 
-def _tracer_of(owner: Any) -> Tracer:
-    tracer: Tracer = getattr(owner, "_arm", owner).tracer  # no lock: an emergency stop never waits
+def _tracer_of(owner: Any) -> FlightRecorder:
+    # no lock: an emergency stop never waits
+    tracer: FlightRecorder = getattr(owner, "_arm", owner).tracer
     return tracer
 
 
@@ -246,10 +160,12 @@ class RecordingWriter:
             thread.join(WRITE_TIMEOUT_S)
 
 
-class FlightRecorder(Tracer):
-    """A tracer that keeps the events of the last minutes.
+class FlightRecorder:
+    """Keeps the events of one arm from the last minutes. It never influences the arm.
 
-    With a folder, the recorder writes a file there by itself after a fault.
+    With a folder, it writes a file there by itself after a fault. Its methods are called under the
+    lock of the arm's pace, except `called` and `raised`, which any thread or signal handler may
+    call: these two never wait.
     """
 
     def __init__(self, folder: Path | None = None, *, ring: EntryRing | None = None) -> None:
@@ -275,7 +191,10 @@ class FlightRecorder(Tracer):
         clock: Callable[[], float],
         look: Callable[[], EntryCondition],
     ) -> None:
-        """Start tracing an arm, and record its present condition."""
+        """Begin with an arm's present condition.
+
+        `link` describes its link, `clock` returns its time, and `look` its condition.
+        """
         self._config, self._link, self._clock, self._inspect = config, link, clock, look
         self._now_s = clock()
         self._began = (time.time(), self._now_s)
@@ -364,7 +283,8 @@ class FlightRecorder(Tracer):
     def snapshot(self, why: str) -> Callable[[Path | None], Path]:
         """Return a function that writes a recording of the entries so far.
 
-        The function raises `StateFileError` if the file cannot be written.
+        The function takes the path of the file, or None to choose one, and returns the path. It
+        raises `StateFileError` if the file cannot be written.
         """
         self._take_inbox()
         config, entries = self._config, self.ring.entries()

@@ -27,7 +27,7 @@ from armdrive.registry import simulate_device
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import DeviceLine
 from armdrive.status import BELIEVED_WORDS
 from armdrive.tasks import AlertKind
 from armdrive.text.reading import parse_toml
@@ -170,10 +170,10 @@ class ReplayBench:
             raise RecordingError(f"the recorded arm cannot be simulated: {error}") from None
         self._line = self._wire()
 
-    def _wire(self) -> PacedDevice:
+    def _wire(self) -> DeviceLine:
         network = "://" in self._config.connection.port
         if network and self.device.board.baud is not None:  # which keeps no pace
-            return PacedDevice(self.device, None)
+            return DeviceLine(self.device, None)
         return self.device.line()
 
 

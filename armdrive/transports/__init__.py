@@ -1,8 +1,8 @@
-"""The links to controllers: serial ports, network addresses, CAN buses, and in-process devices.
+"""The links to controllers: serial ports, network addresses and CAN buses.
 
 What is decided where:
 
-    link         the interface, and the link to a simulated line
+    link         the interface, the bell that wakes one, and an absent one
     opening      which link an address opens; `address` reads it
     ports        the ports and adapters of this computer, who holds one, and why one is refused
     serial_port  handshake lines, exclusive use, and what opening does to a board

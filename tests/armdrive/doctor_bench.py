@@ -16,7 +16,7 @@ from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup.prober import Examination, examine
 from armdrive.sim.device import SimDevice
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import DeviceLine
 from armdrive.transports.link import Link
 from firmware_protocol.robko01 import Axes, Enable, Host, MoveRelative
 
@@ -46,7 +46,7 @@ class SimPort(Link):
     closed: bool = False
 
     def __post_init__(self) -> None:
-        self.line = PacedDevice(self.device, self.device.board.baud)
+        self.line = DeviceLine(self.device, self.device.board.baud)
         self.baud = self.baud or self.device.board.baud or 0
 
     def tune(self, baud: int) -> None:

@@ -7,8 +7,8 @@ from itertools import count
 
 from armdrive.dialects.controller import Controller
 from armdrive.sim.device import SimDevice
+from armdrive.sim.wire import MemoryLink
 from armdrive.tasks import Alert, Event, Progress, ProtocolWarning, SwitchOn
-from armdrive.transports.link import MemoryLink
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Motors
 

@@ -8,8 +8,7 @@ from armdrive.config.sections import GripperSettings
 from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate_device
 from armdrive.sim.mechanics.switches import LimitSwitch
-from armdrive.sim.wire import PacedDevice
-from armdrive.transports.link import MemoryLink
+from armdrive.sim.wire import DeviceLine, MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
 from firmware_protocol.grbl.answers import decode_answer
 
@@ -54,7 +53,7 @@ class Bench:
         self.board.drive.rack.limits = self.board.settings.limits()
         if not saved:
             self.device.world.energised = self.board.settings.motors_stay_on
-        self.link = MemoryLink(PacedDevice(self.device, baud), "simulated arm")
+        self.link = MemoryLink(DeviceLine(self.device, baud), "simulated arm")
         self.now_s = 0.0
         self.heard: list[str] = []
         self.reports: list[StatusReport] = []

@@ -16,7 +16,7 @@ from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry import simulate
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State
-from armdrive.storage.record import FileRecorder
+from armdrive.storage.record import RecordFile
 from kinematics import Pose
 
 
@@ -190,8 +190,8 @@ class At:
 
 def recorded(config, twin):
     """Return an enabled arm that records its position."""
-    recorder = FileRecorder(state_file(config.name))
-    arm = Arm(connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True))
+    recorder = RecordFile(state_file(config.name))
+    arm = Arm(connect_simulated(config, twin=twin, record_store=recorder, allow_restored=True))
     if arm.status.state is State.DISABLED:
         arm.enable()
     return arm

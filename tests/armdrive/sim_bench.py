@@ -9,8 +9,8 @@ from armdrive.sim.device import SimDevice
 from armdrive.sim.robko01 import SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
 from armdrive.sim.teachmover import TeachMoverBoard
+from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world import World
-from armdrive.transports.link import MemoryLink
 from firmware_protocol import robko01, teachmover
 from kinematics.spaces import Pose
 

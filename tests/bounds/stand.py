@@ -18,11 +18,10 @@ from armdrive.runtime.stop_bounds import StopBound
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import Options, SimDevice, Value
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
-from armdrive.transports.link import MemoryLink
 from kinematics import Joints, Motors
 
 OPENING_MM = 20.0
@@ -53,7 +52,7 @@ class RecordingWorld(World):
             self.furthest_mm = max(self.furthest_mm, math.dist(self.mark, self.tip))
 
 
-class SlowWire(MemoryLink[PacedDevice]):
+class SlowWire(MemoryLink):
     """A wire that delays all messages, loses those that `loses` picks, and reports each."""
 
     late_s = 0.0

@@ -390,7 +390,6 @@ def connect(stage: Stage) -> TypedError | None:
     options = {
         "allow_restored": draw.random() < 0.5,
         "automatic": draw.random() < 0.5,
-        "recorded": draw.random() < 0.25,
     }
     return call(stage, lambda: stage.connect(**options))
 

@@ -261,7 +261,7 @@ class Soak:
     def _begin(self) -> None:
         """Connect a program; one that lasts has a flight recorder, as the desk has."""
         if self._lasting:
-            options = {"allow_restored": False, "automatic": True, "recorded": True}
+            options = {"allow_restored": False, "automatic": True}
             call(self.stage, lambda: self.stage.connect(**options))
         else:
             connect(self.stage)

@@ -29,12 +29,10 @@ from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.device import Options, SimDevice
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
-from armdrive.storage.record import FileRecorder
-from armdrive.trace.recorder import NO_TRACER, FlightRecorder
-from armdrive.transports.link import MemoryLink
+from armdrive.storage.record import RecordFile
 from firmware_protocol.canopen import DriveState
 from firmware_protocol.mks import COUNTS_S_PER_RPM
 from kinematics import Joints, Motors
@@ -96,7 +94,7 @@ MISSED_STOPS = 2
 """How many stops in a row a single drive may miss while a line or a bus loses some frames."""
 
 
-class KillableLink(MemoryLink[PacedDevice]):
+class KillableLink(MemoryLink):
     """A wire that can kill the program while it writes, after a part of a message."""
 
     owner: CampaignPace | None = None
@@ -191,7 +189,7 @@ class Stage:
 
     # -- programs -------------------------------------------------------------------------------
 
-    def connect(self, *, allow_restored: bool, automatic: bool, recorded: bool) -> Arm:
+    def connect(self, *, allow_restored: bool, automatic: bool) -> Arm:
         """Connect a new program in place of the last one."""
         self.pace = pace = CampaignPace(self.now_s, self.schedule)
         pace.on_kill, pace.advance_world = self._add_killed_bound, self.link.line.advance
@@ -210,10 +208,9 @@ class Stage:
                     self.link,
                     pace,
                     simulated=True,
-                    recorder=FileRecorder(STATE, self.disk),
+                    record_store=RecordFile(STATE, self.disk),
                     allow_restored=allow_restored,
                     operator=self._confirm_posture,
-                    tracer=FlightRecorder() if recorded else NO_TRACER,
                     rewiring=NewLink(self.link.reopen, automatic=automatic),
                 )
             )

@@ -36,7 +36,7 @@ def a_stage(dialect: str = "mks", seed: int = 1) -> Stage:
 def with_program(dialect: str = "mks", seed: int = 1) -> Stage:
     """Return a stage whose arm is connected to a program that trusts no record."""
     stage = a_stage(dialect, seed)
-    stage.connect(allow_restored=False, automatic=False, recorded=False)
+    stage.connect(allow_restored=False, automatic=False)
     return stage
 
 
@@ -157,7 +157,7 @@ def test_only_the_joints_of_the_drive_may_reach_their_mechanical_stops(joint, ex
 def test_a_program_that_dies_between_the_orders_to_its_drives_is_excused_for_the_silent_time():
     stage = a_stage()
     assert orders_cut_short(stage) is None  # no program is connected
-    stage.connect(allow_restored=False, automatic=False, recorded=False)
+    stage.connect(allow_restored=False, automatic=False)
     excuse = orders_cut_short(stage)
     assert excuse.joints == {"elbow", "wrist_pitch", "wrist_roll"}
     assert excuse.noticed_s == stage.arm.status.silent_time_s

@@ -21,7 +21,7 @@ from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.status import State, Trust
-from armdrive.storage.record import FileRecorder
+from armdrive.storage.record import RecordFile
 from armdrive.trace.files import parse_recording
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.trace.replay import replay
@@ -123,7 +123,7 @@ def left():
     twin = simulate(config)
     arm = Arm(
         assemble(
-            config, twin.link, SimulatedPace(), simulated=True, recorder=FileRecorder(STATE, disk)
+            config, twin.link, SimulatedPace(), simulated=True, record_store=RecordFile(STATE, disk)
         )
     )
     arm.declare_posture(twin.world.joints, opening_mm=twin.world.opening_mm)
@@ -138,12 +138,14 @@ def test_a_spoilt_state_file_is_refused_or_true(left, data):
     config, twin, text = left
     disk = Disk()
     disk.texts[STATE] = data.draw(spoilt(text))
-    recorder = FileRecorder(STATE, disk)
+    recorder = RecordFile(STATE, disk)
     with contextlib.suppress(StateFileError):
         recorder.load()
     twin.link.reopen()
     pace = SimulatedPace(SimulatedClock(twin.device.now_s))
-    arm = Arm(assemble(config, twin.link, pace, simulated=True, recorder=FileRecorder(STATE, disk)))
+    arm = Arm(
+        assemble(config, twin.link, pace, simulated=True, record_store=RecordFile(STATE, disk))
+    )
     status = arm.status
     assert status.trust in (Trust.UNKNOWN, Trust.RESTORED)
     if status.trust is Trust.RESTORED:

@@ -80,7 +80,7 @@ def ready() -> Mission:
     """Return a mission whose arm is in standby and referenced."""
     mission = Mission("teachmover", SEED)
     stage = mission.stage
-    stage.connect(allow_restored=False, automatic=False, recorded=False)
+    stage.connect(allow_restored=False, automatic=False)
     joints, opening_mm = stage.posture()
     stage.arm.declare_posture(joints, opening_mm=opening_mm)
     return mission

@@ -120,7 +120,7 @@ def test_a_census_sees_objects_while_they_are_kept():
 
 def test_a_program_that_was_closed_leaves_nothing_behind():
     work = Soak("teachmover")
-    work.stage.connect(allow_restored=True, automatic=True, recorded=True)
+    work.stage.connect(allow_restored=True, automatic=True)
     recorder = weakref.ref(work.stage.arm.tracer)
     work.stage.arm.close()
     work.stage.arm = None

@@ -271,7 +271,7 @@ def test_a_grasp_of_nothing_is_no_grasp():
 
 def test_a_command_that_begins_while_the_arm_stops_promises_no_range():
     stage = a_stage("grbl")
-    arm = stage.connect(allow_restored=False, automatic=False, recorded=False)
+    arm = stage.connect(allow_restored=False, automatic=False)
     joints, opening_mm = stage.posture()
     arm.declare_posture(joints, opening_mm=opening_mm)
     stage.watch.begin(Command("move_j", position_known=True))
@@ -290,7 +290,7 @@ def test_the_driver_allows_the_last_goal(variant):
         stage = Stage("teachmover", random.Random(seed), variant)
         place_near_limits(stage)
         goal = certain_goal(stage)
-        arm = stage.connect(allow_restored=False, automatic=False, recorded=False)
+        arm = stage.connect(allow_restored=False, automatic=False)
         joints, opening_mm = stage.posture()
         arm.declare_posture(joints, opening_mm=opening_mm)
         before = stage.look()
@@ -318,7 +318,7 @@ def test_faults_strike_while_a_program_connects_and_between_programs():
 def test_a_program_fault_needs_a_program():
     stage = a_stage()
     assert not stage.has_program
-    stage.connect(allow_restored=False, automatic=False, recorded=False)
+    stage.connect(allow_restored=False, automatic=False)
     assert stage.has_program
     stage.remove_killed_program()
     assert not stage.has_program

@@ -16,7 +16,7 @@ from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.sim.faults import parse_words
 from armdrive.sim.simulated_arm import SimulatedArm
-from armdrive.storage.record import FileRecorder
+from armdrive.storage.record import RecordFile
 
 from .bench import Bench
 from .custom_arm import custom_config
@@ -95,7 +95,7 @@ class MemoryBench(Bench):
                 self.twin.link,
                 SimulatedPace(SimulatedClock(self._now_s)),
                 simulated=True,
-                recorder=FileRecorder(self._record_file),
+                record_store=RecordFile(self._record_file),
                 operator=self.twin.operator,
                 rewiring=NewLink(self.twin.link.reopen, reconnect),
                 **options,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice, WireDirection
+from armdrive.sim.wire import DeviceLine, TimeQueue, WireDevice, WireDirection
 from armdrive.transports.address import BITRATE
 from armdrive.transports.can_health import frame_bits
 from firmware_protocol.frames import Frame, Unpacker, pack
@@ -116,8 +116,8 @@ class AdapterFaults:
     """The adapter hangs and sends nothing at all."""
 
 
-class BusLine(PacedDevice):
-    """A `Line` over a bus to simulated drives: all the drives of an arm are one device.
+class BusLine(DeviceLine):
+    """A line over a bus to simulated drives: all the drives of an arm are one device.
 
     The device gets packed frames, each at the moment when it has passed, and returns packed frames.
     Each frame is one message of the fault lanes; a spoiled frame is lost, as its CRC would fail.

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board, SimDevice
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import DeviceLine
 from armdrive.text.numbers import number, whole
 
 # --- A requested fault, from a command line, the console or a program ----------------------------
@@ -94,7 +94,7 @@ class Cable:
 
     def __init__(
         self,
-        line: PacedDevice,
+        line: DeviceLine,
         withdraw: Callable[[], None],
         offer: Callable[[str | None], None],
     ) -> None:
@@ -118,7 +118,7 @@ class FaultBench:
     """Everything that a fault can affect."""
 
     device: SimDevice
-    line: PacedDevice
+    line: DeviceLine
     cable: Cable
 
 

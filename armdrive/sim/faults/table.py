@@ -36,10 +36,11 @@ from armdrive.sim.faults import (
 from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.wire import (
     Amount,
+    DeviceLine,
     Effect,
+    MemoryLink,
     Next,
     Nth,
-    PacedDevice,
     Rule,
     Share,
     WireDirection,
@@ -51,7 +52,6 @@ from armdrive.sim.wire import (
     repeated,
 )
 from armdrive.text.numbers import number, whole
-from armdrive.transports.link import MemoryLink
 from kinematics.errors import did_you_mean
 
 BROWN_OUT_S = 0.5
@@ -479,7 +479,7 @@ def _always() -> bool:
     return True
 
 
-def link_cable(link: MemoryLink[PacedDevice]) -> Cable:
+def link_cable(link: MemoryLink) -> Cable:
     """Return the cable of an in-process wire."""
     return Cable(link.line, link.unplug, link.replug)
 
@@ -489,7 +489,7 @@ def link_cable(link: MemoryLink[PacedDevice]) -> Cable:
 class Faults:
     """The faults of one device. Call it from the thread that owns the device, or under its lock."""
 
-    def __init__(self, device: SimDevice, line: PacedDevice, cable: Cable) -> None:
+    def __init__(self, device: SimDevice, line: DeviceLine, cable: Cable) -> None:
         self._bench = FaultBench(device, line, cable)
         self._active: list[_Active] = []
         self.troubles: list[str] = []

@@ -33,7 +33,7 @@ from armdrive.sim.serving.servers import (
     UdpServer,
     split_address,
 )
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import DeviceLine
 from armdrive.transports.address import BITRATE
 from armdrive.transports.link import Bell
 
@@ -163,12 +163,12 @@ class _ServeLoop:
             self._reply(printable_lines(line))
 
 
-def _line_to(device: SimDevice, server: Server) -> PacedDevice:
+def _line_to(device: SimDevice, server: Server) -> DeviceLine:
     """Return the line that carries the bytes: a paced serial line, or the bus behind an adapter."""
     if isinstance(server, SlcanServer):
         adapter = server.adapter
         return BusLine(device, adapter.bus_bitrate, adapter.faults)
-    return PacedDevice(device, device.board.baud if server.paced else None)
+    return DeviceLine(device, device.board.baud if server.paced else None)
 
 
 def _hear(fileno: int, lines: deque[str], bell: Bell) -> None:

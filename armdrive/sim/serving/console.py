@@ -23,7 +23,7 @@ from armdrive.sim.device import (
 from armdrive.sim.faults import Cable, check_count, parse_words
 from armdrive.sim.faults.table import Faults, fault_kind, faults_of
 from armdrive.sim.serving.servers import Server
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import DeviceLine
 from armdrive.sim.world.saved import Json
 from armdrive.sim.world.table import PARTS, block_of
 from armdrive.text.numbers import number, whole
@@ -254,7 +254,7 @@ JSON_FLAG = "--json"
 class Console:
     """Controls a device, its line, and the server that offers it. `ended` is true after `quit`."""
 
-    def __init__(self, device: SimDevice, server: Server, line: PacedDevice) -> None:
+    def __init__(self, device: SimDevice, server: Server, line: DeviceLine) -> None:
         self.device = device
         self.server = server
         self.cable = Cable(line, server.close, server.open)

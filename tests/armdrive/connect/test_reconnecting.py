@@ -21,9 +21,9 @@ from armdrive.connect.target import find, simulated_config
 from armdrive.errors import NoAnswer, NoSuchPort, NotReferenced, PortInUse, PortUnavailable
 from armdrive.moves import Jog, Space
 from armdrive.registry import DIALECTS
+from armdrive.sim.wire import MemoryLink
 from armdrive.status import Current, State, Trust
 from armdrive.transports import ports
-from armdrive.transports.link import MemoryLink
 
 RECONNECTS_S = 8.0
 """Longer than any pause between two tries and the resuming after it."""

@@ -26,7 +26,7 @@ from armdrive.registry import simulate
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, Trust
-from armdrive.storage.record import FileRecorder
+from armdrive.storage.record import RecordFile
 from armdrive.tasks import MoveAlong, MoveBy
 from kinematics import Joints
 
@@ -213,9 +213,9 @@ def test_the_next_program_knows_on_which_side_of_its_play_each_motor_is(dialect,
     for number in range(2):
         arm.close()
         twin = simulate(config, arm.twin.save())
-        recorder = FileRecorder(tmp_path / "record.json")
+        recorder = RecordFile(tmp_path / "record.json")
         with Arm(
-            connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True)
+            connect_simulated(config, twin=twin, record_store=recorder, allow_restored=True)
         ) as arm:
             arm.enable()
             if number == 0:
@@ -231,9 +231,9 @@ def test_another_backlash_needs_another_reference(tmp_path):
     trusts = []
     for widths in ((12,) * 6, (12,) * 6, (11,) * 6, ()):
         config = replace(arm.config, backlash_steps=widths)
-        recorder = FileRecorder(tmp_path / "record.json")
+        recorder = RecordFile(tmp_path / "record.json")
         twin = simulate(config, play=12)
-        with Arm(connect_simulated(config, twin=twin, recorder=recorder)) as again:
+        with Arm(connect_simulated(config, twin=twin, record_store=recorder)) as again:
             trusts.append(again.status.trust)
             if len(trusts) == 1:
                 again.declare_posture(Joints.of(0, 40, -80, -40, 0), opening_mm=20)

@@ -24,6 +24,8 @@ from armdrive.registry import DIALECTS, dialect
 from armdrive.registry.arm_files import parse_arm
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, joints_between
+from armdrive.storage.record import RecordInMemory
+from armdrive.trace.recorder import FlightRecorder
 from kinematics import Joints, Motors, preset
 from kinematics.frames.user_frame import UserFrame
 from kinematics.guards import AngleSum
@@ -549,7 +551,7 @@ ONE = simulated_config("robko01")
     steps=st.tuples(*[st.integers(-SMALL_STEPS, SMALL_STEPS)] * 5, st.just(0)),
 )
 def test_turns_lead_to_the_target_and_stay_in_the_corridor(start, steps):
-    core = Core(ONE, dialect("robko01").controller(ONE))
+    core = Core(ONE, dialect("robko01").controller(ONE), FlightRecorder(), RecordInMemory())
     start, target = Motors(start), Motors(start) + Motors(steps)
     corridor = Corridor(core, start, target)
     ends = turns(corridor, start, target)

@@ -21,7 +21,7 @@ from armdrive.errors import (
 )
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
-from armdrive.storage.record import FileRecorder
+from armdrive.storage.record import RecordFile
 
 BY_BURSTS, QUEUED = "teachmover", "grbl"
 two_kinds = pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
@@ -229,11 +229,11 @@ def test_time_in_a_pause_does_not_count_towards_a_motions_timeout():
 
 
 def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path):
-    recorder = FileRecorder(tmp_path / "record.json")
-    arm = Arm(connect_simulated(simulated_config(BY_BURSTS), recorder=recorder))
+    recorder = RecordFile(tmp_path / "record.json")
+    arm = Arm(connect_simulated(simulated_config(BY_BURSTS), record_store=recorder))
     arm.home()
     paused(arm)
-    record = FileRecorder(tmp_path / "record.json").load()
+    record = RecordFile(tmp_path / "record.json").load()
     assert not record.in_motion
     assert record.registers == arm.status.acknowledged - arm.core.position.offset
 

@@ -22,7 +22,7 @@ from armdrive.motion.resolve import park_pose
 from armdrive.moves import JogMove
 from armdrive.registry import DIALECTS, simulate
 from armdrive.status import Evidence, State, Trust
-from armdrive.storage.record import FileRecorder, last_entry, logbook_file
+from armdrive.storage.record import RecordFile, last_entry, logbook_file
 from armdrive.tasks import Alert, AlertKind
 from kinematics import Joints, Motors, preset
 
@@ -197,7 +197,7 @@ def test_a_stop_while_the_operator_is_at_work_ends_the_verification():
 
 def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
     config = simulated_config("teachmover")
-    first = Arm(connect_simulated(config, recorder=FileRecorder(tmp_path / "r.json")))
+    first = Arm(connect_simulated(config, record_store=RecordFile(tmp_path / "r.json")))
     first.home()
     first.park()
     first.close()
@@ -205,7 +205,7 @@ def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
         connect_simulated(
             config,
             twin=simulate(config, first.twin.save()),
-            recorder=FileRecorder(tmp_path / "r.json"),
+            record_store=RecordFile(tmp_path / "r.json"),
             allow_restored=True,
         )
     )

@@ -15,7 +15,7 @@ from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, simulate, simulate_device, simulated_kind
 from armdrive.sim.device import Option, Options, SimDevice
 from armdrive.sim.robko01 import ESP32, RobkoQuirks
-from armdrive.sim.wire import PacedDevice, PacedWire, WireDevice
+from armdrive.sim.wire import DeviceLine, PacedWire, WireDevice
 from firmware_protocol.robko01 import MoveRelative
 from firmware_protocol.teachmover import Step
 from kinematics import Joints
@@ -245,7 +245,7 @@ def test_a_setting_of_the_wrong_kind_is_refused(value):
 
 def test_without_a_pace_messages_arrive_at_once_and_each_by_itself():
     device: WireDevice = SilentDevice()
-    line = PacedDevice(device, None)
+    line = DeviceLine(device, None)
     line.send(b"one", 1.0)
     line.send(b"two", 1.0)
     line.send(b"three", 2.0)
@@ -367,7 +367,7 @@ class Echo:
 
 
 def test_an_answer_is_as_late_as_it_should_be_whoever_looks_when():
-    seldom, often = PacedDevice(Echo(), 9600), PacedDevice(Echo(), 9600)
+    seldom, often = DeviceLine(Echo(), 9600), DeviceLine(Echo(), 9600)
     for line in (seldom, often):
         line.send(b"hell\r", 0.0)
     due = 10 * BYTE_S + 0.1
@@ -381,7 +381,7 @@ def test_an_answer_is_as_late_as_it_should_be_whoever_looks_when():
 
 
 def test_an_unplugged_cable_loses_both_directions():
-    line = PacedDevice(Echo(), 9600)
+    line = DeviceLine(Echo(), 9600)
     line.send(b"a\r", 0.0)
     line.advance(0.01)
     line.unplug()

@@ -8,8 +8,8 @@ import errno
 import itertools
 import math
 
+from armdrive.sim.wire import MemoryLink
 from armdrive.storage.files import StateFiles, is_leftover
-from armdrive.transports.link import MemoryLink
 
 MOTION = b"@STEP"
 

@@ -11,7 +11,7 @@ from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.sim.simulated_arm import TITLE
 from armdrive.status import Trust
-from armdrive.storage.record import FileRecorder
+from armdrive.storage.record import RecordFile
 
 PATH = Path("/state/arm.json")
 CONFIG = sim_config(planned_burst_s=0.5, idle_poll_s=0.0)
@@ -35,9 +35,9 @@ class Life:
         self.link = MortalLink(self.twin.device.line(), TITLE)
         self.link.moments = self.disk.moments
         self.pace = SimulatedPace(SimulatedClock(self.now_s))
-        recorder = FileRecorder(PATH, self.disk)
+        recorder = RecordFile(PATH, self.disk)
         self.arm = Arm(
-            assemble(CONFIG, self.link, self.pace, simulated=True, recorder=recorder, **options)
+            assemble(CONFIG, self.link, self.pace, simulated=True, record_store=recorder, **options)
         )
         return self.arm
 

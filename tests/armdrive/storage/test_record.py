@@ -23,8 +23,8 @@ from armdrive.storage.record import (
     LONGEST_RECORD,
     MOST_MOTORS,
     STEPS_MOST,
-    FileRecorder,
     Record,
+    RecordFile,
     RecordWriter,
     WriteOutcome,
     from_text,
@@ -42,7 +42,7 @@ def bench(tmp_path):
 
     class Bench:
         path = tmp_path / "arm.json"
-        recorder = FileRecorder(path)
+        recorder = RecordFile(path)
 
         def connect(self, **options):
             inner = simulate(options.get("config", config)).link
@@ -50,7 +50,7 @@ def bench(tmp_path):
             self.link = FaultyLink(inner)
             options.setdefault("config", config)
             used = replace(twin, link=self.link)
-            return Arm(connect_simulated(twin=used, recorder=self.recorder, **options))
+            return Arm(connect_simulated(twin=used, record_store=self.recorder, **options))
 
         def edit(self, **changes):
             """Write other entries with a checksum that fits them, as another program would."""
@@ -142,7 +142,7 @@ def test_a_wire_that_is_lost_soon_after_a_motion_leaves_the_mark(bench):
 
 def test_a_program_that_has_ended_changes_nothing_on_the_disk_any_more(tmp_path):
     """Its last thread may still be at work on a slow disk while the next program moves the arm."""
-    recorder = FileRecorder(tmp_path / "arm.json")
+    recorder = RecordFile(tmp_path / "arm.json")
     good = Record("lab", "0123", (0, 7), (-3, 5), (0.1, 20.0), "restored", "by the next program")
     recorder.save(good)
     writer = RecordWriter(recorder)
@@ -227,7 +227,9 @@ def test_a_connection_that_fails_or_does_nothing_leaves_the_record_alone(bench):
     link = FaultyLink(broken.link)
     link.cut()
     with pytest.raises(ArmError):
-        connect_simulated(bench.config, twin=replace(broken, link=link), recorder=bench.recorder)
+        connect_simulated(
+            bench.config, twin=replace(broken, link=link), record_store=bench.recorder
+        )
     assert bench.path.read_text() == kept
 
 
@@ -462,7 +464,7 @@ def names(folder):
 class TestTheFile:
     @pytest.fixture
     def recorder(self, tmp_path):
-        return FileRecorder(tmp_path / "state" / "lab.json")
+        return RecordFile(tmp_path / "state" / "lab.json")
 
     def test_nothing_is_there_until_something_is_kept(self, recorder):
         assert recorder.load() is None
@@ -478,7 +480,7 @@ class TestTheFile:
         others = ["lab.json.draft.new", "lab2.json.0123456789abcdef.new"]
         for other in others:
             recorder.path.with_name(other).write_text("another file's")
-        FileRecorder(recorder.path).save(RECORD)
+        RecordFile(recorder.path).save(RECORD)
         assert names(recorder.path.parent) == sorted(["lab.json", *others])
 
     def test_a_file_that_was_refused_is_kept_aside_once(self, recorder):

@@ -24,7 +24,7 @@ from armdrive.storage.files import DISK, append_line, create_lock, replace_durab
 from armdrive.storage.lock_client import ask_holder, held_arms, notice_of, notice_path
 from armdrive.storage.point_file import Points
 from armdrive.storage.points import Point
-from armdrive.storage.record import FileRecorder, last_entry, logbook_file
+from armdrive.storage.record import RecordFile, last_entry, logbook_file
 from armdrive.trace.files import Header, write_recording
 from kinematics import Joints
 from tui.settings import DeskMemory, memory_file, recall, remember
@@ -73,7 +73,7 @@ HEADER = Header(**dict.fromkeys(Header.__dataclass_fields__, "") | {"began_s": 0
 def a_record():
     path = state_file("bench")
     config = simulated_config("teachmover")
-    with Arm(connect_simulated(config, recorder=FileRecorder(path))) as arm:
+    with Arm(connect_simulated(config, record_store=RecordFile(path))) as arm:
         arm.confirm_reference()
     return path
 
@@ -216,7 +216,7 @@ def test_two_writers_of_one_file_never_write_into_the_same(tmp_path):
 
 def read_record():
     with pytest.raises(StateFileError, match="cannot be") as found:
-        FileRecorder(state_file("bench")).load()
+        RecordFile(state_file("bench")).load()
     return str(found.value)
 
 

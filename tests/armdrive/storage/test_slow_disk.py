@@ -27,7 +27,7 @@ from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import Current, State, Trust
 from armdrive.storage import files as places
 from armdrive.storage.files import UNFINISHED, StateFiles
-from armdrive.storage.record import FileRecorder, from_text
+from armdrive.storage.record import RecordFile, from_text
 
 FASTER = 20.0
 
@@ -63,9 +63,9 @@ class Bench:
         world = self.twin.world
         world.drive_to(world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
         self.disk = SlowDisk()
-        self.recorder = FileRecorder(path, self.disk)
+        self.recorder = RecordFile(path, self.disk)
         self.arm = Arm(
-            connect_simulated(self.config, twin=self.twin, recorder=self.recorder, pace=FASTER)
+            connect_simulated(self.config, twin=self.twin, record_store=self.recorder, pace=FASTER)
         )
         self.arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
         self.start = self.motors
@@ -432,14 +432,14 @@ def test_without_a_writable_folder_the_position_is_unknown_and_nothing_moves(mon
     """What docs/background/trust.md promises of an arm that is connected all the same."""
     path = state_file("bench")
     config = simulated_config("teachmover")
-    with Arm(connect_simulated(config, recorder=FileRecorder(path))) as arm:
+    with Arm(connect_simulated(config, record_store=RecordFile(path))) as arm:
         arm.confirm_reference()
         world = arm.twin.save()
     before = path.read_bytes()
     with monkeypatch.context() as patched:
         a_read_only_disk(patched, tmp_path)
         with Arm(
-            connect_simulated(config, twin=simulate(config, world), recorder=FileRecorder(path))
+            connect_simulated(config, twin=simulate(config, world), record_store=RecordFile(path))
         ) as arm:
             assert arm.status.trust is Trust.UNKNOWN
             assert "make the folder writable" in arm.status.trust_reason

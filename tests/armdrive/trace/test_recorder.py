@@ -12,13 +12,13 @@ from armdrive.blocking import run_blocking
 from armdrive.cli.program.run import MOVING
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.errors import StateFileError, WrongState
+from armdrive.errors import StateFileError
 from armdrive.moves import ContinuousJog
 from armdrive.registry import DIALECTS
+from armdrive.sim.wire import MemoryLink
 from armdrive.trace import files
 from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
-from armdrive.trace.recorder import CALLS, NO_TRACER, FlightRecorder, Tracer
-from armdrive.transports.link import MemoryLink
+from armdrive.trace.recorder import CALLS
 
 
 @pytest.fixture
@@ -181,19 +181,6 @@ def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
     arm.close()
     assert written(tmp_path) == []
     assert arm.save_recording().is_file()  # asked for, it is written all the same
-
-
-def test_without_a_recorder_nothing_can_be_saved_or_read():
-    arm = Arm(connect_simulated(simulated_config("teachmover"), tracer=NO_TRACER))
-    arm.move_motors(0, 0, 0, 0, 3, 0)
-    for call in (arm.save_recording, arm.log):
-        with pytest.raises(WrongState, match="flight recorder"):
-            call()
-    arm.close()
-
-
-def test_a_flight_recorder_forgets_no_call_of_a_tracer():
-    assert {name for name in vars(Tracer) if not name.startswith("_")} <= set(vars(FlightRecorder))
 
 
 def test_writing_is_done_by_another_thread(tmp_path, monkeypatch):

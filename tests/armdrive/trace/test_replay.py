@@ -17,7 +17,7 @@ from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import RecordingError
 from armdrive.registry import DIALECTS, simulate
 from armdrive.sim.device import state_json
-from armdrive.storage.record import FileRecorder
+from armdrive.storage.record import RecordFile
 from armdrive.trace import entries, files
 from armdrive.trace import replay as replaying
 from armdrive.trace.entries import WIRE, EntryKind, EntryRing, TraceEntry
@@ -410,14 +410,14 @@ def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dial
 def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
     config = simulated_config("teachmover")
     twin = simulate(config)
-    memory = FileRecorder(state_file(config.name))
-    with Arm(connect_simulated(config, twin=twin, recorder=memory)) as arm:
+    memory = RecordFile(state_file(config.name))
+    with Arm(connect_simulated(config, twin=twin, record_store=memory)) as arm:
         arm.home()
         arm.move_j(shoulder_deg=40)
         arm.sleep(3.0)
     later = Arm(
         connect_simulated(
-            config, twin=simulate(config, twin.save()), recorder=memory, tracer=FlightRecorder()
+            config, twin=simulate(config, twin.save()), record_store=memory, tracer=FlightRecorder()
         )
     )
     with later:

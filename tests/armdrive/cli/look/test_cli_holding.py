@@ -19,8 +19,8 @@ from armdrive.cli.presenter import Inked
 from armdrive.connect.target import simulated_config
 from armdrive.moves import Move
 from armdrive.runtime.engine import Engine
+from armdrive.sim.wire import MemoryLink
 from armdrive.status import State, Trust, rounded_up, status_view
-from armdrive.transports.link import MemoryLink
 
 ARM = "sim:teachmover"
 

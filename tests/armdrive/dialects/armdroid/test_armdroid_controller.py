@@ -12,7 +12,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.dialects.armdroid.controller import ArmdroidController
 from armdrive.registry import dialect, simulate
 from armdrive.status import State, Trust
-from armdrive.storage.record import FileRecorder
+from armdrive.storage.record import RecordFile
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -346,9 +346,9 @@ TURNED = (40, 30, -20, 5, 9, 12)
 def left(tmp_path):
     """A twin on which a program has ended well, and the record that it left."""
     twin = simulate(CONFIG)
-    recorder = FileRecorder(tmp_path / "record.json")
+    recorder = RecordFile(tmp_path / "record.json")
     twin.device.jog(TURNED)
-    with Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder)) as arm:
+    with Arm(connect_simulated(CONFIG, twin=twin, record_store=recorder)) as arm:
         arm.declare_posture(twin.world.joints, opening_mm=twin.world.opening_mm)
     twin.link.reopen()
     return twin, recorder
@@ -358,7 +358,7 @@ def test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_b
     twin, recorder = left
     before = twin.world.motors
     twin.link.line.send(b"t", twin.device.now_s)  # the 1 before it was lost with a program
-    arm = Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder, allow_restored=True))
+    arm = Arm(connect_simulated(CONFIG, twin=twin, record_store=recorder, allow_restored=True))
     assert twin.world.motors != before
     assert arm.status.trust is Trust.SUSPECT
     assert "motors off" in arm.status.trust_reason
@@ -366,13 +366,13 @@ def test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_b
     assert arm.status.error == ""
     arm.close()
     twin.link.reopen()
-    again = Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder))
+    again = Arm(connect_simulated(CONFIG, twin=twin, record_store=recorder))
     assert again.status.trust is Trust.SUSPECT
 
 
 def test_an_arm_that_sagged_as_it_was_switched_on_is_not_believed(left):
     twin, recorder = left
-    arm = Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder, allow_restored=True))
+    arm = Arm(connect_simulated(CONFIG, twin=twin, record_store=recorder, allow_restored=True))
     assert arm.status.trust is Trust.RESTORED
     before = twin.world.motors
     twin.faults.add("drop", "#1", side="host")

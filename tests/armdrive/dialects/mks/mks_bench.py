@@ -19,10 +19,10 @@ from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks import KIND, MksBoard
 from armdrive.sim.mks.motion import MAKES_UP, Flash
 from armdrive.sim.mks.node import MksNode
+from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected
-from armdrive.transports.link import MemoryLink
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame
 from kinematics import Motors, preset

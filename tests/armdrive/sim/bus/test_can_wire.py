@@ -16,9 +16,8 @@ from armdrive.sim.cia402 import QUIRKS as CIA402
 from armdrive.sim.device import Options
 from armdrive.sim.mks import QUIRKS as MKS
 from armdrive.sim.serving.servers import Adapter
-from armdrive.sim.wire import Next, Rule, Share, frame_lost, late, lost, overtaken
+from armdrive.sim.wire import MemoryLink, Next, Rule, Share, frame_lost, late, lost, overtaken
 from armdrive.transports.can_health import frame_bits
-from armdrive.transports.link import MemoryLink
 from firmware_protocol.frames import (
     LONGEST_LINE,
     Frame,

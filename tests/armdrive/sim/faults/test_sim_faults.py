@@ -17,9 +17,9 @@ from armdrive.sim.faults.table import FAULTS, Faults, faults_of
 from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.teachmover import TeachMoverBoard
 from armdrive.sim.wire import (
+    DeviceLine,
     Next,
     Nth,
-    PacedDevice,
     Rule,
     Share,
     WireDirection,
@@ -189,7 +189,7 @@ def faults_for(device):
     def put_back(_):
         raise BadRequest("it does not fit")
 
-    line = PacedDevice(device, None)
+    line = DeviceLine(device, None)
     return Faults(device, line, Cable(line, lambda: None, put_back))
 
 
@@ -308,7 +308,7 @@ def test_the_nth_byte_is_that_byte_however_it_comes(data, number):
 
 @given(messages, st.floats(0.01, 5.0), st.floats(0, 1), seeds)
 def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
-    line = PacedDevice(SilentDevice(), None)
+    line = DeviceLine(SilentDevice(), None)
     line.faults.host.rules.append(Rule(late(delay_s), share_of(share, seed)))
     for number, one in enumerate(data):
         line.send(one, 0.3 * number)

@@ -21,7 +21,7 @@ from armdrive.sim.serving import make_server, run_device
 from armdrive.sim.serving.console import COMMANDS, Console
 from armdrive.sim.serving.servers import PtyServer, TcpServer, UdpServer
 from armdrive.sim.teachmover import TeachMoverBoard
-from armdrive.sim.wire import PacedDevice
+from armdrive.sim.wire import DeviceLine
 from firmware_protocol.teachmover import Key
 
 needs_pty = pytest.mark.skipif(
@@ -362,7 +362,7 @@ class Wire:
 @pytest.fixture
 def console():
     device = SimDevice(TeachMoverBoard())
-    return Console(device, Wire(), PacedDevice(device, device.board.baud))
+    return Console(device, Wire(), DeviceLine(device, device.board.baud))
 
 
 def state(console):
