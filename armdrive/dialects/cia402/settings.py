@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import BusMotors, check_feeding, check_ids
 from armdrive.dialects.bus.observer import MAX_DELAY_S, Bounds
-from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import check_settings, setting, within
 from armdrive.transports.can_health import BUSY_LOAD
 from firmware_protocol.canopen import NODE_MAX, Service, cob_id
+from kinematics.paths.profiles import trapezoid
 
 CYCLIC, PROFILE = "cyclic", "profile"
 HOMING_METHODS = (-128, 37)
@@ -142,4 +142,4 @@ class DriveLimits:
 
     def lasts_s(self, steps: float, rate_hz: float) -> float:
         """Return how long a burst takes from rest to rest."""
-        return Trapezoid.of(steps, min(rate_hz, TOP_HZ), self.ramp_hz_s).duration_s
+        return trapezoid(steps, min(rate_hz, TOP_HZ), self.ramp_hz_s).duration_s

@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping
 from itertools import pairwise
 
 from armdrive.dialects.bus.observer import ObservedDrive
-from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.motion import MksMotion
@@ -32,6 +31,7 @@ from firmware_protocol.mks import (
     slope_of,
 )
 from firmware_protocol.mks import Done as Taken
+from kinematics.paths.profiles import Profile, trapezoid
 from kinematics.spaces import Motors
 
 GO_AGAIN_S = 0.001
@@ -137,10 +137,10 @@ class MksBursts:
         """Return how long the slowest drive takes for a burst."""
         return max((each.duration_s for each in self._trapezoids(steps, rate_hz)), default=0.0)
 
-    def _trapezoids(self, steps: Motors, rate_hz: float) -> list[Trapezoid]:
+    def _trapezoids(self, steps: Motors, rate_hz: float) -> list[Profile]:
         acc, largest = self._io.settings.acceleration, max(steps.largest, 1)
         return [
-            Trapezoid.of(
+            trapezoid(
                 abs(count), rpm * COUNTS_S_PER_RPM, slope_of(shared_acc(acc, abs(count) / largest))
             )
             for count, rpm in zip(steps, speeds_rpm(steps, rate_hz), strict=True)
@@ -159,14 +159,18 @@ class MksBursts:
         busiest = next(each for each in trapezoids if each.distance == largest)
         late_s = 0.0 if self._io.can(Ability.SYNCHRONOUS_START) else START_S
         return tuple(
-            _deviation(each, busiest) + late_s * each.speed + 1.0 if each.distance else 0.0
+            _deviation(each, busiest) + late_s * _peak_speed(each) + 1.0 if each.distance else 0.0
             for each in trapezoids
         )
 
 
-def _deviation(one: Trapezoid, other: Trapezoid) -> float:
+def _peak_speed(profile: Profile) -> float:
+    return max(phase.speed for phase in profile.phases)
+
+
+def _deviation(one: Profile, other: Profile) -> float:
     """Return the greatest distance of a motion from its share of another one."""
     share = one.distance / other.distance
-    times = sorted({0.0, *one.corners_s(), *other.corners_s()})
+    times = sorted({0.0, *one.ends_s, *other.ends_s})
     looks = [*times, *((a + b) / 2.0 for a, b in pairwise(times))]
-    return max(abs(one.at(time_s) - share * other.at(time_s)) for time_s in looks)
+    return max(abs(one.at(time_s)[0] - share * other.at(time_s)[0]) for time_s in looks)

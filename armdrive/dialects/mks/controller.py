@@ -15,7 +15,6 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
-from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, mend
@@ -41,6 +40,7 @@ from armdrive.tasks import (
 )
 from firmware_protocol.frames import Unpacker
 from firmware_protocol.mks import COUNTS_S_PER_RPM, SPEED_MAX_RPM, Ability, Event, slope_of
+from kinematics.paths.profiles import trapezoid
 from kinematics.spaces import Motors
 
 
@@ -161,7 +161,7 @@ class MksController(ScriptRunner[Event]):
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
         """Return how long a number of steps takes from rest to rest."""
-        return Trapezoid.of(steps, self.usable_rate_hz(rate_hz), self._slope).duration_s
+        return trapezoid(steps, self.usable_rate_hz(rate_hz), self._slope).duration_s
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Bound a stop by the ramp and the delay before it; without a host, by the targets as well.
