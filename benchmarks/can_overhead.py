@@ -21,8 +21,9 @@ from reporting import report
 
 from armdrive.transports.address import CanAddress
 from armdrive.transports.can_health import frame_bits
-from armdrive.transports.can_link import CanLink, open_can_link
+from armdrive.transports.can_link import CanLink
 from armdrive.transports.can_slcan import Slcan
+from armdrive.transports.opening import open_can_link
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import ReadEncoder
 from firmware_protocol.mks.answers import encode

@@ -48,7 +48,7 @@ from armdrive.setup.survey import (
 )
 from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings
-from armdrive.transports import can_link, ports
+from armdrive.transports import opening, ports
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.can_health import BusHealth
 from kinematics.text import counted
@@ -228,7 +228,7 @@ def listened(address: CanAddress, master: int | None = None) -> Listened:
     """
     frames = frame_scripts()
     look = partial(tools.listen, frames.io, partial(is_command, master=master))
-    with closing(can_link.open_can_link(str(address.listening()))) as link:
+    with closing(opening.open_can_link(str(address.listening()))) as link:
         traffic: Listened = carry_out(frames, look, link, dialog_runner.RealClock())
     return traffic
 
@@ -249,7 +249,7 @@ def _answers(
     address: CanAddress, ids: tuple[int, ...], seen: SeenNodes, dialect: str = ""
 ) -> tuple[tuple[Answers, ...], BusHealth, str]:
     """Return the answers, the adapter's state after them, and why the bus was lost if it was."""
-    link = can_link.open_can_link(str(address))
+    link = opening.open_can_link(str(address))
     try:
         found = ask_bus(link, dialog_runner.RealClock(), ids, seen, dialect)
     except LinkLost as error:

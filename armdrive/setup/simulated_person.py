@@ -10,7 +10,7 @@ from armdrive.dialog.conversation import About, AskPerson
 from armdrive.setup.directions import ArmMotion
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import HasSwitches
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.simulated_arm import SimulatedArm
 
 

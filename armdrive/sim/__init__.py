@@ -5,7 +5,7 @@
     simulated_arm   one arm in a process: world, device, wire, and an operator who answers
     world/          the physical arm and its table: blocks, gripping, incidents
     mechanics/      motors in motion: profiles, queues, shafts, switches
-    faults/         what can be made to fail, and when: one table
+    faults          what can be made to fail, and when: one table
     serving/        a simulated arm as a program of its own
     bus/            several drives on one CAN bus
 

@@ -17,8 +17,7 @@ from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
-from armdrive.sim.mechanics.motors import MotorDrive, MotorSpeed
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.mechanics.motors import MotorDrive, MotorSpeed, SwitchState
 from armdrive.sim.wire import DeviceLine, TimeQueue, WireDevice
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import (

@@ -19,7 +19,7 @@ from armdrive.sim.world.table import Stand, TableBlock
 from kinematics.spaces import Joints, Motors
 
 if TYPE_CHECKING:
-    from armdrive.sim.faults.table import Faults
+    from armdrive.sim.faults import Faults
 
 # --- The operator --------------------------------------------------------------------------------
 # The operator does what a person would: looks at the physical posture, which no register holds,
@@ -116,7 +116,7 @@ class SimulatedArm:
     @property
     def faults(self) -> Faults:
         """Makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`."""
-        from armdrive.sim.faults.table import Faults, link_cable  # loaded only for faults
+        from armdrive.sim.faults import Faults, link_cable  # loaded only for faults
 
         if self._faults is None:
             self._faults = Faults(self.device, self.wire.line, link_cable(self.wire))

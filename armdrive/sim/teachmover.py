@@ -11,6 +11,7 @@ at once.
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -20,14 +21,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import Board, Option, Options
-from armdrive.sim.mechanics.motors import (
-    DEFAULT_RATES,
-    SPEED_ERRORS,
-    CoordinatedDrive,
-    MotorSpeed,
-    RateTable,
-    rate_hz,
-)
+from armdrive.sim.mechanics.motors import SPEED_ERRORS, CoordinatedDrive, MotorSpeed
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import BYTE, MEND, Form, Json, Saved
@@ -67,17 +61,33 @@ _LARGEST_WORD = _WORD - 1
 _ROW_WORDS = 8
 
 
+# The real rates, from SP to half-steps a second. Deliberately independent of the driver's table: if
+# the two differ, the driver has to notice.
+
+RATES_HZ = ((0, 30.0), (140, 150.0), (190, 250.0), (240, 470.0))
+"""Unverified: the real table was never published. Straight lines between the points."""
+
+
+def rate_hz(speed: int, error: float) -> float:
+    """Return half-steps per second; an `error` of 0.2 means a fifth slower, -0.2 a fifth faster.
+
+    A speed beyond the end of the table has the rate of that end.
+    """
+    for (low, slow), (high, fast) in itertools.pairwise(RATES_HZ):
+        if speed <= high:
+            return (slow + (fast - slow) * (speed - low) / (high - low)) / (1.0 + error)
+    return RATES_HZ[-1][1] / (1.0 + error)
+
+
 @dataclass(frozen=True, slots=True)
 class TwinSettings:
     """What is unverified about the real arm, or differs between arms.
 
-    `speed_table` and `speed_error` give the true motor speeds (an error of 0.2 makes motions a
-    fifth longer); `delay_unit_s` is the length of one count of @DELAY; `grip_bit` is the input bit
-    of the grip switch. Bytes that arrive while a command is unanswered are lost unless
-    `keeps_input_while_moving`.
+    A `speed_error` of 0.2 makes motions a fifth longer; `delay_unit_s` is the length of one count
+    of @DELAY; `grip_bit` is the input bit of the grip switch. Bytes that arrive while a command is
+    unanswered are lost unless `keeps_input_while_moving`.
     """
 
-    speed_table: RateTable = DEFAULT_RATES
     speed_error: float = 0.0
     keeps_input_while_moving: bool = False
     delay_unit_s: float = 0.001
@@ -307,7 +317,7 @@ class TeachMoverBoard(Board):
         self.shared.outgoing += self._codec.send(status)
 
     def _rate_hz(self, speed: int) -> float:
-        return rate_hz(self.settings.speed_table, speed, self.motor_speed.error)
+        return rate_hz(speed, self.motor_speed.error)
 
 
 def signed(count: int) -> int:

@@ -428,8 +428,13 @@ class DeviceLine:
 
 
 def frame_lost(frame: bytes, amount: Amount) -> tuple[bytes, float]:
-    """Return the effect that loses whole frames, as when a buffer overflows."""
+    """Lose a whole frame, as when a buffer overflows."""
     return (b"" if amount.strikes(len(frame)) else frame), 0.0
+
+
+def frame_doubled(frame: bytes, amount: Amount) -> tuple[bytes, float]:
+    """Send a whole frame twice."""
+    return frame * (2 if amount.strikes(len(frame)) else 1), 0.0
 
 
 def overtaken(amount: Amount) -> Rule:

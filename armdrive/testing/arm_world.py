@@ -23,7 +23,7 @@ from armdrive.errors import ArmFileError, ArmInUse, BadRequest
 from armdrive.errors.arguments import BASIC, Rule, call, checked_calls, known_attributes, made_of
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock
-from armdrive.sim.faults.table import Faults
+from armdrive.sim.faults import Faults
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.sim.world.table import Incident, Stand, Table, TableBlock
 from armdrive.storage.record import RecordInMemory

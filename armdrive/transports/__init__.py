@@ -7,6 +7,6 @@ What is decided where:
     ports        the ports and adapters of this computer, who holds one, and why one is refused
     serial_port  handshake lines, exclusive use, and what opening does to a board
     udp          one datagram for each write
-    can_link     a CAN bus; `can_threads` decides when it is lost, `can_health` puts its errors into
-                 words, `can_slcan` is an adapter on a serial port
+    can_link     a CAN bus, and when it is lost; `can_health` puts its errors into words,
+                 `can_slcan` is an adapter on a serial port
 """

@@ -1,42 +1,419 @@
 """A CAN bus as a `Link`: the engine reads and writes packed frames, which python-can transports.
 
-No driver or kernel ever repeats a frame periodically: the frames that keep an arm moving come from
-the engine alone, and end with it.
+One thread receives, another one sends, and a watch declares the bus lost: bus-off means a lost bus
+at once; error-passive, refused frames and failing reads do if they last. A received frame clears
+all three. No driver or kernel ever repeats a frame periodically: the frames that keep an arm moving
+come from the engine alone, and end with it.
 """
 
 from __future__ import annotations
 
 import contextlib
-import logging
+import errno
+import math
 import sys
 import threading
 import time
-from collections.abc import Iterable
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from armdrive.errors import ArmError, LinkLost, PortUnavailable
-from armdrive.transports.address import CanAddress
-from armdrive.transports.can_health import BusHealth
-from armdrive.transports.can_threads import CanReader, CanWriter, Watch
-from armdrive.transports.link import Bell, Link
-from armdrive.transports.ports import (
-    NOT_INSTALLED,
-    can_refusal,
-    is_down,
-    require_no_terminal,
-    unknown_interface,
+from armdrive.errors import LinkLost
+from armdrive.transports.can_health import (
+    BusHealth,
+    BusState,
+    left_bus,
+    not_heard,
+    of_error_frame,
+    of_status,
 )
-from firmware_protocol.frames import Unpacker, pack
+from armdrive.transports.link import Bell, Link
+from armdrive.transports.ports import gone_words, number_of
+from firmware_protocol.frames import DATA_MAX, Frame, Unpacker, pack
 
 if TYPE_CHECKING:
     import can
 
+WATCH_PATIENCE_S = 0.85
+"""A problem that lasts this long without a received frame ends the link.
+
+Longer than the interval at which even an arm at rest answers.
+"""
+
+
+@runtime_checkable
+class Tells(Protocol):
+    """A bus whose adapter reports more than python-can asks for (slcan)."""
+
+    refused: int
+    """The number of frames that the adapter reported as not sent."""
+    refusing: bool
+    """Whether the adapter reported the latest frame as not sent."""
+
+    def ask(self) -> None:
+        """Request the adapter's status. Called by the writer."""
+
+    def take_status(self) -> int | None:
+        """Return the answer to `ask` once; None if there is none. Called by the reader."""
+
+
+def frame_of(message: can.Message) -> Frame | None:
+    """Return the frame of a message; None for CAN FD, which no supported arm uses."""
+    if message.is_fd or len(message.data) > DATA_MAX:
+        return None
+    data = b"" if message.is_remote_frame else bytes(message.data)
+    return Frame(message.arbitration_id, data, message.is_extended_id, message.is_remote_frame)
+
+
+def message_of(frame: Frame) -> can.Message:
+    """Return a frame as python-can's message."""
+    import can
+
+    return can.Message(
+        arbitration_id=frame.can_id,
+        data=frame.data,
+        is_extended_id=frame.extended,
+        is_remote_frame=frame.remote,
+    )
+
+
+class Watch:
+    """Decides when a bus is lost. Called from the reader, the writer and the engine's thread."""
+
+    def __init__(self, clock: Callable[[], float], ring: Callable[[], None]) -> None:
+        """Call `ring` to wake the thread that sleeps on the link."""
+        self.ended = threading.Event()
+        self._clock = clock
+        self._ring = ring
+        self._lock = threading.Lock()
+        self._health = BusHealth()
+        self._lost = ""
+        self._since: dict[str, tuple[float, str]] = {}
+
+    @property
+    def health(self) -> BusHealth:
+        """The state of the bus and its counters."""
+        return self._health
+
+    @property
+    def lost(self) -> str:
+        """The reason why the bus is lost; empty while it is not."""
+        return self._lost
+
+    def count(self, **more: int) -> None:
+        """Add to counters."""
+        with self._lock:
+            sums = {name: getattr(self._health, name) + each for name, each in more.items()}
+            self._health = replace(self._health, **sums)
+
+    def heard(self, frames: int) -> None:
+        """Count received frames; they prove that the bus works, and clear lasting problems."""
+        self.count(heard=frames)
+        self._since.clear()
+
+    def state(self, state: BusState, why: str) -> None:
+        """Note the state of the adapter's controller."""
+        with self._lock:
+            trouble = why or self._health.last_trouble
+            self._health = replace(self._health, state=state, last_trouble=trouble)
+        if state is BusState.OFF:  # no frame leaves or arrives until the adapter is opened again
+            self.lose(left_bus(why))
+        elif state is BusState.PASSIVE:
+            self.lasting("passive", not_heard(why))
+        else:
+            self.settled("passive")
+
+    def lasting(self, kind: str, why: str) -> None:
+        """Note a problem that ends the link if it lasts."""
+        since_s, _ = self._since.get(kind, (self._clock(), ""))
+        self._since[kind] = since_s, why
+        with self._lock:
+            self._health = replace(self._health, last_trouble=why)
+
+    def settled(self, kind: str) -> None:
+        """Note that a problem is over."""
+        self._since.pop(kind, None)
+
+    def look(self) -> None:
+        """Declare the bus lost if a problem has lasted too long."""
+        for since_s, why in list(self._since.values()):
+            if self._clock() - since_s >= WATCH_PATIENCE_S:
+                self.lose(why)
+
+    def lose(self, why: str) -> None:
+        """End the link; only the first reason is reported."""
+        with self._lock:
+            self._lost = self._lost or why
+        self.ended.set()
+        self._ring()
+
+
+RECV_S = 0.05  # timeout of one read, and so the interval at which lasting problems are checked
+STATE_S = 0.2  # interval at which the driver is asked for the state
+PAUSE_S = 0.01  # pause after an error, so that a driver that fails at once does not hog a core
+MOST_UNREAD_FRAMES = 4096
+
+
+class CanReader:
+    """Receives frames in its own thread, into a queue that drops the oldest when it is full.
+
+    python-can's Notifier is not suitable, because it ends at the first error (hardbyte/python-can
+    issues 907, 1667 and 1828). This thread survives every error of the bus and its driver.
+    """
+
+    def __init__(
+        self,
+        bus: can.BusABC,
+        ids: frozenset[int],
+        watch: Watch,
+        *,
+        ring: Callable[[], None],
+        also: Callable[[], None],
+    ) -> None:
+        """Start receiving the `ids`, or all; call `ring` for a frame and `also` after each read."""
+        self._bus = bus
+        self._tells = bus if isinstance(bus, Tells) else None
+        self._ids = ids
+        self._watch = watch
+        self._ring = ring
+        self._also = also
+        self._frames: deque[Frame] = deque()
+        self._state_s = 0.0
+        self._thread = threading.Thread(target=self._run, name="armdrive-can-in", daemon=True)
+        self._thread.start()
+
+    def take(self) -> list[Frame]:
+        """Return the received frames, in order, and remove them from the queue."""
+        taken: list[Frame] = []
+        with contextlib.suppress(IndexError):
+            while len(taken) < MOST_UNREAD_FRAMES:
+                taken.append(self._frames.popleft())
+        return taken
+
+    def join(self, patience_s: float) -> None:
+        """Wait for the thread to end."""
+        if self._thread is not threading.current_thread():
+            self._thread.join(patience_s)
+
+    def _run(self) -> None:
+        while not self._watch.ended.is_set():
+            try:
+                message = self._bus.recv(RECV_S)
+            except Exception as error:  # each backend raises its own types
+                self._failed(error)
+            else:
+                self._watch.settled("reading")
+                if message is not None:
+                    self._hear(message)
+            self._ask()
+            self._also()
+            self._watch.look()
+
+    def _hear(self, message: can.Message) -> None:
+        if message.is_error_frame:
+            self._watch.count(error_frames=1)
+            state, why = of_error_frame(message.arbitration_id, bytes(message.data))
+            if state is not None:
+                self._watch.state(state, why)
+            return
+        frame = frame_of(message)
+        if frame is None or not message.is_rx:
+            return
+        self._watch.heard(1)
+        if not self._ids or frame.can_id in self._ids:
+            if len(self._frames) >= MOST_UNREAD_FRAMES:
+                self._frames.popleft()
+                self._watch.count(overrun=1)
+            self._frames.append(frame)
+            self._ring()
+
+    def _failed(self, error: Exception) -> None:
+        if self._watch.ended.is_set():
+            return
+        self._watch.count(read_errors=1)
+        if gone := gone_words(error):
+            self._watch.lose(gone)
+        self._watch.lasting("reading", f"it cannot be read ({error.__cause__ or error})")
+        self._watch.ended.wait(PAUSE_S)
+
+    def _ask(self) -> None:
+        """Check the state of the controller, if its driver knows it."""
+        now_s = time.monotonic()
+        if now_s - self._state_s < STATE_S:
+            return
+        self._state_s = now_s
+        if self._tells is not None:
+            status = self._tells.take_status()
+            if status is not None:
+                self._watch.state(*of_status(status))
+            return
+        with contextlib.suppress(Exception):  # some of the drivers that do not know it raise
+            if self._bus.state.name == "ERROR":
+                self._watch.state(BusState.OFF, "its driver reports so")
+
+
+SEND_S = 0.25  # timeout of one attempt to send; some drivers ignore it, so `look` checks the time
+PATIENCE_S = 0.8  # a frame that has not left by then means a lost bus
+FRESH_S = 0.15  # drop frames that waited longer: the drives may have stopped by themselves
+MOST_AWAKE_S = 0.4  # a longer gap between two checks is a suspension, and counts only this much
+AGAIN_S = 0.005
+LOOK_S = 0.1
+ASK_AGAIN_S = 1.0  # an adapter without a status refuses the request too: do not ask in a loop
+MOST_FRAMES = 256  # a longer queue means that the bus has stopped
+REFUSES = "the adapter refuses frames: no node acknowledges them, or the adapter has restarted"
+_FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
+
+
+class CanWriter:
+    """Sends frames from its own thread, so that a stuck adapter blocks no other thread.
+
+    Frames leave in order. A frame that cannot leave in time ends the link, and the frames after it
+    are dropped. So are frames that waited while this program was suspended: no frame is sent late.
+    """
+
+    def __init__(self, bus: can.BusABC, watch: Watch, clock: Callable[[], float]) -> None:
+        self._bus = bus
+        self._tells = bus if isinstance(bus, Tells) else None
+        self._watch = watch
+        self._clock = clock
+        self._frames: deque[tuple[Frame, float]] = deque()  # each with the time of `put`
+        self._work = threading.Condition()
+        self._began_s: float | None = None
+        self._looked_s = -math.inf
+        self._stuck_s = 0.0
+        """How long the current frame has been in sending, not counting suspensions."""
+        self._refused = 0
+        self._asked_s = -math.inf
+        self._thread = threading.Thread(target=self._run, name="armdrive-can-out", daemon=True)
+        self._thread.start()
+
+    def put(self, frames: Iterable[Frame]) -> None:
+        """Queue frames for sending; on a lost bus they are dropped."""
+        now_s = self._clock()
+        with self._work:
+            self._frames.extend((frame, now_s) for frame in frames)
+            if len(self._frames) > MOST_FRAMES:
+                self._watch.lose(not_heard(f"{len(self._frames)} frames wait to be sent"))
+            self._work.notify_all()
+
+    def look(self) -> None:
+        """Check the frame that is being sent, because its driver may hang."""
+        began_s, now_s = self._began_s, self._clock()
+        since_s = math.inf if began_s is None else max(began_s, self._looked_s)
+        if since_s == began_s:
+            self._stuck_s = 0.0
+        # a long gap is a suspension of this program, which says nothing about the adapter
+        self._stuck_s += min(max(now_s - since_s, 0.0), MOST_AWAKE_S)
+        self._looked_s = now_s
+        if began_s is not None and self._stuck_s > PATIENCE_S:
+            self._watch.lose(not_heard(f"the adapter took no frame for {PATIENCE_S} s"))
+
+    @property
+    def waiting(self) -> int:
+        """The number of frames that have not left yet."""
+        return len(self._frames) + (self._began_s is not None)
+
+    def drain(self, patience_s: float) -> None:
+        """Wait until all frames have left, or the timeout."""
+        with self._work:
+            self._work.wait_for(lambda: self._watch.ended.is_set() or not self.waiting, patience_s)
+
+    def join(self, patience_s: float) -> None:
+        """Drop the waiting frames, and wait for the thread to end."""
+        with self._work:
+            self._frames.clear()
+            self._work.notify_all()
+        self._thread.join(patience_s)
+
+    def _run(self) -> None:
+        while not self._watch.ended.is_set():
+            with self._work:
+                if not self._frames:
+                    self._work.wait(LOOK_S)
+                taken = self._frames.popleft() if self._frames else None
+                self._began_s = None if taken is None else self._clock()
+            if taken is not None:
+                self._send(*taken)
+                self._sent()
+            self._mind_refusals()
+        with self._work:
+            self._frames.clear()
+
+    def _sent(self) -> None:
+        with self._work:
+            self._began_s = None
+            self._work.notify_all()
+
+    def _send(self, frame: Frame, written_s: float) -> None:
+        """Send a frame, unless it waited too long in the queue or during a suspension."""
+        message = message_of(frame)
+        began_s = last_s = self._clock()
+        if began_s - written_s > FRESH_S:
+            self._watch.count(forgotten=1)
+            return
+        waited_s = 0.0
+        while not self._watch.ended.is_set():
+            try:
+                self._bus.send(message, timeout=SEND_S)
+            except Exception as error:  # each backend raises its own types
+                now_s = self._clock()
+                waited_s += min(now_s - last_s, MOST_AWAKE_S)
+                last_s = now_s
+                self._failed(error, waited_s)
+                if now_s - began_s > PATIENCE_S:  # this program was suspended meanwhile
+                    self._watch.count(forgotten=1)
+                    return
+            else:
+                self._watch.count(sent=1)
+                return
+
+    def _failed(self, error: Exception, waited_s: float) -> None:
+        if not _is_full(error):
+            self._watch.lose(gone_words(error) or f"it cannot be written to ({error})")
+        elif waited_s > PATIENCE_S - SEND_S:
+            self._watch.lose(not_heard(f"its transmit buffer stays full: {error}"))
+        else:
+            self._watch.ended.wait(AGAIN_S)
+
+    def _mind_refusals(self) -> None:
+        """Note the frames that an slcan adapter reports as not sent, and ask for its status."""
+        if self._tells is None:
+            return
+        more, self._refused = self._tells.refused - self._refused, self._tells.refused
+        if more:
+            self._watch.count(refused=more)
+        if not self._tells.refusing:
+            self._watch.settled("refused")
+        elif more:
+            self._watch.lasting("refused", not_heard(REFUSES))
+        troubled = (
+            self._watch.health.state is not BusState.ACTIVE
+        )  # so this adapter reports a status
+        again_s = LOOK_S if troubled else ASK_AGAIN_S
+        if (more or troubled) and self._clock() - self._asked_s > again_s:
+            self._asked_s = self._clock()
+            try:
+                self._tells.ask()
+            except Exception as error:
+                self._watch.lose(f"it cannot be written to ({error})")
+
+
+def _is_full(error: Exception) -> bool:
+    """Return whether a frame could not be sent for lack of room, so that a retry may succeed."""
+    text = str(error).lower()
+    return (
+        isinstance(error, TimeoutError)
+        or number_of(error) in _FULL
+        or "buffer full" in text
+        or "queue" in text
+    )
+
+
+# The link: it joins the two threads.
+
 DRAIN_S = 0.3  # `close` waits this long for written frames to leave; one may be a stop
 CLOSING_S = 0.5  # a driver or thread that has not ended by then is abandoned
-STANDARD_MASK = 0x7FF
-EXTENDED_MASK = 0x1FFF_FFFF
-_RATES = frozenset({"bitrate", "btr", "timing"})
 
 
 class CanLink(Link):
@@ -121,84 +498,3 @@ class CanLink(Link):
                 f"the CAN bus on {self._name} was lost: {self._watch.lost}. The arm stands once "
                 "its last motion has ended; then connect again"
             )
-
-
-def open_can_link(port: str) -> CanLink:
-    """Open `can:INTERFACE:CHANNEL?...`, or raise `PortUnavailable` or `BadRequest`."""
-    address = CanAddress.parse(port)
-    bus, name = open_bus(address)
-    return CanLink(bus, name, address.ids)
-
-
-def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
-    """Open the bus of an address; return it and a readable name. Raises `PortUnavailable`.
-
-    Anything that the address leaves out comes from python-can's configuration.
-    """
-    try:
-        import can
-    except ImportError as error:
-        raise PortUnavailable(f"{NOT_INSTALLED} ({error})") from None
-    logger = logging.getLogger("can")
-    if not logger.handlers:  # keep its warnings off the terminal; armdrive's errors report them
-        logger.addHandler(logging.NullHandler())
-    settings = _settings(can, address)
-    interface = str(settings.pop("interface"))
-    channel = settings.pop("channel", None)
-    found = CanAddress(interface, "" if channel is None else str(channel), address.options)
-    if down := is_down(found):
-        raise down
-    if found.device:
-        require_no_terminal(found.device)
-    if interface == "slcan" and found.channel and not _RATES & settings.keys():
-        raise PortUnavailable(
-            f"{_name(found, {})} names no bit rate, and an slcan adapter has none of its own: "
-            f"write {_name(found, {})}?bitrate=500000"
-        )
-    # other interfaces would also filter out error frames
-    if interface == "socketcan" and address.ids:
-        settings["can_filters"] = _filters(address.ids)
-    try:
-        if interface == "slcan":
-            from armdrive.transports.can_slcan import Slcan
-
-            bus: can.BusABC = Slcan(str(channel or ""), **settings)
-        else:
-            bus = can.Bus(channel=channel, interface=interface, ignore_config=True, **settings)
-    except ArmError:
-        raise
-    except Exception as error:  # every backend has its own kinds
-        raise can_refusal(found, error) from None
-    return bus, _name(found, settings)
-
-
-def _settings(python_can: ModuleType, address: CanAddress) -> dict[str, Any]:
-    """Return python-can's settings for an address, completed from its configuration."""
-    given: dict[str, Any] = dict(address.options)
-    if address.interface:
-        given["interface"] = address.interface
-    if address.channel:
-        given["channel"] = address.channel
-    try:
-        return dict(python_can.util.load_config(config=given))
-    except NotImplementedError:
-        raise unknown_interface(address, python_can.VALID_INTERFACES) from None
-    except (ValueError, TypeError) as error:
-        raise PortUnavailable(f"{address} cannot be used: {error}") from None
-
-
-def _filters(ids: frozenset[int]) -> list[dict[str, int | bool]]:
-    return [
-        {
-            "can_id": each,
-            "can_mask": STANDARD_MASK if each <= STANDARD_MASK else EXTENDED_MASK,
-            "extended": each > STANDARD_MASK,
-        }
-        for each in sorted(ids)
-    ]
-
-
-def _name(address: CanAddress, settings: dict[str, Any]) -> str:
-    where = str(CanAddress(address.interface, address.channel))
-    bitrate = settings.get("bitrate")
-    return f"{where} at {bitrate / 1000:g} kbit/s" if isinstance(bitrate, int) else where

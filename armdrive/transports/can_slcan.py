@@ -22,8 +22,8 @@ from can.interfaces.slcan import slcanBus
 
 from armdrive.errors import NoConnection
 from armdrive.errors.printable import reason_of
-from armdrive.transports.can_threads import frame_of as frame_of_message
-from armdrive.transports.can_threads import message_of
+from armdrive.transports.can_link import frame_of as frame_of_message
+from armdrive.transports.can_link import message_of
 from firmware_protocol.frames import BELL, Frame, SlcanLines, frame_of, line_of
 
 if sys.platform != "win32":

@@ -10,11 +10,30 @@ can:INTERFACE:CHANNEL?...     a CAN bus through python-can, as packed frames
 
 from __future__ import annotations
 
-from armdrive.transports.address import host_and_port, is_can, scheme
-from armdrive.transports.can_link import open_can_link
+import logging
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from armdrive.errors import ArmError, PortUnavailable
+from armdrive.transports.address import CanAddress, host_and_port, is_can, scheme
+from armdrive.transports.can_link import CanLink
 from armdrive.transports.link import Link
+from armdrive.transports.ports import (
+    NOT_INSTALLED,
+    can_refusal,
+    is_down,
+    require_no_terminal,
+    unknown_interface,
+)
 from armdrive.transports.serial_port import SerialLink
 from armdrive.transports.udp import UdpLink
+
+if TYPE_CHECKING:
+    import can
+
+STANDARD_MASK = 0x7FF
+EXTENDED_MASK = 0x1FFF_FFFF
+_RATES = frozenset({"bitrate", "btr", "timing"})
 
 
 def open_link(
@@ -29,3 +48,84 @@ def open_link(
     if scheme(port) == "udp":
         return UdpLink(*host_and_port(port))
     return SerialLink(port, baud, raise_dtr=raise_dtr, keep_dtr_on_close=keep_dtr_on_close)
+
+
+def open_can_link(port: str) -> CanLink:
+    """Open `can:INTERFACE:CHANNEL?...`, or raise `PortUnavailable` or `BadRequest`."""
+    address = CanAddress.parse(port)
+    bus, name = open_bus(address)
+    return CanLink(bus, name, address.ids)
+
+
+def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
+    """Open the bus of an address; return it and a readable name. Raises `PortUnavailable`.
+
+    Anything that the address leaves out comes from python-can's configuration.
+    """
+    try:
+        import can
+    except ImportError as error:
+        raise PortUnavailable(f"{NOT_INSTALLED} ({error})") from None
+    logger = logging.getLogger("can")
+    if not logger.handlers:  # keep its warnings off the terminal; armdrive's errors report them
+        logger.addHandler(logging.NullHandler())
+    settings = _settings(can, address)
+    interface = str(settings.pop("interface"))
+    channel = settings.pop("channel", None)
+    found = CanAddress(interface, "" if channel is None else str(channel), address.options)
+    if down := is_down(found):
+        raise down
+    if found.device:
+        require_no_terminal(found.device)
+    if interface == "slcan" and found.channel and not _RATES & settings.keys():
+        raise PortUnavailable(
+            f"{_name(found, {})} names no bit rate, and an slcan adapter has none of its own: "
+            f"write {_name(found, {})}?bitrate=500000"
+        )
+    # other interfaces would also filter out error frames
+    if interface == "socketcan" and address.ids:
+        settings["can_filters"] = _filters(address.ids)
+    try:
+        if interface == "slcan":
+            from armdrive.transports.can_slcan import Slcan
+
+            bus: can.BusABC = Slcan(str(channel or ""), **settings)
+        else:
+            bus = can.Bus(channel=channel, interface=interface, ignore_config=True, **settings)
+    except ArmError:
+        raise
+    except Exception as error:  # every backend has its own kinds
+        raise can_refusal(found, error) from None
+    return bus, _name(found, settings)
+
+
+def _settings(python_can: ModuleType, address: CanAddress) -> dict[str, Any]:
+    """Return python-can's settings for an address, completed from its configuration."""
+    given: dict[str, Any] = dict(address.options)
+    if address.interface:
+        given["interface"] = address.interface
+    if address.channel:
+        given["channel"] = address.channel
+    try:
+        return dict(python_can.util.load_config(config=given))
+    except NotImplementedError:
+        raise unknown_interface(address, python_can.VALID_INTERFACES) from None
+    except (ValueError, TypeError) as error:
+        raise PortUnavailable(f"{address} cannot be used: {error}") from None
+
+
+def _filters(ids: frozenset[int]) -> list[dict[str, int | bool]]:
+    return [
+        {
+            "can_id": each,
+            "can_mask": STANDARD_MASK if each <= STANDARD_MASK else EXTENDED_MASK,
+            "extended": each > STANDARD_MASK,
+        }
+        for each in sorted(ids)
+    ]
+
+
+def _name(address: CanAddress, settings: dict[str, Any]) -> str:
+    where = str(CanAddress(address.interface, address.channel))
+    bitrate = settings.get("bitrate")
+    return f"{where} at {bitrate / 1000:g} kbit/s" if isinstance(bitrate, int) else where

@@ -7,7 +7,7 @@ from functools import partial
 from armdrive.config.sections import GripperSettings
 from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate_device
-from armdrive.sim.mechanics.switches import LimitSwitch
+from armdrive.sim.mechanics.motors import LimitSwitch
 from armdrive.sim.wire import DeviceLine, MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
 from firmware_protocol.grbl.answers import decode_answer

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from armdrive.errors import BadRequest
-from armdrive.sim.faults import FaultRequest
-from armdrive.sim.faults.table import BROWN_OUT_S
+from armdrive.sim.faults import BROWN_OUT_S, FaultRequest
 from kinematics import Motors
 
 ANSWERS_S = 5.0

@@ -14,8 +14,7 @@ from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulate_device, simulated_kind
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import Options, Value
-from armdrive.sim.faults import parse_option
-from armdrive.sim.faults.table import check_faults, faults_of
+from armdrive.sim.faults import check_faults, faults_of, parse_option
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.transports.address import BITRATE
 

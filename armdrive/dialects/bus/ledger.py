@@ -25,7 +25,7 @@ TRIES = 3
 """How often a request that is safe to repeat is sent: a bad bus loses one frame in ten."""
 LAST_TRY_S = 0.25
 """How much longer the last reply is waited for: a frame may wait that long in the computer or the
-adapter (see `transports/can_threads.py`)."""
+adapter (see `transports/can_link.py`)."""
 MUTE_POLLS = 4
 """A drive that misses this many polls in a row while another one replies is mute, and may have lost
 its power. On a bus that loses one frame in ten, a sound drive does that once in 750 polls."""

@@ -14,8 +14,8 @@ from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.line import BusLine, Outbox
 from armdrive.sim.bus.node import BusNode
 from armdrive.sim.device import Board
+from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.frames import Unpacker

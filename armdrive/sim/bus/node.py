@@ -14,8 +14,8 @@ from typing import Protocol
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Option, Value
+from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.mechanics.switches import LimitSwitch, switch_places
 from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol.frames import Frame
 from kinematics.text import counted

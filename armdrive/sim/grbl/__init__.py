@@ -47,7 +47,7 @@ from armdrive.sim.grbl.firmware import (
 )
 from armdrive.sim.grbl.hardware import BoardBuild, OutputWiring, Switches
 from armdrive.sim.grbl.orders import ROUTINES
-from armdrive.sim.mechanics.switches import LimitSwitch, switch_places
+from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from firmware_protocol.grbl import AXIS_LETTERS

@@ -34,7 +34,7 @@ from armdrive.sim.grbl.hardware import (
     Switches,
 )
 from armdrive.sim.grbl.parser import STORED, GcodeParser
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from armdrive.status import BITS_A_BYTE

@@ -13,9 +13,8 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from armdrive.sim.grbl.firmware import BoardSettings, Firmware
-from armdrive.sim.mechanics.motors import MotorDrive
+from armdrive.sim.mechanics.motors import LimitSwitch, MotorDrive
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
-from armdrive.sim.mechanics.switches import LimitSwitch
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import FLAG, NUMBER, TEXT, Form, Json, Saved, read, write
 from firmware_protocol.grbl import Modal

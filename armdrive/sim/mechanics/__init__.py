@@ -4,7 +4,6 @@ What is decided where:
 
     profiles   one axis speeding up, running and slowing down
     planner    queued lines, and the speed at their corners
-    motors     steppers that turn together, and their true speed
+    motors     steppers that turn together, their true speed, and where a limit switch closes
     shafts     set-points in a closed loop, and the arm that follows them
-    switches   where a limit switch closes
 """

@@ -1,4 +1,4 @@
-"""Steppers that turn together, the physical arm that follows them, and their true speed.
+"""Steppers that turn together, the arm that follows them, their true speed, and limit switches.
 
 Units: half-steps, seconds, half-steps per second. A rack computes the commanded counts at any time,
 without ticking; the world decides whether the arm can follow.
@@ -6,15 +6,17 @@ without ticking; the world decides whether the arm can follow.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Generic, Protocol, TypeVar
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.world import World
 from kinematics.spaces import Motors
+from kinematics.transmission import Transmission
 
 _ROUNDING = 1e-6
 """Tolerance for floating-point rounding, as a share of a step."""
@@ -269,22 +271,10 @@ class CoordinatedDrive(MotorDrive[MotorRack]):
         self.rack.start(steps, 1.0 / rate_hz, now_s)
 
 
-# --- The real rates of a simulated TeachMover, from SP to half-steps a second --------------------
-# Deliberately independent of the driver's table: if the two differ, the driver has to notice.
+# --- Motors that are faster or slower than their board assumes ------------------------------------
 
-RateTable = tuple[tuple[int, float], ...]
-DEFAULT_RATES: RateTable = ((0, 30.0), (140, 150.0), (190, 250.0), (240, 470.0))
-"""Unverified: the real table was never published. Straight lines between the points."""
 SPEED_ERRORS = (-0.95, 100.0)
 """The bounds of a speed error: much faster, and much slower."""
-
-
-def rate_hz(table: RateTable, speed: int, error: float) -> float:
-    """Return half-steps per second; an `error` of 0.2 means a fifth slower, -0.2 a fifth faster.
-
-    A speed beyond either end of the table has the rate of that end.
-    """
-    return _between(table, speed) / (1.0 + error)
 
 
 class MotorSpeed:
@@ -309,8 +299,66 @@ class MotorSpeed:
         self.error = error
 
 
-def _between(table: RateTable, speed: int) -> float:
-    for (low, slow), (high, fast) in itertools.pairwise(table):
-        if speed <= high:
-            return slow + (fast - slow) * (max(speed, low) - low) / (high - low)
-    return table[-1][1]
+# --- Limit switches: one for each motor, at one end of its travel ---------------------------------
+
+
+class SwitchState(Enum):
+    """How a limit switch behaves."""
+
+    FREE = "free"
+    """Follows the arm; works normally."""
+    OPEN = "open"
+    """Stuck open: never reads as pressed."""
+    CLOSED = "closed"
+    """Stuck closed: always reads as pressed."""
+
+
+class LimitSwitch:
+    """A switch that a motor presses, at a position and beyond in a direction.
+
+    It depends on where the motor stands (`position`, in steps), and on no register.
+    """
+
+    def __init__(self, position: Callable[[], int], at: int, way: int = 1) -> None:
+        self.at, self.way = at, way
+        self.state = SwitchState.FREE
+        self.held = False
+        """Whether a person presses it."""
+        self._position = position
+
+    @property
+    def pressed(self) -> bool:
+        """Whether the controller sees it pressed."""
+        if self.state is not SwitchState.FREE:
+            return self.state is SwitchState.CLOSED
+        return self.held or (self._position() - self.at) * self.way >= 0
+
+    def steps_to(self, way: int) -> int | None:
+        """Return how many steps in a direction press it; None if none ever do."""
+        if self.pressed:
+            return 0
+        missing = (self.at - self._position()) * way
+        return missing if missing > 0 and self.state is SwitchState.FREE else None
+
+
+def switch_places(
+    config: ArmConfig, turning: Transmission, behind: Sequence[int]
+) -> tuple[int, ...]:
+    """Return where each motor meets its switch: `behind` steps beyond where homing ends.
+
+    If the arm file does not say where homing ends, the switches are at the upper end of each
+    motor's travel.
+    """
+    if config.homing is not None:
+        homed = turning.to_motors(config.homing.joints, config.homing.opening_mm)
+        return tuple(at + steps for at, steps in zip(homed, behind, strict=True))
+    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+    bounds.append(config.model.gripper_range_mm)
+    highest = (
+        sum(max(share * low, share * high) for share, (low, high) in zip(row, bounds, strict=False))
+        for row in turning.matrix
+    )
+    return tuple(
+        math.ceil(most + motor.offset_steps)
+        for most, motor in zip(highest, turning.motors, strict=True)
+    )

@@ -20,8 +20,7 @@ from armdrive.sim.device import (
     state_json,
     state_line,
 )
-from armdrive.sim.faults import Cable, check_count, parse_words
-from armdrive.sim.faults.table import Faults, fault_kind, faults_of
+from armdrive.sim.faults import Cable, Faults, check_count, fault_kind, faults_of, parse_words
 from armdrive.sim.serving.servers import Server
 from armdrive.sim.wire import DeviceLine
 from armdrive.sim.world.saved import Json

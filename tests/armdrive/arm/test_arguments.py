@@ -56,7 +56,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, arguments, kinematic
 from armdrive.errors.table import entry
 from armdrive.moves import JointMove, LineMove, PoseMove
-from armdrive.sim.faults.table import Faults
+from armdrive.sim.faults import Faults
 from armdrive.sim.world import World
 from armdrive.storage import point_file
 from armdrive.storage.point_file import Points

@@ -26,7 +26,7 @@ from armdrive.setup.ports import closed_ports, latency, look_at
 from armdrive.setup.prober import Examination
 from armdrive.setup.survey import of_settings
 from armdrive.tasks import DeviceSettings, Difference
-from armdrive.transports import can_link, ports
+from armdrive.transports import opening, ports
 from armdrive.transports.can_health import BusHealth
 from armdrive.transports.ports import CanPort
 from firmware_protocol.canopen import DEVICE_TYPE
@@ -265,7 +265,7 @@ class TwinBus:
 
 def test_mks_drives_are_found_and_offered_their_template(monkeypatch):
     bus = TwinBus(arm())
-    monkeypatch.setattr(can_link, "open_can_link", lambda port: bus)
+    monkeypatch.setattr(opening, "open_can_link", lambda port: bus)
     clock = DialogClock()
     monkeypatch.setattr(dialog_runner, "RealClock", lambda: clock)
     found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
@@ -277,7 +277,7 @@ def test_mks_drives_are_found_and_offered_their_template(monkeypatch):
 
 def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
     bus = NodesBus(*map(Device, range(1, 7)))
-    monkeypatch.setattr(can_link, "open_can_link", lambda port: bus)
+    monkeypatch.setattr(opening, "open_can_link", lambda port: bus)
     monkeypatch.setattr(dialog_runner, "RealClock", DialogClock)
     found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
     assert found.dialect == "cia402"

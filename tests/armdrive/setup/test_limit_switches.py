@@ -25,7 +25,7 @@ from armdrive.setup.arm_checks import (
     switches_of,
 )
 from armdrive.setup.simulated_person import SimulatedPerson
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.status import State
 from armdrive.storage import files as places
 

@@ -25,13 +25,12 @@ from armdrive.errors import (
     PortInUse,
     PortUnavailable,
 )
-from armdrive.transports import can_threads, ports
+from armdrive.transports import can_link, ports
 from armdrive.transports import ports as can_ports
 from armdrive.transports import ports as can_refusals
 from armdrive.transports.address import CanAddress, is_can, scheme
 from armdrive.transports.can_health import BusState
-from armdrive.transports.can_link import _filters
-from armdrive.transports.opening import open_link
+from armdrive.transports.opening import _filters, open_link
 from armdrive.transports.ports import (
     CanPort,
     PortInfo,
@@ -372,7 +371,7 @@ class TestFrames:
         assert frames_of(link) == [Frame(3)]
 
     def test_of_a_flood_the_oldest_frames_are_dropped_and_counted(self, failing, monkeypatch):
-        monkeypatch.setattr(can_threads, "MOST_UNREAD_FRAMES", 4)
+        monkeypatch.setattr(can_link, "MOST_UNREAD_FRAMES", 4)
         bus, link = failing
         bus.coming.extend(message(each) for each in range(10))
         until(lambda: link.health.heard == 10)
@@ -455,7 +454,7 @@ class TestState:
         bus, link = failing
         bus.coming.extend([NO_ACK, message(1)])
         assert frames_of(link) == [Frame(1)]
-        monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", 0.0)
+        monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", 0.0)
         link.wait(0.2)
         assert link.read(0.0) == b""
         assert link.health.state is BusState.PASSIVE

@@ -19,7 +19,7 @@ from can_served import Served
 
 from armdrive.errors import NoConnection, NoSuchPort, PortInUse, PortUnavailable
 from armdrive.sim.serving.servers import PtyServer
-from armdrive.transports import can_slcan, can_threads
+from armdrive.transports import can_link, can_slcan
 from armdrive.transports.can_health import BusState
 from armdrive.transports.link import Bell
 from armdrive.transports.opening import open_link
@@ -30,9 +30,9 @@ HERE = Path(__file__).parent
 
 @pytest.fixture(autouse=True)
 def short_patience(monkeypatch):
-    monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", 0.1)
+    monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", 0.1)
     for interval_s in ("STATE_S", "LOOK_S", "ASK_AGAIN_S"):  # how often an adapter is asked
-        monkeypatch.setattr(can_threads, interval_s, 0.01)
+        monkeypatch.setattr(can_link, interval_s, 0.01)
 
 
 @pytest.fixture
@@ -178,7 +178,7 @@ class TestLosses:
 
     @pytest.mark.parametrize("answered", [True, False])
     def test_a_moment_of_refusals_is_forgiven(self, served, opened, monkeypatch, answered):
-        monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", LONG_S)
+        monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", LONG_S)
         faults = served.server.adapter.faults
         faults.alone = True
         opened.write(pack(Frame(1)), 0.0)
@@ -191,7 +191,7 @@ class TestLosses:
             assert frames_of(opened) == [Frame(4)]
         while opened.health.state is not BusState.ACTIVE:
             opened.wait(0.005)
-        monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", 0.0)
+        monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", 0.0)
         opened.wait(0.2)
         assert opened.read(0.0) == b""
         assert (opened.health.heard, opened.health.refused) == (answered, 1)

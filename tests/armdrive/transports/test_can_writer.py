@@ -8,10 +8,9 @@ import pytest
 from can_bench import LONG_S, FailingBus, until_lost
 from waiting import returns, soon, until
 
-from armdrive.transports import can_threads
+from armdrive.transports import can_link
 from armdrive.transports.can_health import BusState, of_error_frame, of_status
-from armdrive.transports.can_link import CanLink
-from armdrive.transports.can_threads import MOST_AWAKE_S, PATIENCE_S
+from armdrive.transports.can_link import MOST_AWAKE_S, PATIENCE_S, CanLink
 from firmware_protocol.frames import Frame, pack
 
 pytestmark = pytest.mark.usefixtures("short_patience")
@@ -71,7 +70,7 @@ class TestWriter:
     def test_more_frames_than_any_bus_carries_are_a_loss(self, failing):
         bus, link = failing
         bus.stuck.clear()
-        link.write(pack(Frame(1)) * (2 * can_threads.MOST_FRAMES), 0.0)
+        link.write(pack(Frame(1)) * (2 * can_link.MOST_FRAMES), 0.0)
         assert "frames wait to be sent" in until_lost(link)
 
     def test_nothing_is_sent_periodically_by_anybody_else(self, failing, monkeypatch):
@@ -91,8 +90,8 @@ class Suspended:
     def __init__(self, bus: FailingBus | None = None) -> None:
         self.now_s = 0.0
         self.bus = bus or FailingBus()
-        self.watch = can_threads.Watch(lambda: self.now_s, lambda: None)
-        self.writer = can_threads.CanWriter(self.bus, self.watch, lambda: self.now_s)
+        self.watch = can_link.Watch(lambda: self.now_s, lambda: None)
+        self.writer = can_link.CanWriter(self.bus, self.watch, lambda: self.now_s)
 
     def stick(self) -> None:
         """Have the adapter hang in the middle of frame 1."""
@@ -115,7 +114,7 @@ class TestSuspension:
 
     @pytest.fixture(autouse=True)
     def usual_patience(self, short_patience, monkeypatch):
-        monkeypatch.setattr(can_threads, "PATIENCE_S", PATIENCE_S)
+        monkeypatch.setattr(can_link, "PATIENCE_S", PATIENCE_S)
 
     def test_frames_that_waited_in_the_queue_are_forgotten(self):
         bench = Suspended()
@@ -129,13 +128,13 @@ class TestSuspension:
         assert bench.watch.health.forgotten == 2
 
     def test_a_frame_in_hand_is_forgotten(self, monkeypatch):
-        bench, message = Suspended(), can_threads.message_of
+        bench, message = Suspended(), can_link.message_of
 
         def suspended(frame):
             bench.now_s += 0.5 if frame.can_id == 1 else 0.0
             return message(frame)
 
-        monkeypatch.setattr(can_threads, "message_of", suspended)
+        monkeypatch.setattr(can_link, "message_of", suspended)
         bench.writer.put([Frame(1)])
         bench.writer.drain(LONG_S)
         bench.writer.put([Frame(2)])
@@ -210,7 +209,7 @@ REFUSALS = [(None, "refuses frames"), (0x20, "error-passive"), (0xA0, "has left 
 
 @pytest.mark.parametrize(("status", "words"), REFUSALS)
 def test_an_adapter_that_tells_is_asked_why_it_sends_nothing(status, words, monkeypatch):
-    monkeypatch.setattr(can_threads, "STATE_S", 0.01)
+    monkeypatch.setattr(can_link, "STATE_S", 0.01)
     bus = TellingBus(status)
     with contextlib.closing(CanLink(bus, "can:telling")) as link:
         link.write(pack(Frame(1)), 0.0)

@@ -30,7 +30,7 @@ from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
 from armdrive.motion.reference import home_device
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedPace
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.status import State, Trust
 from kinematics import Joints
 

@@ -15,7 +15,7 @@ from armdrive.registry import simulate_device
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.cia402 import KIND as CIA402
 from armdrive.sim.device import SaysEmergencies
-from armdrive.sim.faults.table import FAULTS
+from armdrive.sim.faults import FAULTS
 from armdrive.sim.mks import KIND as MKS
 from armdrive.sim.serving import make_server
 from firmware_protocol import canopen, mks

@@ -19,7 +19,7 @@ from cia402_sim import (
 
 from armdrive.config.sections import HomingSettings
 from armdrive.registry import simulate
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.mechanics.motors import SwitchState
 from firmware_protocol import canopen
 from kinematics import Motors
 

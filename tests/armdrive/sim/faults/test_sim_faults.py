@@ -12,9 +12,16 @@ from armdrive.errors import BadRequest, LinkLost
 from armdrive.registry import simulate
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import SaysEmergencies, SimDevice
-from armdrive.sim.faults import Cable, FaultRequest, parse_option, parse_words
-from armdrive.sim.faults.table import FAULTS, Faults, faults_of
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.faults import (
+    FAULTS,
+    Cable,
+    FaultRequest,
+    Faults,
+    faults_of,
+    parse_option,
+    parse_words,
+)
+from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.teachmover import TeachMoverBoard
 from armdrive.sim.wire import (
     DeviceLine,

@@ -12,7 +12,7 @@ from armdrive.errors import ArmError, ArmFileError, BadRequest
 from armdrive.registry import simulate_device
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import HasSwitches, Resettable
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.mechanics.motors import SwitchState
 from firmware_protocol.grbl import Host, Line, State, Variant
 from kinematics import JOINT_NAMES, KinematicsError
 

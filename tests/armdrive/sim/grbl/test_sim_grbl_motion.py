@@ -11,7 +11,7 @@ from grbl_bench import HOMING, MACHINE, SLOPE, Bench, config_of, homing_bench, s
 from armdrive.config.sections import HomingSettings
 from armdrive.sim.grbl.firmware import ALWAYS_ON_MS, FIRMWARES, IDLE_MS, BoardSettings
 from armdrive.sim.grbl.hardware import BoardOutputs, MotorCurrent, OutputFingers, OutputWiring
-from armdrive.sim.mechanics.switches import LimitSwitch, SwitchState
+from armdrive.sim.mechanics.motors import LimitSwitch, SwitchState
 from firmware_protocol.grbl import Line, State
 
 HOLD, RESUME, RESET = "!", "~", "\x18"

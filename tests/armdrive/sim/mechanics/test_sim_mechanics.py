@@ -8,9 +8,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest
-from armdrive.sim.mechanics.motors import DEFAULT_RATES, MotorDrive, MotorRack, MotorSpeed, rate_hz
+from armdrive.sim.mechanics.motors import MotorDrive, MotorRack, MotorSpeed
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
+from armdrive.sim.teachmover import rate_hz
 from armdrive.sim.world import World
 
 # -- Motors ----------------------------------------------------------------------------------------
@@ -61,9 +62,9 @@ def test_no_motor_overshoots_turns_back_or_leaves_the_straight_way(deltas, rate,
     [(0, 30), (70, 90), (140, 150), (165, 200), (190, 250), (215, 360), (240, 470), (245, 470)],
 )
 def test_speeds_lie_on_straight_lines_between_the_known_ones(speed, hz):
-    assert rate_hz(DEFAULT_RATES, speed, 0.0) == pytest.approx(hz)
-    assert rate_hz(DEFAULT_RATES, speed, 0.2) == pytest.approx(hz / 1.2)
-    assert rate_hz(DEFAULT_RATES, speed, -0.2) == pytest.approx(hz / 0.8)
+    assert rate_hz(speed, 0.0) == pytest.approx(hz)
+    assert rate_hz(speed, 0.2) == pytest.approx(hz / 1.2)
+    assert rate_hz(speed, -0.2) == pytest.approx(hz / 0.8)
 
 
 @pytest.mark.parametrize("error", [-1.0, math.nan, math.inf, 1000.0])

@@ -11,9 +11,8 @@ from mks_sim import outcomes as said
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.sim.device import SimDevice
-from armdrive.sim.faults import parse_option
-from armdrive.sim.faults.table import check_faults
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.faults import check_faults, parse_option
+from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.teachmover import TeachMoverBoard
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack

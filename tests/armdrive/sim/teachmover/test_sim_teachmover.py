@@ -58,11 +58,6 @@ class TestSteps:
         assert slow.now_s == pytest.approx(30 * BYTE_S + 1.2, abs=1e-9)
         assert registers(slow) == (470, -235, 0, 10, 0, 0)
 
-    def test_a_table_of_its_own_says_how_fast_it_is(self):
-        own = TeachMoverBench(TeachMoverBoard(settings=TwinSettings(((0, 10.0), (245, 100.0)))))
-        own.ask(Step(245, (200, 0, 0, 0, 0, 0)))
-        assert own.now_s == pytest.approx(2.0, abs=0.05)
-
     def test_a_step_of_nothing_is_answered_at_once_and_writes_its_output(self, bench):
         bench.ask(Step(0, (0,) * 6, 21))
         assert bench.board.outputs == 21

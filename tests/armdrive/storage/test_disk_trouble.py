@@ -1,4 +1,4 @@
-"""A disk that takes its time, in real time: it delays motion, never a stop, and never the wire."""
+"""A disk that is slow, full, dying or read-only: what moves, what is believed, and what is said."""
 
 import io
 import math
@@ -28,6 +28,8 @@ from armdrive.status import Current, State, Trust
 from armdrive.storage import files as places
 from armdrive.storage.files import UNFINISHED, StateFiles
 from armdrive.storage.record import RecordFile, from_text
+
+# A disk that takes its time, in real time: it delays motion, never a stop, and never the wire.
 
 FASTER = 20.0
 
