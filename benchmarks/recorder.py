@@ -131,8 +131,7 @@ def writing(seconds: float = 400.0) -> Section:
         while arm.engine.now_s < end_s:
             swapped.move()
         began_s = time.perf_counter()
-        with arm.pace.lock:
-            write = arm.tracer.snapshot("measured")
+        write = arm.tracer.snapshot("measured")
         held_s = time.perf_counter() - began_s
         path = write(Path(folder) / "recording.jsonl")
         written_s = time.perf_counter() - began_s

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, Unpack, overload
 
 from armdrive.abilities import Abilities
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import Connection, Handle, finished, log_reader
+from armdrive.arm.connected import Connection, Handle, finished
 from armdrive.arm.device import InputsOutputs, Lines, read_pendant_program, write_pendant_program
 from armdrive.arm.moving import Gripper, Jogging, Moving, Place, move_to_place
 from armdrive.arm.reference import Accept, GroupReport, Referencing
@@ -812,8 +812,7 @@ class Arm:
         """
         if path is not None:
             require_free(Path(path), overwrite=overwrite)
-        with self.pace.lock:
-            write = self.tracer.snapshot("asked for")
+        write = self.tracer.snapshot("asked for")
         return write(None if path is None else Path(path))
 
     def log(self, *, back: int | None = None) -> LogReader:
@@ -822,7 +821,11 @@ class Arm:
         The reader starts with the latest `back` entries (2000 by default), and each `read()`
         continues where the last one ended.
         """
-        return log_reader(self.pace, self.tracer, self.config.connection.dialect, back)
+        from armdrive.trace.log import FURTHEST_BEHIND, LogReader  # few programs read the log
+
+        back = FURTHEST_BEHIND if back is None else back
+        dialect = self.config.connection.dialect
+        return LogReader(self.tracer.since, dialect, self.tracer.began_s, back=back)
 
 
 # Connection overrides: rehearsals, runs and tests replace a program's connections with their own.

@@ -10,15 +10,12 @@ from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
 from armdrive.errors import NoAnswer, WaitTimeout, WrongState
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
-from armdrive.runtime.clock import Pace
 from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.tasks import Task
-from armdrive.trace.entries import TraceEntry
-from armdrive.trace.recorder import FlightRecorder
 
 if TYPE_CHECKING:
-    from armdrive.trace.log import LogReader
+    pass
 
 T = TypeVar("T")
 
@@ -92,18 +89,6 @@ class Connection:
         calls, self._on_close = self._on_close, []
         for call in calls:
             call()
-
-
-def log_reader(pace: Pace, tracer: FlightRecorder, dialect: str, back: int | None) -> LogReader:
-    """Return a reader of a flight recorder's entries in words, starting with the latest `back`."""
-    # imported here to keep start-up fast: few programs read the log
-    from armdrive.trace.log import FURTHEST_BEHIND, LogReader
-
-    def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
-        with pace.lock:
-            return tracer.since(number, most, back)
-
-    return LogReader(since, dialect, tracer.began_s, back=FURTHEST_BEHIND if back is None else back)
 
 
 # The handle of a running motion, which a call with `wait=False` returns.

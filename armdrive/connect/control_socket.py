@@ -24,7 +24,7 @@ from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
 from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
-from armdrive.trace.entries import TraceEntry, tap_messages
+from armdrive.trace.entries import TRAFFIC, TraceEntry
 from armdrive.trace.recorder import FlightRecorder
 from kinematics.errors import KinematicsError
 
@@ -167,13 +167,7 @@ def _changes(arm: ControlledArm, words: Json, seen: Callable[[Json], Json]) -> I
 
 
 def _wire(arm: ControlledArm, words: Json) -> Iterator[Json]:
-    """Yield the bytes on the arm's wire, in the form of `tap_messages`."""
-
-    def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
-        with arm.pace.lock:
-            return arm.tracer.since(number, most, back)
-
-    return tap_messages(since, arm.pace.now_s, lambda: arm.closed, _every_s(words))
+    return traffic(arm, _every_s(words))
 
 
 def _view(arm: ControlledArm) -> Json:
@@ -215,9 +209,62 @@ def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and value == value
 
 
-# The table of requests.
+# The request `wire`: the bytes on the wire, streamed to another program.
+#
+# Each message is `{"wire": [[time_s, direction, bytes in hexadecimal], ...], "missed": number of
+# skipped entries, "now_s": the arm's clock}`, or `{}` if there was no traffic. The direction is
+# `"sent"` for bytes to the arm and `"heard"` for bytes from it.
 
-WIRE = "wire"
+TAP_MOST = 200  # entries fetched from the recorder at once
+TAP_BACK = 4000  # a reader further behind than this skips the oldest entries
+PIECE_BYTES = 1024  # longer entries are split, because messages have a bounded size
+MESSAGE_BYTES = 8192  # an eighth of what a caller accepts (`lock_client.LARGEST_BYTES`)
+
+Piece = tuple[float, str, str]
+
+
+def traffic(arm: ControlledArm, every_s: float) -> Iterator[Json]:
+    """Yield an arm's traffic from now on, polled every `every_s`, until the arm is closed."""
+    number, _ = arm.tracer.since(0, 0, 0)
+    missed = 0
+    while True:
+        ended = arm.closed
+        first, entries = arm.tracer.since(number, TAP_MOST, TAP_BACK)
+        missed, number = missed + first - number, first + len(entries)
+        pieces = [piece for entry in entries if entry.kind in TRAFFIC for piece in _pieces(entry)]
+        for message in _messages(pieces):
+            yield {"wire": message, "missed": missed, "now_s": arm.pace.now_s()}
+            missed = 0
+        if len(entries) == TAP_MOST:
+            continue
+        if ended:
+            return
+        if not pieces:
+            yield {}
+        time.sleep(every_s)
+
+
+def _pieces(entry: TraceEntry) -> Iterator[Piece]:
+    data = entry.what if isinstance(entry.what, bytes) else b""
+    for at in range(0, len(data), PIECE_BYTES):
+        yield entry.time_s, entry.kind.value, data[at : at + PIECE_BYTES].hex()
+
+
+def _messages(pieces: list[Piece]) -> Iterator[list[Piece]]:
+    """Group pieces into messages of at most `MESSAGE_BYTES`."""
+    message: list[Piece] = []
+    size = 0
+    for piece in pieces:
+        if message and size + len(piece[2]) > MESSAGE_BYTES:
+            yield message
+            message, size = [], 0
+        message.append(piece)
+        size += len(piece[2])
+    if message:
+        yield message
+
+
+# The table of requests.
 
 REQUESTS: Mapping[str, tuple[Answering, Answers]] = MappingProxyType(
     {
@@ -229,7 +276,7 @@ REQUESTS: Mapping[str, tuple[Answering, Answers]] = MappingProxyType(
         "record": (Answering.IN_TURN, _record),
         "watch": (Answering.WATCHING, _watch),
         "follow": (Answering.WATCHING, _follow),
-        WIRE: (Answering.WATCHING, _wire),
+        "wire": (Answering.WATCHING, _wire),
     }
 )
 """Every request by its name: in which order it is answered, and how."""

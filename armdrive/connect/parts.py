@@ -294,7 +294,7 @@ async def assemble(
         config, pace, core, driven.engine, driven.context, runner, driven.reconnector, tracer,
         operator, simulated,
     )  # fmt: skip
-    tracer.begin(config, link.description, pace.now_s, core.condition)
+    tracer.begin(config, link.description, pace.now_s, core.condition, pace.lock)
     pace.start(driven.engine)  # from here on another thread may call the engine
     try:
         await runner.perform(connecting.connect(driven.context))

@@ -20,7 +20,7 @@ DELAY_MARGIN = 4.0  # allow a slowed motion this many times the delay that it sh
 # On simulated time, a paused arm waits in real time so that another thread can resume it: up to
 # 5 s in short naps. Then simulated time runs on.
 NAP_S = 0.005
-NAPS = 1000
+NAPS = 1000  # 5 s in all
 
 LONGEST_PAUSE_S = 8 * 3600.0  # a working shift: no operator expects a motion after that
 LONGEST_SIMULATED_PAUSE_S = 600.0  # limit on simulated time if only the caller could resume

@@ -208,7 +208,7 @@ def check_count(usage: str, words: Sequence[str]) -> None:
 
 # --- The controller and the arm: power, resets, steps, switches ----------------------------------
 
-BROWN_OUT_S = 0.5
+BROWN_OUT_S = 0.5  # how long the power fails
 RunFault: TypeAlias = Callable[[FaultBench, FaultRequest], Fault]
 
 
@@ -276,8 +276,7 @@ def motor_of(bench: FaultBench, word: str) -> int:
 
 # --- The wire: bytes lost, changed, repeated, late or made up; the cable pulled ------------------
 
-NOISE_BYTES = 8
-NOISE_MOST = 4096
+NOISE_BYTES, NOISE_MOST = 8, 4096  # the usual and the greatest number of bytes
 
 
 def on_wire(

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 # raises the hand over the mark, and then lowers it, jogging through the driver. Motors with
 # backlash approach the posture from one side.
 
-LIFT_MM = 60.0
-LOOKS = 4
+LIFT_MM = 60.0  # above the mark, before the hand is lowered onto it
+LOOKS = 4  # how often the operator looks and corrects
 SIDE = 2
 """How far past the goal to jog a motor before coming back, in multiples of its backlash."""
 SEEN_RAD = math.radians(1.0)

@@ -40,11 +40,11 @@ if sys.platform == "darwin":
     import fcntl
 
 UNFINISHED = ".new"  # ending of a file that is being written, after a random part
-_RANDOM_BYTES = 8
+_RANDOM_BYTES = 8  # 16 hexadecimal digits, which no other user guesses
 _UNFINISHED_ENDING = re.compile(r"(\.[0-9a-f]{16})?" + re.escape(UNFINISHED))
 """What follows the target's name in the name of an unfinished file."""
 
-PRIVATE_FOLDER = 0o700
+PRIVATE_FOLDER = 0o700  # for this user alone
 _CANNOT_SYNC_FOLDER = frozenset({errno.EINVAL, errno.ENOTSUP, errno.EBADF})
 """The errors of a file system that cannot sync a folder."""
 

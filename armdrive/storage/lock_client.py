@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 # Where the holder of an arm keeps its lock, its socket and its notice.
 
-LARGEST_BYTES = 65536
+LARGEST_BYTES = 65536  # of one answer, and of a notice
 AGAIN = "again"  # key in an answer: the request was not read, and may be sent again
 PATIENCE_S = 2.0  # hang up on a peer that has been silent this long
 WATCH_EVERY_S = 0.2  # how often the holder looks for changes, unless the watcher asks otherwise

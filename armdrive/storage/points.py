@@ -32,7 +32,7 @@ WAYS = ("joint", "line")
 GRIPPER_WORDS = ("open", "close", "grasp", "point")
 """The gripper commands of a step, besides an opening in mm; `point` is the opening of the point."""
 
-LONGEST_WAIT_S = 3600.0
+LONGEST_WAIT_S = 3600.0  # an hour; a longer one is probably a slip
 
 SLOWEST_STEP = 0.01
 """The lowest speed that an edit or a conversion gives a step, as a share of the limits."""

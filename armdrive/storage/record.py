@@ -39,9 +39,9 @@ from armdrive.text.toml import FORMAT_KEY, Problems, TomlTable, setting
 
 FORMAT = 2  # format 1 had no checksum
 LONGEST_RECORD = 16384  # bytes, ten times the longest record; a longer file is not parsed
-MOST_MOTORS = 64
+MOST_MOTORS = 64  # far more than any arm has
 STEPS_MOST = 10_000_000_000  # beyond any motor's travel; sums stay exact as floats
-COORDINATE_MOST = 1e6
+COORDINATE_MOST = 1e6  # in rad or mm: far beyond any joint and any gripper
 
 _CHECK = "check"
 _OPTIONAL = ("taken", "unsure")

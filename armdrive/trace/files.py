@@ -13,7 +13,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
@@ -27,12 +27,14 @@ from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.text.reading import read_bytes, read_text
-from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
+from armdrive.text.toml import Problems, TomlTable, setting
+from armdrive.trace.entries import TRAFFIC, EntryKind, TraceEntry
 from kinematics.errors import KinematicsError
 
 # The header names the arm and contains its whole arm file, so that a replay needs nothing else.
 
 FORMAT = 1
+LATEST_S = 1e8  # three years: no arm's clock runs that long
 MARK = "armdrive_recording"  # the key that identifies a recording; its value is the format number
 
 
@@ -53,7 +55,7 @@ class Header:
     link: str
     calibration: str
     began: str
-    began_s: float
+    began_s: float = setting(low=-LATEST_S, high=LATEST_S)
     arm_file: str
     model_file: str
 
@@ -103,7 +105,7 @@ def _model_text(source: ConfigSource, word: str) -> str:
 # Writing.
 
 ENDING = ".jsonl"
-LINES_AT_A_TIME = 1000
+LINES_AT_A_TIME = 1000  # a system call each
 MOST_FILES = 20  # beyond this number the oldest recordings are deleted
 
 
@@ -163,8 +165,8 @@ def _delete_oldest(folder: Path) -> None:
 # A truncated last line is no error, because a copy of a file may have ended early. Nothing that a
 # recording names is opened or executed: the arm file and its model file are text in the header.
 
-MOST_FILE_BYTES = 64_000_000
-LATEST_S = 1e8  # three years: no arm's clock runs that long
+MOST_FILE_BYTES = 64_000_000  # JSON makes at most six times as much of the ring's 4 MB
+LONGEST_HEADER = 2_000_000  # bytes: an arm file and a model file of 300 kB each, as JSON
 _KINDS = {kind.value: kind for kind in EntryKind}
 
 
@@ -191,7 +193,7 @@ def parse_recording(data: bytes) -> Recording:
     if not data:
         raise RecordingError("the file is empty")
     lines = io.BytesIO(data)  # line by line: a huge file of empty lines is refused at once
-    header = _header(_object(lines.readline().removesuffix(b"\n"), 1))
+    header = _header(_object(lines.readline(LONGEST_HEADER).removesuffix(b"\n"), 1))
     entries = tuple(_entries(lines))
     return Recording(header, entries, cut_off=not data.endswith(b"\n"))
 
@@ -212,16 +214,12 @@ def _header(found: Mapping[str, Any]) -> Header:
         raise RecordingError("the file is not a flight recording")
     if type(known) is not int or known != FORMAT:  # neither true nor 1.0 is a format
         raise RecordingError(f"the format is {known!r:.20}, but this armdrive reads {FORMAT}")
-    names = [each.name for each in fields(Header)]
-    if set(found) != {MARK, *names}:
-        odd = min(set(found) ^ {MARK, *names})
-        raise RecordingError(f"the first line has an unknown or missing key {odd!r:.40}")
-    values = {name: found[name] for name in names}
-    values["began_s"] = _time_s(values["began_s"], 1)
-    for name, value in values.items():
-        if name != "began_s" and not isinstance(value, str):
-            raise RecordingError(f"{name} in the first line must be text, not {value!r:.40}")
-    return Header(**values)
+    problems = Problems()
+    keys = {name: value for name, value in found.items() if name != MARK}
+    header = TomlTable(keys, "line 1", problems).section(Header)
+    if header is None or problems.found:
+        raise RecordingError("; ".join(problems.found))
+    return header
 
 
 def _entries(lines: Iterable[bytes]) -> Iterator[TraceEntry]:
@@ -242,7 +240,7 @@ def _entry(found: Mapping[str, Any], number: int) -> TraceEntry:
     kind = _KINDS.get(word) if isinstance(word, str) else None
     if kind is None:
         raise RecordingError(f"line {number} has the unknown kind {word!r:.40}")
-    key = "bytes" if kind in WIRE else "text"
+    key = "bytes" if kind in TRAFFIC else "text"
     if set(found) != {"t", "kind", key}:
         raise RecordingError(f"line {number} must have t, kind and {key}, and nothing else")
     time_s, what = _time_s(found["t"], number), found[key]

@@ -163,9 +163,9 @@ class RecordingWriter:
 class FlightRecorder:
     """Keeps the events of one arm from the last minutes. It never influences the arm.
 
-    With a folder, it writes a file there by itself after a fault. Its methods are called under the
-    lock of the arm's pace, except `called` and `raised`, which any thread or signal handler may
-    call: these two never wait.
+    With a folder, it writes a file there by itself after a fault. Any thread may call `snapshot`
+    and `since`, which take the lock of the arm's pace, and `called` and `raised`, also from a
+    signal handler: these two never wait. Everything else is called under that lock.
     """
 
     def __init__(self, folder: Path | None = None, *, ring: EntryRing | None = None) -> None:
@@ -174,6 +174,7 @@ class FlightRecorder:
         self._config: ArmConfig | None = None
         self._link = ""
         self._clock: Callable[[], float] = lambda: 0.0
+        self._lock = threading.RLock()
         self._inspect: Callable[[], EntryCondition] | None = None
         self._began: tuple[float, float] = (0.0, 0.0)
         self._now_s = 0.0
@@ -190,12 +191,15 @@ class FlightRecorder:
         link: str,
         clock: Callable[[], float],
         look: Callable[[], EntryCondition],
+        lock: threading.RLock,
     ) -> None:
         """Begin with an arm's present condition.
 
-        `link` describes its link, `clock` returns its time, and `look` its condition.
+        `link` describes its link, `clock` returns its time, and `look` its condition; `lock` is
+        that of its pace.
         """
         self._config, self._link, self._clock, self._inspect = config, link, clock, look
+        self._lock = lock
         self._now_s = clock()
         self._began = (time.time(), self._now_s)
         self.changed()
@@ -286,8 +290,9 @@ class FlightRecorder:
         The function takes the path of the file, or None to choose one, and returns the path. It
         raises `StateFileError` if the file cannot be written.
         """
-        self._take_inbox()
-        config, entries = self._config, self.ring.entries()
+        with self._lock:
+            self._take_inbox()
+            config, entries = self._config, self.ring.entries()
         if config is None:
             raise StateFileError("nothing was recorded: the arm was never connected")
         link, began = self._link, self._began
@@ -300,8 +305,9 @@ class FlightRecorder:
 
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         """Return at most `most` entries from a number on; see `EntryRing.since`."""
-        self._take_inbox()
-        return self.ring.since(number, most, back)
+        with self._lock:
+            self._take_inbox()
+            return self.ring.since(number, most, back)
 
     def close(self) -> None:
         """Wait until every recording is on the disk."""

@@ -48,7 +48,7 @@ def host_and_port(url: str) -> tuple[str, int]:
 
 IDS = "ids"
 """The only option that is not python-can's: the ids of the frames to receive, `ids=1,2,0x10`."""
-MOST_ID = 0x1FFF_FFFF
+MOST_ID = 0x1FFF_FFFF  # 29 bits: the largest id of an extended frame
 _ON_SERIAL = frozenset({"slcan", "serial", "robotell", "seeedstudio"})
 """The interfaces whose channel is a serial port."""
 _CAN_LISTEN_ONLY = frozenset({"slcan"})

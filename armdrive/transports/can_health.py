@@ -90,7 +90,7 @@ _STATUS = (
     (0x40, "it lost arbitration"),
     (0x80, "it sees bus errors"),
 )
-TROUBLED = 0x20 | 0x80
+TROUBLED = 0x20 | 0x80  # error-passive, and bus errors
 _STATUS_WARNING = 0x04
 
 
@@ -128,7 +128,7 @@ EXTENDED_BITS = 67  # the same with a 29-bit id
 _POLYNOMIAL = 0x4599
 _CRC_BITS = 15
 _CRC_MASK = (1 << _CRC_BITS) - 1
-_RUN = 5
+_RUN = 5  # equal bits, after which one is stuffed
 
 BUSY_LOAD = 0.7
 """The share of a bus that its traffic may take: beyond it, nodes wait for their turn."""

@@ -152,7 +152,7 @@ class Watch:
 RECV_S = 0.05  # timeout of one read, and so the interval at which lasting problems are checked
 STATE_S = 0.2  # interval at which the driver is asked for the state
 PAUSE_S = 0.01  # pause after an error, so that a driver that fails at once does not hog a core
-MOST_UNREAD_FRAMES = 4096
+MOST_UNREAD_FRAMES = 4096  # about a second of a full bus at 500 kbit/s
 
 
 class CanReader:
@@ -257,8 +257,8 @@ SEND_S = 0.25  # timeout of one attempt to send; some drivers ignore it, so `loo
 PATIENCE_S = 0.8  # a frame that has not left by then means a lost bus
 FRESH_S = 0.15  # drop frames that waited longer: the drives may have stopped by themselves
 MOST_AWAKE_S = 0.4  # a longer gap between two checks is a suspension, and counts only this much
-AGAIN_S = 0.005
-LOOK_S = 0.1
+AGAIN_S = 0.005  # pause before the next attempt, when the adapter has no room
+LOOK_S = 0.1  # how often a writer without frames looks at the adapter
 ASK_AGAIN_S = 1.0  # an adapter without a status refuses the request too: do not ask in a loop
 MOST_FRAMES = 256  # a longer queue means that the bus has stopped
 REFUSES = "the adapter refuses frames: no node acknowledges them, or the adapter has restarted"

@@ -32,8 +32,8 @@ if sys.platform != "win32":
 GREETING_S = 0.4  # ask the adapter again if it has not answered by then
 GREETINGS = 6  # attempts: an Arduino-based adapter restarts for two seconds after its port opens
 MOST_LINES = 100  # lines kept from the greeting, for the error message
-WRITE_PATIENCE_S = 0.5
-POLL_S = 0.02
+WRITE_PATIENCE_S = 0.5  # an adapter that takes no byte for this long is stuck
+POLL_S = 0.02  # where the system has no `select` for the port
 CHUNK = 4096
 _LINE_STARTS = frozenset({b"", BELL, *(bytes([each]) for each in b"VvNzZtTrRF")})
 """The first bytes of an adapter's lines; an empty line means OK."""

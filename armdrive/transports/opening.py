@@ -31,8 +31,7 @@ from armdrive.transports.udp import UdpLink
 if TYPE_CHECKING:
     import can
 
-STANDARD_MASK = 0x7FF
-EXTENDED_MASK = 0x1FFF_FFFF
+STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFF_FFFF  # ids of 11 and of 29 bits
 _RATES = frozenset({"bitrate", "btr", "timing"})
 
 

@@ -385,7 +385,7 @@ def _absent(port: str) -> str:
 NET = Path("/sys/class/net")
 CAN_TYPE = "280"
 """The kernel's type of a network interface that is a CAN bus (ARPHRD_CAN)."""
-_UP = 0x1
+_UP = 0x1  # IFF_UP
 
 
 def can_interfaces(net: Path = NET) -> dict[str, bool]:
@@ -432,7 +432,7 @@ CANDLELIGHT: Mapping[tuple[int, int], str] = MappingProxyType(
     }
 )
 """Adapters that are not serial ports (linux/drivers/net/can/usb/gs_usb.c)."""
-PATIENCE_S = 10.0
+PATIENCE_S = 10.0  # for all drivers of python-can together, some of which load libraries
 _NO_ADAPTERS = ("virtual", "udp_multicast", "serial")
 """Interfaces of python-can that also list devices that are not CAN adapters."""
 _DETECT = """

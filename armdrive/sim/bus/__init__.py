@@ -22,7 +22,7 @@ from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 from kinematics.text import counted
 
-COUNT_MOST = 1 << 40
+COUNT_MOST = 1 << 40  # more than any shaft ever counts
 N = TypeVar("N", bound=BusNode)
 
 

@@ -22,7 +22,7 @@ from kinematics.text import counted
 
 # --- Quirks --------------------------------------------------------------------------------------
 
-_LONGEST_MS = 1000.0
+_LONGEST_MS = 1000.0  # the greatest value of a quirk in milliseconds
 
 
 @dataclass(frozen=True, slots=True)

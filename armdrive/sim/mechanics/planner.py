@@ -226,7 +226,7 @@ def _lay(
 # segments that are already computed: those are executed unchanged (gnea/grbl grbl/stepper.c,
 # st_prep_buffer).
 
-SEGMENT_S = 0.01
+SEGMENT_S = 0.01  # GRBL's ACCELERATION_TICKS_PER_SECOND of 100 (gnea/grbl grbl/config.h)
 STEPS_A_SEGMENT = 1.25
 """A segment lasts until its busiest motor has made this many steps per 10 ms, or to the line's end.
 """

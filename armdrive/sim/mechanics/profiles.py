@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  # tolerance for floating-point rounding
 
 
 class ProfilePiece(NamedTuple):

@@ -22,7 +22,7 @@ from kinematics.spaces import Motors
 # The set-point of a closed-loop shaft at any time, without ticking. Counts are the shaft's own,
 # whatever zero was set. Times are in seconds, speeds in counts per second.
 
-_HALVINGS = 60
+_HALVINGS = 60  # down to the resolution of a float
 
 
 class ShaftPoint:

@@ -38,7 +38,7 @@ from armdrive.transports.address import BITRATE
 from armdrive.transports.link import Bell
 
 LONGEST_SLEEP_S = 0.25
-LONGEST_LINE = 1024
+LONGEST_LINE = 1024  # bytes of a command; the beginning of a longer one is lost
 MOST_BACKLOG = 4096
 """As many bytes as a computer's own serial port buffers."""
 _CHUNK = 4096

@@ -32,10 +32,10 @@ BY_HAND = ("put", "take", "lose")
 """Calls made by people and tests. The other calls drive the motors, thousands of times a second."""
 A_BLOCK = 'TableBlock("A", 250, 0)'
 
-FOUND_OPENING_MM = 20.0
+FOUND_OPENING_MM = 20.0  # of the fingers of a new arm
 MOST_INCIDENTS = 1000
 """Only this many of the latest incidents are kept."""
-_ROUNDING = 1e-6
+_ROUNDING = 1e-6  # in steps and N
 
 
 @known_attributes

@@ -119,7 +119,7 @@ def _stalls(transmission: Transmission) -> tuple[tuple[int, ...], ...]:
 # Backlash is modelled as a pin in a slot. The motor moves the slot, which is longer than the pin by
 # the play. The pin follows only when an end of the slot pushes it. All lengths are in steps.
 
-MOST_STEPS = 10_000
+MOST_STEPS = 10_000  # more backlash than any drive train has
 
 
 class Play:
@@ -179,8 +179,8 @@ SAG_RAD = (math.radians(3.0), math.radians(5.2), math.radians(4.7))
 The sag of a real arm depends on its friction and load. These values are easy to see in a picture
 and far beyond any tolerance.
 """
-_HALVINGS = 20
-_LOOK_RAD = 1e-4
+_HALVINGS = 20  # a millionth of the sag
+_LOOK_RAD = 1e-4  # turn a joint by this much to see whether that lowers the tip
 
 
 def sagged(arm: ArmGeometry, joints: Joints) -> Joints:
@@ -248,9 +248,9 @@ def _tip_lowered(arm: ArmGeometry, start: Joints) -> Callable[[Joints, float], J
 FOUND_POSTURE = Joints.of(0.0, 70.0, -95.0, -35.0, 0.0)
 """The posture in which an arm of the Mini-mover's build is found."""
 
-CLEAR_MM = 30.0
+CLEAR_MM = 30.0  # above the table, with every point of the arm
 _TRIES = 500
-_SHARE = 0.5
+_SHARE = 0.5  # of each joint's range, around its middle
 
 
 def found_posture(arm: ArmGeometry) -> Joints:

@@ -289,7 +289,7 @@ class Incident:
 
 TABLE_TOLERANCE_MM = 1.5
 """How far below the table the tip may be: rounding to steps, and give in the table."""
-_ROUNDING_MM = 1e-6
+_ROUNDING_MM = 1e-6  # tolerance for floating-point rounding
 
 
 class GripScene:

@@ -25,7 +25,7 @@ from armdrive.errors.printable import (
 )
 from armdrive.programs.problems import excerpt
 from armdrive.storage import files as places
-from armdrive.trace.entries import WIRE, EntryKind
+from armdrive.trace.entries import TRAFFIC, EntryKind
 from armdrive.transports import ports
 from armdrive.transports.ports import PortHolder, PortInfo
 
@@ -199,7 +199,7 @@ def recording(text):
     wire = "".join(each for each in text if ord(each) < 256) + "\r\n"
     entries = [
         {"t": 0.0, "kind": kind.value, "bytes": wire}
-        if kind in WIRE
+        if kind in TRAFFIC
         else {"t": 0.0, "kind": kind.value, "text": text}
         for kind in EntryKind
     ]

@@ -9,7 +9,13 @@ from hypothesis import strategies as st
 from recorder_bench import recorded_arm
 
 from armdrive import ArmError, GripperMove, Jog, LinePart, Pose
-from armdrive.connect.control_socket import REQUESTS, WIRE
+from armdrive.connect.control_socket import (
+    MESSAGE_BYTES,
+    REQUESTS,
+    TAP_BACK,
+    TAP_MOST,
+    traffic,
+)
 from armdrive.dialects.teachmover.controller import FIRST_LINE
 from armdrive.dialects.words import plain
 from armdrive.errors.table import found
@@ -17,13 +23,9 @@ from armdrive.registry import DIALECTS
 from armdrive.tasks import MendSetting, MoveBy, ReadPosition, SetOutputs
 from armdrive.trace.entries import (
     ENTRY_BYTES,
-    MESSAGE_BYTES,
-    TAP_BACK,
-    TAP_MOST,
     EntryKind,
     EntryRing,
     TraceEntry,
-    tap_messages,
 )
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader, Narrator, Topic, describer
 from armdrive.trace.recorder import FlightRecorder
@@ -428,12 +430,12 @@ def held():
     """An arm of which nothing is there but its recorder."""
     ring = EntryRing()
     ring.seal()
-    return ring, SimpleNamespace(tracer=ring, closed=False)
+    return ring, SimpleNamespace(tracer=ring, closed=False, pace=SimpleNamespace(now_s=lambda: 7.0))
 
 
 def tapped(arm):
     """Listen to the wire of an arm whose clock stands still."""
-    return tap_messages(arm.tracer.since, lambda: 7.0, lambda: arm.closed, 0.0)
+    return traffic(arm, 0.0)
 
 
 def told(arm, ring, entries):
@@ -484,6 +486,6 @@ def test_who_reads_too_slowly_is_told_how_much_was_passed_over():
 
 
 def test_it_is_a_request_that_others_know_of():
-    assert WIRE in REQUESTS
+    assert "wire" in REQUESTS
     with contextlib.closing(tapped(held()[1])) as stream:
         assert next(stream) == {}

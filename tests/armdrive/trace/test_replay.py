@@ -20,7 +20,7 @@ from armdrive.sim.device import state_json
 from armdrive.storage.record import RecordFile
 from armdrive.trace import entries, files
 from armdrive.trace import replay as replaying
-from armdrive.trace.entries import WIRE, EntryKind, EntryRing, TraceEntry
+from armdrive.trace.entries import TRAFFIC, EntryKind, EntryRing, TraceEntry
 from armdrive.trace.files import LATEST_S, header_of, lines_of, parse_recording, read_recording
 from armdrive.trace.log import (
     FURTHEST_BEHIND,
@@ -36,7 +36,7 @@ from armdrive.trace.replay import ReplayBench, config_of, replay, replayed_view
 
 # -- Files -----------------------------------------------------------------------------------------
 
-text_kinds = st.sampled_from([kind for kind in EntryKind if kind not in WIRE])
+text_kinds = st.sampled_from([kind for kind in EntryKind if kind not in TRAFFIC])
 texts = st.text('a7"\\\n\x00\x7fé\u0394\u2028\U0001f916', max_size=20)
 """Of the characters that a line of JSON could get wrong."""
 
@@ -46,7 +46,7 @@ times = st.lists(st.floats(-LATEST_S, LATEST_S), max_size=12).map(sorted)
 @st.composite
 def entry_lists(draw):
     return tuple(
-        TraceEntry(time_s, draw(st.sampled_from(sorted(WIRE))), draw(st.binary(max_size=20)))
+        TraceEntry(time_s, draw(st.sampled_from(sorted(TRAFFIC))), draw(st.binary(max_size=20)))
         if draw(st.booleans())
         else TraceEntry(time_s, draw(text_kinds), draw(texts))
         for time_s in draw(times)
