@@ -56,8 +56,8 @@ class Header:
     calibration: str
     began: str
     began_s: float = setting(low=-LATEST_S, high=LATEST_S)
-    arm_file: str
-    model_file: str
+    arm_file: str = setting()
+    model_file: str = setting()
 
 
 def header_of(config: ArmConfig, *, link: str, why: str, began: tuple[float, float]) -> Header:
