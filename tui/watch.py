@@ -350,17 +350,13 @@ class Watching(KeyApp):
         return str(answer.get("error", done))
 
 
-def run_watch(
-    name: str, model: ArmModel, *, ascii_only: bool = False, keys: Keyboard | None = None
-) -> int:
+def run_watch(name: str, model: ArmModel, *, ascii_only: bool = False) -> int:
     """Show an arm that another program drives, until the user leaves; return the exit code.
 
     Nothing here moves the arm, and leaving does not stop it.
     """
-    if keys is None:
-        keys = load_keys(None)
     braille = draws_braille(ascii_only=ascii_only)
     look = recall(memory_file()).look
-    app = Watching(name, model, HeldArm(name), braille=braille, keys=keys, look=look)
+    app = Watching(name, model, HeldArm(name), braille=braille, keys=load_keys(None), look=look)
     app.run_or_raise()
     return app.return_code or 0

@@ -15,7 +15,7 @@ from armdrive.abilities import ramp_piece_s
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OutOfBounds
 from armdrive.registry import dialect
-from armdrive.runtime.position import ArmCoordinates, MotionSegment, joints_between
+from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from kinematics.errors import suggestion
 from kinematics.geometry import ArmGeometry, Unreachable
 from kinematics.guards import GuardViolation, Violation
@@ -277,20 +277,14 @@ def _plan(
 SLACK_RAD = 1e-9  # a joint beyond its limit whose excess grows by rounding alone goes no further
 
 
-def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> None:
-    """Raise `OutOfBounds` for the first limit or guard that a joint path would violate.
-
-    `further` extends the last leg by a share of its length, for an arm that may run on while it
-    stops; guards are checked there as well.
-    """
+def audit(config: ArmConfig, corners: list[Joints]) -> None:
+    """Raise `OutOfBounds` for the first limit or guard that a joint path would violate."""
     arm = config.model.arm
     excused = {each.joint: each.excess_rad for each in arm.violations(corners[0])}
     for corner in corners[1:]:
         for violation in arm.violations(corner):
             if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:
                 raise limit_error(violation)
-    if further > 0.0 and len(corners) > 1:
-        corners = [*corners, joints_between(corners[-2], corners[-1], 1.0 + further)]
     found = first_violation(arm, config.model.guards, corners, way_out=True)
     if found is not None:
         raise guard_error(found[1], found[0])

@@ -157,9 +157,9 @@ class PointList:
         """Take what the file holds now; the chosen row stays chosen."""
         return replace(self, taught=taught, chosen=self.name, of_sequences=self.point is None)
 
-    def choosing(self, name: str, *, sequence: bool = False) -> PointList:
-        """Choose a row by its name."""
-        return replace(self, chosen=name, of_sequences=sequence)
+    def choosing(self, name: str) -> PointList:
+        """Choose a point by its name."""
+        return replace(self, chosen=name, of_sequences=False)
 
     def free_name(self) -> str:
         """Return a name that no point has: p1, p2 and so on."""
