@@ -48,13 +48,13 @@ class PortHolder:
     program: str
 
 
-def holders(devices: Iterable[str], proc: Path = PROC) -> dict[str, PortHolder]:
+def holders(devices: Iterable[str]) -> dict[str, PortHolder]:
     """Return the first holder of each device that has one; links are followed."""
     wanted: dict[str, list[str]] = {}
     for device in devices:
         wanted.setdefault(os.path.realpath(device), []).append(device)
     found: dict[str, PortHolder] = {}
-    for folder in _processes(proc) if wanted else ():
+    for folder in _processes() if wanted else ():
         for opened in _open_files(folder):
             for device in wanted.get(opened, ()):
                 found.setdefault(device, PortHolder(int(folder.name), _program(folder)))
@@ -66,13 +66,13 @@ def holder(device: str) -> PortHolder | None:
     return holders([device]).get(device)
 
 
-def terminal_user(device: str, proc: Path = PROC) -> PortHolder | None:
+def terminal_user(device: str) -> PortHolder | None:
     """Return the oldest program whose terminal a device is, or None if it is no one's terminal."""
     try:
         number = Path(device).stat().st_rdev
     except (OSError, ValueError):
         return None
-    for folder in _processes(proc) if number else ():
+    for folder in _processes() if number else ():
         if _terminal(folder) == number:
             return PortHolder(int(folder.name), _program(folder))
     return None
@@ -89,13 +89,13 @@ def _terminal(process: Path) -> int:
     return os.makedev(number >> 8 & 0xFFF, number & 0xFF | number >> 12 & 0xFFF00) if number else 0
 
 
-def _processes(proc: Path) -> Iterator[Path]:
+def _processes() -> Iterator[Path]:
     try:
-        pids = sorted(int(entry.name) for entry in proc.iterdir() if entry.name.isdecimal())
+        pids = sorted(int(entry.name) for entry in PROC.iterdir() if entry.name.isdecimal())
     except OSError:
         return
     for pid in pids:
-        yield proc / str(pid)
+        yield PROC / str(pid)
 
 
 def _open_files(process: Path) -> set[str]:
@@ -388,11 +388,11 @@ CAN_TYPE = "280"
 _UP = 0x1  # IFF_UP
 
 
-def can_interfaces(net: Path = NET) -> dict[str, bool]:
+def can_interfaces() -> dict[str, bool]:
     """Return the kernel's CAN interfaces, and whether each is up; none except on Linux."""
     found = {}
     try:
-        folders = sorted(net.iterdir())
+        folders = sorted(NET.iterdir())
     except OSError:
         return {}
     for folder in folders:
@@ -456,9 +456,9 @@ class CanPort:
     todo: str = ""
 
 
-def list_can_ports(ports: Iterable[PortInfo], net: Path = NET, usb: Path = USB) -> list[CanPort]:
+def list_can_ports(ports: Iterable[PortInfo]) -> list[CanPort]:
     """Return the adapters known to the system; `ports` are its serial ports."""
-    return [*_of_kernel(net), *_on_serial(ports), *_without_driver(net, usb)]
+    return [*_of_kernel(), *_on_serial(ports), *_without_driver()]
 
 
 def ask_drivers(patience_s: float = PATIENCE_S) -> list[CanPort]:
@@ -482,14 +482,14 @@ def ask_drivers(patience_s: float = PATIENCE_S) -> list[CanPort]:
     return [CanPort(f"can:{name}:{channel}", f"python-can's {name}") for name, channel in found]
 
 
-def _of_kernel(net: Path) -> list[CanPort]:
+def _of_kernel() -> list[CanPort]:
     return [
         CanPort(
             f"can:socketcan:{name}",
             "the kernel's CAN interface" + ("" if up else ", which is down"),
             "" if up else f"bring it up with `{bring_up(name)}`",
         )
-        for name, up in can_interfaces(net).items()
+        for name, up in can_interfaces().items()
     ]
 
 
@@ -501,11 +501,11 @@ def _on_serial(ports: Iterable[PortInfo]) -> list[CanPort]:
     ]
 
 
-def _without_driver(net: Path, usb: Path) -> list[CanPort]:
+def _without_driver() -> list[CanPort]:
     """Return the candleLight adapters without a kernel interface."""
-    owned = [str((net / name / "device").resolve()) for name in can_interfaces(net)]
+    owned = [str((NET / name / "device").resolve()) for name in can_interfaces()]
     found: list[CanPort] = []
-    for folder in sorted(usb.glob("*")):
+    for folder in sorted(USB.glob("*")):
         what = CANDLELIGHT.get(_usb_numbers(folder))
         place = str(folder.resolve())
         if what and not any(each.startswith(place) for each in owned):
@@ -540,10 +540,14 @@ NOT_INSTALLED = (
 )
 
 
-def is_down(address: CanAddress, net: Path = NET) -> PortUnavailable | None:
+def is_down(address: CanAddress) -> PortUnavailable | None:
     """Return the error for a kernel interface that exists but is down."""
-    if address.interface != "socketcan" or can_interfaces(net).get(address.channel, True):
+    if address.interface != "socketcan" or can_interfaces().get(address.channel, True):
         return None
+    return _down(address)
+
+
+def _down(address: CanAddress) -> PortUnavailable:
     return PortUnavailable(
         f"the CAN interface {address.channel} is down: bring it up with "
         f"`{bring_up(address.channel, address.option('bitrate'))}`"
@@ -565,7 +569,7 @@ def unknown_interface(address: CanAddress, known: Iterable[str]) -> PortUnavaila
     )
 
 
-def can_refusal(address: CanAddress, error: BaseException, net: Path = NET) -> PortUnavailable:
+def can_refusal(address: CanAddress, error: BaseException) -> PortUnavailable:
     """Return the error for an adapter that could not be opened."""
     text = _text(error)
     if missing := _missing(address, error, text):
@@ -580,7 +584,7 @@ def can_refusal(address: CanAddress, error: BaseException, net: Path = NET) -> P
             return NoSuchPort(f"{found}. {SLCAN_OR_NOT}")
         return found
     if address.interface == "socketcan":
-        return _socketcan(address, error, text, net)
+        return _socketcan(address, error, text)
     if address.interface == "gs_usb":
         return _gs_usb(address, error, text)
     return PortUnavailable(
@@ -635,19 +639,16 @@ def _missing(address: CanAddress, error: BaseException, text: str) -> PortUnavai
     )
 
 
-def _socketcan(address: CanAddress, error: BaseException, text: str, net: Path) -> PortUnavailable:
+def _socketcan(address: CanAddress, error: BaseException, text: str) -> PortUnavailable:
     number = number_of(error)
     if number == errno.ENODEV:
-        there = ", ".join(can_interfaces(net)) or "none"
+        there = ", ".join(can_interfaces()) or "none"
         return NoSuchPort(
             f"there is no CAN interface {address.channel} (there are: {there}): check the adapter. "
             + SLCAN_OR_NOT
         )
     if number == errno.ENETDOWN:
-        command = bring_up(address.channel, address.option("bitrate"))
-        return PortUnavailable(
-            f"the CAN interface {address.channel} is down: bring it up with `{command}`"
-        )
+        return _down(address)
     if number == errno.EAFNOSUPPORT or "PF_CAN" in text or os.name != "posix":
         return PortUnavailable(
             f"this system has no SocketCAN ({text}): it needs Linux with the kernel's CAN "

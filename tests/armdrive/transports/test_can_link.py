@@ -4,7 +4,6 @@ import contextlib
 import errno
 import sys
 import threading
-from functools import partial
 
 import can
 import pytest
@@ -15,7 +14,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from waiting import FOREVER_S, returns, soon, until
 
-from armdrive.cli.set_up import ports as ports_command
 from armdrive.errors import (
     BadRequest,
     LinkError,
@@ -26,8 +24,6 @@ from armdrive.errors import (
     PortUnavailable,
 )
 from armdrive.transports import can_link, ports
-from armdrive.transports import ports as can_ports
-from armdrive.transports import ports as can_refusals
 from armdrive.transports.address import CanAddress, is_can, scheme
 from armdrive.transports.can_health import BusState
 from armdrive.transports.opening import _filters, open_link
@@ -50,7 +46,7 @@ BUS = "can:slcan:/dev/ttyACM7?bitrate=500000"
 
 
 @pytest.fixture
-def computer(tmp_path):
+def computer(tmp_path, monkeypatch):
     """A computer with two CAN interfaces, one of them down, and a network card."""
     net, usb = tmp_path / "net", tmp_path / "usb"
     for name, kind, flags in (("can0", 280, 0x80), ("eth0", 1, 0x1003), ("vcan0", 280, 0xC1)):
@@ -58,6 +54,8 @@ def computer(tmp_path):
         (net / name / "type").write_text(f"{kind}\n")
         (net / name / "flags").write_text(f"{flags:#x}\n")
     usb.mkdir()
+    monkeypatch.setattr(ports, "NET", net)
+    monkeypatch.setattr(ports, "USB", usb)
     return net, usb
 
 
@@ -69,7 +67,7 @@ def usb_device(usb, name, vendor, product):
 
 
 def test_interfaces_of_the_kernel_are_listed_and_how_to_bring_them_up(computer):
-    down, up = list_can_ports([], *computer)
+    down, up = list_can_ports([])
     assert (down.port, up.port) == ("can:socketcan:can0", "can:socketcan:vcan0")
     assert "sudo ip link set can0 up type can bitrate 500000" in down.todo
     assert up.todo == ""
@@ -81,7 +79,7 @@ def test_a_serial_adapter_is_known_by_its_usb_numbers(computer):
         PortInfo("/dev/ttyUSB0", vid=0x0403, pid=0x6001),
         PortInfo("/dev/ttyS0"),
     ]
-    (found,) = (each for each in list_can_ports(adapters, *computer) if "slcan" in each.port)
+    (found,) = (each for each in list_can_ports(adapters) if "slcan" in each.port)
     assert found.port == "can:slcan:/dev/ttyACM0?bitrate=500000"
     assert "slcan firmware" in found.description
 
@@ -90,36 +88,36 @@ def test_an_adapter_with_candlelight_firmware_is_listed_while_no_interface_is_it
     net, usb = computer
     device = usb_device(usb, "1-2", 0x1D50, 0x606F)
     usb_device(usb, "1-3", 0x046D, 0xC077)
-    (found,) = (each for each in list_can_ports([], net, usb) if "gs_usb" in each.port)
+    (found,) = (each for each in list_can_ports([]) if "gs_usb" in each.port)
     assert found.port == "can:gs_usb:0?bitrate=500000"
     assert "modprobe gs_usb" in found.todo
     (device / "1-2:1.0").mkdir()
     (net / "can0" / "device").symlink_to(device / "1-2:1.0")
-    assert not [each for each in list_can_ports([], net, usb) if "gs_usb" in each.port]
+    assert not [each for each in list_can_ports([]) if "gs_usb" in each.port]
 
 
-def test_without_linux_there_is_nothing_to_list(tmp_path):
-    assert list_can_ports([], tmp_path / "none", tmp_path / "neither") == []
+def test_without_linux_there_is_nothing_to_list(monkeypatch, tmp_path):
+    for place in ("NET", "USB"):
+        monkeypatch.setattr(ports, place, tmp_path / "none")
+    assert list_can_ports([]) == []
 
 
 def test_drivers_that_hang_or_die_end_as_an_error(monkeypatch):
-    monkeypatch.setattr(can_ports, "_DETECT", "import time; time.sleep(60)")
+    monkeypatch.setattr(ports, "_DETECT", "import time; time.sleep(60)")
     with pytest.raises(LinkError, match="did not answer within"):
         ask_drivers(0.2)
-    monkeypatch.setattr(can_ports, "_DETECT", "import os; os.abort()")
+    monkeypatch.setattr(ports, "_DETECT", "import os; os.abort()")
     with pytest.raises(LinkError, match="cannot be queried"):
         ask_drivers()
 
 
 def test_what_drivers_find_is_written_as_a_port(monkeypatch):
-    monkeypatch.setattr(can_ports, "_DETECT", """print('[["pcan", "PCAN_USBBUS1"]]')""")
+    monkeypatch.setattr(ports, "_DETECT", """print('[["pcan", "PCAN_USBBUS1"]]')""")
     assert ask_drivers() == [CanPort("can:pcan:PCAN_USBBUS1", "python-can's pcan")]
 
 
 def test_the_command_lists_them_in_words_and_as_json(call, computer, monkeypatch):
-    net, usb = computer
-    monkeypatch.setattr(ports_command, "list_can_ports", partial(list_can_ports, net=net, usb=usb))
-    monkeypatch.setattr(can_ports, "_DETECT", """print('[["socketcan", "can0"], ["x", "1"]]')""")
+    monkeypatch.setattr(ports, "_DETECT", """print('[["socketcan", "can0"], ["x", "1"]]')""")
     seen = call("ports", "--json", code=0).json["can"]
     assert [each["port"] for each in seen] == ["can:socketcan:vcan0", "can:socketcan:can0"]
     said = call("ports", "--can", code=0).out
@@ -255,14 +253,15 @@ class TestRefusals:
         refused("can:virtual:x?port=abc", "cannot be used")
 
     def test_an_interface_that_is_down(self, monkeypatch, tmp_path):
+        monkeypatch.setattr(ports, "NET", tmp_path)
         (tmp_path / "can7").mkdir()
         (tmp_path / "can7" / "type").write_text("280")
         (tmp_path / "can7" / "flags").write_text("0x40080")
-        found = is_down(CanAddress.parse("can:socketcan:can7?bitrate=250000"), tmp_path)
+        found = is_down(CanAddress.parse("can:socketcan:can7?bitrate=250000"))
         assert "`sudo ip link set can7 up type can bitrate 250000 restart-ms 100`" in str(found)
-        assert is_down(CanAddress.parse("can:socketcan:can8"), tmp_path) is None
-        assert is_down(CanAddress.parse("can:pcan:can7"), tmp_path) is None
-        assert can_refusals.bring_up("vcan0") == "sudo ip link set vcan0 up"
+        assert is_down(CanAddress.parse("can:socketcan:can8")) is None
+        assert is_down(CanAddress.parse("can:pcan:can7")) is None
+        assert ports.bring_up("vcan0") == "sudo ip link set vcan0 up"
 
 
 def os_error(number: int) -> OSError:
@@ -291,8 +290,8 @@ CASES = [
 
 
 @pytest.mark.parametrize(("port", "error", "kind", "words"), CASES)
-def test_what_a_driver_says_is_put_into_words(port, error, kind, words, tmp_path):
-    found = can_refusal(CanAddress.parse(port), error, tmp_path)
+def test_what_a_driver_says_is_put_into_words(port, error, kind, words):
+    found = can_refusal(CanAddress.parse(port), error)
     assert type(found) is kind
     with pytest.raises(kind, match=words):
         raise found

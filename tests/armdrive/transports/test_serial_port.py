@@ -13,7 +13,7 @@ import serial
 from waiting import FOREVER_S, LONG_S, returns, soon, until
 
 from armdrive.errors import LinkLost, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
-from armdrive.transports import ports as refusals
+from armdrive.transports import ports
 from armdrive.transports.link import Bell
 from armdrive.transports.opening import open_link
 from armdrive.transports.ports import PortHolder, holder, holders, refusal, terminal_user
@@ -144,7 +144,7 @@ def test_a_port_in_use_names_who_has_it(ends, monkeypatch):
     link = SerialLink(ends[1], 9600)
     with pytest.raises(PortInUse, match=rf"this one \(pid {os.getpid()}\): close the connection"):
         SerialLink(ends[1], 9600)
-    monkeypatch.setattr(refusals, "holder", lambda device: PortHolder(4711, "miniterm"))
+    monkeypatch.setattr(ports, "holder", lambda device: PortHolder(4711, "miniterm"))
     with pytest.raises(PortInUse, match=r"miniterm \(pid 4711\): end that program first"):
         SerialLink(ends[1], 9600)
     link.close()
@@ -177,7 +177,7 @@ def pyserial_error(number: int) -> serial.SerialException:
     ],
 )
 def test_a_forbidden_port_names_the_group_to_join(monkeypatch, group, advice):
-    monkeypatch.setattr(refusals, "owning_group", lambda device: group)
+    monkeypatch.setattr(ports, "owning_group", lambda device: group)
     error = refusal("/dev/ttyUSB0", pyserial_error(errno.EACCES))
     assert isinstance(error, PortForbidden)
     assert "no permission to open /dev/ttyUSB0" in str(error)
@@ -285,13 +285,15 @@ def test_the_link_of_a_killed_simulator_leads_to_no_other_simulator(ends, tmp_pa
     SerialLink(str(link), 9600).close()
 
 
-def test_processes_that_cannot_be_looked_at_are_passed_over(tmp_path):
+def test_processes_that_cannot_be_looked_at_are_passed_over(monkeypatch, tmp_path):
+    monkeypatch.setattr(ports, "PROC", tmp_path)
     for pid, target in (("12", "/dev/other"), ("7", "/dev/arm"), ("9", "/dev/arm")):
         (tmp_path / pid / "fd").mkdir(parents=True)
         (tmp_path / pid / "fd" / "3").symlink_to(target)
     (tmp_path / "7" / "comm").write_text("miniterm\n")
     (tmp_path / "5").mkdir()  # no fd: somebody else's
     (tmp_path / "self").mkdir()
-    assert holders(["/dev/arm"], tmp_path) == {"/dev/arm": PortHolder(7, "miniterm")}
-    assert holders(["/dev/other"], tmp_path) == {"/dev/other": PortHolder(12, "unknown")}
-    assert holders(["/dev/arm"], tmp_path / "nowhere") == {}
+    assert holders(["/dev/arm"]) == {"/dev/arm": PortHolder(7, "miniterm")}
+    assert holders(["/dev/other"]) == {"/dev/other": PortHolder(12, "unknown")}
+    monkeypatch.setattr(ports, "PROC", tmp_path / "nowhere")
+    assert holders(["/dev/arm"]) == {}
