@@ -461,17 +461,17 @@ def list_can_ports(ports: Iterable[PortInfo]) -> list[CanPort]:
     return [*_of_kernel(), *_on_serial(ports), *_without_driver()]
 
 
-def ask_drivers(patience_s: float = PATIENCE_S) -> list[CanPort]:
+def ask_drivers() -> list[CanPort]:
     """Return the adapters that python-can's drivers find; raises `LinkError` if they fail."""
     command = [sys.executable, "-c", _DETECT, *_NO_ADAPTERS]
     try:
         done = subprocess.run(  # noqa: S603 - our own program
-            command, capture_output=True, timeout=patience_s, check=True, stdin=subprocess.DEVNULL
+            command, capture_output=True, timeout=PATIENCE_S, check=True, stdin=subprocess.DEVNULL
         )
         found = json.loads(done.stdout)
     except subprocess.TimeoutExpired:
         raise LinkError(
-            f"a driver of python-can did not answer within {patience_s:g} s: unplug adapters whose "
+            f"a driver of python-can did not answer within {PATIENCE_S:g} s: unplug adapters whose "
             "driver hangs, or name the adapter as can:INTERFACE:CHANNEL without this list"
         ) from None
     except (subprocess.CalledProcessError, OSError, ValueError) as error:

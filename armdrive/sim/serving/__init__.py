@@ -75,7 +75,6 @@ def run_device(
     say: Callable[[str], object],
     *,
     faults: Iterable[FaultRequest] = (),
-    clock: Callable[[], float] = time.monotonic,
 ) -> None:
     """Run the device in real time until `quit`, SIGTERM or SIGINT, then close the server.
 
@@ -87,7 +86,7 @@ def run_device(
     """
     bell = Bell()
     try:
-        loop = _ServeLoop(device, server, say, bell, clock)
+        loop = _ServeLoop(device, server, say, bell)
         loop.begin(faults)
         with _ending_signals(loop.end):
             if commands is not None:
@@ -109,7 +108,6 @@ class _ServeLoop:
         server: Server,
         say: Callable[[str], object],
         bell: Bell,
-        clock: Callable[[], float],
     ) -> None:
         self.lines: deque[str] = deque()
         self._line = _line_to(device, server)
@@ -117,7 +115,6 @@ class _ServeLoop:
         self._server = server
         self._reply = say
         self._bell = bell
-        self._clock = clock
 
     def end(self) -> None:
         """End the loop; safe within a signal handler."""
@@ -126,7 +123,7 @@ class _ServeLoop:
 
     def begin(self, faults: Iterable[FaultRequest]) -> None:
         """Start the device's clock and its faults."""
-        self._line.advance(self._clock())
+        self._line.advance(time.monotonic())
         for fault in faults:
             self._console.faults.ask(fault)
 
@@ -134,7 +131,7 @@ class _ServeLoop:
         """Serve until the loop is ended."""
         while not self._console.ended:
             self._sleep()
-            now_s = self._clock()
+            now_s = time.monotonic()
             data = self._server.read() if self._listening() else b""
             if data:
                 self._line.send(data, now_s)
@@ -146,7 +143,7 @@ class _ServeLoop:
 
     def _sleep(self) -> None:
         """Sleep until bytes or commands arrive, or the device has something to do."""
-        pause_s = min(max(self._line.next_s() - self._clock(), 0.0), LONGEST_SLEEP_S)
+        pause_s = min(max(self._line.next_s() - time.monotonic(), 0.0), LONGEST_SLEEP_S)
         self._bell.wait(pause_s, *(self._server.filenos() if self._listening() else ()))
 
     def _listening(self) -> bool:

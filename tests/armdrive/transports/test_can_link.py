@@ -104,8 +104,10 @@ def test_without_linux_there_is_nothing_to_list(monkeypatch, tmp_path):
 
 def test_drivers_that_hang_or_die_end_as_an_error(monkeypatch):
     monkeypatch.setattr(ports, "_DETECT", "import time; time.sleep(60)")
+    monkeypatch.setattr(ports, "PATIENCE_S", 0.2)
     with pytest.raises(LinkError, match="did not answer within"):
-        ask_drivers(0.2)
+        ask_drivers()
+    monkeypatch.setattr(ports, "PATIENCE_S", FOREVER_S)
     monkeypatch.setattr(ports, "_DETECT", "import os; os.abort()")
     with pytest.raises(LinkError, match="cannot be queried"):
         ask_drivers()
