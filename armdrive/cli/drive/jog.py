@@ -75,7 +75,7 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
         arm = connect_chosen(options, pace="real", reconnect=options.reconnect)
     except ArmInUse as error:
         return tui.DeskEnd(_watch_instead(error, options))
-    with arm:
+    with contextlib.closing(arm):  # the motors stay as they are until a key asks for them
         confirm_simulated(arm)
         end = tui.run_desk(
             arm,

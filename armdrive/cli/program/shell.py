@@ -209,7 +209,7 @@ class ShellTerminal:
 
     def _show(self, answers: Answers, position: int) -> None:
         try:
-            with stopped_by_interrupt(lambda: [self.shell.arm]):
+            with self._stopped():
                 for each in answers:
                     if isinstance(each, Reply):
                         self.output.tell(each.event, each.text)
@@ -229,13 +229,18 @@ class ShellTerminal:
         keys = keys_at_prompt if shell.typing else None  # lines of a pipe are no answers
         show_values = partial(self._say_values, machine) if entry.says else None
         person = RunTerminal(shell.arm, shown, keys, show_values)
-        with shown.shown(), stopped_by_interrupt(lambda: [shell.arm], ends=not shell.typing):
+        with shown.shown(), self._stopped(ends=not shell.typing):
             shown.run.use(shell.arm)
             try:
                 shell.carry_out(entry, machine, person, [] if entry.says else [shown])
             except BaseException as error:
                 self._failed(entry, error, shown)
                 raise
+
+    def _stopped(self, *, ends: bool = True) -> contextlib.AbstractContextManager[None]:
+        """Return what makes Ctrl-C stop the arm."""
+        arms = [self.shell.arm]
+        return stopped_by_interrupt(lambda: arms, ends=ends, as_json=self.output.as_json)
 
     def _say_values(self, machine: Machine, text: str) -> None:
         """Say values: to programs as such."""
