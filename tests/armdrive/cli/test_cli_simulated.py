@@ -1,5 +1,6 @@
 """Commands on the simulated arm: each goes on from where the one before it left the arm."""
 
+import io
 import json
 import sys
 
@@ -231,6 +232,7 @@ def test_motors_stay_off_in_a_preview_and_until_the_person_has_confirmed(
     served.world.energised = False
     call(*words, *bench, "--preview", "--allow-restored", code=0)
     call(*words, *bench, code=3)  # nobody is there to confirm it
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
     call("shell", *bench, code=0)
     looked = []
     monkeypatch.setattr(jog, "require_screen", lambda *_: None)
@@ -245,7 +247,7 @@ def test_motors_stay_off_in_a_preview_and_until_the_person_has_confirmed(
     monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
     call(*words, *bench, code=0)
     assert served.world.energised
-    for opens in ("shell", "jog"):
-        served.world.energised = False
-        call(opens, *bench, "--allow-restored", code=0)
-        assert served.world.energised, "the caller has settled it"
+    served.world.energised = False
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+    call("shell", *bench, "--allow-restored", code=0)
+    assert served.world.energised, "the caller has settled it"
