@@ -476,7 +476,7 @@ _MOTORS: Mapping[str, str] = MappingProxyType(
     {
         Current.HELD.value: "on: they hold the arm",
         Current.OFF.value: "off",
-        Current.UNKNOWN.value: "on or off: the controller does not say",
+        Current.UNKNOWN.value: "on or off: not known",
     }
 )
 """The motor current in words."""

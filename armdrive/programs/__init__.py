@@ -7,7 +7,8 @@ What is decided where:
                       many lines it may go without an act
     interpreter       what each word does, as acts; the bounds of calls and values
     acts              what a program can ask of an arm
-    running           acts carried out on an arm; delays, pauses, stops, the person
+    running           acts carried out on an arm; the person
+    waits             delays of programs and sequences: what a pause and a stop do to them
     rehearsal         the same acts on a simulated twin, what is assumed, and when it gives up
     progress          how far a run is, and how long it still takes
     journal           what an interrupted run leaves, and whether it may be resumed

@@ -8,14 +8,13 @@ unless a person then continues it. While the arm is paused, no act begins.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, cast
 
 from armdrive.arm import Arm
 from armdrive.arm.device import input_bits, output_bits
-from armdrive.errors import ArmError, BadRequest, Stopped
+from armdrive.errors import ArmError, BadRequest
 from armdrive.motion.gripper import Grasped
 from armdrive.programs.acts import (
     MOTIONS,
@@ -40,19 +39,13 @@ from armdrive.programs.acts import (
 from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.program import Machine
 from armdrive.programs.progress import FOR_EVER
-from armdrive.runtime.overrides import given_up
+from armdrive.programs.waits import Waits
 from armdrive.storage.points import Point
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 
-SLICE_S = 0.05
-"""The longest sleep of a wait, on the arm's clock: between two sleeps a stop ends it."""
-
 POLL_S = 0.05
 """The time between two readings of awaited inputs, on the arm's clock."""
-
-BREATH_S = 0.02
-"""The time between two looks of a paused program whether it may go on, in real time."""
 
 
 class RunPerson(Protocol):
@@ -79,7 +72,7 @@ class Performer:
         self.person = person
         self._stops = arm.stops if since is None else since
         self._outputs = outputs
-        self._absences = self._absent()
+        self.waits = Waits(arm, since=self._stops)
         self._performers: Mapping[type[Any], Callable[[Any], Answer]] = {
             Go: self._go,
             Home: self._home,
@@ -98,47 +91,16 @@ class Performer:
 
         Raises `Stopped`, what the arm's calls raise, and `kinematics.KinematicsError`.
         """
-        self.wait_while_paused()
+        self.waits.while_paused()
         # an act that a stop came too late for has ended well, but no further one begins
         answer = self._performers[type(act)](act)
-        self.require_no_stop()
+        self.waits.require_no_stop()
         return answer
-
-    def require_no_stop(self) -> None:
-        """Raise `Stopped` after a stop or a suspension since the run began."""
-        if self.arm.stops != self._stops:
-            raise Stopped("the program was stopped")
-        if self._absent() != self._absences:
-            raise Stopped(
-                "the program was stopped, because it or its computer was suspended: after a "
-                "suspension, nothing continues by itself"
-            )
 
     def hold(self, text: str) -> None:
         """Wait until a person continues the program. Raises `Stopped`."""
-        self.person.hold(text, lambda: self.arm.stops != self._stops)
-        self._absences = self._absent()  # that person has seen the arm
-        self.require_no_stop()
-
-    def wait_while_paused(self) -> None:
-        """Wait, in real time, for as long as the arm is paused.
-
-        Raises `WrongState` after the time that a motion would wait.
-        """
-        self.require_no_stop()
-        if self.arm.paused:
-            waited_s, longest_s = 0.0, self.arm.core.speed_override.longest_real_s
-            while self.arm.paused:
-                if waited_s >= longest_s:
-                    raise given_up(waited_s)
-                time.sleep(BREATH_S)
-                waited_s += BREATH_S
-            self._absences = self._absent()  # a person ended the pause
-        self.require_no_stop()  # a stop ends a pause, too
-
-    def _absent(self) -> int:
-        with self.arm.pace.lock:
-            return self.arm.engine.suspend_count
+        self.person.hold(text, lambda: self.waits.stopped)
+        self.waits.attended()
 
     @property
     def outputs(self) -> int:
@@ -166,17 +128,7 @@ class Performer:
     # -- what waits ---------------------------------------------------------------------------
 
     def _delay(self, act: Delay) -> None:
-        now_s = self.arm.pace.now_s
-        end_s = now_s() + act.time_s
-        while (left_s := end_s - now_s()) > 0.0:
-            self.arm.sleep(min(left_s, SLICE_S))
-            end_s += self._paused_s()
-
-    def _paused_s(self) -> float:
-        """Wait while the arm is paused; return how long, which extends the delay."""
-        began_s = self.arm.pace.now_s()
-        self.wait_while_paused()
-        return self.arm.pace.now_s() - began_s
+        self.waits.delay(act.time_s)
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
         core = self.arm.core
@@ -192,7 +144,7 @@ class Performer:
             if left_s <= 0.0:
                 return False
             self.arm.sleep(min(POLL_S, left_s))
-            end_s += self._paused_s()
+            end_s += self.waits.paused_s()
 
     def _hold(self, act: Hold) -> None:
         self.hold(act.text)
@@ -310,7 +262,7 @@ class ProgramRun:
 
     def _carry_out(self, stage: RunStage, machine: Machine) -> None:
         performer, act = self._performer, stage.act
-        performer.require_no_stop()
+        performer.waits.require_no_stop()
         left, self._left = self._left, None
         move = None
         if isinstance(act, Go):

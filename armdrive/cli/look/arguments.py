@@ -13,7 +13,6 @@ from armdrive.cli.options import (
     add_arm_options,
     add_driven_arm_options,
     add_json_option,
-    duration,
     positive,
 )
 from armdrive.storage.lock_client import WATCH_EVERY_S
@@ -125,7 +124,7 @@ def _watch(parser: argparse.ArgumentParser) -> None:
     """
     parser.add_argument(
         "--every",
-        type=duration,
+        type=positive,
         default=WATCH_EVERY_S,
         metavar="SECONDS",
         help=f"time between two looks (default {WATCH_EVERY_S:g})",

@@ -23,7 +23,7 @@ from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find
-from armdrive.errors import ArmInUse
+from armdrive.errors import ArmInUse, StateFileError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
 from armdrive.status import (
@@ -36,7 +36,7 @@ from armdrive.status import (
     status_rows,
     status_view,
 )
-from armdrive.storage.lock_client import holder_words, watch_holder
+from armdrive.storage.lock_client import holder_words, notice_of, watch_holder
 from kinematics.text import rounded
 
 
@@ -45,8 +45,10 @@ def status(options: argparse.Namespace) -> Result:
     try:
         with contextlib.closing(connect_chosen(options, reads=True)) as arm:
             view: Mapping[str, Any] = status_view(arm.status)
-    except ArmInUse:
+    except (ArmInUse, StateFileError) as refused:
         name = chosen_target(options).config.name
+        if not isinstance(refused, ArmInUse) and notice_of(name) is None:
+            raise  # on a disk that has become read-only, a program may drive the arm all the same
         view = ask(name, "status")
         held = f"{holder_words(name)} is driving this arm."
         return Result(view, itertools.chain((held, ""), status_lines(view, options)))

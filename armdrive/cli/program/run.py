@@ -92,7 +92,8 @@ class _RunningScript:
     def run(self) -> int:
         """Run it to its end, and say how it ended."""
         program, arms = self._options.program, self._connections.arms
-        with self._display.shown() as display, stopped_by_interrupt(lambda: list(arms)):
+        stopped = stopped_by_interrupt(lambda: list(arms), as_json=as_json(self._options))
+        with self._display.shown() as display, stopped:
             display.tell({"event": "begin", "program": str(program)}, str(program))
             try:
                 code = self._carry_out()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import os
 import queue
 import signal
@@ -131,7 +132,7 @@ class RunTerminal:
 
     def hold(self, text: str, over: Callable[[], bool]) -> None:
         """Wait for Enter, for `armdrive resume` from elsewhere, or until `over()`."""
-        self._arm.pause()
+        self._shown.pauses(self._arm)
         with self._keys() if self._keys else contextlib.nullcontext(unpressed) as pressed:
             self._shown.waits(text, enter=self._keys is not None)
             while self._arm.paused and not over():
@@ -148,10 +149,13 @@ class RunTerminal:
 
 
 @contextlib.contextmanager
-def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True) -> Iterator[None]:
+def stopped_by_interrupt(
+    arms: Callable[[], Iterable[Arm]], *, ends: bool = True, as_json: bool = False
+) -> Iterator[None]:
     """Make the first Ctrl-C stop every arm and end the program, and the next one leave at once.
 
-    Without `ends` only the arms are interrupted: a call that waits for one raises `Stopped`.
+    Without `ends` only the arms are interrupted: a call that waits for one raises `Stopped`. With
+    `as_json` the first one says nothing, since the error that ends the program follows.
 
     The second Ctrl-C closes nothing: motions that were sent run to their end, and nothing further
     is sent.
@@ -161,11 +165,12 @@ def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True
     def interrupt(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
         nonlocal pressed
         if pressed:
-            _leave(arms())
+            _leave(arms(), as_json=as_json)
         pressed = True
         for arm in arms():
             arm.request_stop()
-        _say("\nstopping the arm; Ctrl-C again leaves at once\n")
+        if not as_json:
+            _say("\nstopping the arm; Ctrl-C again leaves at once")
         if ends:
             raise KeyboardInterrupt
 
@@ -180,22 +185,23 @@ def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True
         signal.signal(signal.SIGINT, before)
 
 
-def _leave(arms: Iterable[Arm]) -> None:
+def _leave(arms: Iterable[Arm], *, as_json: bool) -> None:
     goes_on_s = max((arm.core.stop_bound().silent_time_s for arm in arms), default=0.0)
-    _say(f"left: the arm may go on for {goes_on_s:.1f} s; its position will be unknown\n")
+    words = f"left: the arm may go on for {goes_on_s:.1f} s; its position will be unknown"
+    _say(json.dumps({"event": "left", "text": words}) if as_json else words)
     os._exit(INTERRUPTED)
 
 
 def _say(words: str) -> None:
-    """Write past Python's buffer: a signal that came while that was written out may not enter it.
+    """Write a line past Python's buffer, which a signal may not enter while it is written out.
 
     The second of two quick presses comes as a rule while the words of the first are written.
     """
     try:
-        os.write(sys.stderr.fileno(), words.encode())
+        os.write(sys.stderr.fileno(), f"{words}\n".encode())
     except (OSError, ValueError):  # closed, or none of the system's
         with contextlib.suppress(OSError, ValueError):
-            sys.stderr.write(words)
+            sys.stderr.write(f"{words}\n")
 
 
 # What running a program file and running a script have in common: arms, pictures, ends.

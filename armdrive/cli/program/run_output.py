@@ -197,6 +197,12 @@ class Display:
         with self._lock:
             self._output.show(Result({"event": "say", "text": text}, text))
 
+    def pauses(self, arm: Arm) -> None:
+        """Pause an arm for a wait whose own words say so."""
+        with self._lock:
+            arm.pause()
+            self._paused = True
+
     def waits(self, text: str, *, enter: bool = True) -> None:
         """Show that the program waits for a person, and how that person answers."""
         words = f"{text}: " * bool(text)

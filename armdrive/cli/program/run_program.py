@@ -62,7 +62,10 @@ def run_program(options: argparse.Namespace) -> int:
     if options.check:
         source = ArmProgram(program, chosen_target(options).config)
         return check(options, program.lines, lambda arm: _plan(source, arm, options), rehearse)
-    with contextlib.closing(connect_to_run(options)) as arm, stopped_by_interrupt(lambda: [arm]):
+    with (
+        contextlib.closing(connect_to_run(options)) as arm,
+        stopped_by_interrupt(lambda: [arm], as_json=as_json(options)),
+    ):
         return _RunningProgram(program, arm, options).run()
 
 

@@ -17,7 +17,7 @@ from typing import NoReturn, Self
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import connect_chosen, switch_on
+from armdrive.cli.chosen_arm import connect_chosen, switch_on_settled
 from armdrive.cli.presenter import agreed, as_json, complain, forget_typed, put, tell
 from armdrive.cli.program.run_common import (
     LOOK_EVERY_S,
@@ -209,7 +209,7 @@ class ShellTerminal:
 
     def _show(self, answers: Answers, position: int) -> None:
         try:
-            with stopped_by_interrupt(lambda: [self.shell.arm]):
+            with self._stopped():
                 for each in answers:
                     if isinstance(each, Reply):
                         self.output.tell(each.event, each.text)
@@ -229,13 +229,18 @@ class ShellTerminal:
         keys = keys_at_prompt if shell.typing else None  # lines of a pipe are no answers
         show_values = partial(self._say_values, machine) if entry.says else None
         person = RunTerminal(shell.arm, shown, keys, show_values)
-        with shown.shown(), stopped_by_interrupt(lambda: [shell.arm], ends=not shell.typing):
+        with shown.shown(), self._stopped(ends=not shell.typing):
             shown.run.use(shell.arm)
             try:
                 shell.carry_out(entry, machine, person, [] if entry.says else [shown])
             except BaseException as error:
                 self._failed(entry, error, shown)
                 raise
+
+    def _stopped(self, *, ends: bool = True) -> contextlib.AbstractContextManager[None]:
+        """Return what makes Ctrl-C stop the arm."""
+        arms = [self.shell.arm]
+        return stopped_by_interrupt(lambda: arms, ends=ends, as_json=self.output.as_json)
 
     def _say_values(self, machine: Machine, text: str) -> None:
         """Say values: to programs as such."""
@@ -279,7 +284,7 @@ def run(options: argparse.Namespace) -> int:
         put_blocks(arm, options.put)
         tell(options, arm.status.which)
         _settle(arm, at_terminal)
-        switch_on(arm)
+        switch_on_settled(arm)
         slow_down(arm, options)
         return (from_a_terminal if at_terminal else from_a_pipe)(arm, options)
 
@@ -297,6 +302,7 @@ def _settle(arm: Arm, at_terminal: bool) -> None:
 
 def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
     """Carry out all lines of standard input; the first error ends it, and is raised."""
+    options.interface = SHELL  # what an error tells to do is a line before the one that failed
     terminal = ShellTerminal(arm, options, typing=False)
     shell, tell_event = terminal.shell, terminal.output.tell
     tell_event({"event": "begin", "arm": arm.config.name, "simulated": arm.simulated}, "")

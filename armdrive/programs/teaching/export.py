@@ -25,7 +25,8 @@ from armdrive.programs.language.syntax import (
     Statement,
     Tree,
 )
-from armdrive.programs.language.words import RESERVED
+from armdrive.programs.language.values import out_of_bounds
+from armdrive.programs.language.words import RESERVED, WIDTH
 from armdrive.programs.teaching.steps import finger_move
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
@@ -110,10 +111,10 @@ def _fingers(step: Step, at: Point | None) -> Do:
         return Do("grasp")
     if move.opening_mm is None:
         return Do("open_now")
-    if move.opening_mm < 0.0:
-        raise Refused(f"a program opens the fingers from 0 mm on, not to {move.opening_mm:g} mm")
     if move.opening_mm == 0.0:
         return Do("close_now")
+    if why := out_of_bounds(WIDTH, move.opening_mm):
+        raise Refused(f"in a program, {why}")
     return Do("open_now", (Number(move.opening_mm),))
 
 

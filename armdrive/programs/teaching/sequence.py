@@ -11,6 +11,7 @@ from armdrive.errors import BadRequest, NotReferenced, Refused, Stopped
 from armdrive.errors.arguments import known_attributes, made_of
 from armdrive.moves import REST_S, JointMove, LineMove
 from armdrive.programs.teaching.steps import finger_move, last_point
+from armdrive.programs.waits import Waits
 from armdrive.status import BELIEVED_WORDS
 from armdrive.storage.points import SAME_OPENING_MM, Point, Step, StepList
 from kinematics.spaces import Joints
@@ -271,7 +272,7 @@ class Stepper:
 
     def _wait(self, time_s: float, stops: int) -> None:
         try:
-            self._arm.sleep(time_s)
+            Waits(self._arm, since=stops).delay(time_s)
         except Stopped:
             self._require_no_stop(stops)
             raise

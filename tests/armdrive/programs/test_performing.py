@@ -18,7 +18,7 @@ from waiting import until
 
 from armdrive import Arm
 from armdrive.errors import BadRequest, Refused, Stopped
-from armdrive.programs import running
+from armdrive.programs import waits
 from armdrive.programs.acts import (
     AwaitInputs,
     Delay,
@@ -33,7 +33,9 @@ from armdrive.programs.acts import (
 from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.progress import FOR_EVER
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
+from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Trust
+from armdrive.storage.points import Step, StepList
 from armdrive.tasks import never
 
 JOINTS = {"base": 10.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 5.0}
@@ -193,7 +195,7 @@ def test_while_the_arm_is_paused_no_act_begins_and_a_stop_ends_the_wait(arm, mon
             arm.request_stop()
             arm.sleep(0.1)
 
-    monkeypatch.setattr(running.time, "sleep", breath)
+    monkeypatch.setattr(waits.time, "sleep", breath)
     arm.pause()
     performer(arm).perform(Outputs(on=(1,)))
     assert len(slept) == 3
@@ -201,6 +203,25 @@ def test_while_the_arm_is_paused_no_act_begins_and_a_stop_ends_the_wait(arm, mon
     with pytest.raises(Stopped):
         performer(arm).perform(Outputs(on=(2,)))
     assert arm.status.outputs == 1
+
+
+@pytest.mark.parametrize("kind", ["program", "sequence"])
+def test_a_pause_lengthens_a_delay(arm, monkeypatch, kind):
+    device, paused = arm.twin.device, []
+
+    def breath(_):
+        paused.append(arm.sleep(1.0))
+        if len(paused) == 7:
+            arm.resume()
+
+    monkeypatch.setattr(waits.time, "sleep", breath)
+    device.at(device.now_s + 0.3, arm.pause)
+    began_s = arm.pace.now_s()
+    if kind == "program":
+        performer(arm).perform(Delay(2.0))
+    else:
+        Stepper(arm, StepList((Step(wait_s=2.0),)), {}).run()
+    assert arm.pace.now_s() - began_s == pytest.approx(9.0, abs=0.1)
 
 
 def test_it_runs_as_often_as_it_is_told(arm):
@@ -293,7 +314,7 @@ def test_a_person_lets_a_program_go_on_after_a_suspension(arm, monkeypatch):
 
     does = performer(arm, Sleeper()).perform
     does(Hold("look"))
-    monkeypatch.setattr(running.time, "sleep", lambda _: arm.engine.suspended(9.0) or arm.resume())
+    monkeypatch.setattr(waits.time, "sleep", lambda _: arm.engine.suspended(9.0) or arm.resume())
     arm.pause()
     does(Outputs(on=(1,)))
     assert arm.status.outputs == 1

@@ -20,8 +20,9 @@ from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
 from armdrive.motion import execute as pausing
 from armdrive.moves import Jog
-from armdrive.programs import running
+from armdrive.programs import waits
 from armdrive.programs.acts import Say
+from armdrive.programs.running import Performer
 from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime import overrides
 from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
@@ -568,11 +569,11 @@ def test_a_pause_on_simulated_time_that_cannot_end_does_not_hang(monkeypatch, di
 
 def test_a_program_that_paused_its_own_arm_does_not_hang(monkeypatch):
     slept = []
-    monkeypatch.setattr(running.time, "sleep", slept.append)
+    monkeypatch.setattr(waits.time, "sleep", slept.append)
     arm = Arm.connect("sim:teachmover")
     arm.pause()
     with pytest.raises(WrongState, match="still paused"):
-        running.Performer(arm, None).perform(Say("on"))
+        Performer(arm, None).perform(Say("on"))
     assert sum(slept) == pytest.approx(5.0, abs=0.05)
 
 

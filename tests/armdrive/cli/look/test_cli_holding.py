@@ -269,7 +269,7 @@ def test_angles_and_names_stand_below_each_other(view):
         ({"underruns": 2}, "underruns", "2: the arm stood still in mid-motion"),
         ({"error": "no answer", "error_code": "E502"}, "error", "[E502] no answer"),
         ({"program": PROGRAM}, "program", "stack.arm, line 3: move pick (40 %, 12 s left)"),
-        ({"current": "unknown"}, "motors", "on or off: the controller does not say"),
+        ({"current": "unknown"}, "motors", "on or off: not known"),
         (
             {"current": "unknown", "state": "disabled"},
             "motors",

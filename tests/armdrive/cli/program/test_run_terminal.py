@@ -28,10 +28,10 @@ FAST, SLOW = "40", "0.2"
 
 
 class Program:
-    """A running `armdrive run --json`."""
+    """A running `armdrive run`, by default with `--json`."""
 
-    def __init__(self, *words):
-        self.process = started("run", *words, "--json")
+    def __init__(self, *words, form=("--json",)):
+        self.process = started("run", *words, *form)
         self.events = []
 
     def until(self, event, line=None):
@@ -61,10 +61,10 @@ def begin(call, tmp_path):
     call("home", code=0)
     begun = []
 
-    def start(text, *words, name="t.arm"):
+    def start(text, *words, name="t.arm", **form):
         path = tmp_path / name
         path.write_text(text, encoding="utf-8")
-        begun.append(Program(str(path), *words))
+        begun.append(Program(str(path), *words, **form))
         return begun[-1]
 
     yield start
@@ -81,7 +81,7 @@ def test_an_interrupt_stops_the_arm_and_a_program_file_goes_on_from_there(begin,
     program.interrupt()
     code, err = program.end()
     assert code == 130
-    assert "stopping the arm; Ctrl-C again leaves at once" in err
+    assert json.loads(err)["code"] == "E003", "one document, and no words before it"
     failed = program.events[-1]
     assert (failed["event"], failed["line"]) == ("failed", 3)
     seen = call("status", "--json", code=0).json
@@ -101,8 +101,8 @@ arm.move_j(shoulder_deg=40, elbow_deg=-60, base_deg=80, speed=0.3)
 
 
 def test_a_second_interrupt_leaves_at_once(begin):
-    program = begin(TOUR, "--pace", SLOW)
-    program.until("act", 1)
+    program = begin(TOUR, "--pace", SLOW, form=())
+    next(line for line in program.process.stdout if "line 1" in line)
     program.interrupt()
     assert any("stopping" in line for line in program.process.stderr)
     program.interrupt()
@@ -220,8 +220,9 @@ def speak(raw, times):
             signal.raise_signal(signal.SIGINT)
 
 
+@pytest.mark.parametrize("as_json", [False, True])
 @pytest.mark.parametrize(("times", "ends"), [(1, KeyboardInterrupt), (2, Left)])
-def test_an_interrupt_during_output_is_not_lost(monkeypatch, terminal, times, ends):
+def test_an_interrupt_during_output_is_not_lost(monkeypatch, terminal, times, ends, as_json):
     def leave(code):
         assert code == INTERRUPTED
         raise Left
@@ -230,9 +231,12 @@ def test_an_interrupt_during_output_is_not_lost(monkeypatch, terminal, times, en
     stream, raw, read = terminal
     monkeypatch.setattr(sys, "stderr", stream)
     arm = Arm()
-    with pytest.raises(ends), stopped_by_interrupt(lambda: (arm,)):
+    with pytest.raises(ends), stopped_by_interrupt(lambda: (arm,), as_json=as_json):
         speak(raw, times)
     assert arm.stops == 1
+    sys.stderr.flush()
     said = read()
-    assert said.startswith("\nstopping the arm; Ctrl-C again leaves at once\n")
+    assert said.startswith("\nstopping the arm; Ctrl-C again leaves at once\n") is not as_json
     assert ("left: the arm may go on for 1.2 s" in said) == (times == 2)
+    if as_json and times == 2:
+        assert json.loads(said.partition("\n")[0])["event"] == "left"

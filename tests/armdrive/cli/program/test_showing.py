@@ -163,6 +163,9 @@ def test_a_hold_whose_input_has_ended_says_what_continues(arm):
     class Shown:
         say = shown.append
 
+        def pauses(self, arm):
+            arm.pause()
+
         def waits(self, text, *, enter=True):
             shown.append((text, enter))
             if len(shown) > 1:
@@ -180,6 +183,9 @@ def test_what_waits_for_a_person_ends_with_the_run(arm):
             shown.append(text)
 
         waits = say
+
+        def pauses(self, arm):
+            arm.pause()
 
     person = RunTerminal(arm, Shown(), PromptLines(None).keys)
     person.say("hello")
@@ -223,3 +229,20 @@ def test_watchers_are_updated_at_a_new_line_and_not_as_time_passes():
 )
 def test_a_line_is_shown_without_its_comment(text, shown):
     assert line_words(3, text) == f"line 3: {shown}"
+
+
+def test_a_hold_does_not_say_twice_that_the_arm_is_paused(arm, capsys):
+    with Display(RunOutput(as_json=False, rewrites=False), LINES).shown() as display:
+        display.run.use(arm)
+        display.begins(step(arm, 2))
+
+        def over():
+            display._look_once()
+            if (said := capsys.readouterr().out) and "turn it" in said:
+                assert "paused" not in said
+                arm.resume()
+            return False
+
+        RunTerminal(arm, display, None).hold("turn it", over)
+        display._look_once()
+    assert "going on" in capsys.readouterr().out

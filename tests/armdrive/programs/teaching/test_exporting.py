@@ -159,7 +159,7 @@ def test_an_angle_of_a_file_keeps_its_four_decimals(tenthousandths):
         ((), "has no steps"),
         ((Step("drop"), Step(gripper="point")), "says no opening"),
         ((Step(gripper="point"),), "says no opening"),
-        ((Step(gripper=-3.0),), "from 0 mm on"),
+        ((Step(gripper=-3.0),), "opening in mm must be at least 0, not -3"),
     ],
 )
 def test_a_sequence_that_no_program_can_express_is_refused(steps, sentence):
