@@ -150,7 +150,7 @@ GRBLHAL = NativeBoard(
     firmware="grblHAL's Simulator, built for six axes and linked with grblhal_motors.c",
     dialect="grbl",
     letters="XYZABC",
-    options=("-n", "-b", "/dev/null"),  # the bare protocol; each block would be printed
+    options=("-n", "-b", "/dev/null", "-t", "0"),  # bare lines, no list of blocks, our own pace
     twin={"firmware": "grblhal"},
 )
 BOARDS: Mapping[str, Board] = MappingProxyType(

@@ -4,19 +4,28 @@
  * as it is; docs/background/testing.md has the commands. A step pulse is a write to the step port,
  * which the simulator never resets.
  */
+#include <sys/prctl.h>
+#include <time.h>
+
 #include "driver.h"
 #include "mcu.h"
 #include "simulator.h"
+
+#include "grbl/hal.h"
 
 #include "motors.h"
 
 #define NS_PER_S 1000000000ull
 #define ALL_AXES ((1u << N_AXIS) - 1)
+#define CATCH_UP_NS 500000000
 
 void __real_mcu_gpio_set(gpio_port_t *port, uint16_t pins, uint16_t mask);
 void __real_simulate_serial(void);
 void __wrap_mcu_gpio_set(gpio_port_t *port, uint16_t pins, uint16_t mask);
 void __wrap_simulate_serial(void);
+int __wrap_sched_yield(void);
+bool __real_driver_init(void);
+bool __wrap_driver_init(void);
 
 static uint64_t time_ns(void) {
   return sim.masterclock / F_CPU * NS_PER_S + sim.masterclock % F_CPU * NS_PER_S / F_CPU;
@@ -30,7 +39,32 @@ static void update_switches(void) {
 }
 
 /* Before the firmware starts. */
-__attribute__((constructor)) static void begin(void) { motors_open(); }
+__attribute__((constructor)) static void begin(void) {
+  motors_open();
+  prctl(PR_SET_TIMERSLACK, 1);
+}
+
+static void ignore_settings(settings_t *settings, settings_changed_flags_t changed) {
+  (void)settings;
+  (void)changed;
+}
+
+/* Without any plugin, a soft reset makes the parser call itself for ever at the next `$n=` (gcode.c,
+ * gc_init). Boards have plugins that listen to settings; so does this one.
+ */
+bool __wrap_driver_init(void) {
+  bool started = __real_driver_init();
+  if (!grbl.on_settings_changed) grbl.on_settings_changed = ignore_settings;
+  return started;
+}
+
+/* The main loop yields at each pass, and gets one byte of the line. On a busy computer, a thread
+ * that yields waits behind all others; one that sleeps for a moment is woken at once.
+ */
+int __wrap_sched_yield(void) {
+  const struct timespec moment = {0, 20000};
+  return nanosleep(&moment, NULL);
+}
 
 void __wrap_mcu_gpio_set(gpio_port_t *port, uint16_t pins, uint16_t mask) {
   __real_mcu_gpio_set(port, pins, mask);
@@ -46,8 +80,28 @@ void __wrap_mcu_gpio_set(gpio_port_t *port, uint16_t pins, uint16_t mask) {
   }
 }
 
+/* Sleep until the wall clock has caught up with the firmware's. The simulator itself runs 20 ms in
+ * one go and then sleeps, and its main loop misses most of the byte times in between.
+ */
+static void keep_pace(void) {
+  static int64_t offset_ns;
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  int64_t wall_ns = (int64_t)now.tv_sec * (int64_t)NS_PER_S + now.tv_nsec;
+  int64_t ahead_ns = (int64_t)time_ns() - wall_ns - offset_ns;
+  if (!offset_ns || ahead_ns < -CATCH_UP_NS) { /* so late that it is not caught up */
+    offset_ns += ahead_ns;
+  } else if (ahead_ns > 0) {
+    const struct timespec rest = {0, (long)ahead_ns};
+    nanosleep(&rest, NULL);
+  }
+}
+
 /* The simulator calls it once for each byte time of its serial line. */
 void __wrap_simulate_serial(void) {
+  keep_pace();
+  /* Its two threads race for this flag: what the firmware said last would stay in its buffer. */
+  uart.tx_irq_enable = 1;
   if (motors_file) {
     motors_clock(time_ns());
     update_switches();

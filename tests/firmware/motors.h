@@ -10,9 +10,11 @@
 #define MOTORS_H
 
 #include <fcntl.h>
+#include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #define MOTORS_MAGIC 0x31544f4du
@@ -43,7 +45,8 @@ typedef struct {
 static motors_file_t *motors_file;
 static uint64_t motors_began_ns;
 
-/* Map the file; return 0 if there is none. Every other function needs it. */
+/* Map the file; return 0 if there is none. Every other function needs it.
+ * The firmware ends with the program that started it. */
 static inline int motors_open(void) {
   const char *path = getenv("FIRMWARE_MOTORS");
   int file = path ? open(path, O_RDWR) : -1;
@@ -52,6 +55,7 @@ static inline int motors_open(void) {
       mmap(NULL, sizeof(motors_file_t), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
   close(file);
   if (found == MAP_FAILED) return 0;
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
   motors_file = (motors_file_t *)found;
   motors_began_ns = motors_file->time_ns;
   motors_file->enabled = 0;
