@@ -386,14 +386,13 @@ class NativeBench(PtyBench):
 
     def set_up(self) -> None:
         """Write the settings that the arm needs."""
-        set_up(self.device_port, settings_for(self.config, self._runner.board.letters))
+        set_up(self.device_port, settings_for(self.config, self._runner.board))
 
     def _begin(self, lines: str) -> None:
         self._serve(lines)
         self.set_port(self._sim.port)
 
     def _serve_arm_file(self, lines: str, *_settings: str) -> None:
-        self._end_firmware()
         self._serve(lines)
         self.set_arm_file(lines, self._sim.port)
         self.set_up()
@@ -405,7 +404,14 @@ class NativeBench(PtyBench):
         words = (str(path), runner.board.name, str(runner.program), str(self.folder))
         self._sim = DeviceProcess(("tests.firmware.native", *words), self._door(), self.row.name)
         self._motors = motors_in(self.folder)
+        self._await_clock()
         self._began_s, self._began_ns = time.monotonic(), self._motors.time_ns
+
+    def _await_clock(self) -> None:
+        """Wait until the firmware tells the time: it has started."""
+        end_s = time.monotonic() + STARTS_S
+        while not self._motors.time_ns and time.monotonic() < end_s:
+            time.sleep(POLL_S)
 
     def device_now_s(self) -> float:
         """Return the time by the firmware's clock."""
@@ -425,10 +431,10 @@ class NativeBench(PtyBench):
 
     def end_device(self) -> None:
         """End the program."""
+        self._count_pace()
         super().end_device()
-        self._end_firmware()
 
-    def _end_firmware(self) -> None:
+    def _count_pace(self) -> None:
         sim_s = (self._motors.time_ns - self._began_ns) / 1e9
         self._runner.pace.add(sim_s, time.monotonic() - self._began_s)
 
