@@ -477,7 +477,7 @@ class GrblBoard(Board):
         """Clear what is lost with the power, and with a reset of the whole board."""
         self.main_loop.forget()
         self.booting.end()
-        self.critical = False
+        self.critical = self.starts_again = False
         self.cycle.forget()
         self.state = State.IDLE
         self.deaf_until_s = -math.inf
@@ -524,7 +524,8 @@ class GrblBoard(Board):
             self.ring.put(data[start : found.start()])
             start = found.end()
             command = self._orders.get(data[found.start()])
-            if command is not None and not self.booting.active:
+            reset = command is Realtime.SOFT_RESET
+            if command is not None and (reset or not self.booting.active):
                 self.routines.order(self, command)
         self.ring.put(data[start:])
         self.main_loop.run(self)

@@ -228,8 +228,12 @@ def resume(board: GrblBoard) -> None:
 
 
 def soft_reset(board: GrblBoard) -> None:
-    """Restart; in motion the motors stop dead and may lose steps."""
+    """Restart; in motion the motors stop dead and may lose steps.
+
+    A reset during a restart has no effect, but grblHAL then starts a second time: observed.
+    """
     if board.booting.active:
+        board.starts_again = board.firmware.grblhal
         return
     _outputs_off(board)
     code = 0
@@ -287,6 +291,10 @@ def _restarted(board: GrblBoard, code: int) -> Boot:
     board.main_loop.drop_line(board)
     yield board.now_s + board.firmware.start_s
     _start(board)
+    if board.starts_again:
+        board.starts_again = False
+        yield board.now_s + board.firmware.start_s
+        _start(board)
 
 
 def _lose_current(board: GrblBoard, *, restarts: bool) -> None:

@@ -91,6 +91,17 @@ def test_after_a_refused_line_grblhal_refuses_all_gcode_until_an_empty_line():
     assert [other.say("FOO"), other.say("G91")] == [["error:2"], ["ok"]]
 
 
+@pytest.mark.parametrize(("firmware", "greetings"), [("grblhal", 2), ("mega5x", 1)])
+def test_a_second_reset_during_one_in_motion_makes_grblhal_greet_twice(firmware, greetings):
+    bench = Bench(firmware=firmware)
+    bench.say("G91G1X50F600", 0.5)
+    for _ in range(2):
+        bench.put("\x18")
+        bench.wait(0.02)
+    bench.wait(2.0)
+    assert len(bench.banners[1:]) == greetings
+
+
 def test_grblhal_sleeps_only_if_its_settings_allow_it():
     bench = Bench({62: 0.0}, firmware="grblhal")
     assert bench.say("$SLP") == ["error:3"]
