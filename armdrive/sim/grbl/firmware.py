@@ -134,8 +134,8 @@ class Firmware:
     cancel_hangs_s: float = 0.23e-3
     """A cancel that comes so shortly before the end of a jog leaves the board in Idle without
     reading lines. Observed: repeated every 20 ms, it hung 3 of 259 jogs of a Mega and 2 of 264 of a
-    328p. A single one at random near the end hung 1 of 143 jogs of grblHAL, which only a reset
-    frees, with ALARM:3; how short the time is there is a guess.
+    328p. A single one in the last 40 ms hung 3 of 120 jogs of grblHAL, which only a reset frees,
+    with ALARM:3; its Simulator is slow to notice, so how short the time is on a board is a guess.
     """
     holds_jogs: bool = True
     """Whether a feed hold ends a jog. Observed: grblHAL ignores it (state_machine.c, state_set)."""
