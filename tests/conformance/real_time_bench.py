@@ -149,10 +149,13 @@ class ProcessBench(RealTimeBench):
 
     def __init__(self, dialect_name: str, lines: str = "") -> None:
         super().__init__(dialect_name)
+        self._begin(lines)
+
+    def _begin(self, lines: str) -> None:
         if lines:
             self._serve_arm_file(lines)
         else:
-            self._sim = self._start("armdrive", "sim", dialect_name)
+            self._sim = self._start("armdrive", "sim", self.row.name)
             self.set_port(self._sim.port)
 
     def _door(self) -> tuple[str, str]:

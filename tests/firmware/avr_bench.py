@@ -23,20 +23,17 @@ from kinematics import Motors
 from tests.conformance.observation import Observation
 from tests.conformance.real_time_bench import RealTimeBench, port_lock
 
-from .boards import Board
+from .boards import AvrBoard
 from .control import ControlPort, PhysicalState
 from .grbl_setup import pull_off_steps, set_up, settings_for
 from .measuring import Step, StepLog
+from .pace import NoSimulator, Pace
 
 SOURCE = Path(__file__).with_name("avrdev.c")
 AVR_MACHINE = (83).to_bytes(2, "little")
 """What the header of an ELF file has for AVR."""
 COMPILES_S = 120.0
 ENDS_S = 10.0
-
-
-class NoSimulator(Exception):
-    """Something that the processor simulator needs is missing; the message says what to do."""
 
 
 def check_image(image: Path) -> None:
@@ -132,30 +129,6 @@ class AvrProcess:
                 self._process.communicate()
 
 
-MIN_RUN_S = 1.0
-"""The ratio of simulated to real time is meaningless over a shorter time."""
-
-
-class Pace:
-    """Measures how well simulated processors keep real time."""
-
-    def __init__(self) -> None:
-        self._sim_s = self._run_s = 0.0
-
-    def add(self, before: PhysicalState, after: PhysicalState) -> None:
-        """Add what a processor did between two moments."""
-        self._sim_s += after.sim_s - before.sim_s
-        self._run_s += after.run_s - before.run_s
-
-    def taken(self) -> float | None:
-        """Return simulated seconds per second since the last call; None if that is too short."""
-        if self._run_s < MIN_RUN_S:
-            return None
-        ratio = self._sim_s / self._run_s
-        self._sim_s = self._run_s = 0.0
-        return ratio
-
-
 PLUGGED_S = 5.0
 """How long a device may take to appear under the name of another port."""
 
@@ -221,7 +194,8 @@ class ControlledBench(RealTimeBench):
 
     def end_device(self) -> None:
         """Release the port."""
-        self._pace.add(self._begun, self.control.look())
+        before, after = self._begun, self.control.look()
+        self._pace.add(after.sim_s - before.sim_s, after.run_s - before.run_s)
         self.control.close()
         self._lock.release()
 
@@ -229,7 +203,7 @@ class ControlledBench(RealTimeBench):
 class ImageRunner:
     """What the benches of one image share: the compiled simulator and a configured EEPROM."""
 
-    def __init__(self, board: Board, image: Path, simavr: Path | None = None) -> None:
+    def __init__(self, board: AvrBoard, image: Path, simavr: Path | None = None) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="firmware-")
         self.folder = Path(self._folder.name)
         self.board, self.image = board, image
@@ -271,7 +245,7 @@ class ImageRunner:
         process = self._start(self._set_up_eeprom)
         try:
             config = simulated_config(self.board.dialect)
-            set_up(process.port, settings_for(config, self.board.letters))
+            set_up(process.port, settings_for(config, self.board))
         finally:
             process.end()
 
@@ -294,7 +268,7 @@ class AvrBench(ControlledBench):
         self.set_arm_file(lines, self.device_port)
         if self.row.name != "grbl":
             return
-        values = settings_for(self.config, self.letters)
+        values = settings_for(self.config, self._runner.board)
         set_up(self.device_port, values)
         if self.config.homing is not None:
             homing = self.config.homing

@@ -1,7 +1,7 @@
-"""The boards that the bench can simulate: the image that each needs, and the pins of its motors.
+"""The boards that the bench can run: the image or program that each needs, and its motors.
 
-An image is an ELF file that the user has built by the firmware's own instructions. Pins are named
-by port and bit: F0 is bit 0 of port F.
+The user builds it by the firmware's own instructions: an ELF file for an AVR processor, or a
+program of this computer. Pins are named by port and bit: F0 is bit 0 of port F.
 """
 
 from collections.abc import Mapping
@@ -38,31 +38,40 @@ class Coil:
         return ["--coil", f"{axis}:{self.address}"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Board:
     """One kind of board with its firmware.
 
-    `axes` maps the letter of each axis to its wiring, in the order of the arm's motors.
-    `resets_on_open`: opening the port resets the processor, by DTR. `twin` holds the settings of
-    the simulated board that corresponds to this one.
+    `letters` are the names of its axes, in the order of the arm's motors. `twin` holds the settings
+    of the simulated board that corresponds to this one.
     """
 
     name: str
     firmware: str
     dialect: str
-    mcu: str
-    axes: Mapping[str, Driver | Coil]
-    resets_on_open: bool
+    letters: str
     twin: Mapping[str, Value] = field(default_factory=dict)
-    hz: int = 16_000_000
 
     @property
     def lacking(self) -> str:
         """Return why this board cannot drive an arm; empty if it can."""
         needed = DIALECTS[self.dialect].abilities.motors
-        if len(self.axes) >= needed:
+        if len(self.letters) >= needed:
             return ""
-        return f"the board has {len(self.axes)} axes, and the arm has {needed} motors"
+        return f"the board has {len(self.letters)} axes, and the arm has {needed} motors"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AvrBoard(Board):
+    """Firmware for an AVR processor, which is simulated with the wiring of each motor.
+
+    `resets_on_open`: opening the port resets the processor, by DTR.
+    """
+
+    mcu: str
+    motors: tuple[Driver | Coil, ...]
+    resets_on_open: bool
+    hz: int = 16_000_000
 
     @property
     def tells_current(self) -> bool:
@@ -72,60 +81,79 @@ class Board:
     @property
     def drives_coils(self) -> bool:
         """Whether it drives the motors' coils itself, instead of a driver's step pins."""
-        return any(isinstance(motor, Coil) for motor in self.axes.values())
+        return any(isinstance(motor, Coil) for motor in self.motors)
 
     @property
     def wiring(self) -> list[str]:
         """Return the words that wire the processor simulator."""
         words = ["--mcu", self.mcu, "--hz", str(self.hz)]
-        for letter, motor in self.axes.items():
+        for letter, motor in zip(self.letters, self.motors, strict=True):
             words += motor.option(letter)
         return words if self.resets_on_open else [*words, "--no-reset-on-open"]
 
-    @property
-    def letters(self) -> str:
-        """The axis letters in the order of the arm's motors."""
-        return "".join(self.axes)
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NativeBoard(Board):
+    """Firmware that runs as a program of this computer; its serial line is standard input/output.
+
+    The program is linked with glue that reports its steps (`motors.h`). It gets `options`, and runs
+    in a folder of its own, which keeps its settings. `baud` paces the line, unless the program does
+    that by itself.
+    """
+
+    options: tuple[str, ...] = ()
+    baud: int | None = None
 
 
-MEGA_5X = Board(
+MEGA_5X = AvrBoard(
     name="mega5x",
     firmware="grbl-Mega-5X 1.1q, built for six axes X Y Z A B C on the pins of a RAMPS board",
     dialect="grbl",
     mcu="atmega2560",
-    axes={
-        "X": Driver("F0", "F1", "E5", "D7"),
-        "Y": Driver("F6", "F7", "J1", "F2"),
-        "Z": Driver("L3", "L1", "D3", "K0"),
-        "A": Driver("A4", "A6", "L7", "A2"),
-        "B": Driver("C1", "C3", "L5", "C7"),
-        "C": Driver("L0", "B2", "F3", "B0"),
-    },
+    letters="XYZABC",
+    motors=(
+        Driver("F0", "F1", "E5", "D7"),
+        Driver("F6", "F7", "J1", "F2"),
+        Driver("L3", "L1", "D3", "K0"),
+        Driver("A4", "A6", "L7", "A2"),
+        Driver("C1", "C3", "L5", "C7"),
+        Driver("L0", "B2", "F3", "B0"),
+    ),
     resets_on_open=True,
     twin={"firmware": "mega5x"},
 )
-GRBL_328P = Board(
+GRBL_328P = AvrBoard(
     name="grbl",
     firmware="GRBL 1.1h as it is, three axes on the pins of an Arduino Uno",
     dialect="grbl",
     mcu="atmega328p",
-    axes={
-        "X": Driver("D2", "D5", "B1", "B0"),
-        "Y": Driver("D3", "D6", "B2", "B0"),
-        "Z": Driver("D4", "D7", "B4", "B0"),
-    },
+    letters="XYZ",
+    motors=(
+        Driver("D2", "D5", "B1", "B0"),
+        Driver("D3", "D6", "B2", "B0"),
+        Driver("D4", "D7", "B4", "B0"),
+    ),
     resets_on_open=True,
     twin={"firmware": "grbl"},
 )
-ROBKO = Board(
+ROBKO = AvrBoard(
     name="robko",
     firmware="the Robko 01 Arduino library's example ARDN_Operation, with AccelStepper",
     dialect="robko01",
     mcu="atmega328p",
-    axes={letter: Coil(address) for address, letter in enumerate("BSELRG")},
+    letters="BSELRG",
+    motors=tuple(Coil(address) for address in range(6)),
     resets_on_open=False,
 )
+GRBLHAL = NativeBoard(
+    name="grblhal",
+    firmware="grblHAL's Simulator, built for six axes and linked with grblhal_motors.c",
+    dialect="grbl",
+    letters="XYZABC",
+    options=("-n", "-b", "/dev/null", "-t", "0"),  # bare lines, no list of blocks, our own pace
+    twin={"firmware": "grblhal"},
+)
 BOARDS: Mapping[str, Board] = MappingProxyType(
-    {board.name: board for board in (MEGA_5X, GRBL_328P, ROBKO)}
+    {board.name: board for board in (MEGA_5X, GRBL_328P, ROBKO, GRBLHAL)}
 )
 """Every board, by the name of its option on the command line."""

@@ -9,7 +9,9 @@ import serial
 
 from armdrive.config.arm import ArmConfig
 from armdrive.sim.grbl import board_axes, motor_letters, well_set_up
-from armdrive.sim.grbl.firmware import PULL_OFF, STEPS
+from armdrive.sim.grbl.firmware import FIRMWARES, PULL_OFF, STEPS
+
+from .boards import Board
 
 RESETS_S = 3.0
 """A board that resets when its port is opened greets within this time."""
@@ -68,16 +70,17 @@ class Conversation:
         self.close()
 
 
-def settings_for(config: ArmConfig, board: str) -> dict[int, float]:
+def settings_for(config: ArmConfig, board: Board) -> dict[int, float]:
     """Return the settings for an arm, limited to the axes that the board has."""
     transmission = config.model.transmission
     assert transmission is not None
     letters = motor_letters(config, len(transmission.motors))
     values = well_set_up(config, letters, board_axes(letters, ""))
+    values = FIRMWARES[str(board.twin["firmware"])].adapted(values)
     return {
         number: value
         for number, value in values.items()
-        if number < STEPS or number % 10 < len(board)
+        if number < STEPS or number % 10 < len(board.letters)
     }
 
 

@@ -14,9 +14,11 @@ from tests.conformance.bench import Bench
 from tests.conformance.memory_bench import MemoryBench, Variant
 from tests.conformance.real_time_bench import PortBench, PtyBench, RealTimeBench
 
-from .avr_bench import ControlledBench, ImageRunner, Pace
-from .boards import Board
+from .avr_bench import ControlledBench, ImageRunner
+from .boards import AvrBoard, Board, NativeBoard
 from .control import ControlPort
+from .native import NativeRunner
+from .pace import Pace
 
 NOWHERE = "/dev/null"
 """A port that is never opened: it only gives the configuration of an arm without an arm file."""
@@ -84,8 +86,13 @@ def simulated(dialect: str) -> Rig:
 
 
 def of_image(board: Board, image: Path, simavr: Path | None = None) -> Rig:
-    """Return the rig of a firmware image in the processor simulator."""
-    runner = ImageRunner(board, image, simavr)
+    """Return the rig of a firmware: an image in the processor simulator, or a native program."""
+    runner: ImageRunner | NativeRunner
+    if isinstance(board, NativeBoard):
+        runner = NativeRunner(board, image)
+    else:
+        assert isinstance(board, AvrBoard)
+        runner = ImageRunner(board, image, simavr)
     return Rig(
         board.name,
         board.dialect,

@@ -25,11 +25,11 @@ from armdrive.registry import DIALECTS
 from tests.conformance.running import BEHAVIOURS, Verdict, run_row
 
 from . import report
-from .avr_bench import NoSimulator
 from .boards import BOARDS
 from .grbl_setup import SetUpFailed
 from .measuring import board_motions, board_stops, durations, stops
 from .missions import FirmwareMission
+from .pace import NoSimulator
 from .rigs import Rig, of_image, of_port, own_home, simulated
 
 MISSIONS = 10

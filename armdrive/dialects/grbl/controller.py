@@ -152,7 +152,9 @@ class GrblController(ScriptRunner[HostEvent]):
                 break
         if not isinstance(message, Acknowledged):
             return refusal(message, "the settings could not be read")
-        found = Comparison(self.settings, self.axes, self.board.letters, dict(reported), key)
+        found = Comparison(
+            self.settings, self.axes, self.board.letters, dict(reported), key, self.board.variant
+        )
         self.limits = found.limits()
         firmware = f"{self.board.variant} {self.board.firmware}".strip()
         return DeviceSettings(tuple(found.differences()), firmware)
