@@ -44,6 +44,7 @@ from firmware_protocol.canopen.objects import DEVICE_NAME as DEVICE_NAME
 from firmware_protocol.canopen.objects import DEVICE_TYPE as DEVICE_TYPE
 from firmware_protocol.canopen.objects import DIGITAL_INPUTS as DIGITAL_INPUTS
 from firmware_protocol.canopen.objects import ENCODER_INCREMENTS as ENCODER_INCREMENTS
+from firmware_protocol.canopen.objects import ERROR_BEHAVIOUR as ERROR_BEHAVIOUR
 from firmware_protocol.canopen.objects import ERROR_CODE as ERROR_CODE
 from firmware_protocol.canopen.objects import ERROR_COUNT as ERROR_COUNT
 from firmware_protocol.canopen.objects import ERROR_REGISTER as ERROR_REGISTER
@@ -82,6 +83,7 @@ from firmware_protocol.canopen.objects import SERIAL_NUMBER as SERIAL_NUMBER
 from firmware_protocol.canopen.objects import STANDARD as STANDARD
 from firmware_protocol.canopen.objects import STATUSWORD as STATUSWORD
 from firmware_protocol.canopen.objects import SUPPORTED_MODES as SUPPORTED_MODES
+from firmware_protocol.canopen.objects import SYNC_ID as SYNC_ID
 from firmware_protocol.canopen.objects import TARGET_POSITION as TARGET_POSITION
 from firmware_protocol.canopen.objects import VELOCITY as VELOCITY
 from firmware_protocol.canopen.objects import VENDOR as VENDOR

@@ -303,11 +303,14 @@ _RWW = Access.RWW
 DEVICE_TYPE = Place(0x1000)
 ERROR_REGISTER = Place(0x1001)
 ERROR_COUNT, LAST_ERROR = Place(0x1003, 0), Place(0x1003, 1)
+SYNC_ID = Place(0x1005)
 DEVICE_NAME = Place(0x1008)
 CONSUMER_HEARTBEAT = Place(0x1016, 1)
 """The node whose heartbeat the drive monitors, and the timeout: `nmt.HeartbeatWatch`."""
 PRODUCER_HEARTBEAT_MS = Place(0x1017)
 VENDOR, PRODUCT, REVISION, SERIAL_NUMBER = (Place(0x1018, sub) for sub in (1, 2, 3, 4))
+ERROR_BEHAVIOUR = Place(0x1029, 1)
+"""What a communication error does to an operational node: 0 makes it pre-operational, 1 nothing."""
 HEARTBEAT_REACTION = Place(0x6007)
 """The reaction (abort connection option code): 0 nothing, 1 fault, 2 disable, 3 quick stop."""
 ERROR_CODE = Place(0x603F)

@@ -40,21 +40,33 @@ FINAL_WRITES = 2
 
 # The settings that drives get.
 
-SAFETY = (
-    Write(canopen.HEARTBEAT_REACTION, DataType.I16, 3),  # quick stop if the heartbeat is missing
-    Write(canopen.QUICK_STOP_OPTION, DataType.I16, canopen.QuickStopOption.QUICK_RAMP_AND_STAY),
+HOLDS_AFTER_STOP = Write(
+    canopen.QUICK_STOP_OPTION, DataType.I16, canopen.QuickStopOption.QUICK_RAMP_AND_STAY
 )
-"""These must read back as written, or nothing is switched on."""
+STOPS_UNWATCHED = Write(canopen.HEARTBEAT_REACTION, DataType.I16, 3)
+"""A quick stop if the heartbeat is missing."""
+WATCH_OBJECTS = (canopen.CONSUMER_HEARTBEAT, canopen.HEARTBEAT_REACTION)
+"""What a drive needs to stop by itself when this program dies; EDS files of many drives lack one:
+6007 those of all Trinamic modules (PyTrinamic, TMCM-1276 and others) and of Yiyou's EuServo, 1016
+that of Technosoft's iPOS."""
 BRAKE = Write(canopen.FAULT_REACTION_OPTION, DataType.I16, 2)
 """Makes a drive in fault brake before it lets its motor go."""
 MILLISECONDS = -3
 _PROFILE_OBJECTS = 0x6000
 
 
-def required_settings(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, ...]:
+def safety(*, watches: bool) -> tuple[Write, ...]:
+    """Return the settings that must read back as written, or nothing is switched on."""
+    return (STOPS_UNWATCHED, HOLDS_AFTER_STOP) if watches else (HOLDS_AFTER_STOP,)
+
+
+def required_settings(
+    node: int, quick_slope: float, cycle_ms: int | None, *, watches: bool = True
+) -> tuple[Write, ...]:
     """Return the settings that every drive needs. `quick_slope` is in increments/s².
 
-    `cycle_ms` is None if no cyclic mode is used.
+    `cycle_ms` is None if no cyclic mode is used. Drives that `watches` is false for react to no
+    missing heartbeat.
     """
     received, transmitted = canopen.drive_pdos(node)
     cyclic = (
@@ -64,7 +76,7 @@ def required_settings(node: int, quick_slope: float, cycle_ms: int | None) -> tu
     return (
         *received.writes,
         *transmitted.writes,
-        *SAFETY,
+        *safety(watches=watches),
         Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, max(round(quick_slope), 1)),
         *(cyclic if cycle_ms else ()),
     )
@@ -73,6 +85,7 @@ def required_settings(node: int, quick_slope: float, cycle_ms: int | None) -> tu
 def optional_settings(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
     """Return settings that improve a drive, but that some drives lack."""
     return (
+        Write(canopen.SYNC_ID, DataType.U32, canopen.cob_id(canopen.Service.SYNC)),
         BRAKE,
         Write(canopen.FOLLOWING_ERROR_WINDOW, DataType.U32, settings.following_window),
         Write(canopen.FOLLOWING_ERROR_TIMEOUT_MS, DataType.U16, settings.following_ms),
@@ -118,7 +131,8 @@ class Cia402Contact:
             raise Obstructed(self.io.group.shared_words)
         yield from self._write_required()
         yield from self._write_optional()
-        yield from self.transfers.verify(SAFETY, "with which it would stop and hold")
+        settings = safety(watches=self.io.group.watches)
+        yield from self.transfers.verify(settings, "with which it would stop and hold")
         yield from self._start()
         for drive in self.io.group.drives:
             drive.rest()
@@ -133,6 +147,7 @@ class Cia402Contact:
             canopen.DEVICE_TYPE,
             canopen.SUPPORTED_MODES,
             canopen.PRODUCER_HEARTBEAT_MS,
+            *(() if self.io.group.configured else WATCH_OBJECTS),
         )
         settings = self.io.settings
         rival_s = RIVAL_TIMEOUTS * settings.heartbeat_ms / 1000.0
@@ -155,9 +170,28 @@ class Cia402Contact:
             found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, beat_ms)
             if self.io.group.configured and found_ms != beat_ms:
                 result.drive.booted = True  # it has lost its settings
+        if not self.io.group.configured:
+            self.io.group.watches = not self._unwatching(results)
         words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
         modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
         self.io.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
+
+    def _unwatching(self, results: Results) -> bool:
+        """Return whether a drive cannot stop by itself when this program dies, and warn of it."""
+        lacking = [
+            (result.drive, place)
+            for result in results.values()
+            for place in WATCH_OBJECTS
+            if place in result.lacking
+        ]
+        for drive, place in lacking[:1]:
+            self.io.notify(
+                ProtocolWarning(
+                    f"{drive} has no object {place}, so it would not stop without this program: "
+                    "the arm moves in bursts, which end by themselves"
+                )
+            )
+        return bool(lacking)
 
     def _find(self, *places: Place) -> Script[Results]:
         """Read objects of every drive; wake drives that were stopped, and ask again.
@@ -206,7 +240,7 @@ class Cia402Contact:
         cyclic = self.io.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
         cycle_ms = round(self.io.cycle_s * 1000.0) if cyclic else None
         jobs = {
-            node: required_settings(node, self.quick_slope, cycle_ms)
+            node: required_settings(node, self.quick_slope, cycle_ms, watches=self.io.group.watches)
             for node in self.io.group.by_node
         }
         for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
@@ -220,7 +254,11 @@ class Cia402Contact:
 
     def _write_optional(self) -> Script[None]:
         """Write the optional settings; warn once of those that a drive lacks."""
-        jobs = {node: optional_settings(self.io.settings, node) for node in self.io.group.by_node}
+        unwatched = () if self.io.group.watches else (heartbeat_watch(self.io.settings, on=False),)
+        jobs = {
+            node: (*optional_settings(self.io.settings, node), *unwatched)
+            for node in self.io.group.by_node
+        }
         results = yield from self.transfers.obtain(jobs, lenient=True)
         for result in results.values():
             for place, words in result.refused.items():
@@ -229,6 +267,7 @@ class Cia402Contact:
 
     def _start(self) -> Script[None]:
         """Let the drives take part in PDOs, and read every position."""
+        self.io.last_command = "SYNC"
         missing = self.io.group.drives
         for _ in range(TRIES):
             self.io.send_nmt(NmtCommand.START, missing)
@@ -322,6 +361,8 @@ class Cia402Contact:
         if not self.io.beats.on:
             return b""
         self.io.beats.end()
+        if not self.io.group.watches:
+            return b""
         return self.transfers.unanswered_writes(
             heartbeat_watch(self.io.settings, on=False), FINAL_WRITES
         )
@@ -335,7 +376,12 @@ class Cia402Contact:
             drive.recover()
 
     def _watch(self, *, on: bool) -> Script[None]:
-        """Make the drives watch this program's heartbeat, or not, and verify that."""
+        """Make the drives watch this program's heartbeat, or not, and verify that.
+
+        A drive whose reaction is not set might let its motor go, so it watches nothing.
+        """
+        if not self.io.group.watches:
+            return
         write = heartbeat_watch(self.io.settings, on=on)
         self.io.last_command = "SDO 1016"
         yield from self.transfers.carry_out(self.transfers.of_each(write), _remedy)

@@ -106,7 +106,7 @@ class Cia402Motion:
             max(min(speed, self._top_rate), 1.0),
             self.slope(canopen.PROFILE_ACCELERATION),
             now_s,
-            braking=self.slope(canopen.PROFILE_DECELERATION),
+            braking=self._braking,
         )
         self._begun(now_s)
 
@@ -128,7 +128,7 @@ class Cia402Motion:
 
     def slow_down(self, now_s: float) -> None:
         """Brake on the profile's ramp."""
-        self.brake(self.slope(canopen.PROFILE_DECELERATION), now_s)
+        self.brake(self._braking, now_s)
 
     def let_go(self, now_s: float) -> None:
         """Switch the motor's current off: its load sags, and no motion is supervised any more."""
@@ -140,6 +140,14 @@ class Cia402Motion:
     def slope(self, place: Place) -> float:
         """Return an acceleration from an object."""
         return float(max(self._objects.number_of(place, _USUAL_SLOPE), 1))
+
+    @property
+    def _braking(self) -> float:
+        """The profile's deceleration; a drive without one uses the acceleration (CiA 402-2)."""
+        own = self._objects.dictionary.find(canopen.PROFILE_DECELERATION)
+        return self.slope(
+            canopen.PROFILE_DECELERATION if own is not None else canopen.PROFILE_ACCELERATION
+        )
 
     @property
     def _top_rate(self) -> float:

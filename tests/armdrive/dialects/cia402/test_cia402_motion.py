@@ -251,8 +251,9 @@ def test_bursts_by_profile_position_begin_and_arrive_together(options):
     assert {node.states.mode for node in rig.device.board.nodes} == {OperationMode.PROFILE_POSITION}
 
 
-def test_a_burst_lasts_as_long_as_announced():
-    rig = Rig({"strategy": "profile"}).ready()
+@pytest.mark.parametrize("missing", ["", "6084"])
+def test_a_burst_lasts_as_long_as_announced(missing):
+    rig = Rig({"strategy": "profile"}, missing=missing).ready()
     rig.do(ReadPosition())
     began_s = rig.now_s
     assert rig.do(MoveBy(steps(6000), 20_000.0)) == Done()
@@ -290,6 +291,12 @@ def test_settings_that_differ_are_reported_with_the_line_that_mends_them():
     assert first.mend == "1: 608F:01 u32 4096"
     told = Rig({"encoder_increments": 10_000}).do(ReadSettings())
     assert told.differences == ()
+
+
+@pytest.mark.parametrize("turns, differs", [(2, False), (3, True)])
+def test_a_ratio_in_other_numbers_is_the_same_ratio(turns, differs):
+    rig = Rig({"encoder_increments": 10_000}, constant=f"608F:01=20000+608F:02={turns}")
+    assert bool(rig.do(ReadSettings()).differences) is differs
 
 
 @pytest.mark.parametrize(
