@@ -335,7 +335,9 @@ PROFILE_SPEED = Place(0x6081)
 PROFILE_ACCELERATION = Place(0x6083)
 PROFILE_DECELERATION = Place(0x6084)
 QUICK_STOP_DECELERATION = Place(0x6085)
-ENCODER_INCREMENTS = Place(0x608F, 1)
+ENCODER_INCREMENTS, ENCODER_TURNS = Place(0x608F, 1), Place(0x608F, 2)
+POSITION_UNIT, SPEED_UNIT = Place(0x60A8), Place(0x60A9)
+"""See `drives.speed_unit_hz`."""
 HOMING_METHOD = Place(0x6098)
 HOMING_SPEED, HOMING_CREEP = Place(0x6099, 1), Place(0x6099, 2)
 """The speed towards the home switch, and the speed off the switch."""

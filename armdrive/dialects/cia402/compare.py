@@ -29,6 +29,7 @@ def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
     u8, u32, turns = DataType.U8, DataType.U32, settings.encoder_increments
     rows = (
         (Write(Place(0x607E), u8, 0), "polarity", True),
+        (Write(canopen.POSITION_UNIT, u32, canopen.POSITION_INCREMENTS), "unit of position", True),
         (Write(Place(0x6091, 1), u32, 1), "gear ratio, motor turns", True),
         (Write(Place(0x6091, 2), u32, 1), "gear ratio, shaft turns", True),
         (

@@ -45,6 +45,7 @@ HOLDS_AFTER_STOP = Write(
 )
 STOPS_UNWATCHED = Write(canopen.HEARTBEAT_REACTION, DataType.I16, 3)
 """A quick stop if the heartbeat is missing."""
+UNIT_OBJECTS = (canopen.SPEED_UNIT, canopen.ENCODER_INCREMENTS, canopen.ENCODER_TURNS)
 WATCH_OBJECTS = (canopen.CONSUMER_HEARTBEAT, canopen.HEARTBEAT_REACTION)
 """What a drive needs to stop by itself when this program dies; EDS files of many drives lack one:
 6007 those of all Trinamic modules (PyTrinamic, TMCM-1276 and others) and of Yiyou's EuServo, 1016
@@ -61,9 +62,9 @@ def safety(*, watches: bool) -> tuple[Write, ...]:
 
 
 def required_settings(
-    node: int, quick_slope: float, cycle_ms: int | None, *, watches: bool = True
+    node: int, quick_slope: int, cycle_ms: int | None, *, watches: bool = True
 ) -> tuple[Write, ...]:
-    """Return the settings that every drive needs. `quick_slope` is in increments/s².
+    """Return the settings that every drive needs. `quick_slope` is in the drive's unit.
 
     `cycle_ms` is None if no cyclic mode is used. Drives that `watches` is false for react to no
     missing heartbeat.
@@ -77,7 +78,7 @@ def required_settings(
         *received.writes,
         *transmitted.writes,
         *safety(watches=watches),
-        Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, max(round(quick_slope), 1)),
+        Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, quick_slope),
         *(cyclic if cycle_ms else ()),
     )
 
@@ -114,7 +115,7 @@ def _remedy(place: Place) -> str:
 class Cia402Contact:
     """Finds every drive, sets it up, reads its position, switches its current and clears faults.
 
-    `quick_slope` is the deceleration of a quick stop.
+    `quick_slope` is the deceleration of a quick stop, in increments/s².
     """
 
     io: Cia402Exchange
@@ -147,7 +148,7 @@ class Cia402Contact:
             canopen.DEVICE_TYPE,
             canopen.SUPPORTED_MODES,
             canopen.PRODUCER_HEARTBEAT_MS,
-            *(() if self.io.group.configured else WATCH_OBJECTS),
+            *(() if self.io.group.configured else (*WATCH_OBJECTS, *UNIT_OBJECTS)),
         )
         settings = self.io.settings
         rival_s = RIVAL_TIMEOUTS * settings.heartbeat_ms / 1000.0
@@ -172,9 +173,30 @@ class Cia402Contact:
                 result.drive.booted = True  # it has lost its settings
         if not self.io.group.configured:
             self.io.group.watches = not self._unwatching(results)
+            for result in results.values():
+                result.drive.speed_unit_hz = self._speed_unit_hz(result)
         words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
         modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
         self.io.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
+
+    def _speed_unit_hz(self, result: SdoResult) -> float:
+        """Return a drive's unit of speed, in increments/s. Raises `Obstructed` if it is unknown.
+
+        Without object 60A9 it is an increment a second. Nanotec's CL4-E has rpm when it is new (its
+        EDS file), and maxon's EPOS4 has rpm and its decimal fractions only.
+        """
+        word = result.values.get(canopen.SPEED_UNIT)
+        increments = result.values.get(canopen.ENCODER_INCREMENTS, 0)
+        turns = result.values.get(canopen.ENCODER_TURNS, 1)
+        per_turn = increments / max(turns, 1) or self.io.settings.encoder_increments
+        unit_hz = 1.0 if word is None else canopen.speed_unit_hz(word & 0xFFFF_FFFF, per_turn)
+        if unit_hz:
+            return unit_hz
+        raise Obstructed(
+            f"{result.drive} counts speeds in a unit that is not known here (object 60A9 is "
+            f"{(word or 0) & 0xFFFF_FFFF:08X}): with its maker's program set it to increments a "
+            f"second ({canopen.INCREMENTS_A_SECOND:08X}), or give cia402.encoder_increments"
+        )
 
     def _unwatching(self, results: Results) -> bool:
         """Return whether a drive cannot stop by itself when this program dies, and warn of it."""
@@ -240,8 +262,10 @@ class Cia402Contact:
         cyclic = self.io.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
         cycle_ms = round(self.io.cycle_s * 1000.0) if cyclic else None
         jobs = {
-            node: required_settings(node, self.quick_slope, cycle_ms, watches=self.io.group.watches)
-            for node in self.io.group.by_node
+            node: required_settings(
+                node, drive.units(self.quick_slope), cycle_ms, watches=self.io.group.watches
+            )
+            for node, drive in self.io.group.by_node.items()
         }
         for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
             self.io.send_nmt(NmtCommand.PRE_OPERATIONAL, self.io.group.drives)

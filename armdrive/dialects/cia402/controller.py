@@ -57,7 +57,8 @@ CONFIRM_CYCLES = 8
 SET_POINT_CYCLES = 4
 """In profile position mode, giving a drive a set-point where it stands takes this many more."""
 ROUNDING = 2.0
-"""How far a drive may be off its share of a burst, since speeds and ramps are whole numbers."""
+"""How far a drive may be off its share of a burst, since speeds and ramps are whole numbers of
+increments/s; drives with a greater unit of speed may be farther off by as much."""
 
 
 class Cia402Controller(ScriptRunner[HostEvent]):
@@ -235,7 +236,10 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         """Bound each drive's deviation from the straight path, due to rounding in bursts."""
         if self.abilities.queued_segments:
             return (0.0,) * len(steps)
-        return tuple(ROUNDING if count else 0.0 for count in steps)
+        units = (max(drive.speed_unit_hz, 1.0) for drive in self.group.drives)
+        return tuple(
+            ROUNDING * unit if count else 0.0 for count, unit in zip(steps, units, strict=True)
+        )
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
         """Return the registers; a drive near where it was left is taken to be there."""

@@ -87,6 +87,8 @@ class Cia402Drive:
     still_s: float = math.inf
     """Since when it has not turned."""
     still_at: int = 0
+    speed_unit_hz: float = 1.0
+    """The unit of its speeds and, a second, of its ramps, in increments/s."""
     network: canopen.NodeState | None = None
     """The state in its last heartbeat; None before the first one."""
     bereft: bool = False
@@ -110,6 +112,10 @@ class Cia402Drive:
     def seen(self) -> int:
         """Its last position."""
         return self.shaft.count or 0
+
+    def units(self, rate_hz: float) -> int:
+        """Return a speed in its own unit, or a ramp: at least 1."""
+        return max(round(rate_hz / self.speed_unit_hz), 1)
 
     @property
     def holds(self) -> bool:
