@@ -322,7 +322,13 @@ class DriveStates:
 # A request without an answer is sent again: frames can be lost, and repeating them does no harm. A
 # late answer to an earlier try is as good as one to the last.
 
-ABSENT = (canopen.AbortCode.NO_OBJECT, canopen.AbortCode.NO_SUB_INDEX)
+ABSENT = (
+    canopen.AbortCode.NO_OBJECT,
+    canopen.AbortCode.NO_SUB_INDEX,
+    canopen.AbortCode.READ_ONLY,
+    canopen.AbortCode.ACCESS,
+)
+"""What drives say of objects that they lack, or that are constants."""
 Job: TypeAlias = canopen.Place | canopen.Write
 """An object to read, or to write."""
 Jobs: TypeAlias = Mapping[int, Sequence[Job]]
@@ -334,7 +340,7 @@ class SdoResult:
     """The result of the transfers with one drive.
 
     `values` were read; `refused` are refused objects, with the reason in words, and `lacking` those
-    of them that it does not have. A drive is `mute` if it did not answer; the rest of its transfers
+    of them that it does not have or that are constants. A drive is `mute` if it did not answer; the rest of its transfers
     is skipped.
     """
 
@@ -467,7 +473,7 @@ class ObjectTransfers:
     ) -> Script[None]:
         """Transfer as above. Raises `Obstructed` also if a drive refuses an object.
 
-        Drives may lack `optional` objects.
+        Drives may lack `optional` objects, or have constants instead.
         """
         for result in (yield from self.obtain(jobs, lenient=bool(optional))).values():
             for place, words in result.refused.items():

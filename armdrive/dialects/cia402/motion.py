@@ -266,7 +266,8 @@ class ProfileMotion:
         if words := beyond_words(goals.items()):
             raise Obstructed(words)
         ramps = {drive.node: part.writes for drive, part in parts.items()}
-        # without 6084 (Technosoft's iPOS, by its EDS file) drives brake as they accelerate
+        # EDS files: Technosoft's iPOS has no 6084 and brakes as it accelerates; Trinamic's TMCM-1617
+        # has a constant
         yield from self.lead.transfers.carry_out(ramps, optional=(canopen.PROFILE_DECELERATION,))
         if self.lead.io.stop_asked or released():
             return Halted()

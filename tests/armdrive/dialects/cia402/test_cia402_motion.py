@@ -291,6 +291,13 @@ def test_an_unknown_unit_of_speed_refuses_contact_in_words():
     assert "object 60A9 is 00410300" in reply.reason
 
 
+def test_drives_with_a_braking_ramp_of_their_own_move_in_bursts():
+    rig = Rig({"strategy": "profile"}, constant="6084:00=400000").ready()
+    before = rig.positions
+    assert rig.do(MoveBy(steps(6000, -3000), 20_000.0)) == Done()
+    assert rig.positions - before == steps(6000, -3000)
+
+
 # -- homing and settings --------------------------------------------------------------------------
 
 
