@@ -10,6 +10,8 @@ What is decided where:
     host                a master's end
 """
 
+from firmware_protocol.canopen.drives import INCREMENTS_A_SECOND as INCREMENTS_A_SECOND
+from firmware_protocol.canopen.drives import POSITION_INCREMENTS as POSITION_INCREMENTS
 from firmware_protocol.canopen.drives import TRANSITIONS as TRANSITIONS
 from firmware_protocol.canopen.drives import Command as Command
 from firmware_protocol.canopen.drives import ControlBit as ControlBit
@@ -27,6 +29,7 @@ from firmware_protocol.canopen.drives import StatusBit as StatusBit
 from firmware_protocol.canopen.drives import Statusword as Statusword
 from firmware_protocol.canopen.drives import Transition as Transition
 from firmware_protocol.canopen.drives import mode_of as mode_of
+from firmware_protocol.canopen.drives import speed_unit_hz as speed_unit_hz
 from firmware_protocol.canopen.drives import supported_modes as supported_modes
 from firmware_protocol.canopen.drives import supported_word as supported_word
 from firmware_protocol.canopen.drives import transition as transition
@@ -44,6 +47,8 @@ from firmware_protocol.canopen.objects import DEVICE_NAME as DEVICE_NAME
 from firmware_protocol.canopen.objects import DEVICE_TYPE as DEVICE_TYPE
 from firmware_protocol.canopen.objects import DIGITAL_INPUTS as DIGITAL_INPUTS
 from firmware_protocol.canopen.objects import ENCODER_INCREMENTS as ENCODER_INCREMENTS
+from firmware_protocol.canopen.objects import ENCODER_TURNS as ENCODER_TURNS
+from firmware_protocol.canopen.objects import ERROR_BEHAVIOUR as ERROR_BEHAVIOUR
 from firmware_protocol.canopen.objects import ERROR_CODE as ERROR_CODE
 from firmware_protocol.canopen.objects import ERROR_COUNT as ERROR_COUNT
 from firmware_protocol.canopen.objects import ERROR_REGISTER as ERROR_REGISTER
@@ -69,6 +74,7 @@ from firmware_protocol.canopen.objects import PERIOD as PERIOD
 from firmware_protocol.canopen.objects import PERIOD_POWER as PERIOD_POWER
 from firmware_protocol.canopen.objects import POSITION as POSITION
 from firmware_protocol.canopen.objects import POSITION_DEMAND as POSITION_DEMAND
+from firmware_protocol.canopen.objects import POSITION_UNIT as POSITION_UNIT
 from firmware_protocol.canopen.objects import POSITION_WINDOW as POSITION_WINDOW
 from firmware_protocol.canopen.objects import PRODUCER_HEARTBEAT_MS as PRODUCER_HEARTBEAT_MS
 from firmware_protocol.canopen.objects import PRODUCT as PRODUCT
@@ -79,9 +85,11 @@ from firmware_protocol.canopen.objects import QUICK_STOP_DECELERATION as QUICK_S
 from firmware_protocol.canopen.objects import QUICK_STOP_OPTION as QUICK_STOP_OPTION
 from firmware_protocol.canopen.objects import REVISION as REVISION
 from firmware_protocol.canopen.objects import SERIAL_NUMBER as SERIAL_NUMBER
+from firmware_protocol.canopen.objects import SPEED_UNIT as SPEED_UNIT
 from firmware_protocol.canopen.objects import STANDARD as STANDARD
 from firmware_protocol.canopen.objects import STATUSWORD as STATUSWORD
 from firmware_protocol.canopen.objects import SUPPORTED_MODES as SUPPORTED_MODES
+from firmware_protocol.canopen.objects import SYNC_ID as SYNC_ID
 from firmware_protocol.canopen.objects import TARGET_POSITION as TARGET_POSITION
 from firmware_protocol.canopen.objects import VELOCITY as VELOCITY
 from firmware_protocol.canopen.objects import VENDOR as VENDOR

@@ -240,6 +240,30 @@ def supported_word(modes: frozenset[OperationMode]) -> int:
     return sum(1 << mode - 1 for mode in modes if mode)
 
 
+INCREMENTS, REVOLUTIONS, A_SECOND, A_MINUTE = 0xB5, 0xB4, 0x03, 0x47
+"""Units of CiA 303-2, of which object 60A9 has one over another."""
+POSITION_INCREMENTS = INCREMENTS << 16
+"""The value of 60A8 (unit of position) for increments of the encoder."""
+INCREMENTS_A_SECOND = INCREMENTS << 16 | A_SECOND << 8
+"""The value of 60A9 (unit of speed) for increments a second."""
+
+
+def speed_unit_hz(word: int, per_turn: float) -> float | None:
+    """Return the unit of speeds in object 60A9, in increments/s; None if it is another one.
+
+    `per_turn` are the encoder's increments in a turn of the motor. Source: CiA 402-2 (object 60A9)
+    and CiA 303-2: a power of ten in bits 24 to 31, a unit in bits 16 to 23, over that in bits 8 to
+    15.
+    """
+    whole("word", word, 0, 0xFFFF_FFFF)
+    power, over, under = word >> 24, word >> 16 & 0xFF, word >> 8 & 0xFF
+    lengths = {INCREMENTS: 1.0, REVOLUTIONS: per_turn}
+    times = {A_SECOND: 1.0, A_MINUTE: 60.0}
+    if over not in lengths or under not in times:
+        return None
+    return lengths[over] / times[under] * 10.0 ** (power - 0x100 * (power >> 7))
+
+
 class QuickStopOption(IntEnum):
     """A value of 605A: how the drive stops, and whether it then disables itself.
 

@@ -303,11 +303,14 @@ _RWW = Access.RWW
 DEVICE_TYPE = Place(0x1000)
 ERROR_REGISTER = Place(0x1001)
 ERROR_COUNT, LAST_ERROR = Place(0x1003, 0), Place(0x1003, 1)
+SYNC_ID = Place(0x1005)
 DEVICE_NAME = Place(0x1008)
 CONSUMER_HEARTBEAT = Place(0x1016, 1)
 """The node whose heartbeat the drive monitors, and the timeout: `nmt.HeartbeatWatch`."""
 PRODUCER_HEARTBEAT_MS = Place(0x1017)
 VENDOR, PRODUCT, REVISION, SERIAL_NUMBER = (Place(0x1018, sub) for sub in (1, 2, 3, 4))
+ERROR_BEHAVIOUR = Place(0x1029, 1)
+"""What a communication error does to an operational node: 0 makes it pre-operational, 1 nothing."""
 HEARTBEAT_REACTION = Place(0x6007)
 """The reaction (abort connection option code): 0 nothing, 1 fault, 2 disable, 3 quick stop."""
 ERROR_CODE = Place(0x603F)
@@ -332,7 +335,9 @@ PROFILE_SPEED = Place(0x6081)
 PROFILE_ACCELERATION = Place(0x6083)
 PROFILE_DECELERATION = Place(0x6084)
 QUICK_STOP_DECELERATION = Place(0x6085)
-ENCODER_INCREMENTS = Place(0x608F, 1)
+ENCODER_INCREMENTS, ENCODER_TURNS = Place(0x608F, 1), Place(0x608F, 2)
+POSITION_UNIT, SPEED_UNIT = Place(0x60A8), Place(0x60A9)
+"""See `drives.speed_unit_hz`."""
 HOMING_METHOD = Place(0x6098)
 HOMING_SPEED, HOMING_CREEP = Place(0x6099, 1), Place(0x6099, 2)
 """The speed towards the home switch, and the speed off the switch."""

@@ -137,6 +137,8 @@ NOT_VALID, NO_REMOTE = 1 << 31, 1 << 30
 """Bits of the COB-ID: the PDO does not exist; remote frames do not trigger it."""
 EVERY_SYNC = 1
 """Transmission type: on every SYNC."""
+ON_EVENT = (254, 255)
+"""Transmission types: on events; a received PDO takes effect at once."""
 
 _RESERVED = range(241, 252)
 
@@ -163,11 +165,12 @@ _COB, _TRANSMISSION, _INHIBIT, _EVENT = 1, 2, 3, 5  # sub-indices
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """A write to one object."""
+    """A write to one object. If it is a constant, `equals` are values that serve as well."""
 
     place: Place
     type: DataType
     value: int
+    equals: tuple[int, ...] = ()
 
     @property
     def data(self) -> bytes:
@@ -191,7 +194,8 @@ class PdoSetup:
     """The desired configuration of a PDO with a predefined COB-ID: `number` is 1 to 4.
 
     `transmission` is 1 to 240 (on every nth SYNC), 0 (on the first SYNC after a change) or 252 to
-    255 (on events). The device's times stay as they are.
+    255 (on events). The device's times stay as they are. If the transmission of a received PDO is
+    constant, it may take effect on events too.
     """
 
     direction: Direction
@@ -215,6 +219,7 @@ class PdoSetup:
         communication, mapping = (base + self.number - 1 for base in PARAMETERS[self.direction])
         cob = self.frame_id
         entries = self.mapping.entries
+        at_once = ON_EVENT if self.direction is Direction.RECEIVED else ()
         return (
             Write(Place(communication, _COB), DataType.U32, cob | NOT_VALID),
             Write(Place(mapping, 0), DataType.U8, 0),
@@ -223,7 +228,7 @@ class PdoSetup:
                 for sub, entry in enumerate(entries, 1)
             ),
             Write(Place(mapping, 0), DataType.U8, len(entries)),
-            Write(Place(communication, _TRANSMISSION), DataType.U8, self.transmission),
+            Write(Place(communication, _TRANSMISSION), DataType.U8, self.transmission, at_once),
             Write(Place(communication, _COB), DataType.U32, cob),
         )
 

@@ -249,6 +249,11 @@ class NmtNode:
         self._state = NodeState.PRE_OPERATIONAL
         return Heartbeat(self._node, NodeState.BOOTING).frame
 
+    def failed(self) -> None:
+        """Leave operation for pre-operational, as after a communication error."""
+        if self._state is NodeState.OPERATIONAL:
+            self._state = NodeState.PRE_OPERATIONAL
+
     def receive_frame(self, frame: Frame) -> NmtCommand | None:
         """Obey a command; return it, or None if the frame is not a command to this node."""
         try:

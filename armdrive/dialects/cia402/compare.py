@@ -6,6 +6,7 @@ A line is a drive's node number, an object, its type and its value: `3: 608F:01 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 from armdrive.dialects.cia402.contact import BRAKE
 from armdrive.dialects.cia402.exchange import ObjectTransfers, Script
@@ -28,6 +29,7 @@ def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
     u8, u32, turns = DataType.U8, DataType.U32, settings.encoder_increments
     rows = (
         (Write(Place(0x607E), u8, 0), "polarity", True),
+        (Write(canopen.POSITION_UNIT, u32, canopen.POSITION_INCREMENTS), "unit of position", True),
         (Write(Place(0x6091, 1), u32, 1), "gear ratio, motor turns", True),
         (Write(Place(0x6091, 2), u32, 1), "gear ratio, shaft turns", True),
         (
@@ -51,8 +53,8 @@ def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
 def compare(transfers: ObjectTransfers, settings: Cia402Settings) -> Script[Reply]:
     """Compare the objects that the arm depends on, as far as a drive has them."""
     rows = wanted(settings)
-    places = (write.place for write, _, _ in rows)
-    results = yield from transfers.obtain(transfers.of_each(*places))
+    wanted_values = {write.place: write.value for write, _, _ in rows}
+    results = yield from transfers.obtain(transfers.of_each(*wanted_values))
     differences = tuple(
         Difference(
             f"{name} ({write.place}) of {result.drive}",
@@ -64,8 +66,21 @@ def compare(transfers: ObjectTransfers, settings: Cia402Settings) -> Script[Repl
         for write, name, must in rows
         for result in results.values()
         if (found := result.values.get(write.place)) not in (None, write.value)
+        and not _same_ratio(write.place.index, result.values, wanted_values)
     )
     return DeviceSettings(differences)
+
+
+def _same_ratio(index: int, found: Mapping[Place, int], wanted_values: Mapping[Place, int]) -> bool:
+    """Return whether an object is the wanted ratio in other numbers.
+
+    6091 of Yiyou's EuServo is 5308416 to 5308416 and cannot be written (its EDS file).
+    """
+    over, under = Place(index, 1), Place(index, 2)
+    if over not in wanted_values or under not in wanted_values:
+        return False
+    left = found.get(over, 0) * wanted_values[under]
+    return left != 0 and left == found.get(under, 0) * wanted_values[over]
 
 
 def mend(transfers: ObjectTransfers, line: str) -> Script[Reply]:

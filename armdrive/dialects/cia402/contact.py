@@ -40,21 +40,34 @@ FINAL_WRITES = 2
 
 # The settings that drives get.
 
-SAFETY = (
-    Write(canopen.HEARTBEAT_REACTION, DataType.I16, 3),  # quick stop if the heartbeat is missing
-    Write(canopen.QUICK_STOP_OPTION, DataType.I16, canopen.QuickStopOption.QUICK_RAMP_AND_STAY),
+HOLDS_AFTER_STOP = Write(
+    canopen.QUICK_STOP_OPTION, DataType.I16, canopen.QuickStopOption.QUICK_RAMP_AND_STAY
 )
-"""These must read back as written, or nothing is switched on."""
+STOPS_UNWATCHED = Write(canopen.HEARTBEAT_REACTION, DataType.I16, 3)
+"""A quick stop if the heartbeat is missing."""
+UNIT_OBJECTS = (canopen.SPEED_UNIT, canopen.ENCODER_INCREMENTS, canopen.ENCODER_TURNS)
+WATCH_OBJECTS = (canopen.CONSUMER_HEARTBEAT, canopen.HEARTBEAT_REACTION)
+"""What a drive needs to stop by itself when this program dies; EDS files of many drives lack one:
+6007 those of all Trinamic modules (PyTrinamic, TMCM-1276 and others) and of Yiyou's EuServo, 1016
+that of Technosoft's iPOS."""
 BRAKE = Write(canopen.FAULT_REACTION_OPTION, DataType.I16, 2)
 """Makes a drive in fault brake before it lets its motor go."""
 MILLISECONDS = -3
 _PROFILE_OBJECTS = 0x6000
 
 
-def required_settings(node: int, quick_slope: float, cycle_ms: int | None) -> tuple[Write, ...]:
-    """Return the settings that every drive needs. `quick_slope` is in increments/s².
+def safety(*, watches: bool) -> tuple[Write, ...]:
+    """Return the settings that must read back as written, or nothing is switched on."""
+    return (STOPS_UNWATCHED, HOLDS_AFTER_STOP) if watches else (HOLDS_AFTER_STOP,)
 
-    `cycle_ms` is None if no cyclic mode is used.
+
+def required_settings(
+    node: int, quick_slope: int, cycle_ms: int | None, *, watches: bool = True
+) -> tuple[Write, ...]:
+    """Return the settings that every drive needs. `quick_slope` is in the drive's unit.
+
+    `cycle_ms` is None if no cyclic mode is used. Drives that `watches` is false for react to no
+    missing heartbeat.
     """
     received, transmitted = canopen.drive_pdos(node)
     cyclic = (
@@ -64,8 +77,8 @@ def required_settings(node: int, quick_slope: float, cycle_ms: int | None) -> tu
     return (
         *received.writes,
         *transmitted.writes,
-        *SAFETY,
-        Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, max(round(quick_slope), 1)),
+        *safety(watches=watches),
+        Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, quick_slope),
         *(cyclic if cycle_ms else ()),
     )
 
@@ -73,6 +86,7 @@ def required_settings(node: int, quick_slope: float, cycle_ms: int | None) -> tu
 def optional_settings(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
     """Return settings that improve a drive, but that some drives lack."""
     return (
+        Write(canopen.SYNC_ID, DataType.U32, canopen.cob_id(canopen.Service.SYNC)),
         BRAKE,
         Write(canopen.FOLLOWING_ERROR_WINDOW, DataType.U32, settings.following_window),
         Write(canopen.FOLLOWING_ERROR_TIMEOUT_MS, DataType.U16, settings.following_ms),
@@ -101,7 +115,7 @@ def _remedy(place: Place) -> str:
 class Cia402Contact:
     """Finds every drive, sets it up, reads its position, switches its current and clears faults.
 
-    `quick_slope` is the deceleration of a quick stop.
+    `quick_slope` is the deceleration of a quick stop, in increments/s².
     """
 
     io: Cia402Exchange
@@ -118,7 +132,8 @@ class Cia402Contact:
             raise Obstructed(self.io.group.shared_words)
         yield from self._write_required()
         yield from self._write_optional()
-        yield from self.transfers.verify(SAFETY, "with which it would stop and hold")
+        settings = safety(watches=self.io.group.watches)
+        yield from self.transfers.verify(settings, "with which it would stop and hold")
         yield from self._start()
         for drive in self.io.group.drives:
             drive.rest()
@@ -133,6 +148,7 @@ class Cia402Contact:
             canopen.DEVICE_TYPE,
             canopen.SUPPORTED_MODES,
             canopen.PRODUCER_HEARTBEAT_MS,
+            *(() if self.io.group.configured else (*WATCH_OBJECTS, *UNIT_OBJECTS)),
         )
         settings = self.io.settings
         rival_s = RIVAL_TIMEOUTS * settings.heartbeat_ms / 1000.0
@@ -155,9 +171,49 @@ class Cia402Contact:
             found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, beat_ms)
             if self.io.group.configured and found_ms != beat_ms:
                 result.drive.booted = True  # it has lost its settings
+        if not self.io.group.configured:
+            self.io.group.watches = not self._unwatching(results)
+            for result in results.values():
+                result.drive.speed_unit_hz = self._speed_unit_hz(result)
         words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
         modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
         self.io.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
+
+    def _speed_unit_hz(self, result: SdoResult) -> float:
+        """Return a drive's unit of speed, in increments/s. Raises `Obstructed` if it is unknown.
+
+        Without object 60A9 it is an increment a second. Nanotec's CL4-E has rpm when it is new (its
+        EDS file), and maxon's EPOS4 has rpm and its decimal fractions only.
+        """
+        word = result.values.get(canopen.SPEED_UNIT)
+        increments = result.values.get(canopen.ENCODER_INCREMENTS, 0)
+        turns = result.values.get(canopen.ENCODER_TURNS, 1)
+        per_turn = increments / max(turns, 1) or self.io.settings.encoder_increments
+        unit_hz = 1.0 if word is None else canopen.speed_unit_hz(word & 0xFFFF_FFFF, per_turn)
+        if unit_hz:
+            return unit_hz
+        raise Obstructed(
+            f"{result.drive} counts speeds in a unit that is not known here (object 60A9 is "
+            f"{(word or 0) & 0xFFFF_FFFF:08X}): with its maker's program set it to increments a "
+            f"second ({canopen.INCREMENTS_A_SECOND:08X}), or give cia402.encoder_increments"
+        )
+
+    def _unwatching(self, results: Results) -> bool:
+        """Return whether a drive cannot stop by itself when this program dies, and warn of it."""
+        lacking = [
+            (result.drive, place)
+            for result in results.values()
+            for place in WATCH_OBJECTS
+            if place in result.lacking
+        ]
+        for drive, place in lacking[:1]:
+            self.io.notify(
+                ProtocolWarning(
+                    f"{drive} has no object {place}, so it would not stop without this program: "
+                    "the arm moves in bursts, which end by themselves"
+                )
+            )
+        return bool(lacking)
 
     def _find(self, *places: Place) -> Script[Results]:
         """Read objects of every drive; wake drives that were stopped, and ask again.
@@ -206,8 +262,10 @@ class Cia402Contact:
         cyclic = self.io.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
         cycle_ms = round(self.io.cycle_s * 1000.0) if cyclic else None
         jobs = {
-            node: required_settings(node, self.quick_slope, cycle_ms)
-            for node in self.io.group.by_node
+            node: required_settings(
+                node, drive.units(self.quick_slope), cycle_ms, watches=self.io.group.watches
+            )
+            for node, drive in self.io.group.by_node.items()
         }
         for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
             self.io.send_nmt(NmtCommand.PRE_OPERATIONAL, self.io.group.drives)
@@ -220,7 +278,11 @@ class Cia402Contact:
 
     def _write_optional(self) -> Script[None]:
         """Write the optional settings; warn once of those that a drive lacks."""
-        jobs = {node: optional_settings(self.io.settings, node) for node in self.io.group.by_node}
+        unwatched = () if self.io.group.watches else (heartbeat_watch(self.io.settings, on=False),)
+        jobs = {
+            node: (*optional_settings(self.io.settings, node), *unwatched)
+            for node in self.io.group.by_node
+        }
         results = yield from self.transfers.obtain(jobs, lenient=True)
         for result in results.values():
             for place, words in result.refused.items():
@@ -229,6 +291,7 @@ class Cia402Contact:
 
     def _start(self) -> Script[None]:
         """Let the drives take part in PDOs, and read every position."""
+        self.io.last_command = "SYNC"
         missing = self.io.group.drives
         for _ in range(TRIES):
             self.io.send_nmt(NmtCommand.START, missing)
@@ -322,6 +385,8 @@ class Cia402Contact:
         if not self.io.beats.on:
             return b""
         self.io.beats.end()
+        if not self.io.group.watches:
+            return b""
         return self.transfers.unanswered_writes(
             heartbeat_watch(self.io.settings, on=False), FINAL_WRITES
         )
@@ -335,7 +400,12 @@ class Cia402Contact:
             drive.recover()
 
     def _watch(self, *, on: bool) -> Script[None]:
-        """Make the drives watch this program's heartbeat, or not, and verify that."""
+        """Make the drives watch this program's heartbeat, or not, and verify that.
+
+        A drive whose reaction is not set might let its motor go, so it watches nothing.
+        """
+        if not self.io.group.watches:
+            return
         write = heartbeat_watch(self.io.settings, on=on)
         self.io.last_command = "SDO 1016"
         yield from self.transfers.carry_out(self.transfers.of_each(write), _remedy)

@@ -57,7 +57,8 @@ CONFIRM_CYCLES = 8
 SET_POINT_CYCLES = 4
 """In profile position mode, giving a drive a set-point where it stands takes this many more."""
 ROUNDING = 2.0
-"""How far a drive may be off its share of a burst, since speeds and ramps are whole numbers."""
+"""How far a drive may be off its share of a burst, since speeds and ramps are whole numbers of
+increments/s; drives with a greater unit of speed may be farther off by as much."""
 
 
 class Cia402Controller(ScriptRunner[HostEvent]):
@@ -98,35 +99,47 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self.give_up()
         self._exchange.began_s = self.io.now_s
         try:
-            if not self.group.contacted:
-                yield from self._contact.connect()
-            match request:
-                case MoveBy(steps, rate_hz, released):
-                    reply = yield from self._profile.burst(steps, rate_hz, released)
-                case MoveAlong():
-                    reply = yield from self._cyclic.drive(request)
-                case HomeDevice(groups):
-                    reply = yield from self._homing.home(groups)
-                case ReadPosition():
-                    reply = yield from self._contact.read()
-                case ReadSettings():
-                    reply = yield from compare(self._transfers, self.settings)
-                case MendSetting(line):
-                    reply = yield from mend(self._transfers, line)
-                case SwitchOn():
-                    reply = yield from self._contact.switch_on()
-                case DropCurrent():
-                    reply = yield from self._contact.switch_off()
-                case _:
-                    reply = yield from self._contact.clear()
+            reply = yield from self._carry_out(request)
         except Obstructed as obstructed:
             reply = obstructed.reply
+            if self.group.are_bereft:  # they missed a heartbeat at rest, and then the question
+                reply = yield from self._carry_out_again(request)
         for drive in self.group.drives:
             self.group.report(drive)
         self.abilities = replace(
             self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
         )
         return reply
+
+    def _carry_out_again(self, request: Request) -> Script[Reply]:
+        """Set the drives up again and carry out a request of which nothing was done."""
+        try:
+            return (yield from self._carry_out(request))
+        except Obstructed as obstructed:
+            return obstructed.reply
+
+    def _carry_out(self, request: Request) -> Script[Reply]:
+        """Make contact if necessary, and carry out a request. Raises `Obstructed`."""
+        if not self.group.contacted:
+            yield from self._contact.connect()
+        match request:
+            case MoveBy(steps, rate_hz, released):
+                return (yield from self._profile.burst(steps, rate_hz, released))
+            case MoveAlong():
+                return (yield from self._cyclic.drive(request))
+            case HomeDevice(groups):
+                return (yield from self._homing.home(groups))
+            case ReadPosition():
+                return (yield from self._contact.read())
+            case ReadSettings():
+                return (yield from compare(self._transfers, self.settings))
+            case MendSetting(line):
+                return (yield from mend(self._transfers, line))
+            case SwitchOn():
+                return (yield from self._contact.switch_on())
+            case DropCurrent():
+                return (yield from self._contact.switch_off())
+        return (yield from self._contact.clear())
 
     def unsolicited(self, event: HostEvent) -> None:
         """Record an event; between requests, report what is wrong."""
@@ -210,7 +223,8 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             eases_s = self.settings.ramp_s * share
             silent_s = max(silent_s, segment_s(burst_s) + smooth_s + eases_s - ramp_s)
         else:
-            silent_s = min(silent_s, burst_s + HOST_DELAY_S)
+            ends_s = burst_s + HOST_DELAY_S
+            silent_s = min(silent_s, ends_s) if self.group.watches else ends_s
             confirm_cycles += SET_POINT_CYCLES
         return Stopping(
             begun_s + ramp_s,
@@ -224,7 +238,10 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         """Bound each drive's deviation from the straight path, due to rounding in bursts."""
         if self.abilities.queued_segments:
             return (0.0,) * len(steps)
-        return tuple(ROUNDING if count else 0.0 for count in steps)
+        units = (max(drive.speed_unit_hz, 1.0) for drive in self.group.drives)
+        return tuple(
+            ROUNDING * unit if count else 0.0 for count, unit in zip(steps, units, strict=True)
+        )
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
         """Return the registers; a drive near where it was left is taken to be there."""

@@ -87,8 +87,12 @@ class Cia402Drive:
     still_s: float = math.inf
     """Since when it has not turned."""
     still_at: int = 0
+    speed_unit_hz: float = 1.0
+    """The unit of its speeds and, a second, of its ramps, in increments/s."""
     network: canopen.NodeState | None = None
     """The state in its last heartbeat; None before the first one."""
+    bereft: bool = False
+    """Whether it has missed a heartbeat, and may have left the bus's operation because of that."""
     booted: bool = False
     """Whether it has restarted since it was set up."""
     error: str = ""
@@ -109,6 +113,10 @@ class Cia402Drive:
         """Its last position."""
         return self.shaft.count or 0
 
+    def units(self, rate_hz: float) -> int:
+        """Return a speed in its own unit, or a ramp: at least 1."""
+        return max(round(rate_hz / self.speed_unit_hz), 1)
+
     @property
     def holds(self) -> bool:
         """Whether its motor has current, as far as is known."""
@@ -127,10 +135,15 @@ class Cia402Drive:
 
     def note(self, report: canopen.DriveReport, now_s: float) -> None:
         """Record its report."""
+        self.network = canopen.NodeState.OPERATIONAL  # no other state sends PDOs
+        self.bereft = False
+        self.see(report, now_s)
+
+    def see(self, report: canopen.DriveReport, now_s: float) -> None:
+        """Record its state and position, however it told them."""
         self.show(report.word)
         self.mode, self.missed = report.mode, 0
         self.shaft.read(report.position, now_s)
-        self.network = canopen.NodeState.OPERATIONAL  # no other state sends PDOs
         turned = abs(report.position - self.still_at) > self.shaft.bounds.tremble
         if turned or math.isinf(self.still_s):
             self.still_at, self.still_s = report.position, now_s
@@ -162,11 +175,16 @@ class Cia402Drive:
         return enabled and not self.booted and self.network is canopen.NodeState.OPERATIONAL
 
     @property
+    def operates(self) -> bool:
+        """Whether it exchanges PDOs, as far as its heartbeats show that."""
+        return self.network in (None, canopen.NodeState.OPERATIONAL)
+
+    @property
     def away_words(self) -> str:
         """Why it has left the bus's operation, as far as it reported that; else empty."""
         if self.booted:
             return f"{self} was reset, or lost its power for a moment"
-        if self.network is None or self.network is canopen.NodeState.OPERATIONAL:
+        if self.operates or self.network is None or self.bereft:
             return ""
         state = self.network.name.lower().replace("_", "-")
         return f"another program has ordered {self} to be {state}"
@@ -210,6 +228,8 @@ class DriveGroup:
         """Whether the drives were set up before; a drive that lost its settings has restarted."""
         self.on = False
         """Whether every drive was switched on, and no report contradicts that."""
+        self.watches = True
+        """Whether every drive can stop by itself when this program's heartbeat is missing."""
         self.resting_mode = canopen.OperationMode.PROFILE_POSITION
         """The mode in which drives hold their motors at rest."""
         self.choose_mode((canopen.OperationMode.CYCLIC_POSITION,))
@@ -224,10 +244,11 @@ class DriveGroup:
     def choose_mode(self, modes: Collection[canopen.OperationMode]) -> None:
         """Choose cyclic targets if all drives have that mode and the arm file allows it.
 
-        Else they get bursts.
+        Else they get bursts, which end by themselves. So do drives that do not watch this
+        program's heartbeat: when targets stop, some makers' drives go on (STOBER, ID 442454.02).
         """
         wanted = canopen.OperationMode.CYCLIC_POSITION
-        cyclic = self._settings.strategy == CYCLIC and wanted in modes
+        cyclic = self.watches and self._settings.strategy == CYCLIC and wanted in modes
         self.resting_mode = wanted if cyclic else canopen.OperationMode.PROFILE_POSITION
 
     @property
@@ -266,10 +287,13 @@ class DriveGroup:
                 if state is canopen.NodeState.BOOTING and self.configured:
                     drive.show(None)
                     drive.booted, self.contacted = True, False
+                elif drive.bereft and not drive.operates:
+                    self.contacted = False  # the next request sets it up again
             case canopen.Emergency() if drive is not None:
                 words = f"{event.words} (error {event.code:04X})"
                 if not event.over:  # keep the cause even after the error is over
                     drive.error = words
+                drive.bereft = drive.bereft or event.code == canopen.HEARTBEAT_MISSING
                 self._warn(f"{drive} reports: {words}")
             case canopen.UnreadableFrame(frame, reason):
                 self._warn(f"frame {frame}: {reason}")
@@ -282,6 +306,11 @@ class DriveGroup:
     def have_reported(self, since_s: float) -> bool:
         """Return whether every drive has reported its position since a moment."""
         return all(drive.shaft.read_s >= since_s for drive in self.drives)
+
+    @property
+    def are_bereft(self) -> bool:
+        """Whether drives have left the bus's operation because they missed a heartbeat."""
+        return any(drive.bereft and not drive.operates for drive in self.drives)
 
     def has_answer(self, nodes: Iterable[int]) -> bool:
         """Return whether the transfer with one of some nodes has a result."""

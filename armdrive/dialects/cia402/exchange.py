@@ -322,6 +322,13 @@ class DriveStates:
 # A request without an answer is sent again: frames can be lost, and repeating them does no harm. A
 # late answer to an earlier try is as good as one to the last.
 
+ABSENT = (
+    canopen.AbortCode.NO_OBJECT,
+    canopen.AbortCode.NO_SUB_INDEX,
+    canopen.AbortCode.READ_ONLY,
+    canopen.AbortCode.ACCESS,
+)
+"""What drives say of objects that they lack, or that are constants."""
 Job: TypeAlias = canopen.Place | canopen.Write
 """An object to read, or to write."""
 Jobs: TypeAlias = Mapping[int, Sequence[Job]]
@@ -332,18 +339,21 @@ Jobs: TypeAlias = Mapping[int, Sequence[Job]]
 class SdoResult:
     """The result of the transfers with one drive.
 
-    `values` were read; `refused` are refused objects, with the reason in words. A drive is `mute`
-    if it did not answer; the rest of its transfers is skipped.
+    `values` were read; `refused` are refused objects, with the reason in words, and `lacking` those
+    of them that it does not have or that are constants. A drive is `mute` if it did not answer; the rest of its transfers
+    is skipped.
     """
 
     drive: Cia402Drive
     values: dict[canopen.Place, int] = field(default_factory=dict)
     refused: dict[canopen.Place, str] = field(default_factory=dict)
+    lacking: set[canopen.Place] = field(default_factory=set)
     mute: bool = False
 
 
 Results: TypeAlias = Mapping[int, SdoResult]
-SdoQueue: TypeAlias = Generator[float, canopen.SdoEvent | None, None]
+SdoExchange: TypeAlias = Generator[float, canopen.SdoEvent | None, T]
+SdoQueue: TypeAlias = SdoExchange[None]
 
 
 @dataclass(slots=True, eq=False)
@@ -403,16 +413,7 @@ class ObjectTransfers:
         """Carry out one drive's jobs in order; yields the deadline of each answer."""
         node = result.drive.node
         for job in jobs:
-            answer = None
-            for tried in range(1, tries + 1):
-                if isinstance(job, canopen.Write):
-                    self.io.write(self.io.bus.download(node, job.place, job.data))
-                else:
-                    self.io.write(self.io.bus.upload(node, job))
-                answer = yield self.io.answered_s(last=tried == tries > 1)
-                if answer is not None:
-                    break
-                self.io.write(self.io.bus.abandon(node))
+            answer = yield from self._ask(node, job, tries)
             match answer:
                 case None:
                     result.mute = True
@@ -422,11 +423,40 @@ class ObjectTransfers:
                 case canopen.Aborted(place, code):
                     what = object_words(place)
                     if isinstance(job, canopen.Write):
+                        if (yield from self._holds(node, job, tries)):
+                            continue
                         what = f"{what} ({value_words(place, job.value)})"
                     words = f"{what}: {canopen.abort_words(code)}"
                     result.refused[place] = f"{result.drive} refused object {words}"
+                    if code in ABSENT:
+                        result.lacking.add(place)
                     if isinstance(job, canopen.Write) and not lenient:
                         return
+
+    def _ask(self, node: int, job: Job, tries: int) -> SdoExchange[canopen.SdoEvent | None]:
+        """Ask a drive to read or write an object; return its answer, None if there is none."""
+        for tried in range(1, tries + 1):
+            if isinstance(job, canopen.Write):
+                self.io.write(self.io.bus.download(node, job.place, job.data))
+            else:
+                self.io.write(self.io.bus.upload(node, job))
+            answer = yield self.io.answered_s(last=tried == tries > 1)
+            if answer is not None:
+                return answer
+            self.io.write(self.io.bus.abandon(node))
+        return None
+
+    def _holds(self, node: int, write: canopen.Write, tries: int) -> SdoExchange[bool]:
+        """Return whether an object that cannot be written has a suitable value already.
+
+        Drives have constants where CiA 301 and 402 allow writing: 1400:02 is 255 in Trinamic's
+        TMCM-1276, 60C2:02 is -3 in Yiyou's EuServo (their EDS files).
+        """
+        answer = yield from self._ask(node, write.place, tries)
+        if not isinstance(answer, canopen.Uploaded):
+            return False
+        value = value_of(answer.place, answer.data, exact=answer.exact)
+        return value in (write.value, *write.equals)
 
     def obtain(self, jobs: Jobs, *, lenient: bool = False) -> Script[Results]:
         """Transfer as above. Raises `Obstructed` if a drive does not answer."""
@@ -436,12 +466,19 @@ class ObjectTransfers:
         return results
 
     def carry_out(
-        self, jobs: Jobs, remedy: Callable[[canopen.Place], str] = lambda _: ""
+        self,
+        jobs: Jobs,
+        remedy: Callable[[canopen.Place], str] = lambda _: "",
+        optional: Collection[canopen.Place] = (),
     ) -> Script[None]:
-        """Transfer as above. Raises `Obstructed` also if a drive refuses an object."""
-        for result in (yield from self.obtain(jobs)).values():
+        """Transfer as above. Raises `Obstructed` also if a drive refuses an object.
+
+        Drives may lack `optional` objects, or have constants instead.
+        """
+        for result in (yield from self.obtain(jobs, lenient=bool(optional))).values():
             for place, words in result.refused.items():
-                raise Obstructed(words + remedy(place))
+                if place not in result.lacking or place not in optional:
+                    raise Obstructed(words + remedy(place))
 
     def verify(self, writes: Sequence[canopen.Write], why: str) -> Script[None]:
         """Read back the objects on which safety depends."""

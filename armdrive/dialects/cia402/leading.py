@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from itertools import cycle
 
 from armdrive.dialects.bus.drives import Obstructed, not_heard_words
 from armdrive.dialects.bus.observer import DriveFinding
@@ -23,6 +25,7 @@ from armdrive.dialects.cia402.exchange import (
     DriveStates,
     ObjectTransfers,
     Script,
+    value_of,
 )
 from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.tasks import (
@@ -35,7 +38,18 @@ from armdrive.tasks import (
     Timeout,
     never,
 )
-from firmware_protocol.canopen import STATUSWORD, DriveState, OperationMode, Statusword
+from firmware_protocol.canopen import (
+    CONTROLWORD,
+    POSITION,
+    STATUSWORD,
+    DataType,
+    DriveReport,
+    DriveState,
+    OperationMode,
+    Place,
+    Statusword,
+    Uploaded,
+)
 
 SILENT_CYCLES = 5
 """If no drive has replied for this many cycles, none may receive its targets either. A busy
@@ -292,7 +306,9 @@ class MotionLead:
         """Make each drive hold where it stands, and reply why the motion ended."""
         unstopped: Reply | None = None
         try:
-            yield from self.states.leave_quick_stop(braking.standing)
+            yield from self.states.leave_quick_stop(
+                [drive for drive in braking.standing if drive.operates]
+            )
         except Obstructed as obstructed:
             unstopped = obstructed.reply
         for drive in self.io.group.drives:
@@ -305,6 +321,8 @@ class MotionLead:
             self.reply = self._lost(unstopped)
         elif self.refused:
             self.reply = RequestRejected(self.refused)
+        if not all(drive.operates for drive in self.io.group.drives):
+            self.io.group.contacted = False  # the next request sets them up again
 
     def _explain(self, alert: Alert) -> Script[None]:
         """Find out what is wrong with a drive, and report it."""
@@ -394,10 +412,15 @@ class Arriving:
 
 @dataclass(slots=True, eq=False)
 class Cia402Brakes:
-    """How CiA 402 drives are stopped, and seen to stand and hold."""
+    """How CiA 402 drives are stopped, and seen to stand and hold.
+
+    A drive that has left the bus's operation exchanges no PDOs: because another program ordered
+    that, or because it missed a heartbeat (CiA 301, object 1029). It is stopped and read by SDO.
+    """
 
     lead: MotionLead
     began_s: float = math.inf
+    asked: dict[Cia402Drive, SdoBraking] = field(default_factory=dict)
 
     def begin(self) -> None:
         """Begin at once."""
@@ -410,7 +433,9 @@ class Cia402Brakes:
         if now_s < lead.due_s:
             return lead.due_s
         for drive in left:
-            if drive.state in NEEDS_STOP:
+            if not drive.operates or drive.missed >= WAIT_CYCLES:
+                self.asked.setdefault(drive, SdoBraking(lead.io, drive)).step()
+            if drive.operates and drive.state in NEEDS_STOP:
                 lead.io.command(drive, STOP, lead.states.mode_of(drive))
         lead.io.last_command = "QUICK STOP"
         return lead.begin_cycle(lead.cycle_ends_s)
@@ -442,6 +467,41 @@ class Cia402Brakes:
     def absence(self, mute: Sequence[Cia402Drive]) -> Timeout | RequestRejected:
         """Return the reply that names drives that fell silent while they braked."""
         return self.lead.io.absence(mute, moved=True)
+
+
+class SdoBraking:
+    """The stop of a drive by SDO: an order and two questions, again and again, one a cycle.
+
+    A frame without an answer is followed by the next one: the round comes back to it.
+    """
+
+    def __init__(self, io: Cia402Exchange, drive: Cia402Drive) -> None:
+        self._io, self._drive = io, drive
+        self._next = cycle(
+            (self._stop, partial(self._ask, STATUSWORD), partial(self._ask, POSITION))
+        )
+        self._word: Statusword | None = None
+
+    def step(self) -> None:
+        """Take in the last answer, and send the next frame."""
+        answer = self._io.group.answers.pop(self._drive.node, None)
+        if isinstance(answer, Uploaded):
+            self._take(answer.place, value_of(answer.place, answer.data, exact=answer.exact))
+        self._io.write(self._io.bus.abandon(self._drive.node))
+        self._io.write(next(self._next)())
+
+    def _stop(self) -> bytes:
+        return self._io.bus.download(self._drive.node, CONTROLWORD, DataType.U16.pack(STOP.value))
+
+    def _ask(self, place: Place) -> bytes:
+        return self._io.bus.upload(self._drive.node, place)
+
+    def _take(self, place: Place, value: int) -> None:
+        if place == STATUSWORD:
+            self._word = Statusword(value)
+        elif place == POSITION and self._word is not None:
+            drive = self._drive
+            drive.see(DriveReport(drive.node, self._word, drive.mode, value), self._io.now_s)
 
 
 def _departed(drive: Cia402Drive) -> Alert | None:

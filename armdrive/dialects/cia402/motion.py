@@ -219,7 +219,7 @@ def beyond_words(targets: Iterable[tuple[Cia402Drive, int]]) -> str:
 
 @dataclass(frozen=True, slots=True)
 class BurstPart:
-    """One drive's part in a burst: its target, speed and ramp."""
+    """One drive's part in a burst: its target, and its speed and ramp in the drive's unit."""
 
     goal: int
     speed: int
@@ -256,7 +256,7 @@ class ProfileMotion:
         """Send a burst and wait for its end."""
         yield from self.lead.prepare(self.MODE)
         parts = {
-            drive: self._part(drive.shaft.goal + count, abs(count) / steps.largest, rate_hz)
+            drive: self._part(drive, count, abs(count) / steps.largest, rate_hz)
             for drive, count in zip(self.lead.io.group.drives, steps, strict=True)
             if count
         }
@@ -266,7 +266,9 @@ class ProfileMotion:
         if words := beyond_words(goals.items()):
             raise Obstructed(words)
         ramps = {drive.node: part.writes for drive, part in parts.items()}
-        yield from self.lead.transfers.carry_out(ramps)
+        # EDS files: Technosoft's iPOS has no 6084 and brakes as it accelerates; Trinamic's TMCM-1617
+        # has a constant
+        yield from self.lead.transfers.carry_out(ramps, optional=(canopen.PROFILE_DECELERATION,))
         if self.lead.io.stop_asked or released():
             return Halted()
         self.points = SetPoints(goals)
@@ -274,7 +276,8 @@ class ProfileMotion:
         if self.lead.io.stop_asked:
             return Halted()
         for drive, part in parts.items():
-            drive.shaft.order(part.goal, part.speed, part.slope, self.lead.io.now_s)
+            speed, slope = (each * drive.speed_unit_hz for each in (part.speed, part.slope))
+            drive.shaft.order(part.goal, speed, slope, self.lead.io.now_s)
         self.under_way = tuple(parts)
         lasts_s = self.limits.lasts_s(steps.largest, rate_hz)
         self.given_up_s = self.lead.io.listened.s + 2.0 * lasts_s + SETTLE_S
@@ -284,9 +287,9 @@ class ProfileMotion:
             )
         )
 
-    def _part(self, goal: int, share: float, rate_hz: float) -> BurstPart:
+    def _part(self, drive: Cia402Drive, count: int, share: float, rate_hz: float) -> BurstPart:
         speed, slope = share * min(rate_hz, TOP_HZ), share * self.limits.ramp_hz_s
-        return BurstPart(goal, max(round(speed), 1), max(round(slope), 1))
+        return BurstPart(drive.shaft.goal + count, drive.units(speed), drive.units(slope))
 
     def _send_goals(self) -> float:
         """Send the drives their set-points."""
@@ -375,7 +378,7 @@ class Cia402Homing:
         places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
         for place, speed in zip(places, self.lead.io.settings.homing_speeds, strict=True):
             if speed:
-                jobs.append(canopen.Write(place, canopen.DataType.U32, speed))
+                jobs.append(canopen.Write(place, canopen.DataType.U32, drive.units(speed)))
         return tuple(jobs)
 
     def _send_search(self) -> float:

@@ -12,7 +12,7 @@ from armdrive.errors import BadRequest
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.bus.node import Quirk, motors_of, node_ids, options_of
 from armdrive.sim.cia402.node import Cia402Node
-from armdrive.sim.cia402.objects import dictionary, without
+from armdrive.sim.cia402.objects import dictionary, varied
 from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.simulated_arm import SimDeviceKind
@@ -24,6 +24,7 @@ PROFILE = 402
 BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
 """The bit rates of CiA 301."""
 _INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
+_CONSTANT = re.compile(r"([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})=(-?\d{1,10})")
 
 
 class Cia402Board(DrivesBoard[Cia402Node]):
@@ -80,9 +81,17 @@ def _objects(options: Options) -> Dictionary:
         canopen.DEVICE_TYPE: high | profile,
         canopen.SUPPORTED_MODES: canopen.supported_word(_modes(options)),
     }
+    constant = _constants(options.text("constant"))
     if (window := options.whole("following_window")) >= 0:
         changed[canopen.FOLLOWING_ERROR_WINDOW] = window
-    return without(indices, changed)
+    return varied(indices, {**changed, **constant}, constant)
+
+
+def _constants(text: str) -> dict[Place, int]:
+    found = [_CONSTANT.fullmatch(word) for word in text.split("+") if word]
+    if not all(found):
+        raise BadRequest(f'constant is written "60C2:02=-3", or as more joined by +, not {text!r}')
+    return {Place(int(one[1], 16), int(one[2], 16)): int(one[3]) for one in found if one}
 
 
 def _modes(options: Options) -> frozenset[OperationMode]:
@@ -127,6 +136,10 @@ QUIRKS: tuple[Quirk, ...] = (
           _UNKNOWN, guess=True),
     Quirk("late_watch", None, "the master is watched from its first heartbeat on",
           "CiA 301, object 1016"),
+    Quirk("leaves_operation", None,
+          "a node that misses its master's heartbeat becomes pre-operational while 1029:01 is 0",
+          "CiA 301, object 1029; observed on the Lely CANopen stack 2.4 (co_nmt_on_hb); maxon's "
+          "EPOS4 does so too (eposlib, CHANGELOG.md)"),
     Quirk("stopped_is_lost", None,
           "a node that is stopped by NMT, or whose communication is reset, reacts as if the master "
           "were lost",
@@ -153,6 +166,11 @@ KIND = SimDeviceKind(
         Option("homing", True, "drives can home by themselves"),
         Option(
             "missing", "", "objects that the drives lack, for example 60C2; several are joined by +"
+        ),
+        Option(
+            "constant",
+            "",
+            "objects that cannot be written, for example 60C2:02=-3; several are joined by +",
         ),
         Option(
             "profile", PROFILE, "the device profile that object 1000 reports", bounds=(0, 0xFFFF)

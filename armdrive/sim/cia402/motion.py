@@ -100,13 +100,13 @@ class Cia402Motion:
 
     def go(self, now_s: float) -> None:
         """Move to the goal with the profile's speed and ramps."""
-        speed = self._objects.number_of(canopen.PROFILE_SPEED, 0)
+        speed = self._objects.number_of(canopen.PROFILE_SPEED, 0) * self._unit_hz
         self._point.go_to(
             self._motor.zero + self.goal,
             max(min(speed, self._top_rate), 1.0),
             self.slope(canopen.PROFILE_ACCELERATION),
             now_s,
-            braking=self.slope(canopen.PROFILE_DECELERATION),
+            braking=self._braking,
         )
         self._begun(now_s)
 
@@ -128,7 +128,7 @@ class Cia402Motion:
 
     def slow_down(self, now_s: float) -> None:
         """Brake on the profile's ramp."""
-        self.brake(self.slope(canopen.PROFILE_DECELERATION), now_s)
+        self.brake(self._braking, now_s)
 
     def let_go(self, now_s: float) -> None:
         """Switch the motor's current off: its load sags, and no motion is supervised any more."""
@@ -139,7 +139,22 @@ class Cia402Motion:
 
     def slope(self, place: Place) -> float:
         """Return an acceleration from an object."""
-        return float(max(self._objects.number_of(place, _USUAL_SLOPE), 1))
+        return max(self._objects.number_of(place, _USUAL_SLOPE), 1) * self._unit_hz
+
+    @property
+    def _unit_hz(self) -> float:
+        """The unit of speeds and, a second, of ramps (60A9); an unknown one counts as one."""
+        word = self._objects.number_of(canopen.SPEED_UNIT, canopen.INCREMENTS_A_SECOND)
+        per_turn = self._objects.number_of(canopen.ENCODER_INCREMENTS, 10_000)
+        return canopen.speed_unit_hz(word, per_turn) or 1.0
+
+    @property
+    def _braking(self) -> float:
+        """The profile's deceleration; a drive without one uses the acceleration (CiA 402-2)."""
+        own = self._objects.dictionary.find(canopen.PROFILE_DECELERATION)
+        return self.slope(
+            canopen.PROFILE_DECELERATION if own is not None else canopen.PROFILE_ACCELERATION
+        )
 
     @property
     def _top_rate(self) -> float:
@@ -208,7 +223,7 @@ class Cia402Motion:
 
     def _search(self, way: int, speed: Place, at: int, now_s: float) -> None:
         """Move towards the position where the switch changes."""
-        rate = float(max(self._objects.number_of(speed, _USUAL_SPEED), 1))
+        rate = max(self._objects.number_of(speed, _USUAL_SPEED), 1) * self._unit_hz
         self._point.go_at(way * rate, self.slope(canopen.HOMING_ACCELERATION), now_s)
         self.ends = False
         self.switch_s = self._point.passes_s(at, way, now_s)

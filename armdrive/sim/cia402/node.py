@@ -220,6 +220,8 @@ class Cia402Node:
         if self.silent_s <= now_s:
             self.silent_s = math.inf
             self.states.forsake(now_s)
+            if not self.objects.number_of(canopen.ERROR_BEHAVIOUR, 0):
+                self.nmt.failed()
         self.states.live(now_s)
         self._tell_changes(now_s)
 

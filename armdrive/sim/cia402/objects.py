@@ -11,6 +11,7 @@ from armdrive.errors import StateFileError
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.canopen import (
     SERIAL_NUMBER,
+    Access,
     Dictionary,
     ObjectStore,
     Place,
@@ -35,11 +36,17 @@ def dictionary() -> Dictionary:
     return read_eds(eds_text())
 
 
-def without(missing: frozenset[int], changed: Mapping[Place, int]) -> Dictionary:
-    """Return the objects of a drive that lacks some, and has other defaults for others."""
+def varied(
+    missing: Container[int], changed: Mapping[Place, int], constant: Container[Place]
+) -> Dictionary:
+    """Return the objects of a drive: some missing, with other defaults, or constant."""
     whole = dictionary()
     entries = [
-        replace(entry, default=changed.get(entry.place, entry.default))
+        replace(
+            entry,
+            default=changed.get(entry.place, entry.default),
+            access=Access.CONST if entry.place in constant else entry.access,
+        )
         for entry in whole
         if entry.place.index not in missing
     ]

@@ -68,6 +68,46 @@ def test_a_drive_without_the_quick_stop_that_holds_refuses_contact_in_words():
     assert quick_stop in reply.reason
 
 
+@pytest.mark.parametrize(
+    "constant",
+    ["60C2:02=-3", "1400:02=255", "1400:02=254+605E:00=2+60C2:02=-3"],  # EuServo, TMCM-1276, -1230
+)
+def test_objects_that_are_constant_with_a_suitable_value_refuse_nothing(constant):
+    rig = Rig(constant=constant).ready()
+    before = rig.positions
+    assert rig.along(MOVE, MOVE) == Done()
+    assert rig.do(MoveBy(steps(-2000, 1000), 20_000.0)) == Done()
+    assert rig.positions - before == steps(14_000, -7000)
+    assert not rig.alerts()
+
+
+@pytest.mark.parametrize("constant", ["1400:02=0", "1800:02=255", "60C2:02=-2", "605A:00=2"])
+def test_a_constant_with_another_value_refuses_contact_in_words(constant):
+    reply = Rig(constant=constant).do(ReadPosition())
+    assert isinstance(reply, RequestRejected)
+    assert f"refused object {constant.split('=')[0]}" in reply.reason
+    assert "can only be read" in reply.reason or "cannot be accessed so" in reply.reason
+
+
+@pytest.mark.parametrize("missing", ["6007", "1016", "1016+6007"])
+def test_drives_that_would_not_stop_without_this_program_move_in_bursts(missing):
+    rig = Rig(missing=missing)
+    before, cyclic = rig.positions, rig.controller.stopping(0.3)
+    rig.ready()
+    assert f"has no object {missing[:4]}" in str(rig.heard)
+    assert not rig.controller.abilities.queued_segments
+    assert rig.controller.stopping(2.0).silent_s > 2.0 > cyclic.silent_s
+    for node in rig.device.board.nodes:
+        assert not node.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0)
+    rig.begin(MOVE)
+    rig.run(0.2)
+    rig.suspend(5.0)  # the burst goes on to its end, and the drives hold there
+    assert rig.positions - before == steps(8000, -4000)
+    assert rig.states() == {canopen.DriveState.ENABLED}
+    assert rig.finish() == Done()
+    assert rig.do(ReadPosition()).positions == rig.positions
+
+
 def test_another_master_on_the_bus_refuses_contact():
     rig = Rig()
     beat = pack(canopen.Heartbeat(rig.config.device.master_id, canopen.NodeState.OPERATIONAL).frame)
@@ -197,8 +237,14 @@ def test_a_program_that_falls_silent_has_the_drives_hold_and_nothing_moves_when_
     assert rig.positions == there + MOVE.steps
 
 
-def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_when_it_wakes():
-    rig = moving(steps(60_000))
+STAYS_OPERATIONAL = "1029:01=1"
+
+
+@pytest.mark.parametrize("behaviour", ["", STAYS_OPERATIONAL])
+def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_when_it_wakes(
+    behaviour,
+):
+    rig = moving(steps(60_000), constant=behaviour)
     there = rig.suspend(1.0)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
     assert there[0] < 20_000 * (0.5 + 0.3)
@@ -206,16 +252,37 @@ def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_
     assert rig.finish() == Halted()
     rig.run(0.5)
     assert rig.positions == there
-    assert rig.states() == {canopen.DriveState.ENABLED}
+    held = canopen.DriveState.ENABLED if behaviour else canopen.DriveState.QUICK_STOP
+    assert rig.states() == {held}
+    assert rig.along(MOVE) == Done()
+    assert rig.positions == there + MOVE.steps
+
+
+@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
+def test_a_drive_that_another_program_takes_out_of_operation_in_motion_is_stopped(strategy):
+    rig = moving(steps(200_000), 0.5, settings={"strategy": strategy})
+    rig.device.receive(pack(canopen.Nmt(canopen.NmtCommand.PRE_OPERATIONAL, 1).frame), rig.now_s)
+    before, began_s = rig.positions, rig.now_s
+    reply = rig.finish()
+    assert "another program has ordered drive 1 (base) to be pre-operational" in reply.reason
+    assert rig.now_s - began_s < 0.5
+    assert (rig.positions - before)[0] < 20_000 * 0.4
+    stood = rig.positions
+    rig.run(2.0)
+    assert rig.positions == stood
+    assert rig.do(ClearFault()) == Done()
+    assert rig.positions == stood
 
 
 @in_pairs(
-    "strategy, late_s, quirk", ["cyclic", "profile"], [0.32, 0.5, 0.9], ["hold", "extrapolate"]
-)
+    "strategy, late_s, quirk, behaviour",
+    ["cyclic", "profile"], [0.32, 0.5, 0.9], ["hold", "extrapolate"], ["", STAYS_OPERATIONAL],
+)  # fmt: skip
 def test_a_program_that_is_later_than_the_heartbeat_timeout_finds_the_motion_ended(
-    strategy, late_s, quirk
+    strategy, late_s, quirk, behaviour
 ):
-    rig = moving(FAR, settings={"strategy": strategy}, hold_after_loss=quirk)
+    settings = {"strategy": strategy}
+    rig = moving(FAR, settings=settings, hold_after_loss=quirk, constant=behaviour)
     there = rig.suspend(late_s)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
     reply = rig.finish()

@@ -25,7 +25,13 @@ from armdrive.tasks import (
     SwitchOn,
     Timeout,
 )
-from firmware_protocol.canopen import DriveState, OperationMode, Service, cob_id
+from firmware_protocol.canopen import (
+    QUICK_STOP_DECELERATION,
+    DriveState,
+    OperationMode,
+    Service,
+    cob_id,
+)
 from kinematics import Motors
 
 PERIOD_S = 0.01
@@ -251,12 +257,45 @@ def test_bursts_by_profile_position_begin_and_arrive_together(options):
     assert {node.states.mode for node in rig.device.board.nodes} == {OperationMode.PROFILE_POSITION}
 
 
-def test_a_burst_lasts_as_long_as_announced():
-    rig = Rig({"strategy": "profile"}).ready()
+@pytest.mark.parametrize("missing", ["", "6084"])
+def test_a_burst_lasts_as_long_as_announced(missing):
+    rig = Rig({"strategy": "profile"}, missing=missing).ready()
     rig.do(ReadPosition())
     began_s = rig.now_s
     assert rig.do(MoveBy(steps(6000), 20_000.0)) == Done()
     assert rig.now_s - began_s <= rig.controller.duration_s(6000, 20_000.0) + 0.15
+
+
+RPM, TENTH_OF_RPM, DEGREES = 0x00B4_4700, 0xFFB4_4700, 0x0041_0300  # the first is Nanotec's default
+
+
+@pytest.mark.parametrize(("unit", "unit_hz"), [(RPM, 10_000 / 60), (TENTH_OF_RPM, 1000 / 60)])
+@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
+def test_speeds_and_ramps_are_given_in_the_drives_own_unit(unit, unit_hz, strategy):
+    rig = Rig({"strategy": strategy}, constant=f"60A9:00={unit}").ready()
+    node, before = rig.node(1), rig.positions
+    slope = node.objects.number_of(QUICK_STOP_DECELERATION, 0)
+    assert slope == round(rig.controller.limits.quick_hz_s / unit_hz)
+    rig.begin(MoveBy(steps(30_000, -15_000), 20_000.0))
+    rig.run(1.0)
+    assert 15_000 < (rig.positions - before)[0] < 20_500
+    assert rig.finish() == Done()
+    assert rig.positions - before == steps(30_000, -15_000)
+    assert not rig.alerts()
+    assert rig.controller.strays_steps(steps(9), 20_000.0)[0] in (0.0, 2.0 * max(unit_hz, 1.0))
+
+
+def test_an_unknown_unit_of_speed_refuses_contact_in_words():
+    reply = Rig(constant=f"60A9:00={DEGREES}").do(ReadPosition())
+    assert isinstance(reply, RequestRejected)
+    assert "object 60A9 is 00410300" in reply.reason
+
+
+def test_drives_with_a_braking_ramp_of_their_own_move_in_bursts():
+    rig = Rig({"strategy": "profile"}, constant="6084:00=400000").ready()
+    before = rig.positions
+    assert rig.do(MoveBy(steps(6000, -3000), 20_000.0)) == Done()
+    assert rig.positions - before == steps(6000, -3000)
 
 
 # -- homing and settings --------------------------------------------------------------------------
@@ -290,6 +329,12 @@ def test_settings_that_differ_are_reported_with_the_line_that_mends_them():
     assert first.mend == "1: 608F:01 u32 4096"
     told = Rig({"encoder_increments": 10_000}).do(ReadSettings())
     assert told.differences == ()
+
+
+@pytest.mark.parametrize(("turns", "differs"), [(2, False), (3, True)])
+def test_a_ratio_in_other_numbers_is_the_same_ratio(turns, differs):
+    rig = Rig({"encoder_increments": 10_000}, constant=f"608F:01=20000+608F:02={turns}")
+    assert bool(rig.do(ReadSettings()).differences) is differs
 
 
 @pytest.mark.parametrize(
