@@ -276,14 +276,15 @@ class MksContact:
         """Return the drives that turn. Raises `Obstructed` if one homes or calibrates."""
         wire = self._wire
         turning = []
-        for drive, answer in (yield from wire.read(ReadState())).items():
-            state = answer.state if isinstance(answer, StateRead) else None
+        for drive in (yield from wire.read(ReadState())):
+            state = wire.states[drive]
             if state in BUSY:
                 words = state.name.lower()
                 raise Obstructed(f"{drive} is {words}: wait until it has finished")
             if state in TURNING:
                 turning.append(drive)
         if turning:
+            yield from wire.look(turning)  # whether the counts change says more than the state
             yield from wire.pause(wire.now_s + wire.settings.poll_s)
         return turning
 

@@ -126,6 +126,9 @@ QUIRKS: tuple[Quirk, ...] = (
           '"Position Mode by Relative Axis Never Reports Complete")'),
     Quirk("says_refused", True, "drives report that they refuse an order",
           f"{_MANUALS}: reply 0, failed"),
+    Quirk("brakes_on", False, "after a motion, drives report braking until the next one begins",
+          "observed on a SERVO42D with firmware 1.0.6 and RS485 (riccardi-samuele/mks-servo, "
+          "docs/faq.md, F1 stays at 3); not reported from a CAN bus"),
     Quirk("superseded", "first",
           "when a replaced motion is reported as failed: before or after the new one has begun",
           "a public transcription of the manual does not say when; reported first, it "

@@ -195,6 +195,7 @@ class MksMotion:
         self.watchdog_stops = 0
         """How often the watchdog has stopped it."""
         self._expired = False
+        self._has_moved = False  # since the firmware started
         self._acc = 0
         self._stall_s = math.inf  # since when the shaft is as far behind as in a stall
         self._off_s = math.inf  # since when it is farther than position protection allows
@@ -216,7 +217,10 @@ class MksMotion:
     def state(self, now_s: float) -> mks.MotorState:
         """Return the motor state that the drive reports."""
         if not self.searching or self.under_way is None:
-            return state_of(self._point, now_s)
+            state = state_of(self._point, now_s)
+            stays = state is mks.MotorState.STOPPED and self._has_moved
+            brakes = stays and self._quirks.flag("brakes_on")
+            return mks.MotorState.DECELERATING if brakes else state
         calibrates = self.under_way.request.code is Code.CALIBRATE
         return mks.MotorState.CALIBRATING if calibrates else mks.MotorState.HOMING
 
@@ -230,6 +234,7 @@ class MksMotion:
         """Begin a motion; it replaces any other."""
         request = asked.request
         self.under_way, self._waits = asked, False
+        self._has_moved = True
         self._acc = getattr(request, "acc", HOMING_ACC)
         match request:
             case mks.RunAtSpeed():
