@@ -67,6 +67,8 @@ class MksMotion:
         wire = self._wire
         if not held:
             raise Obstructed("its motors are disabled: call `enable()`")
+        if wire.two_zeros:
+            raise Obstructed(wire.two_zeros)
         stale = any(drive.read_s < wire.now_s - FRESH_POSITION_S for drive in wire.drives)
         if stale and (missing := (yield from wire.look())):
             raise Obstructed(absent_words(missing, "id"))

@@ -110,6 +110,8 @@ class MksWire(ScriptIO[Event]):
         """The last homing state of each drive since its entry was cleared."""
         self.at_limit: set[ObservedDrive] = set()
         """The drives that a limit switch has stopped, since the set was cleared."""
+        self.two_zeros = ""
+        """That a drive's targets count from another place than its readings, in words."""
         self.unfit: set[ObservedDrive] = set()
         """The drives that reported a stall, no current, or a mode in which the bus moves nothing,
         since the set was cleared."""

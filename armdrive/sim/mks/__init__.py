@@ -129,6 +129,15 @@ QUIRKS: tuple[Quirk, ...] = (
     Quirk("brakes_on", False, "after a motion, drives report braking until the next one begins",
           "observed on a SERVO42D with firmware 1.0.6 and RS485 (riccardi-samuele/mks-servo, "
           "docs/faq.md, F1 stays at 3); not reported from a CAN bus"),
+    Quirk("keeps_count", False, "a new zero, also by homing, moves the targets but no reading (31)",
+          "observed on a SERVO42D with RS485 (riccardi-samuele/mks-servo-cpp, CHANGELOG 0.3.0, "
+          "set_origin); not known from CAN, where 3dberg/arctos-pi expects 0 and warns otherwise"),
+    Quirk("flash_ms", 0.0, "milliseconds for which a drive is deaf after a setting was written",
+          "about 200 observed with RS485 (riccardi-samuele/mks-servo-cpp, docs/design.md, 5); "
+          "not reported from a CAN bus"),
+    Quirk("e_series", False, "drives report that they are of the E series; else they stay the same",
+          "a SERVO42ES answered `40 92 01 00 01` (TRazDev/servo42es-esp32-can-controller, "
+          "docs/protocol.md)"),
     Quirk("superseded", "first",
           "when a replaced motion is reported as failed: before or after the new one has begun",
           "a public transcription of the manual does not say when; reported first, it "

@@ -12,8 +12,10 @@ from faults import arm_config, driven
 
 from armdrive import Arm
 from armdrive.config.sections import HomingSettings
+from armdrive.errors import DeviceFault
 from armdrive.moves import Jog
 from armdrive.status import State, Trust
+from firmware_protocol import mks
 from kinematics import Joints
 
 OVER = Joints.of(40.0, 40.0, -80.0, -40.0, 0.0)
@@ -61,3 +63,57 @@ class TestDrivesThatReportBrakingForEver:
         arm.enable()
         arm.move_j(base_deg=10.0)
         assert arm.status.trust is Trust.REFERENCED
+
+
+class TestDrivesWhoseReadingIgnoresTheirZero:
+    def test_homing_says_so_and_nothing_moves_until_the_supply_was_off(self):
+        arm = arm_of(keeps_count=True)
+        with pytest.raises(DeviceFault, match="targets count from another place"):
+            arm.home()
+        assert arm.status.trust is Trust.SUSPECT
+        arm.reset()
+        before = arm.twin.world.motors
+        with pytest.raises(DeviceFault, match="Switch the drives' supply off and on"):
+            arm.jog_j(base_deg=1.0)
+        assert arm.twin.world.motors == before
+
+    def test_without_a_new_zero_they_are_like_any_others(self):
+        arm = arm_of(keeps_count=True)
+        arm.move_j(base_deg=20.0)
+        assert arm.twin.world.motors == arm.status.acknowledged
+
+    @pytest.mark.parametrize("strategy", STRATEGIES)
+    @pytest.mark.parametrize("by", [100_000, -100_000, 3000])
+    def test_a_zero_that_another_program_set_shows_after_a_degree_or_two(self, by, strategy):
+        arm = arm_of(strategy, keeps_count=True)
+        motor = arm.twin.device.board.nodes[0].motor
+        motor.count_from(motor.counts + by)
+        before = arm.twin.world.motors
+        with pytest.raises(DeviceFault):
+            arm.jog_j(base_deg=1.0)
+        assert abs((arm.twin.world.motors - before)[0]) < 3500
+        stood = arm.twin.world.motors
+        arm.sleep(3.0)
+        assert arm.twin.world.motors == stood
+        assert arm.status.trust is Trust.SUSPECT
+
+
+class TestTheWatchdogInTheMemory:
+    def test_it_is_written_once_and_only_compared_from_then_on(self):
+        arm = arm_of()
+        written = [node.flash.of(mks.SilenceWatchdog) for node in arm.twin.device.board.nodes]
+        arm.disable()
+        arm.enable()
+        again = [node.flash.of(mks.SilenceWatchdog) for node in arm.twin.device.board.nodes]
+        assert all(a is b for a, b in zip(written, again, strict=True))
+
+    def test_drives_that_are_deaf_while_they_write_are_waited_for(self):
+        arm = arm_of(flash_ms=200)
+        for node in arm.twin.device.board.nodes:
+            assert node.flash.of(mks.SilenceWatchdog).timeout_ms == 500
+        arm.move_j(base_deg=20.0)
+
+
+def test_a_drive_of_the_e_series_is_named_and_nothing_is_written():
+    with pytest.raises(DeviceFault, match="E series"):
+        driven(arm_config("mks"), e_series=True)
