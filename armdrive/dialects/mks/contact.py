@@ -198,7 +198,8 @@ def _departed_words(verdict: Verdict) -> str:
         return (
             f"{verdict.drive} has {counted(round(verdict.off), 'count')} of following error; the "
             "other drives are on the "
-            "path. It is overloaded, or its supply is too weak for its speed"
+            "path. It is overloaded, its supply is too weak for its speed, or its firmware slows "
+            "down at new targets in motion (`segment_s = 0` under [mks] sends none)"
         )
     return off_target_words(verdict.drive, verdict.count, round(verdict.place), "counts")
 

@@ -130,6 +130,8 @@ def state_of(point: ShaftPoint, now_s: float) -> mks.MotorState:
 HOMING_ACC = 236
 """A ramp of 1000 rpm a second, for requests that give none."""
 CALIBRATION_RPM = 30
+CREEP_RPM = 40
+"""The speed after a new target with `retarget_creeps`: 600 degrees in 2.5 s were observed."""
 STALL_S = 0.05
 """A shaft that is too far from its set-point for this long has stalled."""
 WINDOW_S = 0.015
@@ -196,6 +198,8 @@ class MksMotion:
         """How often the watchdog has stopped it."""
         self._expired = False
         self._has_moved = False  # since the firmware started
+        self.ignores_next = False
+        """Whether it will ignore the next motion."""
         self._acc = 0
         self._stall_s = math.inf  # since when the shaft is as far behind as in a stall
         self._off_s = math.inf  # since when it is farther than position protection allows
@@ -307,6 +311,9 @@ class MksMotion:
         self._watch_end(now_s)
 
     def _go(self, goal: int, speed_rpm: int, now_s: float) -> None:
+        brakes = self.state(now_s) is mks.MotorState.DECELERATING
+        if self._quirks.flag("retarget_creeps") and self.moving(now_s) and not brakes:
+            speed_rpm = min(speed_rpm, CREEP_RPM)
         self._point.go_to(goal, self._rate_of(max(speed_rpm, 1)), slope_of(self._acc), now_s)
 
     def _run(self, rate: float, now_s: float) -> None:
@@ -409,6 +416,7 @@ class MksMotion:
         if rate * self._switch.way > 0:
             self._point.hold(self._point.at(now_s))
             searches, self.under_way = self.searching, None
+            self.ignores_next = self._quirks.flag("deaf_after_limit")
             if not searches:
                 self._says(asked, Outcome.LIMIT_STOP)
 

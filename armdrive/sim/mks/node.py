@@ -294,7 +294,10 @@ def _move(node: MksNode, asked: Asked, now_s: float) -> None:
     says = node.quirks.text("superseded") if absolute and motion.moving(now_s) else "never"
     if before is not None and says == "first":
         node.tell(before, Outcome.FAILED)
-    motion.begin(asked, now_s)
+    if motion.ignores_next:
+        motion.ignores_next = False
+    else:
+        motion.begin(asked, now_s)
     node.tell(asked, Outcome.STARTED)
     if before is not None and says == "last":
         node.tell(before, Outcome.FAILED)

@@ -117,3 +117,30 @@ class TestTheWatchdogInTheMemory:
 def test_a_drive_of_the_e_series_is_named_and_nothing_is_written():
     with pytest.raises(DeviceFault, match="E series"):
         driven(arm_config("mks"), e_series=True)
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_a_drive_that_ignores_its_first_motion_after_a_limit_stop_gets_it_again(strategy):
+    homing = HomingSettings(Joints.of(5.0, 40.0, -80.0, -40.0, 0.0), 20.0)
+    config = replace(arm_config("mks", device=STRATEGIES[strategy]), homing=homing)
+    below = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
+    arm = driven(config, limits=True, deaf_after_limit=True, at=below)
+    with pytest.raises(DeviceFault, match="limit switch"):
+        arm.jog_j(base_deg=10.0)
+    arm.reset()
+    stood = arm.twin.world.joints.deg["base"]
+    arm.jog_j(base_deg=-1.0)
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(stood - 1.0, abs=0.01)
+
+
+class TestDrivesThatCreepAtNewTargets:
+    def test_a_fast_motion_ends_and_names_the_setting_that_avoids_them(self):
+        arm = arm_of(retarget_creeps=True)
+        with pytest.raises(DeviceFault, match="segment_s = 0"):
+            arm.move_j(base_deg=20.0, shoulder_deg=30.0)
+
+    def test_with_that_setting_they_are_like_any_others(self):
+        arm = arm_of("started together", retarget_creeps=True)
+        arm.move_j(base_deg=20.0, shoulder_deg=30.0)
+        arm.jog_j(base_deg=1.0)
+        assert arm.twin.world.motors == arm.status.acknowledged
