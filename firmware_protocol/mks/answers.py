@@ -154,7 +154,7 @@ class VersionRead(Message, code=Code.VERSION):
     """Whether the encoder is calibrated, the board's number, and the firmware's version.
 
     A real drive of the E series answers with three bytes of firmware (`40 92 01 00 01`,
-    TRazDev/servo42es-esp32-can-controller, docs/protocol.md). The manual 1.0.9 names three and
+    TRazDev/servo42es-esp32-can-controller, protocol notes). The manual 1.0.9 names three and
     draws two; `version` is then None.
     """
 

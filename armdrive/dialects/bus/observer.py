@@ -84,7 +84,7 @@ READINGS = 16
 """Readings kept to find one that is surely older than the last, however late replies come."""
 SPEED_ERROR = 1.05
 """How much faster than ordered a sound drive may turn, for its reach. Real MKS drives ordered to
-2400 to 3000 rpm turned 0.8 % faster (riccardi-samuele/mks-servo-cpp, docs/setup_guide.md)."""
+2400 to 3000 rpm turned 0.8 % faster (riccardi-samuele/mks-servo-cpp, setup guide)."""
 CONFIRMING_LOOKS = 2
 """A finding must hold at this many looks in a row before a drive is blamed."""
 APART_SHARE = 0.2

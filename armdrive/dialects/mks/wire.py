@@ -82,7 +82,7 @@ STILL_S = 0.2
 """A drive stands if its count has not changed for so long, although it reports braking.
 
 Firmware 1.0.6 was seen to report braking for ever after a motion (riccardi-samuele/mks-servo,
-docs/faq.md). At the lowest speed, 1 rpm, a count changes by 54 in this time.
+FAQ). At the lowest speed, 1 rpm, a count changes by 54 in this time.
 """
 
 

@@ -124,21 +124,21 @@ QUIRKS: tuple[Quirk, ...] = (
           f"{_MANUALS}: reply 2, seen on CAN (TRazDev/servo42es-esp32-can-controller); not "
           "always from firmware 1.0.5 with RS485 (makerbase-motor/MKS-SERVO42D-57D, issue 20)"),
     Quirk("says_refused", True, "drives report that they refuse an order",
-          f"{_MANUALS}: reply 0, failed"),
+          f"{_MANUALS}: reply 0, failed; in a pulse mode 3dberg/arctos-pi saw orders dropped"),
     Quirk("brakes_on", False, "after a motion, drives report braking until the next one begins",
           "observed on a SERVO42D with firmware 1.0.6 and RS485 (riccardi-samuele/mks-servo, "
-          "docs/faq.md, F1 stays at 3); not reported from a CAN bus"),
+          "FAQ, F1 stays at 3); not reported from a CAN bus"),
     Quirk("keeps_count", False, "a new zero, also by homing, moves the targets but no reading (31)",
           "observed on a SERVO42D with RS485 (riccardi-samuele/mks-servo-cpp, CHANGELOG 0.3.0, "
           "set_origin); not known from CAN, where 3dberg/arctos-pi expects 0 and warns otherwise"),
     Quirk("flash_ms", 0.0, "milliseconds for which a drive is deaf after a setting was written",
-          "about 200 observed with RS485 (riccardi-samuele/mks-servo-cpp, docs/design.md, 5); "
+          "about 200 observed with RS485 (riccardi-samuele/mks-servo-cpp, design notes, 5); "
           "not reported from a CAN bus"),
     Quirk("e_series", False, "drives report that they are of the E series; else they stay the same",
           "a SERVO42ES answered `40 92 01 00 01` (TRazDev/servo42es-esp32-can-controller, "
-          "docs/protocol.md)"),
+          "protocol notes)"),
     Quirk("deaf_after_limit", False, "a drive ignores its first motion after a limit stop",
-          "observed on a SERVO57D on CAN (kkhyunhho/MKSServo57DCANController, mks_motor.py); that "
+          "observed on a SERVO57D on CAN (kkhyunhho/MKSServo57DCANController); that "
           "it answers as if it had begun is a guess", guess=True),
     Quirk("retarget_creeps", False,
           "a new target (F5) that comes before a drive brakes for the old one makes it creep",
@@ -157,7 +157,7 @@ QUIRKS: tuple[Quirk, ...] = (
           "the authors of a public driver (zauberzeug/lizard); not in the manuals (8B)"),
     Quirk("short_version", False, "drives report two bytes of their version instead of three",
           "the manual 1.0.9 draws two and names three; a SERVO42ES sent three "
-          "(TRazDev/servo42es-esp32-can-controller, docs/protocol.md)"),
+          "(TRazDev/servo42es-esp32-can-controller, protocol notes)"),
     Quirk("answer_ms", 1.0, "milliseconds until a drive has its answer ready",
           "not measured on CAN; with RS485 up to 700 in motion (riccardi-samuele/mks-servo, test "
           "report, 6.5); a late answer describes an older state", guess=True),
