@@ -286,7 +286,7 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
             )
         )
     if drive.version is not None and drive.version.e_series:
-        found.append(problem(series_words(name), "use a SERVO42D or SERVO57D"))
+        return [*found, problem(series_words(name), "use a SERVO42D or SERVO57D")]
     if drive.stalled:
         found.append(
             problem(
