@@ -153,16 +153,20 @@ BOARDS = {
 class VersionRead(Message, code=Code.VERSION):
     """Whether the encoder is calibrated, the board's number, and the firmware's version.
 
-    Public programs read three numbers as the firmware's version. The manual 1.0.9 has two bytes
-    and does not explain them; `version` is then None.
+    A real drive of the E series answers with three bytes of firmware (`40 92 01 00 01`,
+    TRazDev/servo42es-esp32-can-controller, protocol notes). The manual 1.0.9 names three and
+    draws two; `version` is then None.
     """
 
     calibrated: bool
     board: int
     firmware: bytes
+    e_series: bool = False
+    """Whether it is a SERVO42E or 57E, whose commands differ (its manual 1.0.1, 40H)."""
 
     def __post_init__(self) -> None:
         boolean("calibrated", self.calibrated)
+        boolean("e_series", self.e_series)
         whole("board", self.board, 0, 0x0F)
         if not isinstance(self.firmware, bytes) or len(self.firmware) not in (2, 3):
             raise BadField("firmware", self.firmware, "two or three bytes")
@@ -174,14 +178,15 @@ class VersionRead(Message, code=Code.VERSION):
 
     @property
     def payload(self) -> bytes:
-        """Calibration and board in one byte, then the firmware."""
-        return bytes((self.calibrated << 4 | self.board,)) + self.firmware
+        """Series, calibration and board in one byte, then the firmware."""
+        return bytes((self.e_series << 7 | self.calibrated << 4 | self.board,)) + self.firmware
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
         """Decode a payload."""
         sized(payload, 3, 4)
-        return cls(payload[0] > 0x0F, payload[0] & 0x0F, payload[1:])
+        first = payload[0]
+        return cls(bool(first & 0x70), first & 0x0F, payload[1:], bool(first & 0x80))
 
 
 Reading: TypeAlias = (

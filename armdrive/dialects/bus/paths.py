@@ -36,6 +36,10 @@ class Interval:
         """Return the distance of a place from the interval; 0 inside it."""
         return max(self.low - place, place - self.high, 0.0)
 
+    def nearest(self, place: float) -> float:
+        """Return the place in the interval that is nearest to a place."""
+        return min(max(place, self.low), self.high)
+
     def widened(self, by: float) -> Interval:
         """Return the interval with a margin added on either side."""
         return Interval(self.low - by, self.high + by)

@@ -17,6 +17,7 @@ from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
 from armdrive.dialects.mks.compare import value_words, wanted_settings
+from armdrive.dialects.mks.contact import series_words
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
@@ -44,10 +45,13 @@ from firmware_protocol.mks import (
     Code,
     Done,
     EmergencyStop,
+    EncoderRead,
     Failed,
     Mode,
     MotorState,
+    ReadEncoder,
     ReadState,
+    ReadVersion,
     Request,
     SetCurrent,
     SetId,
@@ -55,6 +59,7 @@ from firmware_protocol.mks import (
     SetZero,
     SilenceWatchdog,
     StateRead,
+    VersionRead,
     needed_for,
 )
 from kinematics.text import counted
@@ -71,6 +76,18 @@ def order(io: MksExchange, node: int, message: Request) -> MksScript[bool | None
     drive = io.drive(node)
     reply = (yield from io.ask({drive: message}, tries=1)).get(drive)
     return None if reply is None else isinstance(reply, Done)
+
+
+def is_e_series(io: MksExchange, node: int) -> MksScript[bool]:
+    """Return whether a drive reports that it is of the E series."""
+    found = yield from io.reading(io.drive(node), ReadVersion())
+    return isinstance(found, VersionRead) and found.e_series
+
+
+def is_at_zero(io: MksExchange, node: int) -> MksScript[bool]:
+    """Return whether a drive that stands at its zero reads so."""
+    found = yield from io.reading(io.drive(node), ReadEncoder())
+    return isinstance(found, EncoderRead) and abs(found.counts) <= REACHED
 
 
 # Calibrating a drive's encoder against its motor. The motor turns, so its shaft must be free.
@@ -279,8 +296,10 @@ class MksDriveAtHand:
             return True
         self.dialog.say(
             f"Drive {self.drive.node} did not calibrate. Look at the supply (12 V at least), at "
-            "the motor's two phases, and that the magnet sits on the shaft's end; then try "
-            "again."
+            "the motor's two phases, and that the magnet sits on the shaft's end. A current that "
+            "cannot turn the motor leaves it calibrating for ever, and it may lower its current: "
+            "switch its supply off and on, start again, and give it more (one owner needed 3000 mA "
+            "for a SERVO42D)."
         )
         return False
 
@@ -297,7 +316,16 @@ class MksDriveAtHand:
         ):
             return
         taken = self.dialog.on_wire(order, self.drive.node, SetZero())
-        self.dialog.say("It counts from here." if taken else "The drive did not accept the zero.")
+        if not taken:
+            self.dialog.say("The drive did not accept the zero.")
+        elif self.dialog.on_wire(is_at_zero, self.drive.node):
+            self.dialog.say("It counts from here.")
+        else:
+            self.dialog.say(
+                "It accepted the zero, but its reading did not become 0, so its targets may count "
+                "from another place. Switch its supply off and on, which makes both zero, before "
+                "anything turns it."
+            )
 
 
 def _one_motor(config: ArmConfig, name: str, fastest_hz: float) -> ArmConfig:
@@ -379,6 +407,9 @@ def _checked(dialog: DriveDialog, drive: DrivePlace) -> KnownDrive | None:
     if found.doubled:
         dialog.say(_two(drive.node))
         return None
+    if found.version is not None and found.version.e_series:
+        dialog.say(series_words(f"drive {drive.node}") + ".")
+        return None
     calibrated = "" if found.version is None else _calibrated_words(found.version.calibrated)
     at = "" if found.counts is None else f", at {counted(found.counts, 'count')}"
     dialog.say(
@@ -402,6 +433,9 @@ def _give_id(dialog: DriveDialog, drive: DrivePlace) -> bool | None:
     if dialog.on_wire(is_shared, NODE_DEFAULT):
         dialog.say(_two(NODE_DEFAULT))
         return False
+    if dialog.on_wire(is_e_series, NODE_DEFAULT):
+        dialog.say(series_words(f"drive {NODE_DEFAULT}") + ".")
+        return None
     if not dialog.agreed(
         f"A new drive answers as id {NODE_DEFAULT}. Make it id {drive.node}, for the "
         f"{drive.name}? Nothing turns.",

@@ -39,7 +39,6 @@ from firmware_protocol.mks import (
     SettingRead,
     SilenceWatchdog,
     StallRead,
-    StateRead,
     Version,
     VersionRead,
     abilities_of,
@@ -101,6 +100,15 @@ def shared_words(ids: Collection[int]) -> str:
     return (
         f"more than one drive answers to the id {named}: every drive ships with id 1. Unplug "
         "all but one and give each an id of its own, one at a time"
+    )
+
+
+def series_words(name: object) -> str:
+    """Return that a drive is of a series that armdrive does not drive."""
+    return (
+        f"{name} is of the E series (SERVO42E, 42ES, 57E). armdrive drives SERVO42D and SERVO57D: "
+        "in the E series some commands mean something else (98 is no watchdog, 8C has one byte), "
+        "and settings last only after a save (60). Nothing was written"
     )
 
 
@@ -190,7 +198,8 @@ def _departed_words(verdict: Verdict) -> str:
         return (
             f"{verdict.drive} has {counted(round(verdict.off), 'count')} of following error; the "
             "other drives are on the "
-            "path. It is overloaded, or its supply is too weak for its speed"
+            "path. It is overloaded, its supply is too weak for its speed, or its firmware slows "
+            "down at new targets in motion (`segment_s = 0` under [mks] sends none)"
         )
     return off_target_words(verdict.drive, verdict.count, round(verdict.place), "counts")
 
@@ -263,6 +272,9 @@ class MksContact:
         version = io.settings.version
         if version is None:
             found = yield from firmware_of(io, io.drives)
+            for drive, each in found.items():
+                if each.read is not None and each.read.e_series:
+                    raise Obstructed(series_words(drive))
             version = min(LATEST, *(each.version for each in found.values()))
         self.firmware = ".".join(map(str, version))
         io.able = abilities_of(version)
@@ -276,14 +288,17 @@ class MksContact:
         """Return the drives that turn. Raises `Obstructed` if one homes or calibrates."""
         io = self._io
         turning = []
-        for drive, answer in (yield from io.read(ReadState())).items():
-            state = answer.state if isinstance(answer, StateRead) else None
+        for drive in (yield from io.read(ReadState())):
+            state = io.states[drive]
             if state in BUSY:
-                words = state.name.lower()
-                raise Obstructed(f"{drive} is {words}: wait until it has finished")
+                raise Obstructed(
+                    f"{drive} is {state.name.lower()}: wait until it has finished. If it does not, "
+                    "switch its supply off and on: one that cannot turn its motor stays so"
+                )
             if state in TURNING:
                 turning.append(drive)
         if turning:
+            yield from io.look(turning)  # whether the counts change says more than the state
             yield from io.pause(io.now_s + io.settings.poll_s)
         return turning
 
@@ -363,10 +378,16 @@ class MksContact:
         timeout = SilenceWatchdog(round(io.settings.watchdog_s * 1000.0))
         if not timeout.timeout_ms or not io.can(Ability.SILENCE_WATCHDOG):
             return False
-        found = yield from io.ask(dict.fromkeys(io.drives, timeout), text="WATCHDOG")
-        if not all(isinstance(found.get(drive), Taken) for drive in io.drives):
+        # A drive keeps it in a memory that wears out, and may be deaf while it writes there.
+        is_set = SettingRead(timeout.code, timeout.payload)
+        answers = yield from io.read(ReadSetting(timeout.code))
+        other = [drive for drive in io.drives if answers.get(drive) != is_set]
+        if not other:
+            return True
+        found = yield from io.ask(dict.fromkeys(other, timeout), text="WATCHDOG")
+        if not all(isinstance(found.get(drive), Taken) for drive in other):
             return False
-        fits = [SettingRead(timeout.code, value) for value in (None, timeout.payload)]
+        fits = [SettingRead(timeout.code, None), is_set]
         for _ in range(TRIES):  # a late answer to the setting looks like its value
             answers = yield from io.read(ReadSetting(timeout.code))
             if all(answers.get(drive) in (None, *fits) for drive in io.drives):

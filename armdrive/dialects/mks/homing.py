@@ -33,8 +33,21 @@ from firmware_protocol.mks import (
     ReadState,
 )
 from firmware_protocol.mks import Done as Ended
+from kinematics.text import counted
 
 HOMING_POLL_S = 0.05
+ZERO_COUNTS = COUNTS_PER_TURN // 8
+"""A drive that has homed counts from there, give or take what it turned as it braked."""
+
+
+def two_zeros_words(drive: ObservedDrive) -> str:
+    """Return that a drive's reading and its targets count from different places."""
+    return (
+        f"{drive} has a new zero, but still reads {counted(drive.count or 0, 'count')} there: its "
+        "targets count from another place than its readings, so it would turn to a wrong one. "
+        "Switch the drives' supply off and on, which makes both zero, and reference the arm by "
+        "hand (without a section [homing])"
+    )
 
 
 class MksHoming:
@@ -84,6 +97,11 @@ class MksHoming:
         for drive in drives:
             io.host.settle(drive.node)
             drive.moving = False
+        yield from io.look(drives)
+        off = [drive for drive in drives if abs(drive.count or 0) > ZERO_COUNTS]
+        if off:
+            io.two_zeros = two_zeros_words(off[0])
+            return RequestRejected(io.two_zeros)
         return Done()
 
 

@@ -67,6 +67,8 @@ class MksMotion:
         io = self._io
         if not held:
             raise Obstructed("its motors are disabled: call `enable()`")
+        if io.two_zeros:
+            raise Obstructed(io.two_zeros)
         stale = any(drive.read_s < io.now_s - FRESH_POSITION_S for drive in io.drives)
         if stale and (missing := (yield from io.look())):
             raise Obstructed(absent_words(missing, "id"))

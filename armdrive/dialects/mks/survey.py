@@ -13,7 +13,7 @@ from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
 from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.tools import Answers, SeenNodes, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
-from armdrive.dialects.mks.contact import UNKNOWN_FIRMWARE, Firmware, firmware_of
+from armdrive.dialects.mks.contact import UNKNOWN_FIRMWARE, Firmware, firmware_of, series_words
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.words import read_answer, read_request
@@ -104,8 +104,12 @@ class KnownDrive:
     @property
     def board(self) -> str:
         """The name of its board."""
-        number = None if self.version is None else self.version.board
-        return BOARDS.get(number or 0, "a drive")
+        version = self.version
+        return (
+            "a drive"
+            if version is None or version.e_series
+            else BOARDS.get(version.board, "a drive")
+        )
 
     @property
     def most_ma(self) -> int:
@@ -281,6 +285,8 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
                 f"`{mend}`, or `{setup}`, sets mode 5",
             )
         )
+    if drive.version is not None and drive.version.e_series:
+        return [*found, problem(series_words(name), "use a SERVO42D or SERVO57D")]
     if drive.stalled:
         found.append(
             problem(

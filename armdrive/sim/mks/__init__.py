@@ -118,14 +118,33 @@ QUIRKS: tuple[Quirk, ...] = (
     Quirk("enabled_on", True, "drives hold their shafts as soon as they are powered",
           "not published; a drive that holds again counts from a new zero", guess=True),
     Quirk("keeps_angle", False, "after power-on a position is the angle within a turn, not 0",
-          "not published; on the related SERVO42C it is 0, according to a user of "
-          'makerbase-mks/MKS-SERVO42C ("Serial command to set the encoder value to 0")',
-          guess=True),
+          "the manual 1.0.9: the power-on position is the zero (11.4.4); first readings of owners "
+          "were 3 (TRazDev/servo42es-esp32-can-controller) and -5 (riccardi-samuele/mks-servo)"),
     Quirk("says_done", True, "drives report the end of a motion",
-          f"{_MANUALS}: reply 2; firmware 1.0.5 did not always (makerbase-motor/MKS-SERVO42D-57D, "
-          '"Position Mode by Relative Axis Never Reports Complete")'),
+          f"{_MANUALS}: reply 2, seen on CAN (TRazDev/servo42es-esp32-can-controller); not "
+          "always from firmware 1.0.5 with RS485 (makerbase-motor/MKS-SERVO42D-57D, issue 20)"),
     Quirk("says_refused", True, "drives report that they refuse an order",
-          f"{_MANUALS}: reply 0, failed"),
+          f"{_MANUALS}: reply 0, failed; in a pulse mode 3dberg/arctos-pi saw orders dropped"),
+    Quirk("brakes_on", False, "after a motion, drives report braking until the next one begins",
+          "observed on a SERVO42D with firmware 1.0.6 and RS485 (riccardi-samuele/mks-servo, "
+          "FAQ, F1 stays at 3); not reported from a CAN bus"),
+    Quirk("keeps_count", False, "a new zero, also by homing, moves the targets but no reading (31)",
+          "observed on a SERVO42D with RS485 (riccardi-samuele/mks-servo-cpp, CHANGELOG 0.3.0, "
+          "set_origin); not known from CAN, where 3dberg/arctos-pi expects 0 and warns otherwise"),
+    Quirk("flash_ms", 0.0, "milliseconds for which a drive is deaf after a setting was written",
+          "about 200 observed with RS485 (riccardi-samuele/mks-servo-cpp, design notes, 5); "
+          "not reported from a CAN bus"),
+    Quirk("e_series", False, "drives report that they are of the E series; else they stay the same",
+          "a SERVO42ES answered `40 92 01 00 01` (TRazDev/servo42es-esp32-can-controller, "
+          "protocol notes)"),
+    Quirk("deaf_after_limit", False, "a drive ignores its first motion after a limit stop",
+          "observed on a SERVO57D on CAN (kkhyunhho/MKSServo57DCANController); that "
+          "it answers as if it had begun is a guess", guess=True),
+    Quirk("retarget_creeps", False,
+          "a new target (F5) that comes before a drive brakes for the old one makes it creep",
+          "observed on a SERVO42D with firmware 1.0.6 and RS485: 2.7 s for what takes 1.06 s "
+          "otherwise (riccardi-samuele/mks-servo-cpp, examples/hil_chained_moves.cpp); how slow it "
+          "is, is a guess", guess=True),
     Quirk("superseded", "first",
           "when a replaced motion is reported as failed: before or after the new one has begun",
           "a public transcription of the manual does not say when; reported first, it "
@@ -135,11 +154,13 @@ QUIRKS: tuple[Quirk, ...] = (
     Quirk("watchdog_hears_all", False, "frames to other drives also reset a drive's watchdog",
           "the manual 1.0.9 does not say (98); if not, each needs frames of its own", guess=True),
     Quirk("new_id_answers", True, "a drive answers a change of its id under the new id",
-          "the authors of a public driver; not in the manuals (8B)"),
+          "the authors of a public driver (zauberzeug/lizard); not in the manuals (8B)"),
     Quirk("short_version", False, "drives report two bytes of their version instead of three",
-          "the manual 1.0.9 says two; public programs read three"),
+          "the manual 1.0.9 draws two and names three; a SERVO42ES sent three "
+          "(TRazDev/servo42es-esp32-can-controller, protocol notes)"),
     Quirk("answer_ms", 1.0, "milliseconds until a drive has its answer ready",
-          f"{_UNKNOWN}; a late answer describes an older state", guess=True),
+          "not measured on CAN; with RS485 up to 700 in motion (riccardi-samuele/mks-servo, test "
+          "report, 6.5); a late answer describes an older state", guess=True),
     Quirk("boot_ms", 150.0, "milliseconds from a restart until a drive holds and answers again",
           f"{_UNKNOWN}; a fast restart is harder to notice", guess=True),
     Quirk("silent_restart", None,

@@ -130,6 +130,8 @@ def state_of(point: ShaftPoint, now_s: float) -> mks.MotorState:
 HOMING_ACC = 236
 """A ramp of 1000 rpm a second, for requests that give none."""
 CALIBRATION_RPM = 30
+CREEP_RPM = 40
+"""The speed after a new target with `retarget_creeps`: 600 degrees in 2.5 s were observed."""
 STALL_S = 0.05
 """A shaft that is too far from its set-point for this long has stalled."""
 WINDOW_S = 0.015
@@ -195,6 +197,9 @@ class MksMotion:
         self.watchdog_stops = 0
         """How often the watchdog has stopped it."""
         self._expired = False
+        self._has_moved = False  # since the firmware started
+        self.ignores_next = False
+        """Whether it will ignore the next motion."""
         self._acc = 0
         self._stall_s = math.inf  # since when the shaft is as far behind as in a stall
         self._off_s = math.inf  # since when it is farther than position protection allows
@@ -216,7 +221,10 @@ class MksMotion:
     def state(self, now_s: float) -> mks.MotorState:
         """Return the motor state that the drive reports."""
         if not self.searching or self.under_way is None:
-            return state_of(self._point, now_s)
+            state = state_of(self._point, now_s)
+            stays = state is mks.MotorState.STOPPED and self._has_moved
+            brakes = stays and self._quirks.flag("brakes_on")
+            return mks.MotorState.DECELERATING if brakes else state
         calibrates = self.under_way.request.code is Code.CALIBRATE
         return mks.MotorState.CALIBRATING if calibrates else mks.MotorState.HOMING
 
@@ -230,6 +238,7 @@ class MksMotion:
         """Begin a motion; it replaces any other."""
         request = asked.request
         self.under_way, self._waits = asked, False
+        self._has_moved = True
         self._acc = getattr(request, "acc", HOMING_ACC)
         match request:
             case mks.RunAtSpeed():
@@ -302,6 +311,9 @@ class MksMotion:
         self._watch_end(now_s)
 
     def _go(self, goal: int, speed_rpm: int, now_s: float) -> None:
+        brakes = self.state(now_s) is mks.MotorState.DECELERATING
+        if self._quirks.flag("retarget_creeps") and self.moving(now_s) and not brakes:
+            speed_rpm = min(speed_rpm, CREEP_RPM)
         self._point.go_to(goal, self._rate_of(max(speed_rpm, 1)), slope_of(self._acc), now_s)
 
     def _run(self, rate: float, now_s: float) -> None:
@@ -404,6 +416,7 @@ class MksMotion:
         if rate * self._switch.way > 0:
             self._point.hold(self._point.at(now_s))
             searches, self.under_way = self.searching, None
+            self.ignores_next = self._quirks.flag("deaf_after_limit")
             if not searches:
                 self._says(asked, Outcome.LIMIT_STOP)
 

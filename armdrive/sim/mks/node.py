@@ -57,6 +57,7 @@ class MksNode:
         self.reports: dict[Code, tuple[float, float]] = {}
         """The readings that it sends by itself: the period, and when each is due next."""
         self._bits_s = bits_s
+        self._deaf_until_s = -math.inf  # it writes a setting into its flash
         self.begin(0.0)
 
     # Frames and time.
@@ -68,7 +69,8 @@ class MksNode:
 
     def receive(self, frame: Frame, now_s: float) -> None:
         """Carry out a frame's request, if it is awake and uses the bit rate of the bus."""
-        if not self.port.awake or self.device.bitrate.bits_s != self._bits_s:
+        deaf = not self.port.awake or now_s < self._deaf_until_s
+        if deaf or self.device.bitrate.bits_s != self._bits_s:
             return
         self.motion.feed_watchdog(now_s)
         if self._is_for(frame.can_id):
@@ -98,6 +100,11 @@ class MksNode:
                 if due_s <= now_s:
                     self.reports[code] = (period_s, due_s + period_s)
                     self.port.say(self.device.report(READINGS[code](self, now_s)))
+
+    @property
+    def raw_counts(self) -> int:
+        """The position regardless of any zero that was set since it was powered."""
+        return self.motor.shaft - self.power_on_zero
 
     @property
     def busy(self) -> bool:
@@ -140,6 +147,11 @@ class MksNode:
             self.motor.release(now_s)
         elif not self.motor.holding:
             self.motor.hold(now_s)
+
+    def put(self, setting: mks.Setting, now_s: float) -> None:
+        """Store a setting, and be deaf meanwhile."""
+        self.flash.put(setting)
+        self._deaf_until_s = now_s + self.quirks.number("flash_ms") / 1000
 
     # What a person changes and sees.
 
@@ -282,7 +294,10 @@ def _move(node: MksNode, asked: Asked, now_s: float) -> None:
     says = node.quirks.text("superseded") if absolute and motion.moving(now_s) else "never"
     if before is not None and says == "first":
         node.tell(before, Outcome.FAILED)
-    motion.begin(asked, now_s)
+    if motion.ignores_next:
+        motion.ignores_next = False
+    else:
+        motion.begin(asked, now_s)
     node.tell(asked, Outcome.STARTED)
     if before is not None and says == "last":
         node.tell(before, Outcome.FAILED)
@@ -331,7 +346,7 @@ def _set(node: MksNode, asked: Any, now_s: float) -> None:
     setting = asked.request
     if isinstance(setting, mks.SetMode) and setting.mode is not mks.Mode.BUS_FOC:
         node.motion.halt(now_s)
-    node.flash.put(replace(setting, keep=True) if isinstance(setting, mks.SetCurrent) else setting)
+    node.put(replace(setting, keep=True) if isinstance(setting, mks.SetCurrent) else setting, now_s)
 
 
 def _tell_setting(node: MksNode, asked: Any, _: float) -> None:
@@ -403,13 +418,14 @@ def _homing(node: MksNode, _: float) -> mks.HomingRead:
 
 def _version(node: MksNode, _: float) -> mks.VersionRead:
     version = bytes(node.firmware)[1 if node.quirks.flag("short_version") else 0 :]
-    return mks.VersionRead(node.calibrated, BOARD, version)
+    return mks.VersionRead(node.calibrated, BOARD, version, node.quirks.flag("e_series"))
 
 
 # fmt: off
 READINGS: Mapping[Code, Callable[[MksNode, float], mks.Reading]] = MappingProxyType({
-    Code.ENCODER: lambda node, _: mks.EncoderRead(node.motor.counts),
-    Code.RAW_ENCODER: lambda node, _: mks.RawEncoderRead(node.motor.shaft - node.power_on_zero),
+    Code.ENCODER: lambda node, _: mks.EncoderRead(
+        node.raw_counts if node.quirks.flag("keeps_count") else node.motor.counts),
+    Code.RAW_ENCODER: lambda node, _: mks.RawEncoderRead(node.raw_counts),
     Code.SPEED: _speed,
     Code.PULSES: _pulses,
     Code.ANGLE_ERROR: _angle_error,

@@ -304,6 +304,33 @@ def test_a_drive_far_from_its_zero_is_offered_a_new_one():
     assert abs(bench.board.nodes[1].motor.counts) < 1000
 
 
+def test_a_drive_whose_reading_ignores_its_new_zero_is_to_be_switched_off():
+    bench = Bench(keeps_count=True)
+    motor = bench.board.nodes[1].motor
+    bench.board.nodes[1].power_on_zero = motor.zero = motor.zero - 3_000_000
+    bench.one()
+    assert "its reading did not become 0" in bench.person.text
+
+
+@pytest.mark.parametrize("firmware", ["1.0.4", "1.0.9"])
+def test_a_drive_that_is_deaf_while_it_writes_a_setting_is_set_up(firmware):
+    bench = Bench(firmware=firmware, flash_ms=200)
+    bench.person.says["Current of the"] = "900"  # the oldest does not tell what it has
+    assert bench.one()
+    node = bench.board.nodes[1]
+    assert (node.device.node, node.flash.mode) == (2, mks.Mode.BUS_FOC)
+    assert "did not accept" not in bench.person.text
+
+
+@pytest.mark.parametrize("factory", [True, False], ids=["new", "with its id"])
+def test_a_drive_of_the_e_series_is_named_and_nothing_is_written(factory):
+    bench = Bench(e_series=True, factory=factory)
+    bench.person.says["plugged in"] = iter(("yes", "no")).__next__
+    assert not bench.one()
+    assert "E series" in bench.person.text
+    assert not [each for _, each in bench.said if isinstance(each, mks.Setting)]
+
+
 def test_beside_another_program_that_commands_drives_nothing_is_asked():
     bench, spoken = Bench(), pack(mks.encode(2, mks.ReadEncoder()))
     bench.at_first_wait(lambda: bench.twin.link.line.say(spoken, 0.0))

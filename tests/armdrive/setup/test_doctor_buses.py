@@ -388,6 +388,14 @@ def test_who_answers_for_mks_drives_is_compared_with_the_arm_file():
     assert "drives 1 answer that are not in the arm file" in told
 
 
+def test_of_a_drive_of_the_e_series_nothing_else_is_a_problem():
+    on = bus_bench(e_series=True)
+    on.device.board.drives.set_mode(0, Mode.PULSE_FOC)
+    told = words(mks.of_answers(on.survey((1,)), BusHealth()))
+    assert "drive 1 is of the E series" in told
+    assert told.count("problem") == 1
+
+
 def test_old_firmware_is_reported_as_far_as_it_is_known():
     found = bus_bench(firmware="1.0.4").survey((1,))
     told = words(mks.of_answers(found, BusHealth()))

@@ -94,6 +94,7 @@ ANSWER_BYTES = [
     (mks.StateRead(mks.MotorState.FULL_SPEED), "01 F1 04 F6"),
     (mks.VersionRead(True, 2, bytes((1, 0, 9))), "01 40 12 01 00 09 5D"),
     (mks.VersionRead(False, 4, b"\x01\x09"), "01 40 04 01 09 4F"),
+    (mks.VersionRead(True, 2, b"\1\0\1", e_series=True), "01 40 92 01 00 01 D5"),
     (mks.Status(mks.Code.ABSOLUTE_AXIS, mks.Outcome.STARTED), "01 F5 01 F7"),
     (mks.Status(mks.Code.ABSOLUTE_AXIS, mks.Outcome.DONE), "01 F5 02 F8"),
     (mks.Status(mks.Code.RELATIVE_PULSES, mks.Outcome.LIMIT_STOP), "01 FD 03 01"),
