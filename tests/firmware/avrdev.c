@@ -64,7 +64,9 @@ static const char usage[] =
     "  --step-log FILE       write every step: cycle,axis,direction,position\n"
     "  --axis NAME:step=PIN,dir=PIN[,limit=PIN][,enable=PIN]\n"
     "                        a motor on a step and direction driver; PIN is F0, D7 ...\n"
-    "  --coil NAME:ADDRESS   a motor on the coil bus of a Robko 01 board\n"
+    "  --coil-bus strobe=PIN,edge=rise|fall,address=PINS,coils=PINS,turn=A+B+C+D,off=N\n"
+    "                        latches of coil patterns; PINS is D2+D3 ..., the lowest bit first\n"
+    "  --coil NAME:ADDRESS   a motor on the coil bus\n"
     "  --no-reset-on-open    opening the port does not reset the processor\n"
     "  --boot-ms N           a boot loader that eats bytes this long after a reset (0)\n"
     "  --usb-ms N            the device's bytes reach the host in packets this far apart (1)\n"
@@ -252,22 +254,37 @@ static void on_step_pin(avr_irq_t *irq, uint32_t value, void *param) {
   if (value & 1 && !applying_inputs) take_step(axis, driven_high(axis->dir) ? -1 : 1);
 }
 
-/* The coil bus of a Robko 01 board: on the rising edge of C0 the latch that D6, D7 and B0 address
- * takes the levels of D2 to D5 as the coils of one motor. */
-static const pin_t COIL_STROBE = {'C', 0};
-static const int COIL_PATTERNS[] = {5, 6, 10, 9}; /* in the order of a positive turn */
+/* A bus with a latch for each motor: at one edge of the strobe, the latch with the address on the
+ * bus takes the pattern on the bus as the coils of its motor, and keeps it through a reset. */
+typedef struct {
+  pin_t strobe, address[4], coils[4];
+  int address_bits, coil_bits;
+  bool latches_on_rise;
+  int turn[4]; /* the patterns in the order of a positive turn */
+  int off;     /* the pattern without current */
+} coil_bus_t;
+
+static coil_bus_t coil_bus;
+
+static int number_on(const pin_t *pins, int bits) {
+  int number = 0;
+  for (int bit = 0; bit < bits; bit++) number |= driven_high(pins[bit]) << bit;
+  return number;
+}
 
 static void on_coil_strobe(avr_irq_t *irq, uint32_t value, void *param) {
   (void)irq, (void)param;
-  if (applying_inputs || !(value & 1) || !driven_high(COIL_STROBE)) return;
-  unsigned d = port_state('D').port, b = port_state('B').port;
-  int address = (d >> 6 & 1) | (d >> 7 & 1) << 1 | (b & 1) << 2, pattern = d >> 2 & 15;
+  bool high = value & 1;
+  if (applying_inputs || high != coil_bus.latches_on_rise || high != driven_high(coil_bus.strobe))
+    return;
+  int address = number_on(coil_bus.address, coil_bus.address_bits);
+  int pattern = number_on(coil_bus.coils, coil_bus.coil_bits);
   for (int i = 0; i < axis_count; i++) {
     axis_t *axis = &axes[i];
     if (axis->coil_address != address) continue;
-    axis->coil_on = pattern != 0;
+    axis->coil_on = pattern != coil_bus.off;
     for (int phase = 0; phase < 4; phase++) {
-      if (pattern != COIL_PATTERNS[phase]) continue;
+      if (pattern != coil_bus.turn[phase]) continue;
       int turn = (phase - axis->coil_phase) & 3;
       axis->coil_phase = phase;
       if (turn == 2) axis->skips++;
@@ -911,6 +928,32 @@ static void parse_axis(const char *text) {
 
 static void parse_coil(const char *text) { new_axis(text)->coil_address = atoi(text + 2); }
 
+static int parse_pins(char *text, pin_t *pins) {
+  int count = 0;
+  for (char *word; count < 4 && (word = strsep(&text, "+")); count++) pins[count] = parse_pin(word);
+  return count;
+}
+
+static void parse_coil_bus(const char *text) {
+  char rest[256], *next = rest, *word;
+  int *turn = coil_bus.turn;
+  snprintf(rest, sizeof rest, "%s", text);
+  while ((word = strsep(&next, ","))) {
+    char *value = strchr(word, '=');
+    if (!value) die("bad coil bus %s", text);
+    *value++ = 0;
+    if (!strcmp(word, "strobe")) coil_bus.strobe = parse_pin(value);
+    else if (!strcmp(word, "edge")) coil_bus.latches_on_rise = !strcmp(value, "rise");
+    else if (!strcmp(word, "address")) coil_bus.address_bits = parse_pins(value, coil_bus.address);
+    else if (!strcmp(word, "coils")) coil_bus.coil_bits = parse_pins(value, coil_bus.coils);
+    else if (!strcmp(word, "off")) coil_bus.off = atoi(value);
+    else if (strcmp(word, "turn") || sscanf(value, "%d+%d+%d+%d", turn, turn + 1, turn + 2, turn + 3) != 4)
+      die("a coil bus has strobe, edge, address, coils, turn and off, not %s", word);
+  }
+  if (!coil_bus.strobe.port || !coil_bus.address_bits || !coil_bus.coil_bits)
+    die("a coil bus needs strobe, address and coils");
+}
+
 static void parse_options(char **words) {
   for (; *words; words++) {
     const char *word = *words;
@@ -926,6 +969,7 @@ static void parse_options(char **words) {
     else if (!strcmp(word, "--step-log")) option.step_log = *words;
     else if (!strcmp(word, "--axis")) parse_axis(*words);
     else if (!strcmp(word, "--coil")) parse_coil(*words);
+    else if (!strcmp(word, "--coil-bus")) parse_coil_bus(*words);
     else if (!strcmp(word, "--boot-ms")) option.boot_ms = atoi(*words);
     else if (!strcmp(word, "--usb-ms")) option.usb_ms = atoi(*words);
     else if (!strcmp(word, "--catch-up-ms")) option.catch_up_ms = atoi(*words);
@@ -960,14 +1004,13 @@ static void connect_uart(void) {
 }
 
 static void connect_motors(void) {
-  bool coils = false;
   for (int i = 0; i < axis_count; i++) {
-    if (axes[i].coil_address >= 0)
-      coils = true;
-    else
-      avr_irq_register_notify(pin_irq(axes[i].step), on_step_pin, &axes[i]);
+    bool coils = axes[i].coil_address >= 0;
+    if (coils && !coil_bus.strobe.port) die("axis %c needs a coil bus", axes[i].name);
+    if (!coils) avr_irq_register_notify(pin_irq(axes[i].step), on_step_pin, &axes[i]);
   }
-  if (coils) avr_irq_register_notify(pin_irq(COIL_STROBE), on_coil_strobe, NULL);
+  if (coil_bus.strobe.port)
+    avr_irq_register_notify(pin_irq(coil_bus.strobe), on_coil_strobe, NULL);
   avr_register_io_write(avr, TCCR0B, on_timer0_control, NULL);
   avr_register_io_write(avr, EECR, on_eeprom_control, NULL);
 }

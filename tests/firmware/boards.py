@@ -28,8 +28,35 @@ class Driver:
 
 
 @dataclass(frozen=True, slots=True)
+class CoilBus:
+    """The pins of a bus with a latch for each motor's coils.
+
+    At an edge of `strobe` (`rise` or `fall`), the latch with the number on the `address` pins takes
+    the number on the `coils` pins, the lowest bit first. `turn` lists the four full-step patterns
+    in the order of a positive turn, and `off` is the pattern without current. `holds`: the motors
+    keep their current at rest.
+    """
+
+    strobe: str
+    edge: str
+    address: tuple[str, ...]
+    coils: tuple[str, ...]
+    turn: tuple[int, ...]
+    off: int
+    holds: bool
+
+    @property
+    def option(self) -> list[str]:
+        """The options for the processor simulator."""
+        address, coils = "+".join(self.address), "+".join(self.coils)
+        turn = "+".join(str(pattern) for pattern in self.turn)
+        pins = f"strobe={self.strobe},edge={self.edge},address={address},coils={coils}"
+        return ["--coil-bus", f"{pins},turn={turn},off={self.off}"]
+
+
+@dataclass(frozen=True, slots=True)
 class Coil:
-    """The address of a motor on the coil bus of a Robko 01 board."""
+    """The address of a motor on its board's coil bus."""
 
     address: int
 
@@ -44,7 +71,8 @@ class Board:
 
     `axes` maps the letter of each axis to its wiring, in the order of the arm's motors.
     `resets_on_open`: opening the port resets the processor, by DTR. `twin` holds the settings of
-    the simulated board that corresponds to this one.
+    the simulated board that corresponds to this one. A board with a `coil_bus` drives the coils of
+    its motors itself.
     """
 
     name: str
@@ -53,6 +81,7 @@ class Board:
     mcu: str
     axes: Mapping[str, Driver | Coil]
     resets_on_open: bool
+    coil_bus: CoilBus | None = None
     twin: Mapping[str, Value] = field(default_factory=dict)
     hz: int = 16_000_000
 
@@ -66,18 +95,15 @@ class Board:
 
     @property
     def tells_current(self) -> bool:
-        """Whether its pins show the motor current; coils are off between steps anyway."""
-        return not self.drives_coils
-
-    @property
-    def drives_coils(self) -> bool:
-        """Whether it drives the motors' coils itself, instead of a driver's step pins."""
-        return any(isinstance(motor, Coil) for motor in self.axes.values())
+        """Whether its pins show the motor current also at rest."""
+        return self.coil_bus is None or self.coil_bus.holds
 
     @property
     def wiring(self) -> list[str]:
         """Return the words that wire the processor simulator."""
         words = ["--mcu", self.mcu, "--hz", str(self.hz)]
+        if self.coil_bus is not None:
+            words += self.coil_bus.option
         for letter, motor in self.axes.items():
             words += motor.option(letter)
         return words if self.resets_on_open else [*words, "--no-reset-on-open"]
@@ -124,8 +150,25 @@ ROBKO = Board(
     mcu="atmega328p",
     axes={letter: Coil(address) for address, letter in enumerate("BSELRG")},
     resets_on_open=False,
+    coil_bus=CoilBus(
+        "C0", "rise", ("D6", "D7", "B0"), ("D2", "D3", "D4", "D5"), (5, 6, 10, 9), 0, holds=False
+    ),
+)
+ARMDROID = Board(
+    name="armdroid",
+    firmware="the Armdroid library's example SerialDriver on the pins of an Arduino Uno",
+    dialect="armdroid",
+    mcu="atmega328p",
+    axes={
+        letter: Coil(address) for address, letter in zip((6, 5, 4, 3, 2, 1), "BSERLG", strict=True)
+    },
+    resets_on_open=True,
+    coil_bus=CoilBus(
+        "D2", "fall", ("D3", "D4", "D5"), ("D6", "D7", "B0", "B1"), (12, 9, 3, 6), 15, holds=True
+    ),
+    twin={"character_s": 0.0, "greets": False, "resets_on_open": True},
 )
 BOARDS: Mapping[str, Board] = MappingProxyType(
-    {board.name: board for board in (MEGA_5X, GRBL_328P, ROBKO)}
+    {board.name: board for board in (MEGA_5X, GRBL_328P, ROBKO, ARMDROID)}
 )
 """Every board, by the name of its option on the command line."""
