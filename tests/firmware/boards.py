@@ -5,7 +5,7 @@ by port and bit: F0 is bit 0 of port F.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from armdrive.registry import DIALECTS
@@ -72,7 +72,7 @@ class Board:
     `axes` maps the letter of each axis to its wiring, in the order of the arm's motors.
     `resets_on_open`: opening the port resets the processor, by DTR. `twin` holds the settings of
     the simulated board that corresponds to this one. A board with a `coil_bus` drives the coils of
-    its motors itself.
+    its motors itself. `native_usb`: the port is the processor's own USB, which also supplies it.
     """
 
     name: str
@@ -82,6 +82,7 @@ class Board:
     axes: Mapping[str, Driver | Coil]
     resets_on_open: bool
     coil_bus: CoilBus | None = None
+    native_usb: bool = False
     twin: Mapping[str, Value] = field(default_factory=dict)
     hz: int = 16_000_000
 
@@ -106,6 +107,7 @@ class Board:
             words += self.coil_bus.option
         for letter, motor in self.axes.items():
             words += motor.option(letter)
+        words += ["--native-usb"] if self.native_usb else []
         return words if self.resets_on_open else [*words, "--no-reset-on-open"]
 
     @property
@@ -168,7 +170,19 @@ ARMDROID = Board(
     ),
     twin={"character_s": 0.0, "greets": False, "resets_on_open": True},
 )
+ARMDROID_USB = replace(
+    ARMDROID,
+    name="armdroidusb",
+    firmware="the same on the pins of an Arduino Leonardo, with native USB",
+    mcu="atmega32u4",
+    resets_on_open=False,
+    coil_bus=CoilBus(
+        "D1", "fall", ("D0", "D4", "C6"), ("D7", "E6", "B4", "B5"), (12, 9, 3, 6), 15, holds=True
+    ),
+    native_usb=True,
+    twin={},
+)
 BOARDS: Mapping[str, Board] = MappingProxyType(
-    {board.name: board for board in (MEGA_5X, GRBL_328P, ROBKO, ARMDROID)}
+    {board.name: board for board in (MEGA_5X, GRBL_328P, ROBKO, ARMDROID, ARMDROID_USB)}
 )
 """Every board, by the name of its option on the command line."""
