@@ -212,10 +212,13 @@ class ControlledBench(RealTimeBench):
         self.control.heal()
 
     def replug_elsewhere(self) -> None:
-        """Put the cable back under another name."""
+        """Put the cable back under another name, which the arm file then names, if there is one."""
         there = str(self._home / "elsewhere")
-        self.port = self.port.replace(self.device_port, there)
         self.control.replug(there)
+        if self.port == self.device_port:
+            self.set_port(there)
+        else:
+            self.set_arm_file("", there)
         end_s = time.monotonic() + PLUGGED_S
         while not Path(there).exists() and time.monotonic() < end_s:
             time.sleep(self.look_s)
