@@ -26,13 +26,13 @@ MOST_BYTES = 16384
 class Identity:
     """A device's firmware. `dialect` is empty if armdrive does not support it.
 
-    `restarted` means that the bytes are the greeting of a board that has just started. `remedy`
-    says what would help with unsupported firmware.
+    `greeted` means that the bytes are the board's greeting. `remedy` says what would help with
+    unsupported firmware.
     """
 
     dialect: str
     firmware: str
-    restarted: bool = False
+    greeted: bool = False
     remedy: str = field(default="", compare=False)
 
 
@@ -94,8 +94,10 @@ class Recognition:
     the dialect's own, which is enough for a device that is switched on and at rest. `details` is
     sent to a board that has just sent its greeting; before that it may hold a half-received line.
     `obeys_letters` means that a single letter can move the arm, so it is probed before bytes of
-    another baud rate can reach it. `datagrams` means that it can be probed over UDP. `installable`
-    names firmware of this dialect that could replace unsupported firmware on a board.
+    another baud rate can reach it. `greets_visitors` means that a board greets whoever opens its
+    port, so that a greeting is no sign of a restart. `datagrams` means that it can be probed over
+    UDP. `installable` names firmware of this dialect that could replace unsupported firmware on a
+    board.
     """
 
     sign: Callable[[bytes], Identity | None]
@@ -103,6 +105,7 @@ class Recognition:
     probes: tuple[Probe, ...]
     details: Probe | None = None
     obeys_letters: bool = False
+    greets_visitors: bool = False
     datagrams: bool = False
     installable: str = ""
 
@@ -158,6 +161,11 @@ class Recogniser:
         """Return the probe for a board that has just sent its greeting."""
         known = self.known.get(dialect)
         return None if known is None else known.details
+
+    def greets_visitors(self, dialect: str) -> bool:
+        """Whether a board greets whoever opens its port, also if it did not restart."""
+        known = self.known.get(dialect)
+        return known is not None and known.greets_visitors
 
     def recognise(self, received: bytes) -> Identity | None:
         """Identify the firmware that sent some bytes; None if it is unknown. Never raises."""

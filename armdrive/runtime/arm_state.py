@@ -101,7 +101,7 @@ class Core:
         """Why the arm is in error-stop, or why its link is lost."""
         self.notice = Message()
         """What the operator should know."""
-        self.readings = DeviceReadings(grip_switch=controller.abilities.grip_switch)
+        self.readings = DeviceReadings(controller.abilities)
         self.fingers = FingerState(config, self.transmission)
         self.position = PositionLedger(
             self.transmission,

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller
 from armdrive.errors import Refused
@@ -82,8 +83,8 @@ class MotionSegment:
 class DeviceReadings:
     """What the device reports apart from its registers: current, inputs, outputs, grip."""
 
-    def __init__(self, *, grip_switch: bool) -> None:
-        self._grip_switch = grip_switch
+    def __init__(self, abilities: Abilities) -> None:
+        self._abilities = abilities
         self.current = Current.UNKNOWN
         self.inputs: int | None = None
         self.sensed = 0
@@ -94,12 +95,13 @@ class DeviceReadings:
         self.gripping: bool | None = None
 
     def sense(self, registers: Registers) -> None:
-        """Take the inputs, the current and, if there is a grip switch, whether it is closed."""
+        """Take the current, and the inputs and the grip switch if the device has any."""
         if registers.held is not None:
             self.current = Current.HELD if registers.held else Current.OFF
-        self.inputs = registers.inputs
+        if self._abilities.inputs:
+            self.inputs = registers.inputs
         self.sensed += 1
-        if self._grip_switch:
+        if self._abilities.grip_switch:
             self.gripping = registers.gripping
 
 

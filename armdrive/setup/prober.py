@@ -104,11 +104,11 @@ class Examination:
 
         A greeting at another baud rate than its own cannot be read, but shows that it restarted.
         """
-        if self.identity is None:
+        if self.identity is None or recogniser().greets_visitors(self.identity.dialect):
             return False
         first = self.replies[:1] if self.baud is not None else ()
         elsewhere = any(each.data and each.baud != self.baud for each in first)
-        return self.identity.restarted or elsewhere
+        return self.identity.greeted or elsewhere
 
 
 Script: TypeAlias = Generator[float, bytes | None, Examination]
@@ -157,10 +157,10 @@ def _turn(io: ProbeIO, found: Examination, probe: Probe) -> Script:
 
 
 def _better(known: Identity | None, new: Identity | None) -> Identity | None:
-    """Return the newer identity; a restart that was seen once stays true."""
+    """Return the newer identity; a greeting that was seen once stays true."""
     if known is None or new is None:
         return new or known
-    return replace(new, restarted=new.restarted or known.restarted)
+    return replace(new, greeted=new.greeted or known.greeted)
 
 
 def _at_usual_rate(io: ProbeIO, found: Examination) -> Script:
@@ -179,7 +179,7 @@ def _details(io: ProbeIO, found: Examination, given_baud: int | None) -> Script:
     """Ask a board that has just greeted for its version."""
     identity = found.identity
     probe = recogniser().details(identity.dialect) if identity is not None else None
-    if identity is None or probe is None or not identity.restarted:
+    if identity is None or probe is None or not identity.greeted:
         return found
     probe = replace(probe, baud=given_baud or found.baud or probe.baud)
     found = yield from _turn(io, found, probe)

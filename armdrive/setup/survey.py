@@ -176,7 +176,7 @@ def arm_file_lines(port: str, found: Examination, usb_serial: str = "") -> list[
         lines.append(f"usb_serial = {toml(usb_serial)}")
     if found.baud not in (None, row.baud):
         lines.append(f"baud = {found.baud}")
-    if found.restarted and found.baud is not None:
+    if found.baud is not None and (found.restarted or row.raise_dtr):
         lines += ["raise_dtr = true", "keep_dtr_on_close = true"]
     return lines
 

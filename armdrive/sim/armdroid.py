@@ -1,9 +1,14 @@
 """A simulated Armdroid: the serial driver sketch on a simulated physical arm.
 
-Sources: Armdroid/Armdroid-Arduino-Library (Armdroid.cpp, SerialDriver) and Arduino's AVR core.
-Where boards differ, this device takes the harsher option: 10 ms per character, as on boards with
-native USB, and as small a buffer as on boards with a serial chip. The same holds where the
-behaviour of the real arm is unknown: a reset of the board releases the motors.
+Observed: the unchanged sketch (Armdroid/Armdroid-Arduino-Library, SerialDriver, with Arduino's AVR
+core 1.8.7) on a simulated processor of an Uno and of a Leonardo. Where these differ, this device
+takes the harsher option: 10 ms per character, as on a Leonardo, whose native USB loses nothing, and
+as small a buffer as on an Uno, which reads a character in no time.
+
+What the interface does at a reset is a guess, the harsher one: the motors are released. The sketch
+leaves the latches of the coils as they are. Not simulated: it then begins with its first coil
+pattern, so the next `1t` or step turns each motor by up to two steps; and a step after `0t`
+switches on only the motors that make it.
 """
 
 from __future__ import annotations
@@ -53,10 +58,13 @@ _WORD, _SIGN = 1 << 16, 1 << 15
 CHANNELS = (6, 5, 4, 3, 2, 1)
 """The channel of each motor: base, shoulder, elbow, right and left wrist, gripper."""
 MINUTE_MS, TURN_STEPS = 60_000, 48
-AT_ONCE_S = 0.0004
-"""The time between two steps of all motors when the sketch does not wait."""
+AT_ONCE_S = 0.00045
+"""The time between two steps of all six motors when the sketch does not wait, as observed."""
 NEVER_S = 4_294_967.295
-"""The interval that an AVR computes from a division by zero: the largest 32-bit number, in ms."""
+"""The interval that an AVR computes from a division by zero: the largest 32-bit number, in ms.
+
+As observed, the motion makes no step, and nothing is answered until a reset.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +156,10 @@ class ArmdroidBoard(Board):
         raise lacks(self, "input bits")
 
     def opened(self) -> None:
-        """Open the port, as every connecting program does; no effect during a motion."""
+        """Open the port, as every connecting program does.
+
+        A board that greets does not notice during a motion (observed on a Leonardo).
+        """
         if self.quirks.resets_on_open:
             self.reset()
         elif self.quirks.greets and self._codec.unanswered is None:

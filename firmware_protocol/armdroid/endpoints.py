@@ -315,7 +315,8 @@ class Device:
         self._index = self._accumulator = 0
 
     def _shift(self) -> None:
-        # the sketch writes the sixth past the end of its array; the effect is not simulated
+        # the sketch writes the sixth past the end of its array, which is where the compiler has put
+        # the index: observed on an Uno, it has no effect
         if self._index < KEPT:
             self._arguments[self._index] = self._accumulator
         self._index = (self._index + 1) % MOTORS

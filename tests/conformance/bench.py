@@ -59,6 +59,11 @@ class Bench(abc.ABC):
         """Whether the bench sees if the motors have current."""
         return True
 
+    @property
+    def settles_steps(self) -> int:
+        """How far a motor may turn when its current comes on after a restart."""
+        return 0
+
     def __init__(self, dialect_name: str) -> None:
         self.row = dialect(dialect_name)
         self.arm: Arm | None = None

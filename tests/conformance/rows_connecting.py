@@ -177,7 +177,8 @@ def check_works_again(bench: Bench, arm: Arm) -> None:
     arm.reset()
     bench.switch_on(arm)
     bench.sleep(1.0)
-    check(bench.look().motors == before.motors, "leaving error-stop moved it")
+    moved = bench.look().off_steps(before.motors)
+    check(moved <= bench.settles_steps, f"leaving error-stop moved it by {moved} steps")
     check_refused(
         planned_motions(arm)["move_j"],
         NotReferenced,

@@ -20,6 +20,7 @@ from armdrive.sim.faults import parse_words
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Motors
+from tests.conformance.custom_arm import measured_lines
 from tests.conformance.observation import Observation
 from tests.conformance.real_time_bench import RealTimeBench, port_lock
 
@@ -184,10 +185,13 @@ class ControlledBench(RealTimeBench):
         self.control.heal()
 
     def replug_elsewhere(self) -> None:
-        """Put the cable back under another name."""
+        """Put the cable back under another name, which the arm file then names, if there is one."""
         there = str(self._home / "elsewhere")
-        self.port = self.port.replace(self.device_port, there)
         self.control.replug(there)
+        if self.port == self.device_port:
+            self.set_port(there)
+        else:
+            self.set_arm_file("", there)
         end_s = time.monotonic() + PLUGGED_S
         while not Path(there).exists() and time.monotonic() < end_s:
             time.sleep(self.look_s)
@@ -259,8 +263,14 @@ class AvrBench(ControlledBench):
         control = ControlPort("127.0.0.1", self._process.control_port)
         letters = runner.board.letters
         super().__init__(runner.board.dialect, self._process.port, control, letters, runner.pace)
+        if not self.config.model.verified:
+            self.set_arm_file("", self.device_port)
         found = World(ArmBody.of_preset(self.config.model)).motors
         control.place(letters, Motors(found[: len(letters)]))
+
+    def set_arm_file(self, lines: str, port: str) -> None:
+        """Make drivers open an arm file of a measured arm with more lines."""
+        super().set_arm_file(f"{lines}\n{measured_lines(self.row)}", port)
 
     def use_arm_file(self, lines: str) -> None:
         """Use an arm file with more lines, and configure the board for it."""
@@ -279,18 +289,25 @@ class AvrBench(ControlledBench):
     def reference(self, arm: Arm) -> None:
         """Reference the arm, after its motors stand where the board counts them.
 
-        A board that drives coils counts its steps from the first coil pattern after a restart, and
-        pulls each motor there with its first step: by two steps at most.
+        Robko's board energises its motors with their first step only.
         """
-        if self._runner.board.drives_coils:
+        if self.settles_steps:
             self.switch_on(arm)
             for way in (1, -1):
                 arm.move_motors(*(way,) * arm.abilities.motors)
         super().reference(arm)
 
     @property
+    def settles_steps(self) -> int:
+        """How far a motor may turn when its current comes on after a restart.
+
+        A board that drives coils begins with its first coil pattern, whichever the motor stands at.
+        """
+        return 0 if self._runner.board.coil_bus is None else 2
+
+    @property
     def sees_current(self) -> bool:
-        """Whether pins show the motor current; coils are off between steps anyway."""
+        """Whether the pins show the motor current."""
         return self._runner.board.tells_current
 
     def device_now_s(self) -> float:

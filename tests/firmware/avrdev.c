@@ -1,6 +1,6 @@
 /* avrdev: an AVR firmware image as a serial device with motors attached.
  *
- * The image runs under libsimavr. Its UART 0 is a pseudo-terminal, its step and direction pins (or
+ * The image runs under libsimavr. Its UART 0 (or native USB) is a pseudo-terminal, its step and direction pins (or
  * coils) turn motors whose positions are counted here, and its limit switches close at positions.
  * A UDP port on the loopback interface answers questions and makes things go wrong: bytes are lost,
  * the cable is pulled, the power fails, motors lose steps.
@@ -39,6 +39,7 @@
 #include "avr_eeprom.h"
 #include "avr_ioport.h"
 #include "avr_uart.h"
+#include "avr_usb.h"
 #include "sim_avr.h"
 #include "sim_elf.h"
 #include "sim_irq.h"
@@ -64,9 +65,12 @@ static const char usage[] =
     "  --step-log FILE       write every step: cycle,axis,direction,position\n"
     "  --axis NAME:step=PIN,dir=PIN[,limit=PIN][,enable=PIN]\n"
     "                        a motor on a step and direction driver; PIN is F0, D7 ...\n"
-    "  --coil NAME:ADDRESS   a motor on the coil bus of a Robko 01 board\n"
+    "  --coil-bus strobe=PIN,edge=rise|fall,address=PINS,coils=PINS,turn=A+B+C+D,off=N\n"
+    "                        latches of coil patterns; PINS is D2+D3 ..., the lowest bit first\n"
+    "  --coil NAME:ADDRESS   a motor on the coil bus\n"
     "  --no-reset-on-open    opening the port does not reset the processor\n"
     "  --boot-ms N           a boot loader that eats bytes this long after a reset (0)\n"
+    "  --native-usb          the port is the processor's own USB, which Arduino's core drives\n"
     "  --usb-ms N            the device's bytes reach the host in packets this far apart (1)\n"
     "  --catch-up-ms N       a longer delay of the computer is given up, not caught up (500)\n"
     "  --until-eof           end when standard input ends\n";
@@ -75,7 +79,7 @@ static struct {
   const char *image, *mcu, *tty, *eeprom, *step_log;
   uint32_t hz;
   int control_port, boot_ms, usb_ms, catch_up_ms;
-  bool reset_on_open, until_eof;
+  bool reset_on_open, until_eof, native_usb;
 } option = {
     .mcu = "atmega328p",
     .tty = "ttyAVR",
@@ -252,22 +256,37 @@ static void on_step_pin(avr_irq_t *irq, uint32_t value, void *param) {
   if (value & 1 && !applying_inputs) take_step(axis, driven_high(axis->dir) ? -1 : 1);
 }
 
-/* The coil bus of a Robko 01 board: on the rising edge of C0 the latch that D6, D7 and B0 address
- * takes the levels of D2 to D5 as the coils of one motor. */
-static const pin_t COIL_STROBE = {'C', 0};
-static const int COIL_PATTERNS[] = {5, 6, 10, 9}; /* in the order of a positive turn */
+/* A bus with a latch for each motor: at one edge of the strobe, the latch with the address on the
+ * bus takes the pattern on the bus as the coils of its motor, and keeps it through a reset. */
+typedef struct {
+  pin_t strobe, address[4], coils[4];
+  int address_bits, coil_bits;
+  bool latches_on_rise;
+  int turn[4]; /* the patterns in the order of a positive turn */
+  int off;     /* the pattern without current */
+} coil_bus_t;
+
+static coil_bus_t coil_bus;
+
+static int number_on(const pin_t *pins, int bits) {
+  int number = 0;
+  for (int bit = 0; bit < bits; bit++) number |= driven_high(pins[bit]) << bit;
+  return number;
+}
 
 static void on_coil_strobe(avr_irq_t *irq, uint32_t value, void *param) {
   (void)irq, (void)param;
-  if (applying_inputs || !(value & 1) || !driven_high(COIL_STROBE)) return;
-  unsigned d = port_state('D').port, b = port_state('B').port;
-  int address = (d >> 6 & 1) | (d >> 7 & 1) << 1 | (b & 1) << 2, pattern = d >> 2 & 15;
+  bool high = value & 1;
+  if (applying_inputs || high != coil_bus.latches_on_rise || high != driven_high(coil_bus.strobe))
+    return;
+  int address = number_on(coil_bus.address, coil_bus.address_bits);
+  int pattern = number_on(coil_bus.coils, coil_bus.coil_bits);
   for (int i = 0; i < axis_count; i++) {
     axis_t *axis = &axes[i];
     if (axis->coil_address != address) continue;
-    axis->coil_on = pattern != 0;
+    axis->coil_on = pattern != coil_bus.off;
     for (int phase = 0; phase < 4; phase++) {
-      if (pattern != COIL_PATTERNS[phase]) continue;
+      if (pattern != coil_bus.turn[phase]) continue;
       int turn = (phase - axis->coil_phase) & 3;
       axis->coil_phase = phase;
       if (turn == 2) axis->skips++;
@@ -499,6 +518,75 @@ static avr_cycle_count_t on_byte_time(avr_t *mcu, avr_cycle_count_t when, void *
   return when + byte_cycles;
 }
 
+/* ------------------------------------------------------------------------------------------------
+ * Native USB: a host that configures a serial device, and moves a packet each way per frame
+ * --------------------------------------------------------------------------------------------- */
+
+/* Endpoints of Arduino's core; registers as distances from USBCON. */
+enum { CDC_RX = 2, CDC_TX = 3, PACKET_BYTES = 64, UDCON = 8, UDINT = 9, UDIEN = 10, SOF = 1 << 2 };
+enum { SET_CONFIGURATION = 9, SET_CONTROL_LINE_STATE = 0x22, DTR_AND_RTS = 3 };
+enum { RESET_FRAME = 2, CONFIGURE_FRAME = 4, READY_FRAME = 6 };
+
+static avr_usb_t *usb;
+static int usb_frame, usb_lines; /* since it was attached; as the device was told last */
+static bool host_listens;
+
+static int usb_request(uint8_t type, uint8_t request, uint8_t value) {
+  uint8_t setup[8] = {type, request, value};
+  struct avr_io_usb packet = {.pipe = 0, .sz = sizeof setup, .buf = setup};
+  return avr_ioctl(avr, AVR_IOCTL_USB_SETUP, &packet);
+}
+
+static void usb_exchange(void) {
+  uint8_t bytes[PACKET_BYTES];
+  size_t length = 0;
+  while (length < backlog() && length < sizeof bytes - 1) {
+    bytes[length] = to_device.bytes[(to_device.read + length) % sizeof to_device.bytes];
+    length++;
+  }
+  struct avr_io_usb out = {.pipe = CDC_RX, .sz = (uint32_t)length, .buf = bytes};
+  if (length && avr_ioctl(avr, AVR_IOCTL_USB_WRITE, &out) == 0) {
+    to_device.read += length;
+    count.from_host += length;
+  }
+  struct avr_io_usb in = {.pipe = CDC_TX, .sz = 0, .buf = bytes};
+  if (avr_ioctl(avr, AVR_IOCTL_USB_READ, &in) != 0) return;
+  for (uint32_t i = 0; i < in.sz && spoken_length < sizeof spoken; i++) {
+    spoken[spoken_length++] = bytes[i];
+    count.to_host++;
+  }
+}
+
+/* simavr has no start of frame, at which the device hands over what it has written. */
+static void start_frame(void) {
+  avr->data[usb->r_usbcon + UDINT] |= SOF;
+  if (!(avr->data[usb->r_usbcon + UDIEN] & SOF)) return;
+  for (int i = 0; i < avr->interrupts.vector_count; i++)
+    if (avr->interrupts.vector[i]->vector == usb->usb_gen_vect)
+      avr_raise_interrupt(avr, avr->interrupts.vector[i]);
+}
+
+static avr_cycle_count_t on_usb_frame(avr_t *mcu, avr_cycle_count_t when, void *param) {
+  (void)param;
+  int lines = host_listens ? DTR_AND_RTS : 0;
+  if (mcu->data[usb->r_usbcon + UDCON] & 1) {
+    usb_frame = usb_lines = 0; /* detached */
+  } else if (++usb_frame == RESET_FRAME) {
+    avr_ioctl(mcu, AVR_IOCTL_USB_RESET, NULL);
+  } else if (usb_frame == CONFIGURE_FRAME) {
+    usb_request(0, SET_CONFIGURATION, 1);
+  } else if (usb_frame > READY_FRAME) {
+    usb_frame = READY_FRAME;
+    if (lines == usb_lines) {
+      usb_exchange();
+    } else if (usb_request(0x21, SET_CONTROL_LINE_STATE, (uint8_t)lines) == 0) {
+      usb_lines = lines;
+    }
+    start_frame();
+  }
+  return when + mcu->frequency / 1000;
+}
+
 static void on_uart_output(avr_irq_t *irq, uint32_t value, void *param) {
   (void)irq, (void)param;
   count.to_host++;
@@ -544,6 +632,7 @@ static void open_tty(void) {
   unlink(tty_path);
   if (symlink(name, tty_path)) die("%s: %s", tty_path, strerror(errno));
   nobody_listens = true;
+  host_listens = false;
 }
 
 static void unplug(uint64_t until_ns) {
@@ -569,7 +658,7 @@ static void exchange_with_host(uint64_t wall_ns) {
     spoken_length = 0; /* into the void */
     if (wall_ns < unplugged_until_ns) return;
     open_tty();
-    if (option.reset_on_open) reset("plugged in", 0);
+    if (option.reset_on_open || usb) reset("plugged in", 0); /* native USB supplies the board */
   }
   struct pollfd events = {tty_fd, POLLIN, 0};
   poll(&events, 1, 0);
@@ -578,11 +667,13 @@ static void exchange_with_host(uint64_t wall_ns) {
     while (read(tty_fd, nobodys, sizeof nobodys) > 0) {
     }
     nobody_listens = true;
+    host_listens = false;
     spoken_length = to_host_length = 0;
     return;
   }
   if (nobody_listens) {
     nobody_listens = false;
+    host_listens = true;
     if (option.reset_on_open) reset("the port was opened", 0);
   }
   if (events.revents & POLLIN) read_host();
@@ -911,11 +1002,38 @@ static void parse_axis(const char *text) {
 
 static void parse_coil(const char *text) { new_axis(text)->coil_address = atoi(text + 2); }
 
+static int parse_pins(char *text, pin_t *pins) {
+  int count = 0;
+  for (char *word; count < 4 && (word = strsep(&text, "+")); count++) pins[count] = parse_pin(word);
+  return count;
+}
+
+static void parse_coil_bus(const char *text) {
+  char rest[256], *next = rest, *word;
+  int *turn = coil_bus.turn;
+  snprintf(rest, sizeof rest, "%s", text);
+  while ((word = strsep(&next, ","))) {
+    char *value = strchr(word, '=');
+    if (!value) die("bad coil bus %s", text);
+    *value++ = 0;
+    if (!strcmp(word, "strobe")) coil_bus.strobe = parse_pin(value);
+    else if (!strcmp(word, "edge")) coil_bus.latches_on_rise = !strcmp(value, "rise");
+    else if (!strcmp(word, "address")) coil_bus.address_bits = parse_pins(value, coil_bus.address);
+    else if (!strcmp(word, "coils")) coil_bus.coil_bits = parse_pins(value, coil_bus.coils);
+    else if (!strcmp(word, "off")) coil_bus.off = atoi(value);
+    else if (strcmp(word, "turn") || sscanf(value, "%d+%d+%d+%d", turn, turn + 1, turn + 2, turn + 3) != 4)
+      die("a coil bus has strobe, edge, address, coils, turn and off, not %s", word);
+  }
+  if (!coil_bus.strobe.port || !coil_bus.address_bits || !coil_bus.coil_bits)
+    die("a coil bus needs strobe, address and coils");
+}
+
 static void parse_options(char **words) {
   for (; *words; words++) {
     const char *word = *words;
     if (!strcmp(word, "--no-reset-on-open")) option.reset_on_open = false;
     else if (!strcmp(word, "--until-eof")) option.until_eof = true;
+    else if (!strcmp(word, "--native-usb")) option.native_usb = true;
     else if (word[0] != '-') option.image = word;
     else if (!*++words) die("%s needs a value\n%s", word, usage);
     else if (!strcmp(word, "--mcu")) option.mcu = *words;
@@ -926,6 +1044,7 @@ static void parse_options(char **words) {
     else if (!strcmp(word, "--step-log")) option.step_log = *words;
     else if (!strcmp(word, "--axis")) parse_axis(*words);
     else if (!strcmp(word, "--coil")) parse_coil(*words);
+    else if (!strcmp(word, "--coil-bus")) parse_coil_bus(*words);
     else if (!strcmp(word, "--boot-ms")) option.boot_ms = atoi(*words);
     else if (!strcmp(word, "--usb-ms")) option.usb_ms = atoi(*words);
     else if (!strcmp(word, "--catch-up-ms")) option.catch_up_ms = atoi(*words);
@@ -948,6 +1067,12 @@ static void make_processor(void) {
   avr_load_firmware(avr, &image);
 }
 
+static void connect_usb(void) {
+  for (avr_io_t *io = avr->io_port; io; io = io->next)
+    if (!strcmp(io->kind, "usb")) usb = (avr_usb_t *)io;
+  if (!usb) die("the %s has no native USB", option.mcu);
+}
+
 static void connect_uart(void) {
   for (avr_io_t *io = avr->io_port; io; io = io->next)
     if (!strcmp(io->kind, "uart") && ((avr_uart_t *)io)->name == '0') uart = (avr_uart_t *)io;
@@ -960,14 +1085,13 @@ static void connect_uart(void) {
 }
 
 static void connect_motors(void) {
-  bool coils = false;
   for (int i = 0; i < axis_count; i++) {
-    if (axes[i].coil_address >= 0)
-      coils = true;
-    else
-      avr_irq_register_notify(pin_irq(axes[i].step), on_step_pin, &axes[i]);
+    bool coils = axes[i].coil_address >= 0;
+    if (coils && !coil_bus.strobe.port) die("axis %c needs a coil bus", axes[i].name);
+    if (!coils) avr_irq_register_notify(pin_irq(axes[i].step), on_step_pin, &axes[i]);
   }
-  if (coils) avr_irq_register_notify(pin_irq(COIL_STROBE), on_coil_strobe, NULL);
+  if (coil_bus.strobe.port)
+    avr_irq_register_notify(pin_irq(coil_bus.strobe), on_coil_strobe, NULL);
   avr_register_io_write(avr, TCCR0B, on_timer0_control, NULL);
   avr_register_io_write(avr, EECR, on_eeprom_control, NULL);
 }
@@ -1009,8 +1133,9 @@ static void run_slice(void) {
   while (avr->cycle < end && state != cpu_Done && state != cpu_Crashed) state = avr_run(avr);
   if (state == cpu_Crashed) reset("the firmware has crashed, or its watchdog has bitten", 0);
   /* a reset of the processor takes its timers with it */
-  if (!avr_cycle_timer_status(avr, on_byte_time, NULL))
-    avr_cycle_timer_register(avr, option.hz / 11520, on_byte_time, NULL);
+  avr_cycle_timer_t line = usb ? on_usb_frame : on_byte_time;
+  if (!avr_cycle_timer_status(avr, line, NULL))
+    avr_cycle_timer_register(avr, option.hz / 11520, line, NULL);
 }
 
 static void run(void) {
@@ -1042,7 +1167,10 @@ int main(int argument_count, char **arguments) {
   srand48(7);
   make_processor();
   load_eeprom();
-  connect_uart();
+  if (option.native_usb)
+    connect_usb();
+  else
+    connect_uart();
   connect_motors();
   if (option.step_log && !(step_log = fopen(option.step_log, "w")))
     die("%s: %s", option.step_log, strerror(errno));

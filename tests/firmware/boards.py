@@ -5,7 +5,7 @@ program of this computer. Pins are named by port and bit: F0 is bit 0 of port F.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from armdrive.registry import DIALECTS
@@ -28,8 +28,35 @@ class Driver:
 
 
 @dataclass(frozen=True, slots=True)
+class CoilBus:
+    """The pins of a bus with a latch for each motor's coils.
+
+    At an edge of `strobe` (`rise` or `fall`), the latch with the number on the `address` pins takes
+    the number on the `coils` pins, the lowest bit first. `turn` lists the four full-step patterns
+    in the order of a positive turn, and `off` is the pattern without current. `holds`: the motors
+    keep their current at rest.
+    """
+
+    strobe: str
+    edge: str
+    address: tuple[str, ...]
+    coils: tuple[str, ...]
+    turn: tuple[int, ...]
+    off: int
+    holds: bool
+
+    @property
+    def option(self) -> list[str]:
+        """The options for the processor simulator."""
+        address, coils = "+".join(self.address), "+".join(self.coils)
+        turn = "+".join(str(pattern) for pattern in self.turn)
+        pins = f"strobe={self.strobe},edge={self.edge},address={address},coils={coils}"
+        return ["--coil-bus", f"{pins},turn={turn},off={self.off}"]
+
+
+@dataclass(frozen=True, slots=True)
 class Coil:
-    """The address of a motor on the coil bus of a Robko 01 board."""
+    """The address of a motor on its board's coil bus."""
 
     address: int
 
@@ -65,30 +92,32 @@ class Board:
 class AvrBoard(Board):
     """Firmware for an AVR processor, which is simulated with the wiring of each motor.
 
-    `resets_on_open`: opening the port resets the processor, by DTR.
+    `resets_on_open`: opening the port resets the processor, by DTR. A board with a `coil_bus`
+    drives the coils of its motors itself. `native_usb`: the port is the processor's own USB, which
+    also supplies it.
     """
 
     mcu: str
     motors: tuple[Driver | Coil, ...]
     resets_on_open: bool
     hz: int = 16_000_000
+    coil_bus: CoilBus | None = None
+    native_usb: bool = False
 
     @property
     def tells_current(self) -> bool:
-        """Whether its pins show the motor current; coils are off between steps anyway."""
-        return not self.drives_coils
-
-    @property
-    def drives_coils(self) -> bool:
-        """Whether it drives the motors' coils itself, instead of a driver's step pins."""
-        return any(isinstance(motor, Coil) for motor in self.motors)
+        """Whether its pins show the motor current also at rest."""
+        return self.coil_bus is None or self.coil_bus.holds
 
     @property
     def wiring(self) -> list[str]:
         """Return the words that wire the processor simulator."""
         words = ["--mcu", self.mcu, "--hz", str(self.hz)]
+        if self.coil_bus is not None:
+            words += self.coil_bus.option
         for letter, motor in zip(self.letters, self.motors, strict=True):
             words += motor.option(letter)
+        words += ["--native-usb"] if self.native_usb else []
         return words if self.resets_on_open else [*words, "--no-reset-on-open"]
 
 
@@ -144,6 +173,34 @@ ROBKO = AvrBoard(
     letters="BSELRG",
     motors=tuple(Coil(address) for address in range(6)),
     resets_on_open=False,
+    coil_bus=CoilBus(
+        "C0", "rise", ("D6", "D7", "B0"), ("D2", "D3", "D4", "D5"), (5, 6, 10, 9), 0, holds=False
+    ),
+)
+ARMDROID = AvrBoard(
+    name="armdroid",
+    firmware="the Armdroid library's example SerialDriver on the pins of an Arduino Uno",
+    dialect="armdroid",
+    mcu="atmega328p",
+    letters="BSERLG",
+    motors=tuple(Coil(address) for address in (6, 5, 4, 3, 2, 1)),
+    resets_on_open=True,
+    coil_bus=CoilBus(
+        "D2", "fall", ("D3", "D4", "D5"), ("D6", "D7", "B0", "B1"), (12, 9, 3, 6), 15, holds=True
+    ),
+    twin={"character_s": 0.0, "greets": False, "resets_on_open": True},
+)
+ARMDROID_USB = replace(
+    ARMDROID,
+    name="armdroidusb",
+    firmware="the same on the pins of an Arduino Leonardo, with native USB",
+    mcu="atmega32u4",
+    resets_on_open=False,
+    coil_bus=CoilBus(
+        "D1", "fall", ("D0", "D4", "C6"), ("D7", "E6", "B4", "B5"), (12, 9, 3, 6), 15, holds=True
+    ),
+    native_usb=True,
+    twin={},
 )
 GRBLHAL = NativeBoard(
     name="grblhal",
@@ -154,6 +211,6 @@ GRBLHAL = NativeBoard(
     twin={"firmware": "grblhal"},
 )
 BOARDS: Mapping[str, Board] = MappingProxyType(
-    {board.name: board for board in (MEGA_5X, GRBL_328P, ROBKO, GRBLHAL)}
+    {board.name: board for board in (MEGA_5X, GRBL_328P, ROBKO, ARMDROID, ARMDROID_USB, GRBLHAL)}
 )
 """Every board, by the name of its option on the command line."""

@@ -12,15 +12,17 @@ import pytest
 from filelock import Timeout
 
 from armdrive.errors import BadRequest
+from armdrive.registry import dialect
 from armdrive.sim.faults import parse_words
 from tests.conformance import rows_faults
 from tests.conformance.behaviour import on_bus
+from tests.conformance.custom_arm import custom_config, measured_lines
 from tests.conformance.faults import FAULTS
 from tests.conformance.real_time_bench import DeviceProcess, port_lock
 from tests.conformance.running import Verdict
 
 from . import avr_bench, report
-from .boards import BOARDS, GRBL_328P, MEGA_5X, AvrBoard
+from .boards import BOARDS, GRBL_328P, MEGA_5X, AvrBoard, Coil
 from .control import commands_of
 from .measuring import MOTIONS, Step, StepLog, Stopped, durations, stops
 from .missions import FirmwareMission
@@ -159,6 +161,31 @@ def test_a_position_that_is_trusted_and_wrong_is_found(monkeypatch):
         assert "but the motors stand at" in FirmwareMission(bench, 0).run().broken
 
 
+AVR_BOARDS = [board for board in BOARDS.values() if isinstance(board, AvrBoard)]
+
+
+@pytest.mark.parametrize("board", AVR_BOARDS, ids=lambda board: board.name)
+def test_the_processor_simulator_understands_the_wiring_of_every_board(board):
+    options = [word for word in board.wiring if word.startswith("--")]
+    assert {*options} <= {*re.findall(r'strcmp\(word, "(--[\w-]+)"\)', SOURCE)}
+    wired = [motor for motor in board.motors if isinstance(motor, Coil)]
+    assert len({motor.address for motor in wired}) == len(wired)
+    assert bool(wired) == (board.coil_bus is not None)
+
+
+@pytest.mark.parametrize("board", [board for board in AVR_BOARDS if board.coil_bus])
+def test_a_coil_bus_turns_by_four_patterns_that_are_not_the_one_without_current(board):
+    bus = board.coil_bus
+    assert len({*bus.turn, bus.off}) == 5
+    assert max(*bus.turn, bus.off) < 2 ** len(bus.coils)
+
+
+@pytest.mark.parametrize("name", ["armdroid", "grbl"])
+def test_a_bench_drives_an_arm_whose_dimensions_are_measured(name):
+    row = dialect(name)
+    assert custom_config(row, measured_lines(row), "bench").model.verified
+
+
 @pytest.mark.parametrize(
     "words", [words for fault in FAULTS if on_bus not in fault.needs for words in fault.words]
 )
@@ -215,9 +242,8 @@ def test_a_missing_tool_or_file_is_reported(tmp_path, capsys, monkeypatch):
 
 
 def test_every_pin_is_one_that_the_simulator_reads():
-    words = [
-        word for board in BOARDS.values() if isinstance(board, AvrBoard) for word in board.wiring
-    ]
-    pins = [pin for word in words for pin in re.findall(r"=(\w+)", word)]
+    words = [word for board in AVR_BOARDS for word in board.wiring]
+    keys = "step|dir|limit|enable|strobe|address|coils"
+    pins = [pins for word in words for pins in re.findall(rf"(?:{keys})=([^,]+)", word)]
     assert pins
-    assert all(re.fullmatch(r"[A-L][0-7]", pin) for pin in pins)
+    assert all(re.fullmatch(r"[A-L][0-7](\+[A-L][0-7])*", each) for each in pins)

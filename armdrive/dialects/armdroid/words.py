@@ -53,7 +53,7 @@ SENTENCES: Sentences = MappingProxyType(
         ArgumentsReported: lambda message: (
             f"numbers kept: {standing(MOTORS, (*message.arguments, message.accumulator))}"
         ),
-        Welcome: lambda _: "the board has started",
+        Welcome: lambda _: "the board's greeting",
     }
 )
 
@@ -135,14 +135,14 @@ _VERSION = encode_command(Version())
 
 
 def _sign(received: bytes) -> Identity | None:
-    firmware, restarted, seen = "", False, False
+    firmware, greeted, seen = "", False, False
     for answer in decoded(received, b"\r\n", decode_answer):
         seen |= answer is not None
         if isinstance(answer, VersionReported):
             spoken = f", protocol {answer.protocol}" if answer.protocol else ""
             firmware = f"Armdroid serial driver {answer.firmware}{spoken}"
-        restarted |= isinstance(answer, Welcome)
-    found = Identity("armdroid", firmware or "Armdroid serial driver", restarted)
+        greeted |= isinstance(answer, Welcome)
+    found = Identity("armdroid", firmware or "Armdroid serial driver", greeted)
     return found if seen else None
 
 
@@ -153,6 +153,7 @@ RECOGNITION = Recognition(
     (Probe("v", "armdroid", BAUD, _VERSION + b"\r", 0.5, risk=Risk.LINE_END),),
     details=Probe("v", "armdroid", BAUD, _VERSION, 0.5),
     obeys_letters=True,
+    greets_visitors=True,
 )
 
 TOOLS = DeviceTools(TALK, RECOGNITION)

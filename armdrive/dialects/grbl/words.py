@@ -145,27 +145,27 @@ _REFUSAL = re.compile(rb"(?:^|[\r\n])error:[0-9]{1,3}\r?\n")
 
 
 def _sign(received: bytes) -> Identity | None:
-    firmware, restarted, seen = "", False, _REFUSAL.search(received) is not None
+    firmware, greeted, seen = "", False, _REFUSAL.search(received) is not None
     for answer in decoded(received, b"\r\n", decode_answer):
         seen |= isinstance(answer, StatusReport | Alarm)
         if isinstance(answer, Banner):
             firmware = f"{answer.variant} {answer.version}"
             if answer.firmware:
                 firmware = f"FluidNC {answer.firmware}"
-            restarted = True
+            greeted = True
         elif isinstance(answer, Version) and answer.version:
             firmware = f"{firmware or 'GRBL'} ({answer.version})"
     begun = _BEGUN_BANNER.search(received)
     if not firmware and begun:
-        firmware, restarted = begun[1].decode("ascii"), True
+        firmware, greeted = begun[1].decode("ascii"), True
     if _OLD.match(firmware):
         return Identity(
             "",
             f"{firmware}, whose reports have an older form",
-            restarted,
+            greeted,
             f"put {_FIRMWARE} on the board",
         )
-    found = Identity("grbl", firmware or "GRBL, version unknown", restarted)
+    found = Identity("grbl", firmware or "GRBL, version unknown", greeted)
     return found if seen or firmware else None
 
 
@@ -173,7 +173,7 @@ RECOGNITION = Recognition(
     _sign,
     Certainty.WORDED,
     (Probe("?", "grbl", BAUD, bytes((Realtime.STATUS,)), 0.5, times=2),),
-    # only for a board that has just restarted: on any other, the line end could complete a line
+    # only for a board that has just greeted: on any other, the line end could complete a line
     # that another program left half sent
     details=Probe("$I", "grbl", BAUD, b"$I\n", 0.5),
     installable=_FIRMWARE,

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from armdrive.config.sections import MotionSettings
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused, Stopped
+from armdrive.registry import dialect
 from armdrive.runtime.position import DeviceReadings, FingerState
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.table import TableBlock
@@ -484,12 +485,15 @@ def test_the_force_grows_with_the_cable_pulled_in_behind_the_touch_until_they_op
     assert fingers.seen_mm(28.0) == 28.0
 
 
-@pytest.mark.parametrize("grip_switch", [True, False])
-def test_without_a_grip_switch_nothing_tells_whether_they_grip(grip_switch):
-    readings = DeviceReadings(grip_switch=grip_switch)
+@pytest.mark.parametrize(
+    ("name", "gripping", "inputs"),
+    [("teachmover", True, 5), ("robko01", None, 5), ("armdroid", None, None)],
+)
+def test_without_a_grip_switch_or_inputs_the_device_says_nothing_of_them(name, gripping, inputs):
+    readings = DeviceReadings(dialect(name).abilities)
     readings.sense(Registers(Motors([0] * 6), 5, gripping=True, held=False))
-    assert readings.gripping is (True if grip_switch else None)
-    assert (readings.inputs, readings.sensed, readings.current) == (5, 1, Current.OFF)
+    assert (readings.gripping, readings.inputs) == (gripping, inputs)
+    assert (readings.sensed, readings.current) == (1, Current.OFF)
 
 
 def test_a_grip_switch_that_is_already_closed_opens_before_the_grasp_measures():

@@ -23,7 +23,7 @@ from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.filing import checked, file_of, write
 from armdrive.setup.interview import Describing
 from armdrive.setup.ports import closed_ports, latency, look_at
-from armdrive.setup.prober import Examination
+from armdrive.setup.prober import Examination, ProbeReply
 from armdrive.setup.survey import of_settings
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.transports import opening, ports
@@ -33,7 +33,7 @@ from firmware_protocol.canopen import DEVICE_TYPE
 
 
 @pytest.mark.parametrize(
-    ("heard", "dialect", "firmware", "restarted"),
+    ("heard", "dialect", "firmware", "greeted"),
     [
         (b"Welcome, Armdroid!\r\n", "armdroid", "Armdroid serial driver", True),
         (b"version = 1.3\r\n", "armdroid", "Armdroid serial driver 1.3", False),
@@ -58,8 +58,8 @@ from firmware_protocol.canopen import DEVICE_TYPE
         (b"rst:0x1 (POWERON_RESET)\r\n", "", "an ESP32 whose firmware has sent nothing yet", False),
     ],
 )
-def test_each_is_known_by_what_it_says(heard, dialect, firmware, restarted):
-    assert WHO.recognise(heard) == Identity(dialect, firmware, restarted)
+def test_each_is_known_by_what_it_says(heard, dialect, firmware, greeted):
+    assert WHO.recognise(heard) == Identity(dialect, firmware, greeted)
 
 
 @pytest.mark.parametrize(
@@ -117,16 +117,25 @@ def test_a_board_that_restarts_is_a_note_with_what_spares_it_the_next_time():
 
 
 def test_a_greeting_over_a_network_is_not_taken_for_a_reset_of_dtr():
-    found = Examination(Identity("grbl", "FluidNC v3", restarted=True), None)
+    found = Examination(Identity("grbl", "FluidNC v3", greeted=True), None)
     assert "serial server" in after.of_examination(found)[-1].what
     assert "raise_dtr = true" not in after.arm_file_lines("socket://arm:23", found)
 
 
 def test_first_words_at_another_rate_are_a_restart_too():
+    unreadable = ProbeReply("", 115200, b"", b"\xfe\x8c")
+    assert Examination(Identity("grbl", "GRBL"), 57600, (unreadable,)).restarted
+
+
+def test_an_armdroid_greets_also_without_a_restart():
+    """Observed: a board with native USB greets whoever opens its port; its motors keep holding."""
     device = ScriptedDevice((0.5, b"Welcome, Armdroid!\r\n"), answers=b"version = 1.3\r\n")
     found = SimPort(device).examine()
     assert (found.identity.dialect, found.baud) == ("armdroid", 9600)
-    assert found.restarted
+    assert found.identity.firmware.endswith("1.3")  # asked after the greeting
+    assert not found.restarted
+    assert [each.grade for each in after.of_examination(found)] == [Grade.OK]
+    assert "raise_dtr = true" in after.arm_file_lines("COM3", found)  # deaf without it
 
 
 NO_ARM = {
