@@ -29,8 +29,7 @@ from armdrive.registry.arm_files import load_arm
 from armdrive.sim.device import Board, SimDevice
 from armdrive.sim.grbl import board_axes, motor_letters, switches, well_set_up
 from armdrive.sim.grbl.hardware import Switches
-from armdrive.sim.mechanics.motors import MotorDrive
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.mechanics.motors import MotorDrive, SwitchState
 from armdrive.sim.serving import make_server, run_device
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
