@@ -62,7 +62,7 @@ class MksController(ScriptRunner[Event]):
         self._inquiry = MksInquiry(wire)
         self._contact = MksContact(wire, self._stops, self._inquiry, self._choose)
         self._motion = MksMotion(wire, self._stops, self._inquiry)
-        self._bursts = MksBursts(wire, self._stops, self._inquiry, self._motion)
+        self._bursts = MksBursts(wire, self._motion)
         self._homing = MksHoming(wire, self._stops, motors.ranges)
         if settings.version is None and not settings.segment_s:
             self._choose()
