@@ -14,10 +14,10 @@ from itertools import pairwise
 
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import Trapezoid
+from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.steering import beyond
 from armdrive.dialects.mks.stops import shared_acc
-from armdrive.dialects.mks.wire import MksWire, Script
 from armdrive.tasks import Done, Halted, never
 from firmware_protocol.mks import (
     COUNTS_S_PER_RPM,
@@ -46,28 +46,28 @@ def speeds_rpm(steps: Motors, rate_hz: float) -> tuple[int, ...]:
 class MksBursts:
     """Sends one burst at a time."""
 
-    def __init__(self, wire: MksWire, motion: MksMotion) -> None:
-        self._wire, self._motion = wire, motion
+    def __init__(self, io: MksExchange, motion: MksMotion) -> None:
+        self._io, self._motion = io, motion
 
     def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script:
         """Send a burst and wait for its end."""
-        wire = self._wire
+        io = self._io
         orders: dict[ObservedDrive, MoveAbsoluteAxis] = {}
-        for drive, count, rpm in zip(wire.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
+        for drive, count, rpm in zip(io.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
             if not count:
                 continue
             target = drive.goal + count
             if (refused := beyond(drive, target)) is not None:
                 return refused
-            acc = shared_acc(wire.settings.acceleration, abs(count) / steps.largest)
+            acc = shared_acc(io.settings.acceleration, abs(count) / steps.largest)
             orders[drive] = MoveAbsoluteAxis(target, rpm, acc)
         if not orders:
             return Done()
-        if wire.stop_asked or released():
+        if io.stop_asked or released():
             return Halted()
         for drive, order in orders.items():
-            wire.send(drive, order)
-        yield wire.now_s
+            io.send(drive, order)
+        yield io.now_s
         return (yield from self._motion.arrive(self._lasts_s(steps, rate_hz), never))
 
     # -- numbers ------------------------------------------------------------------------------
@@ -77,7 +77,7 @@ class MksBursts:
         return max((each.duration_s for each in self._trapezoids(steps, rate_hz)), default=0.0)
 
     def _trapezoids(self, steps: Motors, rate_hz: float) -> list[Trapezoid]:
-        acc, largest = self._wire.settings.acceleration, max(steps.largest, 1)
+        acc, largest = self._io.settings.acceleration, max(steps.largest, 1)
         return [
             Trapezoid.of(
                 abs(count), rpm * COUNTS_S_PER_RPM, slope_of(shared_acc(acc, abs(count) / largest))
