@@ -62,7 +62,7 @@ class MksController(ScriptRunner[Event]):
         self._inquiry = MksInquiry(io)
         self._contact = MksContact(io, self._stops, self._inquiry, self._choose)
         self._motion = MksMotion(io, self._stops, self._inquiry)
-        self._bursts = MksBursts(io, self._stops, self._inquiry, self._motion)
+        self._bursts = MksBursts(io, self._motion)
         self._homing = MksHoming(io, self._stops, motors.ranges)
         if settings.version is None and not settings.segment_s:
             self._choose()

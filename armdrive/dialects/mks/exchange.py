@@ -20,7 +20,6 @@ from armdrive.dialects.words import plain
 from armdrive.tasks import ProtocolWarning, Registers, Reply, RequestRejected, Timeout
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
-    BROADCAST,
     COUNTS_PER_TURN,
     COUNTS_S_PER_RPM,
     LATEST,
@@ -182,10 +181,6 @@ class MksExchange(ScriptIO[Event]):
         speed, slope = order.speed_rpm * COUNTS_S_PER_RPM, slope_of(order.acc)
         drive.order(order.counts, speed, slope, self.now_s)
         self.said = f"F5 to {' '.join(str(each.goal) for each in self.drives)}"
-
-    def broadcast(self, message: Message, text: str = "") -> None:
-        """Send a request to all drives, which none of them answers."""
-        self.write(self.host.send(BROADCAST, message), text)
 
     def give_up(self) -> None:
         """Give up all open requests."""

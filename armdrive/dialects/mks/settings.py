@@ -20,7 +20,7 @@ class MksSettings:
     """The drives of an arm, in the order of its motors, and how they are driven.
 
     Drives with firmware before 1.0.8 do not report their version. With `segment_s` of 0 a motion is
-    sent in bursts, which start together if the firmware has a synchronous start.
+    sent in bursts.
     """
 
     ids: tuple[int, ...] = setting((1, 2, 3, 4, 5, 6), "CAN ids, in the order of the motors")

@@ -271,6 +271,8 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
     name = f"drive {drive.node}"
     setup, mend = command_line("can", "setup", arm), command_line("doctor", "--arm", arm, "--mend")
     found = [ok(f"{name}: {', '.join(words)}")]
+    if drive.version is not None and drive.version.e_series:
+        return [*found, problem(series_words(name), "use a SERVO42D or SERVO57D")]
     if drive.doubled:
         found.append(
             problem(
@@ -285,8 +287,6 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
                 f"`{mend}`, or `{setup}`, sets mode 5",
             )
         )
-    if drive.version is not None and drive.version.e_series:
-        return [*found, problem(series_words(name), "use a SERVO42D or SERVO57D")]
     if drive.stalled:
         found.append(
             problem(

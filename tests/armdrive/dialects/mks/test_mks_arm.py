@@ -44,8 +44,8 @@ def beside_line_mm(start: Pose, end: Pose, at) -> float:
 
 STRATEGIES = {
     "steered": ({}, 0.5),
-    "started together": ({"segment_s": 0.0}, 1.0),
-    "one after another": ({"segment_s": 0.0, "firmware": "1.0.4"}, 1.5),
+    "bursts": ({"segment_s": 0.0}, 1.5),
+    "old firmware": ({"firmware": "1.0.4"}, 1.5),
 }
 
 

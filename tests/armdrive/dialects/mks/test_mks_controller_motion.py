@@ -323,25 +323,6 @@ def test_a_burst_ends_where_it_should_in_the_time_that_was_announced(firmware):
     assert bench.now_s - began_s < lasts_s + 0.15
 
 
-def test_the_synchronous_start_is_sent_twice_and_starts_all_drives_at_once():
-    bench = MksBench(settings=BURSTS).ready()
-    bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000))
-    went = [frame for _, frame in bench.sent if frame.can_id == mks.BROADCAST]
-    assert [frame.data[0] for frame in went] == [mks.Code.GO, mks.Code.GO]
-    assert not any(node.sim.motion.armed for node in bench.nodes)
-
-
-def test_a_drive_that_stores_nothing_keeps_all_from_moving():
-    bench = MksBench(settings=BURSTS).ready()
-    bench.node(2).stall()
-    reply = bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000))
-    assert isinstance(reply, RequestRejected)
-    assert not reply.moved
-    assert "drive 2 (shoulder) has stalled" in reply.reason
-    bench.run(1.0)
-    assert bench.positions == Motors([0] * 6)
-
-
 @GENTLE
 @given(st.tuples(*[st.integers(-20_000, 20_000)] * 6).filter(any), st.floats(3_000, 60_000),
        st.sampled_from([(1, 0, 9), (1, 0, 4)]))  # fmt: skip

@@ -21,8 +21,8 @@ from kinematics import Joints
 OVER = Joints.of(40.0, 40.0, -80.0, -40.0, 0.0)
 STRATEGIES = {
     "steered": {},
-    "started together": {"segment_s": 0.0},
-    "one after another": {"segment_s": 0.0, "firmware": "1.0.4"},
+    "bursts": {"segment_s": 0.0},
+    "old firmware": {"firmware": "1.0.4"},
 }
 
 
@@ -140,7 +140,7 @@ class TestDrivesThatCreepAtNewTargets:
             arm.move_j(base_deg=20.0, shoulder_deg=30.0)
 
     def test_with_that_setting_they_are_like_any_others(self):
-        arm = arm_of("started together", retarget_creeps=True)
+        arm = arm_of("bursts", retarget_creeps=True)
         arm.move_j(base_deg=20.0, shoulder_deg=30.0)
         arm.jog_j(base_deg=1.0)
         assert arm.twin.world.motors == arm.status.acknowledged
