@@ -36,6 +36,8 @@ from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimit
 from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.errors import Refused
 from armdrive.tasks import (
+    Alert,
+    AlertKind,
     DropCurrent,
     HomeDevice,
     MendSetting,
@@ -102,7 +104,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             reply = yield from self._carry_out(request)
         except Obstructed as obstructed:
             reply = obstructed.reply
-            if self.group.are_bereft:  # they missed a heartbeat at rest, and then the question
+            if self.group.bereft:  # they missed a heartbeat at rest, and then the question
                 reply = yield from self._carry_out_again(request)
         for drive in self.group.drives:
             self.group.report(drive)
@@ -119,7 +121,16 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             return obstructed.reply
 
     def _carry_out(self, request: Request) -> Script[Reply]:
-        """Make contact if necessary, and carry out a request. Raises `Obstructed`."""
+        """Make contact if necessary, and carry out a request. Raises `Obstructed`.
+
+        Drives that missed a heartbeat may have stopped between two bursts of a motion, so only a
+        request that moves nothing takes them back: at rest, the next reading of the positions.
+        """
+        if isinstance(request, MoveBy | MoveAlong) and self.group.on and self.group.bereft:
+            drive = self.group.bereft[0]
+            words = f"{drive} has stopped by itself, and holds{drive.why}"
+            self.group.alarm(drive, Alert(AlertKind.ALARM, words))
+            raise Obstructed(words)
         if not self.group.contacted:
             yield from self._contact.connect()
         match request:

@@ -308,9 +308,9 @@ class DriveGroup:
         return all(drive.shaft.read_s >= since_s for drive in self.drives)
 
     @property
-    def are_bereft(self) -> bool:
-        """Whether drives have left the bus's operation because they missed a heartbeat."""
-        return any(drive.bereft and not drive.operates for drive in self.drives)
+    def bereft(self) -> tuple[Cia402Drive, ...]:
+        """The drives that have left the bus's operation because they missed a heartbeat."""
+        return tuple(drive for drive in self.drives if drive.bereft and not drive.operates)
 
     def has_answer(self, nodes: Iterable[int]) -> bool:
         """Return whether the transfer with one of some nodes has a result."""

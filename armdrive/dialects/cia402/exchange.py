@@ -340,8 +340,8 @@ class SdoResult:
     """The result of the transfers with one drive.
 
     `values` were read; `refused` are refused objects, with the reason in words, and `lacking` those
-    of them that it does not have or that are constants. A drive is `mute` if it did not answer; the rest of its transfers
-    is skipped.
+    of them that it does not have or that are constants. A drive is `mute` if it did not answer; the
+    rest of its transfers is skipped.
     """
 
     drive: Cia402Drive

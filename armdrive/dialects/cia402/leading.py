@@ -472,21 +472,28 @@ class Cia402Brakes:
 class SdoBraking:
     """The stop of a drive by SDO: an order and two questions, again and again, one a cycle.
 
-    A frame without an answer is followed by the next one: the round comes back to it.
+    What gets no answer in time is followed by the next one: the round comes back to it.
     """
 
     def __init__(self, io: Cia402Exchange, drive: Cia402Drive) -> None:
         self._io, self._drive = io, drive
-        self._next = cycle(
-            (self._stop, partial(self._ask, STATUSWORD), partial(self._ask, POSITION))
+        orders: tuple[Callable[[], bytes], ...] = (
+            self._stop,
+            partial(self._ask, STATUSWORD),
+            partial(self._ask, POSITION),
         )
+        self._next = cycle(orders)
         self._word: Statusword | None = None
+        self._given_up_s = -math.inf
 
     def step(self) -> None:
         """Take in the last answer, and send the next frame."""
         answer = self._io.group.answers.pop(self._drive.node, None)
+        if answer is None and self._io.now_s < self._given_up_s:
+            return
         if isinstance(answer, Uploaded):
             self._take(answer.place, value_of(answer.place, answer.data, exact=answer.exact))
+        self._given_up_s = self._io.now_s + self._io.settings.answer_s
         self._io.write(self._io.bus.abandon(self._drive.node))
         self._io.write(next(self._next)())
 

@@ -266,8 +266,8 @@ class ProfileMotion:
         if words := beyond_words(goals.items()):
             raise Obstructed(words)
         ramps = {drive.node: part.writes for drive, part in parts.items()}
-        # EDS files: Technosoft's iPOS has no 6084 and brakes as it accelerates; Trinamic's TMCM-1617
-        # has a constant
+        # by their EDS files, Technosoft's iPOS has no 6084 and brakes as it accelerates, and
+        # Trinamic's TMCM-1617 has a constant
         yield from self.lead.transfers.carry_out(ramps, optional=(canopen.PROFILE_DECELERATION,))
         if self.lead.io.stop_asked or released():
             return Halted()

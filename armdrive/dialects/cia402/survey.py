@@ -23,6 +23,7 @@ from armdrive.dialects.bus.tools import (
     numbers,
     of_lost,
 )
+from armdrive.dialects.cia402.contact import WATCH_OBJECTS
 from armdrive.dialects.cia402.objects import (
     DRIVES,
     device_words,
@@ -87,6 +88,7 @@ LONGEST_OBJECT = 256
 QUESTIONS = (
     DEVICE_TYPE, DEVICE_NAME, VENDOR, PRODUCT, REVISION, SERIAL_NUMBER,
     SUPPORTED_MODES, STATUSWORD, MODE_SHOWN, POSITION, ERROR_REGISTER, ERROR_CODE,
+    *WATCH_OBJECTS,
 )  # fmt: skip
 """The objects that are read of each node."""
 _TELLTALES = (SERIAL_NUMBER, POSITION, STATUSWORD)
@@ -425,6 +427,9 @@ def _modes(name: str, node: SurveyedNode) -> list[Finding]:
     modes = supported_modes(word)
     if OperationMode.PROFILE_POSITION not in modes:
         return [problem(f"{name}: it has no profile position mode, which armdrive needs", "")]
+    if lacking := [place for place in WATCH_OBJECTS if place in node.refused]:
+        words = f"{name}: without object {lacking[0]} it does not stop if this program dies, so its"
+        return [note(f"{words} arm moves in bursts, which end by themselves", "")]
     if OperationMode.CYCLIC_POSITION not in modes:
         return [
             note(

@@ -28,9 +28,11 @@ from armdrive.setup.dialog_runner import DialogClock, carry_out
 from armdrive.setup.prober import ask_bus, harmless_ids, protocols
 from armdrive.transports.can_health import BusHealth, BusState, frame_bits
 from firmware_protocol.canopen import (
+    CONSUMER_HEARTBEAT,
     DEVICE_TYPE,
     ERROR_CODE,
     ERROR_REGISTER,
+    HEARTBEAT_REACTION,
     MODE_SHOWN,
     NODE_MAX,
     POSITION,
@@ -152,6 +154,14 @@ def test_what_a_device_does_not_have_is_told_and_no_more_is_made_of_it():
     said = words(canopen.of_answers(found, BusHealth()))
     assert "6064:00 Position actual value is not reported" in said
     assert "it does not report which modes it has" in said
+
+
+@pytest.mark.parametrize("place", [CONSUMER_HEARTBEAT, HEARTBEAT_REACTION])
+def test_a_drive_that_would_not_stop_without_a_program_is_told_to_move_in_bursts(place):
+    lacking = Device(2, missing=frozenset({place}))
+    lacking.has({DEVICE_TYPE: 402, SUPPORTED_MODES: ALL_MODES, STATUSWORD: HEALTHY})
+    said = words(canopen.of_answers(survey(NodesBus(lacking), (2,)), BusHealth()))
+    assert f"note node 2: without object {place} it does not stop if this program dies" in said
 
 
 def test_nodes_that_were_only_heard_are_told_with_what_they_say():

@@ -22,6 +22,7 @@ from firmware_protocol.canopen import (
     StatusBit,
     Statusword,
     mode_of,
+    speed_unit_hz,
     supported_modes,
     supported_word,
     transition,
@@ -270,6 +271,24 @@ def test_modes_are_told_as_bits_and_shown_as_numbers():
         OperationMode.NONE
     }
     assert (mode_of(8), mode_of(-1), mode_of(5)) == (OperationMode.CYCLIC_POSITION, None, None)
+
+
+@pytest.mark.parametrize(
+    ("word", "unit_hz"),
+    [
+        (0x00B5_0300, 1.0),
+        (0x00B4_4700, 4000 / 60),
+        (0xFFB4_4700, 400 / 60),
+        (0xFDB4_4700, 4 / 60),
+        (0x00B4_0300, 4000.0),
+        (0x00B5_4700, 1 / 60),
+        (0x0041_0300, None),
+        (0x0000_0000, None),
+    ],
+)
+def test_a_unit_of_speed_is_told_in_increments_a_second(word, unit_hz):
+    found = speed_unit_hz(word, 4000.0)
+    assert found is unit_hz is None or found == pytest.approx(unit_hz)
 
 
 # -- From boot to fault ----------------------------------------------------------------------------

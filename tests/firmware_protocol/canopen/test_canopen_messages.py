@@ -199,6 +199,19 @@ def test_a_node_obeys_what_is_for_it_or_for_all():
     assert node.heartbeat.booted
 
 
+def test_a_communication_error_ends_the_operation_and_nothing_else():
+    node = NmtNode(5)
+    node.booted()
+    for order, after in (
+        (NmtCommand.START, NodeState.PRE_OPERATIONAL),
+        (NmtCommand.STOP, NodeState.STOPPED),
+        (NmtCommand.PRE_OPERATIONAL, NodeState.PRE_OPERATIONAL),
+    ):
+        node.receive_frame(Nmt(order, 5).frame)
+        node.failed()
+        assert node.state is after
+
+
 # -- Data types ------------------------------------------------------------------------------------
 
 WHOLE = [kind for kind in DataType if kind.limits]
