@@ -567,14 +567,18 @@ class MemoryLink(Link):
         self._closed = True
         self._bell.close()
 
+    def _cut_off(self, now_s: float) -> None:
+        """Let the device run on without its host."""
+        self._line.unplug()
+        self._connected = False
+        self._line.advance(now_s)
+
     def _check(self, now_s: float) -> None:
         """Pass a pulled or replugged cable on to the line, on the thread that owns the line."""
         if self._closed:
             raise LinkLost(f"the wire to the {self._name} is closed: connect again")
         if not self._plugged:
-            self._line.unplug()
-            self._connected = False
-            self._line.advance(now_s)  # the device keeps running, and may be plugged in again
+            self._cut_off(now_s)
             raise LinkLost(
                 f"the cable to the {self._name} is unplugged: plug it in and connect again"
             )
