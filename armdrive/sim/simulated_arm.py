@@ -1,4 +1,4 @@
-"""A simulated arm in one process: its world, its controller, the wire to it and its operator."""
+"""A simulated arm in one process: its world, its controller, the link to it and its operator."""
 
 from __future__ import annotations
 
@@ -102,16 +102,16 @@ class SimulatedArm:
     device: SimDevice
     link: MemoryLink
     operator: SimulatedOperator
-    wire: MemoryLink
-    """The link on which faults act: the driver's own, or the one in front of which it was put."""
+    device_link: MemoryLink
+    """The link on which faults act: `link` itself, or the one behind it if a test replaces that."""
     _faults: Faults | None = field(default=None, init=False)
 
     @classmethod
     def of(cls, config: ArmConfig, device: SimDevice, link: MemoryLink | None = None) -> Self:
         """Return the counterpart of an arm, on a new link or on the given one."""
         operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
-        wire = link or link_to(device)
-        return cls(config.connection.dialect, device, wire, operator, wire)
+        link = link or link_to(device)
+        return cls(config.connection.dialect, device, link, operator, link)
 
     @property
     def faults(self) -> Faults:
@@ -119,7 +119,8 @@ class SimulatedArm:
         from armdrive.sim.faults import Faults, link_cable  # loaded only for faults
 
         if self._faults is None:
-            self._faults = Faults(self.device, self.wire.line, link_cable(self.wire))
+            link = self.device_link
+            self._faults = Faults(self.device, link.line, link_cable(link))
         return self._faults
 
     @property

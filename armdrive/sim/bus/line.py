@@ -33,7 +33,7 @@ class Transmission(NamedTuple):
     time_s: float
 
 
-class FrameWire:
+class FrameBus:
     """The bus: a sender waits until it is free and frames with lower ids have passed.
 
     The host's adapter sends its frames in their order, whatever their ids. A node offers all that
@@ -131,7 +131,7 @@ class BusLine(DeviceLine):
     ) -> None:
         super().__init__(device, None)
         self._bitrate = bitrate
-        self.bus = FrameWire(bitrate)
+        self.bus = FrameBus(bitrate)
         self.adapter = adapter or AdapterFaults()
         self._of_host = Unpacker()
         self._unread: list[tuple[float, bytes]] = []

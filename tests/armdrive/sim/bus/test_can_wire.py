@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pages import page
 
 from armdrive.errors import BadRequest, LinkLost
-from armdrive.sim.bus.line import BusLine, BusSide, FrameWire
+from armdrive.sim.bus.line import BusLine, BusSide, FrameBus
 from armdrive.sim.bus.node import Quirk, options_of
 from armdrive.sim.cia402 import QUIRKS as CIA402
 from armdrive.sim.device import Options
@@ -77,45 +77,45 @@ def test_no_frame_is_longer_than_its_bound_or_shorter_than_its_fields(frame):
 
 class TestWire:
     def test_a_frame_arrives_when_its_last_bit_has_passed(self):
-        wire, frame = FrameWire(BITRATE), Frame(5, b"abc")
-        wire.push(frame, BusSide.HOST, 1.0)
+        bus, frame = FrameBus(BITRATE), Frame(5, b"abc")
+        bus.push(frame, BusSide.HOST, 1.0)
         end_s = 1.0 + frame_bits(frame) / BITRATE
-        assert wire.next_s() == pytest.approx(end_s)
-        assert wire.pull(end_s - 1e-6) == []
-        (arrival,) = wire.pull(end_s + 1e-9)
+        assert bus.next_s() == pytest.approx(end_s)
+        assert bus.pull(end_s - 1e-6) == []
+        (arrival,) = bus.pull(end_s + 1e-9)
         assert (arrival.frame, arrival.sender) == (frame, BusSide.HOST)
         assert arrival.time_s == pytest.approx(end_s)
-        assert wire.next_s() == float("inf")
+        assert bus.next_s() == float("inf")
 
     def test_of_those_that_wait_the_lowest_id_goes_first(self):
-        wire = FrameWire(BITRATE)
+        bus = FrameBus(BITRATE)
         for can_id in (7, 6, 1, 3):
-            wire.push(Frame(can_id), BusSide.DEVICE, 0.0)
-        assert [each.frame.can_id for each in wire.pull(1.0)] == [7, 1, 3, 6]
+            bus.push(Frame(can_id), BusSide.DEVICE, 0.0)
+        assert [each.frame.can_id for each in bus.pull(1.0)] == [7, 1, 3, 6]
 
     def test_an_adapter_sends_in_its_own_order_and_yields_to_drives(self):
-        wire = FrameWire(BITRATE)
+        bus = FrameBus(BITRATE)
         for can_id in (9, 2, 8):
-            wire.push(Frame(can_id), BusSide.HOST, 0.0)
-        wire.push(Frame(4), BusSide.DEVICE, 0.0)
-        assert [each.frame.can_id for each in wire.pull(1.0)] == [9, 2, 4, 8]
+            bus.push(Frame(can_id), BusSide.HOST, 0.0)
+        bus.push(Frame(4), BusSide.DEVICE, 0.0)
+        assert [each.frame.can_id for each in bus.pull(1.0)] == [9, 2, 4, 8]
 
     def test_short_ids_win_over_long_ones_that_begin_alike(self):
-        wire = FrameWire(BITRATE)
-        wire.push(Frame(0x7FF), BusSide.DEVICE, 0.0)
-        wire.push(Frame(5 << 18, extended=True), BusSide.DEVICE, 0.0)
-        wire.push(Frame(5, remote=True), BusSide.DEVICE, 0.0)
-        wire.push(Frame(5), BusSide.DEVICE, 0.0)
-        order = [(each.frame.extended, each.frame.remote) for each in wire.pull(1.0)[1:]]
+        bus = FrameBus(BITRATE)
+        bus.push(Frame(0x7FF), BusSide.DEVICE, 0.0)
+        bus.push(Frame(5 << 18, extended=True), BusSide.DEVICE, 0.0)
+        bus.push(Frame(5, remote=True), BusSide.DEVICE, 0.0)
+        bus.push(Frame(5), BusSide.DEVICE, 0.0)
+        order = [(each.frame.extended, each.frame.remote) for each in bus.pull(1.0)[1:]]
         assert order[-1] == (True, False)
 
     @given(st.lists(st.tuples(frames(), st.sampled_from(BusSide), st.floats(0, 0.01)), max_size=12))
     def test_nothing_is_lost_and_no_two_frames_overlap(self, sent):
-        wire, arrived = FrameWire(BITRATE), []
+        bus, arrived = FrameBus(BITRATE), []
         for frame, side, time_s in sorted(sent, key=lambda each: each[2]):
-            arrived += wire.pull(time_s)
-            wire.push(frame, side, time_s)
-        arrived += wire.pull(1.0)
+            arrived += bus.pull(time_s)
+            bus.push(frame, side, time_s)
+        arrived += bus.pull(1.0)
         assert sorted(map(str, (each.frame for each in arrived))) == sorted(
             str(frame) for frame, _, _ in sent
         )
@@ -127,13 +127,13 @@ class TestWire:
             assert arrived[-1].time_s <= max(time_s for _, _, time_s in sent) + all_s + 1e-12
 
     def test_a_frame_that_is_cut_off_leaves_the_bus_to_those_that_wait(self):
-        wire = FrameWire(BITRATE)
-        wire.push(Frame(1, bytes(8)), BusSide.HOST, 0.0)
-        wire.push(Frame(2), BusSide.HOST, 0.0)
-        wire.push(Frame(3), BusSide.DEVICE, 0.0)
-        wire.clear(BusSide.HOST, 1e-4)
-        (passed,) = wire.pull(1.0)
-        assert (passed.frame, wire.waiting_of(BusSide.HOST)) == (Frame(3), 0)
+        bus = FrameBus(BITRATE)
+        bus.push(Frame(1, bytes(8)), BusSide.HOST, 0.0)
+        bus.push(Frame(2), BusSide.HOST, 0.0)
+        bus.push(Frame(3), BusSide.DEVICE, 0.0)
+        bus.clear(BusSide.HOST, 1e-4)
+        (passed,) = bus.pull(1.0)
+        assert (passed.frame, bus.waiting_of(BusSide.HOST)) == (Frame(3), 0)
         assert passed.time_s == pytest.approx(1e-4 + frame_bits(Frame(3)) / BITRATE)
 
 
