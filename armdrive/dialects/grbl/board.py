@@ -283,6 +283,15 @@ class BoardState:
         return self.reported is not None and self.reported.machine_position is not None
 
     @property
+    def may_keep_line(self) -> bool:
+        """Whether the board may have read a line in its hold that a reset would not drop.
+
+        FluidNC does; so may any board whose firmware is not known yet.
+        """
+        kept = self.variant is Variant.FLUIDNC or not self.recognised
+        return kept and self.state in HELD
+
+    @property
     def in_motion(self) -> bool:
         """Whether the board was moving at its latest report."""
         return self.state in MOVING or (self.state is State.HOLD and bool(self.sub_state))

@@ -259,6 +259,47 @@ GRIPPERS = [
 ]
 
 
+# FluidNC reads one line while it stands in a hold, and a reset carries that line out.
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("hold", ["!", "\x84"])
+def test_no_line_that_waits_in_a_hold_is_carried_out_when_an_arm_connects(firmware, hold):
+    said = ["G1G91X7F600\n", hold, "G1G91X10F300\nG1G91X20F300\n"]
+    arm, before = left(config(), said, firmware=firmware)
+    arm.sleep(3.0)
+    assert now(arm) == before
+    assert before[2][0] == 7
+    assert arm.status.state is State.STANDBY
+    arm.move_motors(3, 0, 0, 0, 0, 0)
+    assert arm.twin.device.registers[0] == 10
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("later_s", [0.0, 0.01, 0.015, 0.02, 0.03])
+def test_a_stop_key_that_is_pressed_as_a_line_arrives_stops_the_arm_for_good(firmware, later_s):
+    arm = ready(firmware=firmware)
+    begin_line(arm)
+    arm.sleep(0.5 + later_s)
+    arm.twin.device.set_input(HOLD_PIN, on=True)
+    seen = []
+    for _ in range(300):
+        arm.sleep(0.005)
+        seen.append(str(arm.twin.board.state))
+    assert "Run" not in seen[seen.index("Hold") :]
+    assert standing_as_said(arm)
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_an_echo_that_a_terminal_has_left_on_ends_at_contact(firmware):
+    arm, before = left(config(), ["G1G91X7F600\n\x0b\n\x0b"], firmware=firmware)
+    arm.sleep(1.0)
+    assert now(arm) == before
+    assert arm.core.controller.board.recognised
+    warnings = arm.core.controller.board.garbled
+    arm.move_motors(3, 0, 0, 0, 0, 0)
+    assert arm.core.controller.board.garbled == warnings
+
+
 @pytest.mark.parametrize("half", ["", "G1G91X10F300", "G1G91X10F300(a", "$H"])
 @pytest.mark.parametrize(("kind", "device", "opens"), GRIPPERS)
 def test_contact_does_not_let_go_of_what_a_gripper_on_an_output_holds(kind, device, opens, half):
