@@ -224,6 +224,8 @@ class GrblExchange:
         self.board.aborted = False
         if self.board.may_keep_line and not moving:
             yield from self._reset_into_hold()
+            if self.board.aborted:  # the board had restarted already
+                return True
         for _ in range(RESETS):
             if (yield from self._reset(moving or self.board.in_motion)):
                 return True
