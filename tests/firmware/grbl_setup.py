@@ -122,10 +122,14 @@ FLUIDNC_HOMING = """
       seek_mm_per_min: {seek}
       feed_mm_per_min: {feed}"""
 
+FLUIDNC_SLOWER = 4.0
+"""It seeks its switches more slowly: a task polls them, and a busy computer lets it wait."""
+
 
 def fluidnc_configuration(values: Mapping[int, float], axes: str = "xyzabc") -> str:
     """Return FluidNC's configuration with these settings, on the pins of fluidnc_motors.cpp."""
-    homing = FLUIDNC_HOMING.format(seek=values[HOMING_SEEK], feed=values[HOMING_FEED])
+    seek = values[HOMING_SEEK] / FLUIDNC_SLOWER
+    homing = FLUIDNC_HOMING.format(seek=seek, feed=values[HOMING_FEED])
     blocks = [
         FLUIDNC_AXIS.format(
             letter=letter,

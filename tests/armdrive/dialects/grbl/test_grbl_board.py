@@ -91,7 +91,42 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     assert standing_as_said(arm)
 
 
-@pytest.mark.parametrize("line", ["$J=G91X9F99", "$H", "$N0=G0X9", "$RST=*", "$X", "$100", "G0X9"])
+def test_a_fluidnc_board_from_the_factory_is_mended_by_paths():
+    arm = found(factory=True, firmware="fluidnc")
+    lines = [each.mend for each in arm.core.differences]
+    assert "$/stepping/idle_ms=255" in lines
+    assert "$10=3" in lines
+    assert "$/axes/x/steps_per_mm=1" in lines
+    assert "$/junction_deviation_mm=1" in lines
+    arm.mend_settings()
+    assert arm.core.differences == ()
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    arm.move_j(base_deg=3)
+    assert standing_as_said(arm)
+
+
+def test_what_only_the_configuration_file_of_fluidnc_sets_is_said_and_not_sent():
+    arm = found(config(device={"hard_limits": True}), factory=True, firmware="fluidnc")
+    arm.mend_settings()
+    (left_over,) = arm.core.differences
+    assert str(left_over).startswith("$21 (hard limits, in the board's configuration file) is 0")
+    assert left_over.mend == ""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "$J=G91X9F99",
+        "$H",
+        "$/axes/x/motor0=",
+        "$/a=G1X9",
+        "$N0=G0X9",
+        "$RST=*",
+        "$X",
+        "$100",
+        "G0X9",
+    ],
+)
 def test_a_line_that_writes_no_setting_is_not_sent(line):
     arm = ready()
     sent, motors = len(arm.twin.link.sent), arm.twin.world.motors
@@ -260,6 +295,7 @@ GRIPPERS = [
 
 
 # FluidNC reads one line while it stands in a hold, and a reset carries that line out.
+
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
 @pytest.mark.parametrize("hold", ["!", "\x84"])
