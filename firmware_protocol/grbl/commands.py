@@ -13,7 +13,6 @@ from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
     Dialect,
     Template,
-    Variant,
     line_text,
     number,
 )
@@ -247,8 +246,7 @@ def check_command(command: Command, dialect: Dialect) -> None:
         strangers = set(command.axes) - set(dialect.axes)
         if strangers:
             raise BadField("axes", "".join(sorted(strangers)), f"axes out of {dialect.axes}")
-        several = len(command.axes) > 1 and dialect.variant is not Variant.GRBLHAL
-        if several or not dialect.single_axis_homing:
+        if len(command.axes) > 1 or not dialect.single_axis_homing:
             raise LocalProtocolError(f"this board cannot home by '{command.text}'")
     if len(command.text) > dialect.max_line:
         raise LocalProtocolError(

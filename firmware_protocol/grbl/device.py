@@ -230,14 +230,15 @@ def _system(text: str, dialect: Dialect) -> SystemCommand:
 
 
 def _home(letters: str, dialect: Dialect) -> Home:
-    most = len(dialect.axes) if dialect.variant is Variant.GRBLHAL else 1
-    allowed = most if dialect.single_axis_homing else 0
+    allowed = 1 if dialect.single_axis_homing else 0
     if len(letters) > allowed or not set(letters) <= set(dialect.axes):
         raise GcodeError(3, f"$H{letters}")
     return Home(letters)
 
 
 def _setting(text: str, dialect: Dialect) -> SetSetting:
+    if dialect.variant is Variant.GRBLHAL and not text[1].isdigit():
+        raise GcodeError(3, text)  # GRBL takes any other letter for a number that it cannot read
     key, at = _key(text, 1)
     taken = take_number(text, at)
     if taken is None:

@@ -245,7 +245,7 @@ class ImageRunner:
         process = self._start(self._set_up_eeprom)
         try:
             config = simulated_config(self.board.dialect)
-            set_up(process.port, settings_for(config, self.board.letters))
+            set_up(process.port, settings_for(config, self.board))
         finally:
             process.end()
 
@@ -268,7 +268,7 @@ class AvrBench(ControlledBench):
         self.set_arm_file(lines, self.device_port)
         if self.row.name != "grbl":
             return
-        values = settings_for(self.config, self.letters)
+        values = settings_for(self.config, self._runner.board)
         set_up(self.device_port, values)
         if self.config.homing is not None:
             homing = self.config.homing

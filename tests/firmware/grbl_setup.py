@@ -11,6 +11,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.sim.grbl import board_axes, motor_letters, well_set_up
 from armdrive.sim.grbl.firmware import (
     ACCELERATION,
+    FIRMWARES,
     HARD_LIMITS,
     HOMING,
     HOMING_FEED,
@@ -24,6 +25,8 @@ from armdrive.sim.grbl.firmware import (
     STEPS,
     TRAVEL,
 )
+
+from .boards import Board
 
 RESETS_S = 3.0
 """A board that resets when its port is opened greets within this time."""
@@ -82,16 +85,17 @@ class Conversation:
         self.close()
 
 
-def settings_for(config: ArmConfig, board: str) -> dict[int, float]:
+def settings_for(config: ArmConfig, board: Board) -> dict[int, float]:
     """Return the settings for an arm, limited to the axes that the board has."""
     transmission = config.model.transmission
     assert transmission is not None
     letters = motor_letters(config, len(transmission.motors))
     values = well_set_up(config, letters, board_axes(letters, ""))
+    values = FIRMWARES[str(board.twin["firmware"])].adapted(values)
     return {
         number: value
         for number, value in values.items()
-        if number < STEPS or number % 10 < len(board)
+        if number < STEPS or number % 10 < len(board.letters)
     }
 
 
@@ -120,7 +124,9 @@ FLUIDNC_HOMING = """
       positive_direction: true
       mpos_mm: 0
       seek_mm_per_min: {seek}
-      feed_mm_per_min: {feed}"""
+      feed_mm_per_min: {feed}
+      seek_scaler: 1.5
+      feed_scaler: 5"""
 
 FLUIDNC_SLOWER = 4.0
 """It seeks its switches more slowly: a task polls them, and a busy computer lets it wait."""

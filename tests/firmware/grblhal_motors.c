@@ -4,6 +4,7 @@
  * as it is; docs/background/testing.md has the commands. A step pulse is a write to the step port,
  * which the simulator never resets.
  */
+#include <pthread.h>
 #include <sys/prctl.h>
 #include <time.h>
 
@@ -24,6 +25,8 @@ void __real_simulate_serial(void);
 void __wrap_mcu_gpio_set(gpio_port_t *port, uint16_t pins, uint16_t mask);
 void __wrap_simulate_serial(void);
 int __wrap_sched_yield(void);
+void __real_mcu_master_clock(void);
+void __wrap_mcu_master_clock(void);
 bool __real_driver_init(void);
 bool __wrap_driver_init(void);
 
@@ -49,11 +52,52 @@ static void ignore_settings(settings_t *settings, settings_changed_flags_t chang
   (void)changed;
 }
 
+/* Interrupts: the handlers run in a thread of their own here, and nothing keeps them away from the
+ * main loop. Without what follows, a `?` or the end of a motion is forgotten now and then.
+ */
+static pthread_mutex_t interrupts = PTHREAD_MUTEX_INITIALIZER;
+static _Thread_local bool handling, disabled;
+
+static void disable_interrupts(void) {
+  if (!handling && !disabled) pthread_mutex_lock(&interrupts);
+  disabled = true;
+}
+
+static void enable_interrupts(void) {
+  if (!handling && disabled) pthread_mutex_unlock(&interrupts);
+  disabled = false;
+}
+
+void __wrap_mcu_master_clock(void) {
+  pthread_mutex_lock(&interrupts);
+  handling = true;
+  __real_mcu_master_clock();
+  handling = disabled = false;
+  pthread_mutex_unlock(&interrupts);
+}
+
+static void set_bits(volatile uint_fast16_t *bits, uint_fast16_t set) {
+  __atomic_fetch_or(bits, set, __ATOMIC_SEQ_CST);
+}
+
+static uint_fast16_t clear_bits(volatile uint_fast16_t *bits, uint_fast16_t clear) {
+  return __atomic_fetch_and(bits, ~clear, __ATOMIC_SEQ_CST);
+}
+
+static uint_fast16_t set_value(volatile uint_fast16_t *bits, uint_fast16_t value) {
+  return __atomic_exchange_n(bits, value, __ATOMIC_SEQ_CST);
+}
+
 /* Without any plugin, a soft reset makes the parser call itself for ever at the next `$n=` (gcode.c,
  * gc_init). Boards have plugins that listen to settings; so does this one.
  */
 bool __wrap_driver_init(void) {
   bool started = __real_driver_init();
+  hal.irq_disable = disable_interrupts;
+  hal.irq_enable = enable_interrupts;
+  hal.set_bits_atomic = set_bits;
+  hal.clear_bits_atomic = clear_bits;
+  hal.set_value_atomic = set_value;
   if (!grbl.on_settings_changed) grbl.on_settings_changed = ignore_settings;
   return started;
 }

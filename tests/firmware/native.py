@@ -387,7 +387,7 @@ class NativeBench(PtyBench):
 
     def set_up(self) -> None:
         """Write the settings that the arm needs."""
-        values = settings_for(self.config, self._runner.board.letters)
+        values = settings_for(self.config, self._runner.board)
         if self._runner.board.configuration:
             values = {REPORT: values[REPORT]}
         set_up(self.device_port, values)
@@ -397,7 +397,6 @@ class NativeBench(PtyBench):
         self.set_port(self._sim.port)
 
     def _serve_arm_file(self, lines: str, *_settings: str) -> None:
-        self._end_firmware()
         self._serve(lines)
         self.set_arm_file(lines, self._sim.port)
         self.set_up()
@@ -407,14 +406,21 @@ class NativeBench(PtyBench):
         path.write_text(arm_file(self.row, lines, "/dev/null"), encoding="utf-8")
         self.folder = runner.folder()
         if runner.board.configuration:
-            text = fluidnc_configuration(settings_for(load_arm(path), runner.board.letters))
+            text = fluidnc_configuration(settings_for(load_arm(path), runner.board))
             file = self.folder / runner.board.configuration
             file.parent.mkdir(exist_ok=True)
             file.write_text(text, encoding="utf-8")
         words = (str(path), runner.board.name, str(runner.program), str(self.folder))
         self._sim = DeviceProcess(("tests.firmware.native", *words), self._door(), self.row.name)
         self._motors = motors_in(self.folder)
+        self._await_clock()
         self._began_s, self._began_ns = time.monotonic(), self._motors.time_ns
+
+    def _await_clock(self) -> None:
+        """Wait until the firmware tells the time: it has started."""
+        end_s = time.monotonic() + STARTS_S
+        while not self._motors.time_ns and time.monotonic() < end_s:
+            time.sleep(POLL_S)
 
     def device_now_s(self) -> float:
         """Return the time by the firmware's clock."""
@@ -434,10 +440,10 @@ class NativeBench(PtyBench):
 
     def end_device(self) -> None:
         """End the program."""
+        self._count_pace()
         super().end_device()
-        self._end_firmware()
 
-    def _end_firmware(self) -> None:
+    def _count_pace(self) -> None:
         sim_s = (self._motors.time_ns - self._began_ns) / 1e9
         self._runner.pace.add(sim_s, time.monotonic() - self._began_s)
 

@@ -203,6 +203,13 @@ class GrblExchange:
         return answered
 
     def _ask(self, command: Command, patience_s: float) -> Script[HostEvent, Answer | None]:
+        answer = yield from self._one_line(command, patience_s)
+        if isinstance(answer, Refused):
+            # grblHAL refuses all g-code after a refused line, until an empty one (protocol.c)
+            yield from self._one_line(Line(), self.settings.answer_s)
+        return answer
+
+    def _one_line(self, command: Command, patience_s: float) -> Script[HostEvent, Answer | None]:
         self.forget_lines()
         self.speak(command)
         end_s = self.wire_free_s + patience_s

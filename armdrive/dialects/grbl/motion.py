@@ -307,7 +307,7 @@ class GrblMotion:
         """Stop a motion that has failed, and return the failure."""
         if isinstance(end, Timeout):
             # the board may still receive; a reset could make the arm sag
-            self.exchange.press(Realtime.FEED_HOLD)
+            self.stops.press_brake()
             return end
         if self.board.alarm is None and self.board.state not in (None, State.ALARM):
             yield from self.stops.hold()
@@ -351,13 +351,14 @@ class GrblHoming:
         return Done()
 
     def _commands(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:
-        """Return the homing commands; only grblHAL homes several axes with one command."""
-        if not groups:
+        """Return the homing commands: for all axes, or for each one after the other.
+
+        grblHAL's `$H` homes only the axes in $44 to $49, at the factory X, Y and Z.
+        """
+        if not groups and self.board.variant is not Variant.GRBLHAL:
             return [Home()]
-        named = ["".join(self.letters[motor] for motor in group) for group in groups]
-        if self.board.variant is not Variant.GRBLHAL:
-            named = list("".join(named))
-        return [Home(letters) for letters in named]
+        motors = groups or (range(len(self.letters)),)
+        return [Home(self.letters[motor]) for group in motors for motor in group]
 
     def _answer(self) -> Script[HostEvent, Answer | None]:
         """Wait for the answer to a homing command; return None at a stop or at the timeout."""

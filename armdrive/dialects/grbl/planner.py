@@ -130,7 +130,8 @@ def trapezoid_s(one: MotorPath, enter: float, leave: float) -> float:
 # are still being driven, and a queue that ends within them runs dry.
 #
 # Sources: gnea/grbl grbl/stepper.c (st_prep_buffer), stepper.h; grblHAL/core stepper.h; FluidNC
-# `stepping/segments`. Measured at 31 steps/s: the Mega continues for 0.43 s, a 328p for 0.24 s.
+# `stepping/segments`. Measured at 31 steps/s: the Mega continues for 0.43 s, grblHAL for 0.46 s, a
+# 328p for 0.24 s.
 
 SEGMENT_S = 0.01
 STEPS_A_SEGMENT = 1.25
@@ -145,10 +146,11 @@ SHORTEST_HZ = STEPS_A_SEGMENT / SEGMENT_S
 BLOCKS_328P = 15
 """Planner size of an ATmega328P. Boards with a larger planner also have more segments."""
 SEGMENTS: Mapping[Variant, int] = MappingProxyType(
-    {Variant.GRBL: 9, Variant.GRBLHAL: 10, Variant.FLUIDNC: 12}
+    {Variant.GRBL: 9, Variant.GRBLHAL: 9, Variant.FLUIDNC: 12}
 )
 """Segments that a firmware computes ahead. The ring buffer of an ATmega2560 has ten places, one of
-which stays free. For grblHAL and FluidNC these are the defaults in their source code."""
+which stays free, and so has grblHAL's (`SEGMENT_BUFFER_SIZE`). For FluidNC this is the default in
+its source code."""
 SEGMENTS_328P = 5
 
 

@@ -278,9 +278,15 @@ ReportedSettings = Mapping[int | str, str]
 """A board's settings by key, as the board reports them."""
 
 ALWAYS_ON = 255
-MPOS_AND_BUFFER = 3
+REPORT_BITS = 3
+"""Machine position and buffers: all that GRBL can leave out of a report."""
+GRBLHAL_REPORT_BITS = REPORT_BITS | 8 | 16 | 64
+"""grblHAL can also leave out speeds, pins and overrides (`$ES`, setting 10)."""
+HOMING_BY_AXIS = 3
+"""grblHAL's homing with its single-axis commands, such as `$HX`: without, it refuses them."""
 STEPS_PER_UNIT, RATES, ACCELERATIONS, TRAVEL = 100, 110, 120, 130
 REPORT, JUNCTION, INCHES, SOFT_LIMITS, HARD_LIMITS, HOMING = 10, 11, 13, 20, 21, 22
+SLEEP = 62
 SETTING_TOLERANCE = 1e-3
 """Settings are reported with three decimals."""
 RATE_TOLERANCE = 0.02
@@ -421,7 +427,9 @@ class Comparison:
 
     def _expected(self) -> Iterator[ExpectedSetting]:
         expected, settings = self.axes.expected(self.settings), self.settings
-        mask = int(self.number(REPORT) or 0) | MPOS_AND_BUFFER  # the other parts may stay
+        grblhal = self.variant is Variant.GRBLHAL
+        # the other parts may stay
+        mask = int(self.number(REPORT) or 0) | (GRBLHAL_REPORT_BITS if grblhal else REPORT_BITS)
         yield ExpectedSetting(REPORT, mask, "what reports contain", _is_other, must=True)
         yield ExpectedSetting(INCHES, 0, "reports in inches", _is_switched, must=True)
         for index, letter in enumerate(self.axes.letters):
@@ -439,7 +447,13 @@ class Comparison:
         yield ExpectedSetting(JUNCTION, expected.junction, "the corner rounding", _is_far)
         yield ExpectedSetting(SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched)
         yield ExpectedSetting(HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched)
-        yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
+        if grblhal and settings.homing:
+            bits = int(self.number(HOMING) or 0) | HOMING_BY_AXIS
+            yield ExpectedSetting(HOMING, bits, "homing, also of single axes", _is_other)
+        else:
+            yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
+        if grblhal:
+            yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)
 
     def _key(self, key: int) -> int | str | None:
         return fluidnc_key(key, self.board) if self.variant is Variant.FLUIDNC else key

@@ -24,6 +24,7 @@ from firmware_protocol.grbl import (
     Realtime,
     State,
     StatusReported,
+    Variant,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.text import counted
@@ -152,6 +153,7 @@ class GrblStops:
     outputs: GrblOutputs
     settings: GrblSettings
     brake_s: float = 1.0
+    _cancel_again_s: float = -math.inf
 
     def _watch(self, step_s: float) -> Script[HostEvent, StatusReported | None]:
         """Query once and return the latest report received within `step_s`."""
@@ -175,8 +177,8 @@ class GrblStops:
         end_s = self.io.now_s + self.brake_s + self.settings.answer_s
         idle, stood = 0, False
         while self._may_wait(end_s):
-            if self.board.state not in HELD:  # the first hold may be lost; a second is harmless
-                self.exchange.press(Realtime.FEED_HOLD)
+            if self.board.state not in HELD:  # the first one may be lost; a second is harmless
+                self.press_brake()
             seen = yield from self._watch(STOP_POLL_S)
             if seen is None:
                 continue
@@ -193,6 +195,19 @@ class GrblStops:
         if self.exchange.mute and not self.io.stop_hard:
             return False
         return (yield from self.reset_and_restore(moving=not stood)) and stood
+
+    def press_brake(self) -> None:
+        """Tell the board to brake: by a feed hold, or in a jog of grblHAL by a jog cancel.
+
+        grblHAL ignores a feed hold in a jog (state_machine.c, state_set), and every board ignores a
+        jog cancel outside of one. Before a banner or `$I` names the firmware, it may be grblHAL.
+        """
+        grblhal = self.board.variant is Variant.GRBLHAL or not self.board.recognised
+        if self.board.state is State.JOG and grblhal and self.io.now_s >= self._cancel_again_s:
+            self.exchange.press(Realtime.JOG_CANCEL)
+            self._cancel_again_s = self.io.now_s + RESEND_S
+        else:
+            self.exchange.press(Realtime.FEED_HOLD)
 
     def _may_wait(self, end_s: float) -> bool:
         """Return whether to keep waiting for the board to stop: not if mute or in an emergency."""
@@ -235,14 +250,14 @@ class GrblStops:
             elif message is None and self.io.now_s >= lines.oldest_sent_s + OK_TIMEOUT_S:
                 break
         end_s = self.io.now_s + self.brake_s + self.settings.answer_s
-        hold_s = self.io.now_s + RESEND_S
+        self._cancel_again_s = hold_s = self.io.now_s + RESEND_S
         self.exchange.press(Realtime.JOG_CANCEL)
         while self._may_wait(end_s):
             seen = yield from self._watch(STOP_POLL_S)
             if seen is None:
                 continue
             if self.board.state is State.JOG and self.io.now_s >= hold_s:
-                self.exchange.press(Realtime.FEED_HOLD)
+                self.press_brake()
                 hold_s = math.inf  # once: if it is lost too, `hold` below repeats it
             elif self.board.standing:
                 if (yield from self.exchange.spoil()) and (yield from self._still_idle()):

@@ -286,6 +286,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> GrblBoard:
     wired = switches(config, world, letters, axes, values)
     if options.flag("homing"):
         values[HOMING] = 1.0
+    values = firmware.adapted(values)
     build = BoardBuild(
         firmware,
         axes,

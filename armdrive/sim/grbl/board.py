@@ -123,6 +123,8 @@ GAP_S = 0.005
 _BUSY = (State.HOME, State.RUN, State.HOLD, State.JOG, State.DOOR)
 _WCO_BUSY, _OV_BUSY, _IDLE = 30, 20, 10
 _MPOS, _BUFFERS = 1, 2
+_FEED, _PINS, _OFFSET, _OVERRIDES = 8, 16, 32, 64
+"""What else the bits of grblHAL's $10 switch on (`$ES`, setting 10)."""
 
 
 class StatusReporter:
@@ -167,6 +169,12 @@ class StatusReporter:
         work = tuple(a - b for a, b in zip(position, offset, strict=True))
         buffers = bool(mask & _BUFFERS)
         wco, overrides = self._now_and_then(board.state in _BUSY)
+        feed = float(round(board.drive.speed(board.now_s) * MINUTE_S * per_unit))
+        quiet = "" if board.firmware.grblhal else None
+
+        def shown(part: int) -> bool:
+            return bool(mask & part) or not board.firmware.grblhal
+
         report = StatusReport(
             board.state,
             _sub_state(board),
@@ -174,12 +182,12 @@ class StatusReporter:
             None if mask & _MPOS else work,
             board.firmware.blocks - board.drive.queued(board.now_s) if buffers else None,
             board.ring.free if buffers else None,
-            feed=float(round(board.drive.speed(board.now_s) * MINUTE_S * per_unit)),
-            speed=board.outputs.speed,
-            pins=_pins(board),
-            work_offset=offset if wco else None,
-            overrides=tuple(board.overrides) if overrides else None,
-            accessories=(board.outputs.letters or None) if overrides else None,
+            feed=feed if shown(_FEED) else None,
+            speed=board.outputs.speed if shown(_FEED) else None,
+            pins=_pins(board) if shown(_PINS) else None,
+            work_offset=offset if wco and shown(_OFFSET) else None,
+            overrides=tuple(board.overrides) if overrides and shown(_OVERRIDES) else None,
+            accessories=(board.outputs.letters or quiet) if overrides else None,
         )
         length = len(report.line) + 2
         self._free_s = board.now_s + max(GAP_S, length * self._byte_s)
@@ -298,7 +306,7 @@ class MotionCycle:
         if not self.cancelling:
             self.cancelling = True
             self.cancels += 1
-            board.drive.brake(board.now_s)
+            board.drive.brake(board.now_s, board.firmware.cancel_keeps)
 
     def kill(self, board: GrblBoard) -> None:
         """Stop dead."""
@@ -332,8 +340,9 @@ class MotionCycle:
 class MainLoop:
     """Takes lines out of the ring and executes them, one at a time.
 
-    `hung`: a jog cancel has left the board in Idle without reading lines. `afterwards` is what the
-    line being executed does once its reply has been sent.
+    `hung`: a jog cancel has left the board in Idle without reading lines. `refused` is the error of
+    the last line, 0 if it was carried out. `afterwards` is what the line being executed does once
+    its reply has been sent.
     """
 
     def __init__(self) -> None:
@@ -344,6 +353,7 @@ class MainLoop:
         """Abandon the line being executed, without a reply."""
         self._line.end()
         self.hung = False
+        self.refused = 0
         self.afterwards: Callable[[], None] | None = None
 
     @property
@@ -468,7 +478,7 @@ class GrblBoard(Board):
         """Clear what is lost with the power, and with a reset of the whole board."""
         self.main_loop.forget()
         self.booting.end()
-        self.critical = self.holds_next = False
+        self.critical = self.holds_next = self.starts_again = False
         self.cycle.forget()
         self.state = State.IDLE
         self.deaf_until_s = -math.inf

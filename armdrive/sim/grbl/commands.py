@@ -14,6 +14,7 @@ from armdrive.sim.grbl.firmware import (
     ALWAYS_ON_MS,
     DEBOUNCE_MS,
     HOMING,
+    HOMING_CYCLES,
     HOMING_DIRECTIONS,
     HOMING_FEED,
     HOMING_SEEK,
@@ -24,6 +25,7 @@ from armdrive.sim.grbl.firmware import (
     PULL_OFF,
     RATE,
     REPORT,
+    SLEEP_ENABLE,
     STEPS,
     TRAVEL,
 )
@@ -279,7 +281,9 @@ def _check(board: GrblBoard, _: CheckMode) -> Steps:
 
 
 def _sleep(board: GrblBoard, _: Sleep) -> int:
-    """Fall asleep once the line is answered: observed on both 8-bit boards."""
+    """Fall asleep once the line is answered: observed on both 8-bit boards and on grblHAL."""
+    if not board.settings.values.get(SLEEP_ENABLE, 1.0):
+        return UNKNOWN
 
     def fall_asleep() -> None:
         board.say(Feedback("Sleeping"))
@@ -295,12 +299,28 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
 def _home(board: GrblBoard, command: Home) -> Steps:
     if not board.settings.on(HOMING):
         return NO_HOMING
-    letters = command.axes or board.axes
-    code = yield from home(board, [board.axes.index(letter) for letter in letters])
-    if code:
-        board.routines.fail(board, code)
-        yield math.inf
+    if command.axes and board.firmware.grblhal and not board.settings.mask(HOMING, 1):
+        return NO_HOMING
+    for axes in _cycles(board, command.axes):
+        code = yield from home(board, axes)
+        if code:
+            board.routines.fail(board, code)
+            yield math.inf
     return 0
+
+
+def _cycles(board: GrblBoard, letters: str) -> list[list[int]]:
+    """Return the axes that are homed together, one cycle after the other.
+
+    Without letters these are all axes, but on grblHAL those of the masks $44 to $49. Observed: at
+    the factory Z, then X and Y, and no others.
+    """
+    count = len(board.axes)
+    if not letters and board.firmware.grblhal:
+        masks = [board.settings.values[number] for number in HOMING_CYCLES]
+        cycles = [[axis for axis in range(count) if int(mask) >> axis & 1] for mask in masks]
+        return [axes for axes in cycles if axes]
+    return [[board.axes.index(letter) for letter in letters or board.axes]]
 
 
 def _set(board: GrblBoard, command: SetSetting) -> Steps:

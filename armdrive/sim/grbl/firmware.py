@@ -38,6 +38,24 @@ class Killed(Enum):
     RUNS_ON = "the computed segments are driven to their end, and the current stays on"
 
 
+# The numbers of settings.
+IDLE_MS, REPORT, JUNCTION = 1, 10, 11
+HOMING_CYCLES = range(44, 50)
+"""The axes that each cycle of grblHAL's `$H` homes."""
+SLEEP_ENABLE = 62
+"""grblHAL refuses `$SLP` while this is 0, as it is at the factory."""
+EVERYTHING = 511
+"""The factory's mask of grblHAL's reports; GRBL's has two bits only."""
+SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
+HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF = 24, 25, 26, 27
+INCHES = 13
+MOST_SPEED, LEAST_SPEED = 30, 31
+STEPS, RATE, ACCELERATION, TRAVEL = 100, 110, 120, 130
+ALWAYS_ON_MS = 255
+"""The step idle delay that leaves the motors on."""
+HOMING_BY_AXIS = 3
+"""grblHAL's $22 with homing, and with `$HX` for single axes."""
+
 _AVR_STEPPING = Stepping(5, 1e-3, 16e6 / (8 * 65535))
 """No slower than a 16-bit timer of a processor at 16 MHz, its clock divided by 8, can count."""
 
@@ -66,9 +84,10 @@ class Firmware:
     """How the board steps. A hold begins to brake after the segments already computed, and a line
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
     and 0.24 s (328p) at 31 steps/s, 0.27 s and 0.15 s at 50; 40 steps at 5, 10, 20 and 30 steps/s
-    in 1.278 s each. Observed on FluidNC (20 MHz): 40 steps at 5 to 30 steps/s in 1.022 s each;
-    from a hold to the last step 0.45 s at 39 steps/s, 0.33 s at 50, 0.23 s at 100. Guessed for
-    grblHAL.
+    in 1.278 s each. Observed on grblHAL, from a hold to the last step: 0.43 to 0.46 s at 31
+    steps/s, 0.27 s at 50, 0.19 s at 100; 5, 10 and 20 steps/s are what they say. Observed on
+    FluidNC with the 20 MHz of an ESP32: 0.45 s at 39 steps/s, 0.33 s at 50, 0.23 s at 100; 40 steps
+    at 5 to 30 steps/s in 1.022 s each.
     """
     # commands that it knows
     keeps_line: bool = False
@@ -119,10 +138,22 @@ class Firmware:
     """Whether a jog cancel clears the ring. Observed on the Mega: five of eight lines were
     answered.
     """
+    cancel_keeps: int | None = None
+    """How many of the computed segments a jog cancel lets run; all if None. Observed on grblHAL:
+    at 31 steps/s the last step comes 0.07 to 0.14 s after 0x85, and 0.43 to 0.46 s after `!`.
+    """
     cancel_hangs_s: float = 0.23e-3
     """A cancel that comes so shortly before the end of a jog leaves the board in Idle without
     reading lines. Observed: repeated every 20 ms, it hung 3 of 259 jogs of a Mega and 2 of 264 of a
-    328p.
+    328p. A single one in the last 40 ms hung 3 of 120 jogs of grblHAL, which only a reset frees,
+    with ALARM:3; its Simulator is slow to notice, so how short the time is on a board is a guess.
+    """
+    holds_jogs: bool = True
+    """Whether a feed hold ends a jog. Observed: grblHAL ignores it (state_machine.c, state_set)."""
+    refuses_on: bool = False
+    """Whether g-code after a refused line is refused with the same error, until an empty line, a
+    line that begins with `$` and is carried out, a jog cancel or a reset. Observed on grblHAL
+    (protocol.c, protocol_main_loop).
     """
     # messages
     tells_axes: bool = False
@@ -172,12 +203,35 @@ class Firmware:
             return version, BuildInfo(self.letters), Bracketed("MSG:Machine: arm")
         head = (
             Version(f"{self.version}.{self.build}"),
-            BuildInfo(self.letters, self.blocks, self.ring_bytes, ("0",) * self.tells_flags),
+            BuildInfo(self.letters, self.blocks, self.ring_bytes, self._more(axes)),
         )
         info = AxesInfo(len(axes), axes)
         if self.grblhal:
-            return (*head, info, Bracketed("FIRMWARE:grblHAL"))
+            return (*head, info, *map(Bracketed, _GRBLHAL_INFO))
         return (head[0], info, head[1]) if self.tells_axes else head
+
+    def _more(self, axes: str) -> tuple[str, ...]:
+        if self.grblhal:
+            return str(len(axes)), "0"
+        return ("0",) * self.tells_flags
+
+    def adapted(self, values: Mapping[int, float]) -> dict[int, float]:
+        """Return an arm's settings as they have to be on this firmware."""
+        if not self.grblhal:
+            return dict(values)
+        homing = float(HOMING_BY_AXIS) if values[HOMING] else 0.0
+        return {**values, REPORT: EVERYTHING, SLEEP_ENABLE: 1.0, HOMING: homing}
+
+
+_GRBLHAL_INFO = (
+    "NEWOPT:ENUMS,RT+,TC,SED",
+    "FIRMWARE:grblHAL",
+    "SIGNALS:D",
+    "NVS STORAGE:*EEPROM",
+    "DRIVER:Simulator",
+    "DRIVER VERSION:260324",
+)
+"""Observed on grblHAL's Simulator."""
 
 
 _FIRMWARES = (
@@ -202,12 +256,12 @@ _FIRMWARES = (
         name="grblhal",
         variant=Variant.GRBLHAL,
         ring_bytes=1024,
-        blocks=35,
+        blocks=100,
         max_line=256,
         outputs=True,
-        letters_to_home=9,
+        letters_to_home=1,
         crlf_answers_twice=False,
-        stepping=Stepping(10),
+        stepping=Stepping(9),
         parse_s=0.05e-3,
         plan_s=0.1e-3,
         eeprom_s=5e-3,
@@ -218,11 +272,18 @@ _FIRMWARES = (
         mute_in_critical=False,
         silent_in_homing=False,
         cancel_clears_ring=True,
-        cancel_hangs_s=0.0,
+        cancel_keeps=2,
+        cancel_hangs_s=0.15e-3,
+        holds_jogs=False,
+        refuses_on=True,
         tells_axes=True,
         version="1.1f",
-        build="20240527",
-        letters="VNM",
+        build="20260817",
+        letters="VNML+",
+        factory=MappingProxyType(
+            {REPORT: EVERYTHING, SLEEP_ENABLE: 0.0}
+            | dict(zip(HOMING_CYCLES, (4.0, 3.0, 0.0, 0.0, 0.0, 0.0), strict=True))
+        ),
     ),
     Firmware(
         name="fluidnc",
@@ -256,19 +317,11 @@ FIRMWARES: Mapping[str, Firmware] = MappingProxyType({one.name: one for one in _
 # Source: gnea/grbl doc/markdown/settings.md. Lengths are in the machine's own unit, which the board
 # takes for mm. Rates are stored per minute, accelerations per second squared.
 
-IDLE_MS, REPORT, JUNCTION = 1, 10, 11
-SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
-HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF = 24, 25, 26, 27
-INCHES = 13
-MOST_SPEED, LEAST_SPEED = 30, 31
-STEPS, RATE, ACCELERATION, TRAVEL = 100, 110, 120, 130
-ALWAYS_ON_MS = 255
-"""The step idle delay that leaves the motors on."""
-
 _WHOLE: Mapping[int, float] = {
     0: 10, 1: 25, 2: 0, 3: 0, 4: 0, 5: 0, 6: 0, 10: 1, 13: 0, 20: 0, 21: 0, 22: 0, 23: 0, 26: 250,
     30: 1000, 31: 0, 32: 0,
 }  # fmt: skip
+_WHOLE_NUMBERS = {*_WHOLE, *HOMING_CYCLES, SLEEP_ENABLE}
 _DECIMAL: Mapping[int, float] = {11: 0.01, 12: 0.002, 24: 25.0, 25: 500.0, 27: 1.0}
 _PER_AXIS: Mapping[int, float] = {STEPS: 250.0, RATE: 500.0, ACCELERATION: 10.0, TRAVEL: 200.0}
 _SHORTEST_PULSE = 3
@@ -341,7 +394,7 @@ class BoardSettings:
             return 10
         if number >= STEPS and not value:
             return 4  # a real board accepts it, and later divides by zero
-        self.values[number] = float(int(value)) if number in _WHOLE else value
+        self.values[number] = float(int(value)) if number in _WHOLE_NUMBERS else value
         if number == HOMING and not value:
             self.values[SOFT_LIMITS] = 0.0
         return 0
@@ -349,6 +402,6 @@ class BoardSettings:
     def written(self) -> list[tuple[int, str]]:
         """Return numbers and values as `$$` lists them."""
         return [
-            (number, f"{value:.0f}" if number in _WHOLE else f"{value:.3f}")
+            (number, f"{value:.0f}" if number in _WHOLE_NUMBERS else f"{value:.3f}")
             for number, value in sorted(self.values.items())
         ]

@@ -335,10 +335,10 @@ class BoardDrive(MotorDrive[PathRack]):
             return not self.moving
         return False
 
-    def brake(self, now_s: float) -> None:
-        """Brake along the path to a standstill, after the segments already computed."""
+    def brake(self, now_s: float, keep: int | None = None) -> None:
+        """Brake along the path to a standstill, after all segments already computed or `keep`."""
         self.follow(now_s)
-        self.rack.hold(now_s)
+        self.rack.hold(now_s, keep=keep)
 
     def queued(self, now_s: float) -> int:
         """Return how many lines wait; a line whose last segment is computed no longer does."""
@@ -357,7 +357,7 @@ class BoardDrive(MotorDrive[PathRack]):
         self.follow(now_s)
         here = there = Motors(self.rack.positions(now_s))
         if self.moving:
-            self.rack.hold(now_s, dead=True)
+            self.rack.hold(now_s, keep=0)
             if self.moving:
                 there = Motors(self.rack.positions(self.done_s))
         self.stop(now_s)

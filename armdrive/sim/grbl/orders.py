@@ -45,9 +45,13 @@ _CANCELLED = -1
 
 
 def run_line(board: GrblBoard, line: LineReceived) -> Script:
-    """Execute a line."""
+    """Execute a line; one that follows a refused line may be refused without a look at it."""
     yield board.now_s + board.firmware.parse_s
-    code = yield from _run(board, line)
+    loop = board.main_loop
+    gcode = line.text and not line.text.startswith("$")
+    unlooked = gcode and board.firmware.refuses_on and board.state not in (State.ALARM, State.JOG)
+    code = (loop.refused if unlooked else 0) or (yield from _run(board, line))
+    loop.refused = code
     return Error(code) if code else Ok()
 
 
@@ -189,6 +193,7 @@ def _end(board: GrblBoard, work: Work) -> Waits:
 
 _OVERRIDE_BOUNDS = (10, 200)
 _ABORTED, _HOMING_ABORTED = 3, 6
+_HOMING_REQUIRED = 2
 _FLOOD_STATES = (State.IDLE, State.RUN, State.HOLD, State.JOG)
 
 
@@ -197,7 +202,7 @@ def obey(board: GrblBoard, command: Realtime) -> None:
 
     During a restart none is, but FluidNC holds afterwards if it is told to.
     """
-    if board.booting.active:
+    if board.booting.active and command is not Realtime.SOFT_RESET:
         board.holds_next |= board.firmware.keeps_line and command is Realtime.FEED_HOLD
         return
     if board.critical and command not in (Realtime.SOFT_RESET, *_STATUS):
@@ -209,7 +214,7 @@ def obey(board: GrblBoard, command: Realtime) -> None:
 
 def hold(board: GrblBoard) -> None:
     """Slow down and stand: this ends a jog and pauses a motion, even in Idle."""
-    if board.state is State.JOG:
+    if board.state is State.JOG and board.firmware.holds_jogs:
         board.cycle.cancel(board)
     elif board.state is State.RUN:
         board.drive.brake(board.now_s)
@@ -219,8 +224,8 @@ def hold(board: GrblBoard) -> None:
 
 
 def resume(board: GrblBoard) -> None:
-    """Resume from a completed hold; a board that hangs reads lines again."""
-    board.main_loop.hung = False
+    """Resume from a completed hold; a board that hangs reads lines again, but for grblHAL."""
+    board.main_loop.hung = board.main_loop.hung and board.firmware.grblhal
     if board.state in (State.HOLD, State.DOOR) and board.cycle.stands:
         board.cycle.stands = False
         board.state = State.IDLE
@@ -229,8 +234,13 @@ def resume(board: GrblBoard) -> None:
 
 
 def soft_reset(board: GrblBoard) -> None:
-    """Restart; in motion the motors stop dead and may lose steps, or drive what is computed."""
+    """Restart; in motion the motors stop dead and may lose steps, or drive what is computed.
+
+    A reset during a restart has no effect, but grblHAL and FluidNC then start a second time:
+    observed.
+    """
     if board.booting.active:
+        board.starts_again = board.firmware.grblhal or board.firmware.keeps_line
         return
     _outputs_off(board)
     code = 0
@@ -239,6 +249,8 @@ def soft_reset(board: GrblBoard) -> None:
     elif board.drive.moving:
         code = _ABORTED
         _lose_current(board, restarts=True)
+    elif board.main_loop.hung and board.firmware.grblhal:
+        code = _ABORTED  # observed: it still believes that it brakes
     if code != _ABORTED or board.firmware.killed is not Killed.RUNS_ON:
         board.cycle.kill(board)
     board.booting.begin(_restarted(board, code), board.now_s)
@@ -262,9 +274,15 @@ def fail(board: GrblBoard, code: int) -> None:
 
 
 def switched_on(board: GrblBoard, wait_s: float) -> Boot:
-    """Start after power-on, with all counts at zero; with homing enabled, locked."""
+    """Start after power-on, with all counts at zero; with homing enabled, locked.
+
+    grblHAL is locked only if bit 2 of $22 requires homing: observed.
+    """
     yield board.now_s + wait_s
-    board.state = State.ALARM if board.settings.on(HOMING) else State.IDLE
+    locked = board.settings.on(HOMING)
+    if board.firmware.grblhal:
+        locked = board.settings.mask(HOMING, _HOMING_REQUIRED)
+    board.state = State.ALARM if locked else State.IDLE
     board.holds_next = False
     board.drive.set_axes((0,) * len(board.axes), board.now_s)
     _start(board)
@@ -289,6 +307,10 @@ def _restarted(board: GrblBoard, code: int) -> Boot:
     board.main_loop.drop_line(board)
     yield board.now_s + board.firmware.start_s
     _start(board)
+    if board.starts_again:
+        board.starts_again = False
+        yield board.now_s + board.firmware.start_s
+        _start(board)
     if kept and board.state is State.HOLD:  # it is planned, but not started
         board.codec.receive_data(kept)
         board.codec.next_event()
@@ -321,6 +343,7 @@ def _start(board: GrblBoard) -> None:
     held, board.holds_next = board.holds_next and not locked, False
     board.state = State.ALARM if locked else State.HOLD if held else State.IDLE
     board.critical = board.main_loop.hung = False
+    board.main_loop.refused = 0
     board.cycle.forget()
     board.cycle.stands = held
     board.overrides[:] = 100, 100, 100
@@ -342,6 +365,9 @@ def _start(board: GrblBoard) -> None:
 
 
 def _jog_cancel(board: GrblBoard) -> None:
+    if board.firmware.grblhal:
+        board.ring.clear()
+        board.main_loop.refused = 0
     if board.state is not State.JOG:
         return
     if board.firmware.cancel_clears_ring:
@@ -353,10 +379,13 @@ def _jog_cancel(board: GrblBoard) -> None:
 
 
 def _stop(board: GrblBoard) -> None:
-    """Drop everything without an alarm (grblHAL)."""
+    """Brake and drop everything without an alarm (grblHAL); outputs go off, as with a reset."""
     board.ring.clear()
+    board.main_loop.refused = 0
+    _outputs_off(board)
     if board.state in (State.RUN, State.JOG):
         board.cycle.cancel(board)
+    board.say(Feedback("Stop"))
 
 
 def _door(board: GrblBoard) -> None:

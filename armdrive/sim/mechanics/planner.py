@@ -318,13 +318,13 @@ class PathRack:
         self._replan(now_s, computed_s)
         return True
 
-    def hold(self, now_s: float, *, dead: bool = False) -> None:
+    def hold(self, now_s: float, *, keep: int | None = None) -> None:
         """Slow down to a standstill along the path; the lines stay queued.
 
-        `dead` discards the segments that are already computed.
+        All segments that are already computed are driven first, or only the next `keep` of them.
         """
         self._held = True
-        self._replan(now_s, now_s if dead else self.computed_s(now_s))
+        self._replan(now_s, self.computed_s(now_s, keep))
 
     def resume(self, now_s: float) -> None:
         """Resume the path."""
@@ -336,14 +336,19 @@ class PathRack:
         self._scale = (feed, rapid)
         self._replan(now_s, self.computed_s(now_s))
 
-    def computed_s(self, now_s: float) -> float:
-        """Return up to when the motion is computed; `now_s` if there is none."""
-        if self._computed[0] != now_s:
-            until_s, index = now_s, self._index(now_s)
-            for _ in range(self._count(now_s)):
-                until_s, index = self._segment_end(until_s, index)
+    def computed_s(self, now_s: float, segments: int | None = None) -> float:
+        """Return up to when the motion is computed; `now_s` if there is none.
+
+        With a number of `segments`, return when the last of as many computed ones ends.
+        """
+        if segments is None and self._computed[0] == now_s:
+            return self._computed[1]
+        until_s, index, count = now_s, self._index(now_s), self._count(now_s)
+        for _ in range(count if segments is None else min(count, segments)):
+            until_s, index = self._segment_end(until_s, index)
+        if segments is None:
             self._computed = now_s, until_s
-        return self._computed[1]
+        return until_s
 
     def _count(self, now_s: float) -> int:
         """Return how many segments can have been computed since the motors started."""

@@ -306,7 +306,8 @@ def test_what_a_board_lacks_it_refuses():
     assert grbl.parse_line("A1", grbl.GRBL).code == 20
     assert grbl.parse_line("M62P0", grbl.GRBL).code == 20
     assert grbl.parse_line("$HX", grbl.GRBL).code == 3
-    assert grbl.parse_line("$HXY", grbl.GRBLHAL) == grbl.Home("XY")
+    assert grbl.parse_line("$HXY", grbl.GRBLHAL).code == 3
+    assert grbl.parse_line("$HC", grbl.GRBLHAL) == grbl.Home("C")
     assert grbl.parse_line("$300=1", grbl.GRBLHAL) == grbl.SetSetting(300, 1.0)
 
 

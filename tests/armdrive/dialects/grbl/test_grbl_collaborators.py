@@ -217,7 +217,7 @@ def test_the_line_after_a_silence_is_said_behind_one_that_has_to_be_refused():
     parts.run(parts.exchange.carry_out(Line("M8"), 1.0), lambda _: [])
     parts.sent.clear()
     parts.run(parts.exchange.carry_out(Line("M9"), 1.0), standing)
-    assert parts.sent == [b"))GG\n", b"M9\n"]
+    assert parts.sent == [b"))GG\n", b"\n", b"M9\n"]
     assert not parts.board.polls.stray
 
 
@@ -379,7 +379,7 @@ def test_a_road_knows_when_its_motion_may_have_ended():
     assert not road.ends_by(9.0)
 
 
-def told(**changes):
+def told(variant=Variant.GRBL, **changes):
     board = "XYZABC"
     axes = axes_of()
     expected = axes.expected(config().device)
@@ -390,7 +390,7 @@ def told(**changes):
         values[f"{120 + index}"] = f"{expected.accelerations[index] + 1:.3f}"
     values |= {key.removeprefix("s"): value for key, value in changes.items()}
     numbers = {int(key): value for key, value in values.items() if value is not None}
-    return Comparison(config().device, axes, board, numbers)
+    return Comparison(config().device, axes, board, numbers, variant=variant)
 
 
 @pytest.mark.parametrize(

@@ -286,6 +286,23 @@ def test_a_board_goes_on_for_as_long_as_a_real_one(press, firmware, rate_hz, see
     assert (bench.x - at) * 10 == pytest.approx(seen_steps, abs=3 + 0.01 * rate_hz)
 
 
+SEEN_ON_GRBLHAL = [
+    (HOLD, 31, 0.44, 14),
+    (HOLD, 50, 0.27, 13),
+    (HOLD, 100, 0.19, 19),
+    (HOLD, 400, 0.18, 55),
+    (CANCEL, 31, 0.11, 4),
+    (CANCEL, 50, 0.06, 3),
+    (CANCEL, 100, 0.07, 7),
+    (CANCEL, 400, 0.11, 26),
+]
+
+
+@pytest.mark.parametrize(("press", "rate_hz", "seen_s", "seen_steps"), SEEN_ON_GRBLHAL)
+def test_grblhal_drops_computed_segments_at_a_jog_cancel(press, rate_hz, seen_s, seen_steps):
+    test_a_board_goes_on_for_as_long_as_a_real_one(press, "grblhal", rate_hz, seen_s, seen_steps)
+
+
 @pytest.mark.parametrize("firmware", BOARDS)
 def test_the_planner_reads_empty_while_motion_is_still_to_come(firmware):
     bench = Bench(STEPS, firmware=firmware)
@@ -315,7 +332,16 @@ def test_a_cancel_as_the_jog_ends_leaves_a_board_idle_that_reads_no_line(firmwar
     assert report.free_bytes == bench.board.firmware.ring_bytes - 5
     bench.put(RESUME)
     assert bench.wait(0.1) == ["ok"]
-    assert hung("grblhal").say("G4P0", 0.5) == ["ok"]
+
+
+def test_only_a_reset_frees_a_grblhal_board_that_a_cancel_has_hung():
+    bench = hung("grblhal")
+    assert bench.say("G4P0", 0.5) == []
+    bench.put(RESUME)
+    assert bench.wait(0.2) == []
+    assert bench.ask().state is BoardState.IDLE
+    bench.put(b"\x18")
+    assert bench.wait(0.3)[0] == "ALARM:3"
 
 
 # -- the driver -------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from kinematics import JOINT_NAMES, KinematicsError
     [
         ("grbl", Variant.GRBL, "[OPT:V,15,128]", 128),
         ("mega5x", Variant.GRBL, "[OPT:VNMGH,35,255,0]", 255),
-        ("grblhal", Variant.GRBLHAL, "[OPT:VNM,35,1024]", 1024),
+        ("grblhal", Variant.GRBLHAL, "[OPT:VNML+,100,1024,6,0]", 1024),
         ("fluidnc", Variant.FLUIDNC, "[OPT:MPHS]", 256),
     ],
 )
@@ -70,6 +70,57 @@ def test_a_line_that_is_too_long_is_refused_whole(firmware, most):
     bench = Bench(firmware=firmware)
     assert bench.say("G1F300" + "X" + "0" * (most - 8) + "1", 3.0) == ["ok"]
     assert bench.say("G1F300" + "X" + "0" * (most - 7) + "1", 3.0) == ["error:11"]
+
+
+def test_after_a_refused_line_grblhal_refuses_all_gcode_until_an_empty_line():
+    """Observed; a `$` line that is carried out, a jog cancel and a reset end it as well."""
+    bench = Bench(firmware="grblhal")
+    assert [bench.say(line) for line in ("FOO", "G91", "M8", "")] == [
+        *[["error:2"]] * 3,
+        ["ok"],
+    ]
+    assert bench.say("G91") == ["ok"]
+    for end in ("$G\n", "\x85", "\x18"):
+        assert bench.say("FOO") == ["error:2"]
+        bench.put(end)
+        bench.wait(0.5)
+        assert bench.say("G91") == ["ok"]
+    assert bench.say("$FOO") == ["error:3"]
+    assert bench.say("G91") == ["error:3"]
+    other = Bench()
+    assert [other.say("FOO"), other.say("G91")] == [["error:2"], ["ok"]]
+
+
+@pytest.mark.parametrize(("firmware", "greetings"), [("grblhal", 2), ("mega5x", 1)])
+def test_a_second_reset_during_one_in_motion_makes_grblhal_greet_twice(firmware, greetings):
+    bench = Bench(firmware=firmware)
+    bench.say("G91G1X50F600", 0.5)
+    for _ in range(2):
+        bench.put("\x18")
+        bench.wait(0.02)
+    bench.wait(2.0)
+    assert len(bench.banners[1:]) == greetings
+
+
+def test_grblhal_sleeps_only_if_its_settings_allow_it():
+    bench = Bench({62: 0.0}, firmware="grblhal")
+    assert bench.say("$SLP") == ["error:3"]
+    bench.say("$62=1")
+    assert bench.say("$SLP", 0.1) == ["ok", "[MSG:Sleeping]"]
+
+
+def test_the_mask_of_grblhal_can_leave_out_speeds_pins_and_overrides():
+    bench = with_switches_ahead(Bench({10: 3}, firmware="grblhal"), 0.0)
+    for mask, parts in ((3, set()), (91, {"feed", "pins", "overrides"})):
+        bench.say(f"$10={mask}")
+        told = [bench.ask() for _ in range(12)]
+        seen = {
+            part
+            for part in ("feed", "pins", "overrides", "work_offset")
+            for one in told
+            if getattr(one, part) is not None
+        }
+        assert seen == parts
 
 
 def test_the_rate_of_short_segments_is_the_measured_one():
