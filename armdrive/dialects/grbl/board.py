@@ -6,7 +6,13 @@ import math
 import re
 from dataclasses import replace
 
-from armdrive.dialects.grbl.planner import SEGMENTS, SegmentBuffer, segments_of
+from armdrive.dialects.grbl.planner import (
+    FLUIDNC_SLOWEST_HZ,
+    SEGMENTS,
+    SLOWEST_HZ,
+    SegmentBuffer,
+    segments_of,
+)
 from armdrive.dialects.grbl.settings import PINS, BoardAxes, GrblSettings
 from armdrive.dialects.words import plain
 from armdrive.tasks import Alert, AlertKind, Event, ProtocolWarning, Registers
@@ -264,11 +270,11 @@ class BoardState:
     @property
     def segment_buffer(self) -> SegmentBuffer:
         """The board's segment buffer; the largest of all until the firmware is known."""
-        if self._settings.segments is not None:
-            return SegmentBuffer(self._settings.segments)
+        count = segments_of(self.variant, self._planner_blocks)
         if not self.recognised:
-            return SegmentBuffer(max(SEGMENTS.values()))
-        return SegmentBuffer(segments_of(self.variant, self._planner_blocks))
+            count = max(SEGMENTS.values())
+        slowest_hz = FLUIDNC_SLOWEST_HZ if self.variant is Variant.FLUIDNC else SLOWEST_HZ
+        return SegmentBuffer(self._settings.segments or count, slowest_hz)
 
     def alarm_words(self) -> str:
         """Return a text that names the board's alarm and its remedy."""
@@ -288,6 +294,11 @@ class BoardState:
     def located(self) -> bool:
         """Whether the latest report gives the machine position."""
         return self.reported is not None and self.reported.machine_position is not None
+
+    @property
+    def lost(self) -> bool:
+        """Whether the board is in an alarm that may have cost it its position."""
+        return self.alarm is not None and not self.alarm.position_kept
 
     @property
     def may_keep_line(self) -> bool:

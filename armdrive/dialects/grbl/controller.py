@@ -67,7 +67,8 @@ from firmware_protocol.grbl import (
 from firmware_protocol.grbl.host import Event as HostEvent
 
 SETTING = r"\$([0-9]+|/[a-z0-9_/]+)=[0-9.]+"
-"""A line that writes a setting, on FluidNC also by its path. Other lines that begin with $ jog, home or store a motion."""
+"""A line that writes a setting, on FluidNC also by its path. Other lines that begin with $ jog,
+home or store a motion."""
 TRIES = 3
 """Attempts to read a complete set of settings."""
 SETTING_WRITE_S = 2.0

@@ -265,6 +265,8 @@ def raise_critical(board: GrblBoard, code: int) -> None:
     board.state, board.critical = State.ALARM, True
     board.say(Alarm(code))
     board.say(Feedback("Reset to continue"))
+    if board.firmware.has_paths:
+        board.busy_until_s = board.now_s + board.firmware.alarm_s
 
 
 def fail(board: GrblBoard, code: int) -> None:
@@ -291,6 +293,8 @@ def switched_on(board: GrblBoard, wait_s: float) -> Boot:
 def _restarted(board: GrblBoard, code: int) -> Boot:
     if board.state is State.SLEEP and board.firmware.killed is Killed.LATE:
         yield board.now_s + board.settings[IDLE_MS] / 1000  # observed: 0.26 s at $1=255
+    if board.busy_until_s > board.now_s:  # observed on FluidNC: it waits in `alarm_msg`
+        yield board.busy_until_s
     if code:
         if code == _ABORTED and board.firmware.killed is Killed.LATE:
             yield board.now_s + board.settings[IDLE_MS] / 1000

@@ -52,6 +52,22 @@ def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
     assert arm.status.state is State.STANDBY
 
 
+@pytest.mark.parametrize("after_s", [0.0, 0.05, 0.3, 1.0])
+def test_a_fluidnc_board_that_is_reset_right_after_a_limit_alarm_greets_late(after_s):
+    arm = ready(config(device={"hard_limits": True}), firmware="fluidnc")
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.6)
+    arm.twin.board.set_switch(0, SwitchState.CLOSED)
+    with pytest.raises(DeviceFault, match="alarm 1"):
+        handle.wait(8.0)
+    arm.twin.board.set_switch(0, SwitchState.FREE)
+    arm.sleep(after_s)
+    arm.reset()
+    arm.sleep(1.0)
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.SUSPECT
+
+
 def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
     arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
     arm.twin.board.set_switch(0, SwitchState.CLOSED)
@@ -396,7 +412,7 @@ def segments(arm):
 
 
 @pytest.mark.parametrize(
-    ("firmware", "wanted"), [("grbl", 5), ("mega5x", 9), ("grblhal", 9), ("fluidnc", 12)]
+    ("firmware", "wanted"), [("grbl", 5), ("mega5x", 9), ("grblhal", 9), ("fluidnc", 11)]
 )
 def test_what_a_board_computes_ahead_is_that_of_its_firmware(firmware, wanted):
     assert segments(found(firmware=firmware)) == wanted
@@ -405,7 +421,7 @@ def test_what_a_board_computes_ahead_is_that_of_its_firmware(firmware, wanted):
     assert told.status.stop_time_s > found(firmware=firmware).status.stop_time_s
 
 
-@pytest.mark.parametrize(("times", "wanted"), [(1, 9), (2, 9), (99, 12)])
+@pytest.mark.parametrize(("times", "wanted"), [(1, 9), (2, 9), (99, 11)])
 def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times, wanted):
     flaw = Rule(rb"\[FIRMWARE", garbled(4, 0x7F), times=times)
     assert segments(over(flaw, firmware="grblhal")) == wanted

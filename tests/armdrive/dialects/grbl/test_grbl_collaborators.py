@@ -193,7 +193,7 @@ def test_a_poll_before_which_one_was_unanswered_may_have_left_a_character():
 
 def test_the_segment_buffer_is_the_largest_until_the_firmware_is_known():
     board = Parts().board
-    assert board.segment_buffer == SegmentBuffer(12)
+    assert board.segment_buffer == SegmentBuffer(11)
     board.recognised = True
     assert board.variant is Variant.GRBL
     assert board.segment_buffer == SegmentBuffer(9)
