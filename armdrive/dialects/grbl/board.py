@@ -126,8 +126,9 @@ MOVING = (State.RUN, State.JOG, State.HOME)
 HELD = (State.HOLD, State.DOOR, State.TOOL)
 LINES_IGNORED = (*HELD, State.SLEEP, State.CHECK)
 """States in which the board executes no lines; a reset leaves them."""
-ABORT_ALARMS = (3, 6)
-"""Alarms that our own reset raises if it ends a motion (3) or homing (6)."""
+ABORT_ALARMS = (3, 6, 14)
+"""Alarms that our own reset raises if it ends a motion (3) or homing (6), or a limit alarm of a
+FluidNC board with homing (14)."""
 
 
 class BoardState:
@@ -294,11 +295,6 @@ class BoardState:
     def located(self) -> bool:
         """Whether the latest report gives the machine position."""
         return self.reported is not None and self.reported.machine_position is not None
-
-    @property
-    def lost(self) -> bool:
-        """Whether the board is in an alarm that may have cost it its position."""
-        return self.alarm is not None and not self.alarm.position_kept
 
     @property
     def may_keep_line(self) -> bool:

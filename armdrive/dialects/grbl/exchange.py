@@ -298,7 +298,7 @@ class GrblExchange:
     def _press_reset(self, moving: bool) -> bool:
         """Send the reset; return whether the report to an earlier query may be on its way."""
         asked_s = self.board.polls.since_s
-        if moving or self.board.lost:  # FluidNC does nothing for 0.5 s after an alarm
+        if moving:
             self.board.greeting.await_late()
         else:
             self.board.greeting.await_soon(max(self.io.now_s, self.wire_free_s), asked_s)

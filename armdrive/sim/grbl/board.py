@@ -481,7 +481,7 @@ class GrblBoard(Board):
         self.critical = self.holds_next = self.starts_again = False
         self.cycle.forget()
         self.state = State.IDLE
-        self.deaf_until_s = self.busy_until_s = -math.inf
+        self.deaf_until_s = -math.inf
         self.current.off_s = math.inf
         self.codec.discard()
         self.ring.clear()

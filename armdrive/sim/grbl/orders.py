@@ -192,7 +192,7 @@ def _end(board: GrblBoard, work: Work) -> Waits:
 # Source: gnea/grbl grbl/protocol.c (protocol_exec_rt_system), motion_control.c (mc_reset), main.c.
 
 _OVERRIDE_BOUNDS = (10, 200)
-_ABORTED, _HOMING_ABORTED = 3, 6
+_ABORTED, _HOMING_ABORTED, _UNHOMED = 3, 6, 14
 _HOMING_REQUIRED = 2
 _FLOOD_STATES = (State.IDLE, State.RUN, State.HOLD, State.JOG)
 
@@ -249,6 +249,8 @@ def soft_reset(board: GrblBoard) -> None:
     elif board.drive.moving:
         code = _ABORTED
         _lose_current(board, restarts=True)
+    elif board.critical and board.firmware.has_paths and board.settings.on(HOMING):
+        code = _UNHOMED
     elif board.main_loop.hung and board.firmware.grblhal:
         code = _ABORTED  # observed: it still believes that it brakes
     if code != _ABORTED or board.firmware.killed is not Killed.RUNS_ON:
@@ -265,8 +267,6 @@ def raise_critical(board: GrblBoard, code: int) -> None:
     board.state, board.critical = State.ALARM, True
     board.say(Alarm(code))
     board.say(Feedback("Reset to continue"))
-    if board.firmware.has_paths:
-        board.busy_until_s = board.now_s + board.firmware.alarm_s
 
 
 def fail(board: GrblBoard, code: int) -> None:
@@ -293,8 +293,6 @@ def switched_on(board: GrblBoard, wait_s: float) -> Boot:
 def _restarted(board: GrblBoard, code: int) -> Boot:
     if board.state is State.SLEEP and board.firmware.killed is Killed.LATE:
         yield board.now_s + board.settings[IDLE_MS] / 1000  # observed: 0.26 s at $1=255
-    if board.busy_until_s > board.now_s:  # observed on FluidNC: it waits in `alarm_msg`
-        yield board.busy_until_s
     if code:
         if code == _ABORTED and board.firmware.killed is Killed.LATE:
             yield board.now_s + board.settings[IDLE_MS] / 1000

@@ -52,16 +52,16 @@ def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
     assert arm.status.state is State.STANDBY
 
 
-@pytest.mark.parametrize("after_s", [0.0, 0.05, 0.3, 1.0])
-def test_a_fluidnc_board_that_is_reset_right_after_a_limit_alarm_greets_late(after_s):
-    arm = ready(config(device={"hard_limits": True}), firmware="fluidnc")
+def test_a_fluidnc_board_with_homing_raises_another_alarm_as_it_is_reset_after_a_limit_alarm():
+    arm = found(config(device={"hard_limits": True, "homing": True}), firmware="fluidnc")
+    arm.reset()  # it boots locked
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
     handle = arm.move_j(base_deg=60, wait=False)
     arm.sleep(0.6)
     arm.twin.board.set_switch(0, SwitchState.CLOSED)
     with pytest.raises(DeviceFault, match="alarm 1"):
         handle.wait(8.0)
     arm.twin.board.set_switch(0, SwitchState.FREE)
-    arm.sleep(after_s)
     arm.reset()
     arm.sleep(1.0)
     assert arm.status.state is State.STANDBY
