@@ -184,6 +184,13 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
     assert homed == (named if groups or firmware == "grblhal" else [b"$H\n"])
 
 
+def test_a_grblhal_board_that_must_not_sleep_says_so_when_its_motors_are_to_be_released():
+    arm = ready(firmware="grblhal")
+    arm.twin.board.settings.values[62] = 0.0
+    with pytest.raises(DeviceFault, match=r"`\$SLP`.*error 3"):
+        arm.disable()
+
+
 def test_a_board_that_cannot_home_says_so():
     arm = found(homing_config(((1,),)), firmware="grbl")
     with pytest.raises(DeviceFault, match="not known or not supported"):

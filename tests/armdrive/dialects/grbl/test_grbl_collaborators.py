@@ -393,6 +393,16 @@ def told(variant=Variant.GRBL, **changes):
     return Comparison(config().device, axes, board, numbers, variant=variant)
 
 
+def test_grblhal_needs_more_of_its_reports_homing_and_sleep():
+    lines = {each.mend for each in told(Variant.GRBLHAL, s62="0").differences()}
+    assert lines == {"$10=91", "$62=1"}
+    assert not list(told(Variant.GRBLHAL, s10="511", s62="1").differences())
+    homes = replace(
+        told(Variant.GRBLHAL, s10="511", s22="1"), settings=config(device={"homing": True}).device
+    )
+    assert {each.mend for each in homes.differences()} == {"$22=3"}
+
+
 @pytest.mark.parametrize(
     ("changes", "mend", "must"),
     [
