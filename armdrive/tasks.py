@@ -53,7 +53,7 @@ class DeviceProgram:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A device setting that differs from the arm file, and the line that corrects it.
+    """A device setting that differs from the arm file, and the line that corrects it, if any does.
 
     If `must` is true, nothing may move until the setting is corrected.
     """
@@ -65,7 +65,8 @@ class Difference:
     must: bool = True
 
     def __str__(self) -> str:
-        return f"{self.setting} is {self.found}, expected {self.expected}: send `{self.mend}`"
+        send = f": send `{self.mend}`" if self.mend else ""
+        return f"{self.setting} is {self.found}, expected {self.expected}{send}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -797,7 +797,9 @@ class Arm:
 
         Without `lines`, write all those that `status.notice` and `armdrive doctor` show.
         """
-        chosen = [each.mend for each in self.core.differences] if lines is None else lines
+        chosen = (
+            [each.mend for each in self.core.differences if each.mend] if lines is None else lines
+        )
         body = mend_settings(self.context, tuple(chosen))
         return await self.runner.perform(body, PATIENCE_S)
 

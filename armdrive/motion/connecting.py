@@ -31,6 +31,7 @@ from armdrive.tasks import (
     Done,
     DropCurrent,
     Registers,
+    RequestRejected,
     SleepUntil,
     SwitchOn,
     TaskBody,
@@ -105,7 +106,10 @@ def disable(context: MotionContext) -> TaskBody[None]:
     core.readings.current = Current.UNKNOWN
     reply = yield from context.request(DropCurrent())
     if not isinstance(reply, Done):
-        words = "the controller did not confirm that the motor current is off: look at the arm"
+        why = f" ({reply})" if isinstance(reply, RequestRejected) else ""
+        words = (
+            f"the controller did not confirm that the motor current is off{why}: look at the arm"
+        )
         raise context.fault(DeviceFault(words))
     core.readings.current = Current.OFF
     registers = yield from context.ask_registers()

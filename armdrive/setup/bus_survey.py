@@ -81,7 +81,7 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
     try:
         with closing(Arm(parts.connect_real(config))) as arm:  # `with arm` would enable it
             settings = arm.mend_settings([])
-            lines = [each.mend for each in settings.differences]
+            lines = [each.mend for each in settings.differences if each.mend]
             if lines and agree is not None and agree(settings):
                 arm.mend_settings(lines)
                 settings = arm.mend_settings([])

@@ -235,7 +235,10 @@ def lose_steps(bench: FaultBench, request: FaultRequest) -> Fault:
     if count < 1:
         raise BadRequest(f"1 step or more can be lost, not {count}")
     yield None
-    bench.device.world.lose(motor, count)
+    world = bench.device.world
+    world.lose(motor, count)
+    yield lambda: world.to_lose.get(motor, 0) > 0
+    world.to_lose.pop(motor, None)
 
 
 def stall(bench: FaultBench, request: FaultRequest) -> Fault:

@@ -99,6 +99,17 @@ _GRBLHAL_ERROR_ROWS: tuple[tuple[int, str, str], ...] = (
     (79, "not allowed while a critical event is active", "reset"),
 )
 
+_FLUIDNC_ERROR_ROWS: tuple[tuple[int, str, str], ...] = (
+    (18, "homing has no cycle", "give each axis a homing section in the board's configuration"),
+    (19, "homing of a single axis is not allowed", "allow it in the axis's homing section"),
+    (39, "a P value is too great", _LINE),
+    (40, "a control input is on", "look at the inputs"),
+    (80, "the setting's value is out of range", _SETTING),
+    (81, "the setting's value is invalid", _SETTING),
+    (152, "the board's configuration is invalid", "look at its messages after a restart"),
+    (162, "this setting can only be read", "change it in the board's configuration file"),
+)
+
 _ALARM_ROWS = (
     AlarmCode(1, "a limit switch stopped the motion at once", _REHOME),
     AlarmCode(2, "the target lies outside the travel", "reset, unlock, correct it", True),
@@ -135,12 +146,13 @@ _FLUIDNC_ALARM_ROWS = (
 ERRORS = {row[0]: ErrorCode(*row) for row in _ERROR_ROWS}
 """GRBL's own errors, common to the family."""
 GRBLHAL_ERRORS = {row[0]: ErrorCode(*row) for row in _GRBLHAL_ERROR_ROWS}
+FLUIDNC_ERRORS = {row[0]: ErrorCode(*row) for row in _FLUIDNC_ERROR_ROWS}
 ALARMS = {row.code: row for row in _ALARM_ROWS}
 """GRBL's own alarms, common to the family."""
 GRBLHAL_ALARMS = {row.code: row for row in _GRBLHAL_ALARM_ROWS}
 FLUIDNC_ALARMS = {row.code: row for row in _FLUIDNC_ALARM_ROWS}
 
-_MORE_ERRORS = {Variant.GRBLHAL: GRBLHAL_ERRORS}
+_MORE_ERRORS = {Variant.GRBLHAL: GRBLHAL_ERRORS, Variant.FLUIDNC: FLUIDNC_ERRORS}
 _MORE_ALARMS = {Variant.GRBLHAL: GRBLHAL_ALARMS, Variant.FLUIDNC: FLUIDNC_ALARMS}
 _LOOK_UP = "look the code up in the firmware's own list"
 

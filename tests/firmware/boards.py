@@ -132,6 +132,8 @@ class NativeBoard(Board):
 
     options: tuple[str, ...] = ()
     baud: int | None = None
+    configuration: str = ""
+    """The file in its folder that it reads at its start; empty: `$` lines configure it."""
 
 
 MEGA_5X = AvrBoard(
@@ -210,7 +212,19 @@ GRBLHAL = NativeBoard(
     options=("-n", "-b", "/dev/null", "-t", "0"),  # bare lines, no list of blocks, our own pace
     twin={"firmware": "grblhal"},
 )
+FLUIDNC = NativeBoard(
+    name="fluidnc",
+    firmware="FluidNC's native build for Linux, with fluidnc_motors.cpp for its pins and timers",
+    dialect="grbl",
+    letters="XYZABC",
+    baud=115_200,
+    configuration="native_localfs/config.yaml",
+    twin={"firmware": "fluidnc"},
+)
 BOARDS: Mapping[str, Board] = MappingProxyType(
-    {board.name: board for board in (MEGA_5X, GRBL_328P, ROBKO, ARMDROID, ARMDROID_USB, GRBLHAL)}
+    {
+        board.name: board
+        for board in (MEGA_5X, GRBL_328P, ROBKO, ARMDROID, ARMDROID_USB, GRBLHAL, FLUIDNC)
+    }
 )
 """Every board, by the name of its option on the command line."""

@@ -9,7 +9,22 @@ import serial
 
 from armdrive.config.arm import ArmConfig
 from armdrive.sim.grbl import board_axes, motor_letters, well_set_up
-from armdrive.sim.grbl.firmware import FIRMWARES, PULL_OFF, STEPS
+from armdrive.sim.grbl.firmware import (
+    ACCELERATION,
+    FIRMWARES,
+    HARD_LIMITS,
+    HOMING,
+    HOMING_FEED,
+    HOMING_SEEK,
+    IDLE_MS,
+    JUNCTION,
+    MOST_SPEED,
+    PULL_OFF,
+    RATE,
+    SOFT_LIMITS,
+    STEPS,
+    TRAVEL,
+)
 
 from .boards import Board
 
@@ -87,6 +102,76 @@ def settings_for(config: ArmConfig, board: Board) -> dict[int, float]:
 def pull_off_steps(values: Mapping[int, float], axis: int) -> int:
     """Return how far homing backs off from a switch, in steps of an axis counted from 0."""
     return round(values[PULL_OFF] * values[STEPS + axis])
+
+
+FLUIDNC_AXIS = """
+  {letter}:
+    steps_per_mm: {steps}
+    max_rate_mm_per_min: {rate}
+    acceleration_mm_per_sec2: {acceleration}
+    max_travel_mm: {travel}
+    soft_limits: {soft}{homing}
+    motor0:
+      limit_all_pin: gpio.{limit_pin}
+      hard_limits: {hard}
+      pulloff_mm: {pull_off}
+      stepstick:
+        step_pin: gpio.{step_pin}
+        direction_pin: gpio.{dir_pin}"""
+FLUIDNC_HOMING = """
+    homing:
+      cycle: 1
+      positive_direction: true
+      mpos_mm: 0
+      seek_mm_per_min: {seek}
+      feed_mm_per_min: {feed}
+      seek_scaler: 1.5
+      feed_scaler: 5"""
+
+FLUIDNC_SLOWER = 4.0
+"""It seeks its switches more slowly: a task polls them, and a busy computer lets it wait."""
+
+
+def fluidnc_configuration(values: Mapping[int, float], axes: str = "xyzabc") -> str:
+    """Return FluidNC's configuration with these settings, on the pins of fluidnc_motors.cpp."""
+    seek = values[HOMING_SEEK] / FLUIDNC_SLOWER
+    homing = FLUIDNC_HOMING.format(seek=seek, feed=values[HOMING_FEED])
+    blocks = [
+        FLUIDNC_AXIS.format(
+            letter=letter,
+            steps=values[STEPS + axis],
+            rate=values[RATE + axis],
+            acceleration=values[ACCELERATION + axis],
+            travel=values[TRAVEL + axis],
+            soft=str(bool(values[SOFT_LIMITS])).lower(),
+            homing=homing if values[HOMING] else "",
+            limit_pin=2 * len(axes) + axis,
+            hard=str(bool(values[HARD_LIMITS])).lower(),
+            pull_off=values[PULL_OFF],
+            step_pin=2 * axis,
+            dir_pin=2 * axis + 1,
+        )
+        for axis, letter in enumerate(axes)
+        if STEPS + axis in values
+    ]
+    return f"""name: arm
+board: bench
+junction_deviation_mm: {values[JUNCTION]}
+stepping:
+  engine: Timed
+  idle_ms: {values[IDLE_MS]:.0f}
+axes:
+  shared_stepper_disable_pin: gpio.18{"".join(blocks)}
+coolant:
+  flood_pin: gpio.19
+  mist_pin: gpio.20
+user_outputs:
+  digital0_pin: gpio.21
+  analog0_pin: gpio.36
+besc:
+  output_pin: gpio.35
+  speed_map: 0=0% {values.get(MOST_SPEED, 1000):.0f}=100%
+"""
 
 
 def set_up(port: str, values: Mapping[int, float]) -> None:

@@ -28,6 +28,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.registry.arm_files import load_arm
 from armdrive.sim.device import Board, SimDevice
 from armdrive.sim.grbl import board_axes, motor_letters, switches, well_set_up
+from armdrive.sim.grbl.firmware import REPORT
 from armdrive.sim.grbl.hardware import Switches
 from armdrive.sim.mechanics.motors import MotorDrive, SwitchState
 from armdrive.sim.serving import make_server, run_device
@@ -38,7 +39,7 @@ from tests.conformance.custom_arm import arm_file
 from tests.conformance.real_time_bench import DeviceProcess, PtyBench
 
 from .boards import BOARDS, NativeBoard
-from .grbl_setup import set_up, settings_for
+from .grbl_setup import fluidnc_configuration, set_up, settings_for
 from .measuring import Step
 from .pace import NoSimulator, Pace
 
@@ -385,7 +386,10 @@ class NativeBench(PtyBench):
 
     def set_up(self) -> None:
         """Write the settings that the arm needs."""
-        set_up(self.device_port, settings_for(self.config, self._runner.board))
+        values = settings_for(self.config, self._runner.board)
+        if self._runner.board.configuration:
+            values = {REPORT: values[REPORT]}
+        set_up(self.device_port, values)
 
     def _begin(self, lines: str) -> None:
         self._serve(lines)
@@ -400,6 +404,11 @@ class NativeBench(PtyBench):
         runner, path = self._runner, self._home / "device.toml"
         path.write_text(arm_file(self.row, lines, "/dev/null"), encoding="utf-8")
         self.folder = runner.folder()
+        if runner.board.configuration:
+            text = fluidnc_configuration(settings_for(load_arm(path), runner.board))
+            file = self.folder / runner.board.configuration
+            file.parent.mkdir(exist_ok=True)
+            file.write_text(text, encoding="utf-8")
         words = (str(path), runner.board.name, str(runner.program), str(self.folder))
         self._sim = DeviceProcess(("tests.firmware.native", *words), self._door(), self.row.name)
         self._motors = motors_in(self.folder)

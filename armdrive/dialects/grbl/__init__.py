@@ -38,7 +38,7 @@ ENTRY = Dialect(
     baud=115_200,
     torque=Torque(
         disable="sags: `$SLP` puts the board and its motors to sleep",
-        estop="sags for 0.5 s in motion (`ALARM:3`), then is held; grblHAL holds it",
+        estop="sags for 0.5 s in motion (`ALARM:3`), then is held; grblHAL and FluidNC hold it",
         power_loss="sags, and the position is zero afterwards",
         closed_port="is held where `$1` is 255; opening the port resets most boards",
     ),

@@ -6,7 +6,13 @@ import math
 import re
 from dataclasses import replace
 
-from armdrive.dialects.grbl.planner import SEGMENTS, SegmentBuffer, segments_of
+from armdrive.dialects.grbl.planner import (
+    FLUIDNC_SLOWEST_HZ,
+    SEGMENTS,
+    SLOWEST_HZ,
+    SegmentBuffer,
+    segments_of,
+)
 from armdrive.dialects.grbl.settings import PINS, BoardAxes, GrblSettings
 from armdrive.dialects.words import plain
 from armdrive.tasks import Alert, AlertKind, Event, ProtocolWarning, Registers
@@ -120,8 +126,9 @@ MOVING = (State.RUN, State.JOG, State.HOME)
 HELD = (State.HOLD, State.DOOR, State.TOOL)
 LINES_IGNORED = (*HELD, State.SLEEP, State.CHECK)
 """States in which the board executes no lines; a reset leaves them."""
-ABORT_ALARMS = (3, 6)
-"""Alarms that our own reset raises if it ends a motion (3) or homing (6)."""
+ABORT_ALARMS = (3, 6, 14)
+"""Alarms that our own reset raises if it ends a motion (3) or homing (6), or a limit alarm of a
+FluidNC board with homing (14)."""
 
 
 class BoardState:
@@ -264,11 +271,11 @@ class BoardState:
     @property
     def segment_buffer(self) -> SegmentBuffer:
         """The board's segment buffer; the largest of all until the firmware is known."""
-        if self._settings.segments is not None:
-            return SegmentBuffer(self._settings.segments)
+        count = segments_of(self.variant, self._planner_blocks)
         if not self.recognised:
-            return SegmentBuffer(max(SEGMENTS.values()))
-        return SegmentBuffer(segments_of(self.variant, self._planner_blocks))
+            count = max(SEGMENTS.values())
+        slowest_hz = FLUIDNC_SLOWEST_HZ if self.variant is Variant.FLUIDNC else SLOWEST_HZ
+        return SegmentBuffer(self._settings.segments or count, slowest_hz)
 
     def alarm_words(self) -> str:
         """Return a text that names the board's alarm and its remedy."""
@@ -288,6 +295,15 @@ class BoardState:
     def located(self) -> bool:
         """Whether the latest report gives the machine position."""
         return self.reported is not None and self.reported.machine_position is not None
+
+    @property
+    def may_keep_line(self) -> bool:
+        """Whether the board may have read a line in its hold that a reset would not drop.
+
+        FluidNC does; so may any board whose firmware is not known yet.
+        """
+        kept = self.variant is Variant.FLUIDNC or not self.recognised
+        return kept and self.state in HELD
 
     @property
     def in_motion(self) -> bool:

@@ -66,6 +66,7 @@ class GrblContact:
             return self.io.silence(began_s, "and none to a reset")
         if not (yield from self._end_leftover_motion()):
             return self.io.silence(began_s)
+        self.exchange.quiet()
         # that reset may have been lost or not needed, so check that the board reads lines
         if not (yield from self.exchange.spoil()) and not (yield from self.exchange.soft_reset()):
             return self.io.silence(began_s)

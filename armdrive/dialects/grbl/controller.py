@@ -26,7 +26,13 @@ from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import GrblExchange, refusal
 from armdrive.dialects.grbl.motion import GrblHoming, GrblMotion
 from armdrive.dialects.grbl.planner import InFlightLines, MotionBounds
-from armdrive.dialects.grbl.settings import BoardAxes, Comparison, GrblSettings, idle_key
+from armdrive.dialects.grbl.settings import (
+    FLUIDNC_JUNCTION,
+    BoardAxes,
+    Comparison,
+    GrblSettings,
+    idle_key,
+)
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.errors import Refused
 from armdrive.status import BITS_A_BYTE
@@ -49,11 +55,20 @@ from armdrive.tasks import (
     SwitchOn,
     WriteRow,
 )
-from firmware_protocol.grbl import Acknowledged, Dialect, Host, Line, QuerySettings, Sleep
+from firmware_protocol.grbl import (
+    Acknowledged,
+    Dialect,
+    Host,
+    Line,
+    QuerySettings,
+    Sleep,
+    Variant,
+)
 from firmware_protocol.grbl.host import Event as HostEvent
 
-SETTING = r"\$[0-9]+=[0-9.]+"
-"""A line that writes a setting. Other lines that begin with $ jog, home or store a motion."""
+SETTING = r"\$([0-9]+|/[a-z0-9_/]+)=[0-9.]+"
+"""A line that writes a setting, on FluidNC also by its path. Other lines that begin with $ jog,
+home or store a motion."""
 TRIES = 3
 """Attempts to read a complete set of settings."""
 SETTING_WRITE_S = 2.0
@@ -146,8 +161,10 @@ class GrblController(ScriptRunner[HostEvent]):
             reported.clear()
             message = yield from self.exchange.ask(QuerySettings(), answer_s)
             key = idle_key(self.settings, self.board.variant, reported)
-            if isinstance(message, Acknowledged) and isinstance(key, str) and key not in reported:
-                yield from self.exchange.ask(Line(f"${key}"), answer_s)
+            paths = [key, *[FLUIDNC_JUNCTION] * (self.board.variant is Variant.FLUIDNC)]
+            for path in paths:
+                if isinstance(message, Acknowledged) and isinstance(path, str):
+                    yield from self.exchange.ask(Line(f"${path}"), answer_s)
             if isinstance(message, Acknowledged) and key in reported:
                 break
         if not isinstance(message, Acknowledged):

@@ -44,6 +44,9 @@ not a letter; FluidNC drops it. All refuse a letter without a number (gnea/grbl 
 gcode.c).
 """
 SPOILERS = 3
+ECHO_OFF = b"\f"
+"""Ends the echo of a FluidNC board that has heard a control character, from a terminal program or
+by a damaged byte (FluidNC lineedit.cpp). The others ignore it."""
 
 
 @dataclass(slots=True, eq=False)
@@ -226,6 +229,10 @@ class GrblExchange:
         that the board may be in motion and must stop soon: a lost reset is repeated at once.
         """
         self.board.aborted = False
+        if self.board.may_keep_line and not moving:
+            yield from self._reset_into_hold()
+            if self.board.aborted:  # the board had restarted already
+                return True
         for _ in range(RESETS):
             if (yield from self._reset(moving or self.board.in_motion)):
                 return True
@@ -241,6 +248,25 @@ class GrblExchange:
             if not reported and not patient:
                 break
         return False
+
+    def _reset_into_hold(self) -> Script[HostEvent, None]:
+        """Make the board drop a line that it has read but not carried out.
+
+        A reset out of a hold releases that line, and it would move the arm. After a feed hold that
+        follows the reset at once, the line is planned at most, and the next reset drops it. Both
+        orders were seen on FluidNC 4.0.5: it answers the line with ok, and nothing moves.
+        """
+        self._press_reset(moving=False)
+        self.press(Realtime.FEED_HOLD)
+        end_s = self.io.now_s + BANNER_TIMEOUT_S
+        while self.io.now_s < end_s:
+            if isinstance((yield from self.listen(end_s)), Restarted):
+                break
+        self.forget_lines()
+
+    def quiet(self) -> None:
+        """End an echo that someone at a terminal has switched on."""
+        self.io.write(ECHO_OFF, "")
 
     def _reset(self, moving: bool) -> Script[HostEvent, bool]:
         """Send the reset and wait for the banner; return False if none arrives.

@@ -20,7 +20,6 @@ from armdrive.dialects.grbl.exchange import (
     refusal,
 )
 from armdrive.dialects.grbl.planner import (
-    SLOWEST_HZ,
     InFlightLines,
     MotionBounds,
     MotorPath,
@@ -142,7 +141,7 @@ class GrblMotion:
             return
         lasts_s = self.drawn.duration_s
         # the board cannot turn more slowly than this; a slower line finishes ahead of schedule
-        driven_s = min(lasts_s, self.drawn.steps.largest / SLOWEST_HZ)
+        driven_s = min(lasts_s, self.drawn.steps.largest / self.bounds.segments.slowest_hz)
         ahead = line_path(self.drawn.steps, driven_s, self.bounds.limits)
         if not self.lines.fits(ahead, self.request.ahead_s, self.bounds.ramp_s()):
             return

@@ -301,6 +301,32 @@ def idle_key(settings: GrblSettings, variant: Variant, reported: ReportedSetting
     return int(word) if word.isdigit() else word
 
 
+FLUIDNC_JUNCTION = "/junction_deviation_mm"
+FLUIDNC_OF_AXIS: Mapping[int, str] = {
+    STEPS_PER_UNIT: "steps_per_mm",
+    RATES: "max_rate_mm_per_min",
+    ACCELERATIONS: "acceleration_mm_per_sec2",
+    TRAVEL: "max_travel_mm",
+}
+FLUIDNC_BY_NUMBER = (REPORT, INCHES)
+"""The numbered settings that FluidNC changes; it refuses the others with error 162."""
+
+
+def fluidnc_key(key: int, board: str) -> int | str | None:
+    """Return the key by which FluidNC changes a setting; None if only its configuration file does.
+
+    Source: observed on FluidNC 4.0.5; Configuration/*.cpp, SettingsDefinitions.cpp (make_proxies).
+    """
+    if key in FLUIDNC_BY_NUMBER:
+        return key
+    if key == JUNCTION:
+        return FLUIDNC_JUNCTION
+    group = key - key % 10
+    if group in FLUIDNC_OF_AXIS:
+        return f"/axes/{board[key % 10].lower()}/{FLUIDNC_OF_AXIS[group]}"
+    return None
+
+
 def _is_other(found: float, wanted: float) -> bool:
     return abs(found - wanted) > SETTING_TOLERANCE
 
@@ -327,11 +353,13 @@ class ExpectedSetting:
     differs: Callable[[float, float], bool]
     must: bool = False
 
-    def difference(self, found: float) -> Difference:
-        """Return the difference of a reported value, and the line that corrects it."""
+    def difference(self, found: float, key: int | str | None) -> Difference:
+        """Return the difference of a reported value, and the line that corrects it by a key."""
         # rounded up, because three decimals must not make a limit lower than expected
         expected = write_number(math.ceil(self.wanted * 1000.0 - 1e-6) / 1000.0)
-        name, line = f"${self.key} ({self.what})", f"${self.key}={expected}"
+        where = "" if key is not None else ", in the board's configuration file"
+        name = f"${self.key} ({self.what}{where})"
+        line = "" if key is None else f"${key}={expected}"
         return Difference(name, write_number(found), expected, line, self.must)
 
 
@@ -351,8 +379,9 @@ class Comparison:
 
     def number(self, key: int) -> float | None:
         """Return a setting as a number; None if the board does not report one."""
+        text = self.reported.get(key) or self.reported.get(self._key(key) or key, "")
         try:
-            value = float(self.reported.get(key, ""))
+            value = float(text)
         except ValueError:
             return None
         return value if math.isfinite(value) else None
@@ -379,7 +408,7 @@ class Comparison:
         for each in self._expected():
             found = self.number(each.key)
             if found is not None and each.differs(found, each.wanted):
-                yield each.difference(found)
+                yield each.difference(found, self._key(each.key))
 
     def _idle(self) -> Iterator[Difference]:
         """Yield the difference of the only setting that may be missing, or no number."""
@@ -425,6 +454,9 @@ class Comparison:
             yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
         if grblhal:
             yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)
+
+    def _key(self, key: int) -> int | str | None:
+        return fluidnc_key(key, self.board) if self.variant is Variant.FLUIDNC else key
 
     def _of_axis(self, group: int, index: int) -> float | None:
         return self.number(group + self.board.index(self.axes.letters[index]))

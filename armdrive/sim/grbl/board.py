@@ -451,6 +451,7 @@ class GrblBoard(Board):
         self.current = MotorCurrent(world, settings)
         self.ring = ReceiveRing(firmware.ring_bytes)
         self.limits = HardLimits()
+        self.echoes = False
         self.pins = ""
         self.overrides = [100, 100, 100]
         self.booting: BoardScript[None] = BoardScript()
@@ -477,7 +478,7 @@ class GrblBoard(Board):
         """Clear what is lost with the power, and with a reset of the whole board."""
         self.main_loop.forget()
         self.booting.end()
-        self.critical = self.starts_again = False
+        self.critical = self.holds_next = self.starts_again = False
         self.cycle.forget()
         self.state = State.IDLE
         self.deaf_until_s = -math.inf
@@ -521,14 +522,25 @@ class GrblBoard(Board):
             return
         start = 0
         for found in self._picked.finditer(data):
-            self.ring.put(data[start : found.start()])
+            self._put(data[start : found.start()])
             start = found.end()
             command = self._orders.get(data[found.start()])
-            reset = command is Realtime.SOFT_RESET
-            if command is not None and (reset or not self.booting.active):
+            if command is not None:
                 self.routines.order(self, command)
-        self.ring.put(data[start:])
+        self._put(data[start:])
         self.main_loop.run(self)
+
+    def _put(self, data: bytes) -> None:
+        """Put characters into the ring; a board that edits lines may echo them and drop some."""
+        if not self.firmware.edits_lines:
+            self.ring.put(data)
+            return
+        for sign in (data[at : at + 1] for at in range(len(data))):
+            control = sign < b" " and sign not in b"\r\n"
+            self.echoes = (self.echoes or control) and sign != b"\f"
+            if not control:
+                self.ring.put(sign)
+                self.shared.outgoing += sign if self.echoes else b""
 
     # Time.
 

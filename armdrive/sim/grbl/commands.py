@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -19,9 +19,12 @@ from armdrive.sim.grbl.firmware import (
     HOMING_FEED,
     HOMING_SEEK,
     IDLE_MS,
+    INCHES,
+    JUNCTION,
     MINUTE_S,
     PULL_OFF,
     RATE,
+    REPORT,
     SLEEP_ENABLE,
     STEPS,
     TRAVEL,
@@ -145,12 +148,14 @@ def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
 
 
 # --- FluidNC's names of settings: `$/stepping/idle_ms`, and `=255` to change one -----------------
-# On a real board such a change lasts until the power is cut, because its configuration file is not
-# changed.
+# Such a change lasts until the power is cut, because the configuration file is not changed. All
+# observed on FluidNC 4.0.5, and its `$$`: a few numbers, of which only $10 and $13 can be changed.
 
-UNKNOWN, NO_NUMBER, PATH_NOT_IDLE = 3, 2, 8
-FIRST_TOLD = 10
-"""`$$` lists the numbered settings from this one on."""
+UNKNOWN, PATH_NOT_IDLE = 3, 8
+READ_ONLY, OUT_OF_RANGE = 162, 80
+_TOLD_FIRST = (13, 20, 21, 22, 23, 30, 32)
+_CHANGEABLE = {REPORT: 3.0, INCHES: 1.0}
+"""The numbered settings that FluidNC changes, and their greatest value."""
 _LINE = re.compile(r"\$/([a-z0-9_/]+)(?:=(.*))?", re.IGNORECASE)
 _AXIS = re.compile(r"axes/([a-z])/(\w+)")
 _OF_AXIS = {
@@ -159,6 +164,9 @@ _OF_AXIS = {
     "acceleration_mm_per_sec2": ACCELERATION,
     "max_travel_mm": TRAVEL,
 }
+
+
+_PATHS = {"stepping/idle_ms": IDLE_MS, "junction_deviation_mm": JUNCTION}
 
 
 def named_path(line: str) -> tuple[str, str | None] | None:
@@ -181,17 +189,18 @@ def run_path(board: GrblBoard, path: str, value: str | None) -> int:
     try:
         given = float(value)
     except ValueError:
-        return NO_NUMBER
+        given = math.nan
     if not math.isfinite(given):
-        return NO_NUMBER
+        board.say(Bracketed("MSG:ERR: Bad numeric value"))
+        return 0
     code = board.settings.store(number, given)
     board.drive.rack.limits = board.settings.limits()
     return code
 
 
 def _number(board: GrblBoard, path: str) -> int | None:
-    if path == "stepping/idle_ms":
-        return IDLE_MS
+    if path in _PATHS:
+        return _PATHS[path]
     found = _AXIS.fullmatch(path)
     if found is None or found[1].upper() not in board.axes or found[2] not in _OF_AXIS:
         return None
@@ -219,10 +228,16 @@ def _help(board: GrblBoard, _: Help) -> int:
 
 
 def _settings(board: GrblBoard, _: QuerySettings) -> int:
-    for number, text in board.settings.written():
-        if number >= FIRST_TOLD or not board.firmware.has_paths:
-            board.say(Setting(number, text))
+    texts = dict(board.settings.written())
+    if board.firmware.has_paths:
+        texts = {number: texts[number] for number in _told_by_fluidnc(texts)}
+    for number, text in texts.items():
+        board.say(Setting(number, text))
     return 0
+
+
+def _told_by_fluidnc(numbers: Iterable[int]) -> list[int]:
+    return [*_TOLD_FIRST, *(number for number in numbers if number >= STEPS), REPORT]
 
 
 def _parser_state(board: GrblBoard, _: QueryParserState) -> int:
@@ -309,6 +324,11 @@ def _cycles(board: GrblBoard, letters: str) -> list[list[int]]:
 
 
 def _set(board: GrblBoard, command: SetSetting) -> Steps:
+    if board.firmware.has_paths and command.setting not in _CHANGEABLE:
+        told = command.setting in _told_by_fluidnc(board.settings.values)
+        return READ_ONLY if told else UNKNOWN
+    if board.firmware.has_paths and command.value > _CHANGEABLE[command.setting]:
+        return OUT_OF_RANGE
     code = board.settings.store(command.setting, command.value)
     if code:
         return code

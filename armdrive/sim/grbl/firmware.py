@@ -28,12 +28,14 @@ class Killed(Enum):
     """What a reset during a motion does to the motor current, even if $1 is 255.
 
     Sources: st_go_idle and mc_reset of gnea/grbl grbl/stepper.c and motion_control.c, and of
-    grblHAL/core; protocol_disable_steppers of bdring/FluidNC Protocol.cpp.
+    grblHAL/core. Observed on FluidNC 4.0.5: after 0x18 at 400 steps/s, 44 steps in 0.11 s, at 50
+    steps/s 17 in 0.32 s, and the position is exact.
     """
 
     LATE = "it is held for $1 with the interrupts off, then free until the board has restarted"
     AT_ONCE = "it is free until the board has restarted"
     NEVER = "the board restarts before $1 is over, and keeps the current on"
+    RUNS_ON = "the computed segments are driven to their end, and the current stays on"
 
 
 # The numbers of settings.
@@ -83,10 +85,19 @@ class Firmware:
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
     and 0.24 s (328p) at 31 steps/s, 0.27 s and 0.15 s at 50; 40 steps at 5, 10, 20 and 30 steps/s
     in 1.278 s each. Observed on grblHAL, from a hold to the last step: 0.43 to 0.46 s at 31
-    steps/s, 0.27 s at 50, 0.19 s at 100; 5, 10 and 20 steps/s are what they say. Guessed for
-    FluidNC.
+    steps/s, 0.27 s at 50, 0.19 s at 100; 5, 10 and 20 steps/s are what they say. Observed on
+    FluidNC with the 20 MHz of an ESP32: 0.45 s at 39 steps/s, 0.33 s at 50, 0.23 s at 100; 40 steps
+    at 5 to 30 steps/s in 1.022 s each.
     """
     # commands that it knows
+    keeps_line: bool = False
+    """Whether a reset out of a hold leaves the line that has been fetched meanwhile: it is carried
+    out after the banner. Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
+    """
+    edits_lines: bool = False
+    """Whether a control character makes the board echo what it hears, until 0x0C. Observed on
+    FluidNC (lineedit.cpp).
+    """
     outputs: bool = False
     """Whether it knows M62 to M68. Observed: the Mega and the 328p refuse them with error 20."""
     unknown: frozenset[str] = frozenset()
@@ -188,7 +199,8 @@ class Firmware:
     def info(self, axes: str) -> tuple[Info, ...]:
         """Return the reply to `$I`; FluidNC's does not mention its ring."""
         if self.variant is Variant.FLUIDNC:
-            return Version(f"{self.version} FluidNC {self.build}"), BuildInfo(self.letters)
+            version = Version(f"{self.version} FluidNC {self.build} ")
+            return version, BuildInfo(self.letters), Bracketed("MSG:Machine: arm")
         head = (
             Version(f"{self.version}.{self.build}"),
             BuildInfo(self.letters, self.blocks, self.ring_bytes, self._more(axes)),
@@ -280,20 +292,21 @@ _FIRMWARES = (
         max_line=255,
         outputs=True,
         letters_to_home=1,
-        crlf_answers_twice=False,
-        stepping=Stepping(12),
-        parse_s=0.1e-3,
+        keeps_line=True,
+        edits_lines=True,
+        stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),
+        parse_s=1e-3,
         plan_s=0.2e-3,
         eeprom_s=5e-3,
         deaf_in_eeprom=False,
-        killed=Killed.AT_ONCE,
+        killed=Killed.RUNS_ON,
         boot_s=1.0,
         mute_in_critical=False,
         silent_in_homing=False,
         cancel_hangs_s=0.0,
-        version="3.7",
-        build="v3.7.8",
-        letters="PHS",
+        version="4.0",
+        build="v4.0.5-pre2 (esp32-wifi)",
+        letters="MPHS",
     ),
 )
 FIRMWARES: Mapping[str, Firmware] = MappingProxyType({one.name: one for one in _FIRMWARES})

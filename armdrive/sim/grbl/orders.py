@@ -192,13 +192,19 @@ def _end(board: GrblBoard, work: Work) -> Waits:
 # Source: gnea/grbl grbl/protocol.c (protocol_exec_rt_system), motion_control.c (mc_reset), main.c.
 
 _OVERRIDE_BOUNDS = (10, 200)
-_ABORTED, _HOMING_ABORTED = 3, 6
+_ABORTED, _HOMING_ABORTED, _UNHOMED = 3, 6, 14
 _HOMING_REQUIRED = 2
 _FLOOD_STATES = (State.IDLE, State.RUN, State.HOLD, State.JOG)
 
 
 def obey(board: GrblBoard, command: Realtime) -> None:
-    """Execute a real-time command at once; during a limit alarm only a reset is obeyed."""
+    """Execute a real-time command at once; during a limit alarm only a reset is obeyed.
+
+    During a restart none is, but FluidNC holds afterwards if it is told to.
+    """
+    if board.booting.active and command is not Realtime.SOFT_RESET:
+        board.holds_next |= board.firmware.keeps_line and command is Realtime.FEED_HOLD
+        return
     if board.critical and command not in (Realtime.SOFT_RESET, *_STATUS):
         return
     order = _ORDERS.get(command)
@@ -228,12 +234,13 @@ def resume(board: GrblBoard) -> None:
 
 
 def soft_reset(board: GrblBoard) -> None:
-    """Restart; in motion the motors stop dead and may lose steps.
+    """Restart; in motion the motors stop dead and may lose steps, or drive what is computed.
 
-    A reset during a restart has no effect, but grblHAL then starts a second time: observed.
+    A reset during a restart has no effect, but grblHAL and FluidNC then start a second time:
+    observed.
     """
     if board.booting.active:
-        board.starts_again = board.firmware.grblhal
+        board.starts_again = board.firmware.grblhal or board.firmware.keeps_line
         return
     _outputs_off(board)
     code = 0
@@ -242,9 +249,12 @@ def soft_reset(board: GrblBoard) -> None:
     elif board.drive.moving:
         code = _ABORTED
         _lose_current(board, restarts=True)
+    elif board.critical and board.firmware.has_paths and board.settings.on(HOMING):
+        code = _UNHOMED
     elif board.main_loop.hung and board.firmware.grblhal:
         code = _ABORTED  # observed: it still believes that it brakes
-    board.cycle.kill(board)
+    if code != _ABORTED or board.firmware.killed is not Killed.RUNS_ON:
+        board.cycle.kill(board)
     board.booting.begin(_restarted(board, code), board.now_s)
 
 
@@ -275,6 +285,7 @@ def switched_on(board: GrblBoard, wait_s: float) -> Boot:
     if board.firmware.grblhal:
         locked = board.settings.mask(HOMING, _HOMING_REQUIRED)
     board.state = State.ALARM if locked else State.IDLE
+    board.holds_next = False
     board.drive.set_axes((0,) * len(board.axes), board.now_s)
     _start(board)
 
@@ -287,7 +298,14 @@ def _restarted(board: GrblBoard, code: int) -> Boot:
             yield board.now_s + board.settings[IDLE_MS] / 1000
         board.state = State.ALARM
         board.say(Alarm(code))
-        yield board.now_s + board.firmware.alarm_s
+        said_s = board.now_s
+        if code == _ABORTED and board.firmware.killed is Killed.RUNS_ON:
+            board.cycle.forget()
+            yield board.drive.rack.computed_s(board.now_s)
+            board.cycle.kill(board)
+        yield said_s + board.firmware.alarm_s
+    # a board that executes a line has not fetched another one
+    kept = board.ring.take_line() if _keeps_a_line(board) else b""
     board.main_loop.drop_line(board)
     yield board.now_s + board.firmware.start_s
     _start(board)
@@ -295,10 +313,22 @@ def _restarted(board: GrblBoard, code: int) -> Boot:
         board.starts_again = False
         yield board.now_s + board.firmware.start_s
         _start(board)
+    if kept and board.state is State.HOLD:  # it is planned, but not started
+        board.codec.receive_data(kept)
+        board.codec.next_event()
+        board.say(Ok())
+    elif kept:
+        board.ring.put(kept)
+
+
+def _keeps_a_line(board: GrblBoard) -> bool:
+    return board.firmware.keeps_line and not board.main_loop.executing
 
 
 def _lose_current(board: GrblBoard, *, restarts: bool) -> None:
     """Release motors that were stopped dead; `restarts` if the board restarts by itself."""
+    if board.firmware.killed is Killed.RUNS_ON:
+        return
     if board.firmware.killed is Killed.AT_ONCE:
         board.current.off_s = board.now_s
     elif not restarts or board.firmware.killed is Killed.LATE:
@@ -312,10 +342,12 @@ def _outputs_off(board: GrblBoard) -> None:
 
 def _start(board: GrblBoard) -> None:
     locked = board.state in (State.ALARM, State.SLEEP)
-    board.state = State.ALARM if locked else State.IDLE
+    held, board.holds_next = board.holds_next and not locked, False
+    board.state = State.ALARM if locked else State.HOLD if held else State.IDLE
     board.critical = board.main_loop.hung = False
     board.main_loop.refused = 0
     board.cycle.forget()
+    board.cycle.stands = held
     board.overrides[:] = 100, 100, 100
     board.ring.clear()
     board.codec.discard()
@@ -330,7 +362,7 @@ def _start(board: GrblBoard) -> None:
         board.current.release(board.now_s)
     board.limits.forget(board)
     board.say(board.firmware.banner)
-    if locked:
+    if locked and not board.firmware.has_paths:
         board.say(Feedback("'$H'|'$X' to unlock"))
 
 

@@ -43,7 +43,8 @@ _ROUNDING = 1e-6  # in steps and N
 class World:
     """One arm, the true positions of its motors, and the blocks on its table.
 
-    `stalled` holds the motors (counted from 0) that no longer follow their controller.
+    `stalled` holds the motors (counted from 0) that no longer follow their controller, and
+    `to_lose` how many of its next steps each motor will lose.
     """
 
     def __init__(
@@ -59,7 +60,7 @@ class World:
         self.incidents: list[Incident] = []
         self.stalled: set[int] = set()
         self.play = Play(self.body.play)
-        self._to_lose: dict[int, int] = {}
+        self.to_lose: dict[int, int] = {}
         self._fingers_mm = FOUND_OPENING_MM
         found = self.body.transmission.to_motors(found_posture(self.body.arm), FOUND_OPENING_MM)
         self._motors = found if motors is None else Motors(motors)
@@ -136,13 +137,13 @@ class World:
 
     def drive(self, steps: Sequence[int], time_s: float = 0.0) -> None:
         """Turn all motors in proportion, as commanded; stalled motors do not follow."""
-        if self.stalled or self._to_lose:
+        if self.stalled or self.to_lose:
             steps = [self._followed(motor, count) for motor, count in enumerate(steps)]
         self.force(self.play.drive(steps), time_s)
 
     def lose(self, motor: int, steps: int) -> None:
         """Make a motor lose its next commanded steps, in either direction."""
-        self._to_lose[motor] = self._to_lose.get(motor, 0) + steps
+        self.to_lose[motor] = self.to_lose.get(motor, 0) + steps
 
     def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
         """Turn motors by these steps, whatever the cause, and update the world."""
@@ -188,9 +189,9 @@ class World:
         """Return how many of the commanded steps a motor really makes."""
         if motor in self.stalled:
             return 0
-        lost = min(abs(count), self._to_lose.get(motor, 0))
+        lost = min(abs(count), self.to_lose.get(motor, 0))
         if lost:
-            self._to_lose[motor] -= lost
+            self.to_lose[motor] -= lost
         return int(math.copysign(abs(count) - lost, count))
 
     def _shift(self, steps: Motors, time_s: float) -> None:

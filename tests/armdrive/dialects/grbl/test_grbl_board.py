@@ -52,6 +52,22 @@ def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
     assert arm.status.state is State.STANDBY
 
 
+def test_a_fluidnc_board_with_homing_raises_another_alarm_as_it_is_reset_after_a_limit_alarm():
+    arm = found(config(device={"hard_limits": True, "homing": True}), firmware="fluidnc")
+    arm.reset()  # it boots locked
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.6)
+    arm.twin.board.set_switch(0, SwitchState.CLOSED)
+    with pytest.raises(DeviceFault, match="alarm 1"):
+        handle.wait(8.0)
+    arm.twin.board.set_switch(0, SwitchState.FREE)
+    arm.reset()
+    arm.sleep(1.0)
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.SUSPECT
+
+
 def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
     arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
     arm.twin.board.set_switch(0, SwitchState.CLOSED)
@@ -91,7 +107,42 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     assert standing_as_said(arm)
 
 
-@pytest.mark.parametrize("line", ["$J=G91X9F99", "$H", "$N0=G0X9", "$RST=*", "$X", "$100", "G0X9"])
+def test_a_fluidnc_board_from_the_factory_is_mended_by_paths():
+    arm = found(factory=True, firmware="fluidnc")
+    lines = [each.mend for each in arm.core.differences]
+    assert "$/stepping/idle_ms=255" in lines
+    assert "$10=3" in lines
+    assert "$/axes/x/steps_per_mm=1" in lines
+    assert "$/junction_deviation_mm=1" in lines
+    arm.mend_settings()
+    assert arm.core.differences == ()
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    arm.move_j(base_deg=3)
+    assert standing_as_said(arm)
+
+
+def test_what_only_the_configuration_file_of_fluidnc_sets_is_said_and_not_sent():
+    arm = found(config(device={"hard_limits": True}), factory=True, firmware="fluidnc")
+    arm.mend_settings()
+    (left_over,) = arm.core.differences
+    assert str(left_over).startswith("$21 (hard limits, in the board's configuration file) is 0")
+    assert left_over.mend == ""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "$J=G91X9F99",
+        "$H",
+        "$/axes/x/motor0=",
+        "$/a=G1X9",
+        "$N0=G0X9",
+        "$RST=*",
+        "$X",
+        "$100",
+        "G0X9",
+    ],
+)
 def test_a_line_that_writes_no_setting_is_not_sent(line):
     arm = ready()
     sent, motors = len(arm.twin.link.sent), arm.twin.world.motors
@@ -131,6 +182,13 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
     one_by_one = "ZYXAB" if groups else "".join(arm.config.device.axes[:6])
     named = [f"$H{letter}\n".encode() for letter in one_by_one]
     assert homed == (named if groups or firmware == "grblhal" else [b"$H\n"])
+
+
+def test_a_grblhal_board_that_must_not_sleep_says_so_when_its_motors_are_to_be_released():
+    arm = ready(firmware="grblhal")
+    arm.twin.board.settings.values[62] = 0.0
+    with pytest.raises(DeviceFault, match=r"`\$SLP`.*error 3"):
+        arm.disable()
 
 
 def test_a_board_that_cannot_home_says_so():
@@ -268,6 +326,48 @@ GRIPPERS = [
 ]
 
 
+# FluidNC reads one line while it stands in a hold, and a reset carries that line out.
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("hold", ["!", "\x84"])
+def test_no_line_that_waits_in_a_hold_is_carried_out_when_an_arm_connects(firmware, hold):
+    said = ["G1G91X7F600\n", hold, "G1G91X10F300\nG1G91X20F300\n"]
+    arm, before = left(config(), said, firmware=firmware)
+    arm.sleep(3.0)
+    assert now(arm) == before
+    assert before[2][0] == 7
+    assert arm.status.state is State.STANDBY
+    arm.move_motors(3, 0, 0, 0, 0, 0)
+    assert arm.twin.device.registers[0] == 10
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("later_s", [0.0, 0.01, 0.015, 0.02, 0.03])
+def test_a_stop_key_that_is_pressed_as_a_line_arrives_stops_the_arm_for_good(firmware, later_s):
+    arm = ready(firmware=firmware)
+    begin_line(arm)
+    arm.sleep(0.5 + later_s)
+    arm.twin.device.set_input(HOLD_PIN, on=True)
+    seen = []
+    for _ in range(300):
+        arm.sleep(0.005)
+        seen.append(str(arm.twin.board.state))
+    assert "Run" not in seen[seen.index("Hold") :]
+    assert standing_as_said(arm)
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_an_echo_that_a_terminal_has_left_on_ends_at_contact(firmware):
+    arm, before = left(config(), ["G1G91X7F600\n\x0b\n\x0b"], firmware=firmware)
+    arm.sleep(1.0)
+    assert now(arm) == before
+    assert arm.core.controller.board.recognised
+    warnings = arm.core.controller.board.garbled
+    arm.move_motors(3, 0, 0, 0, 0, 0)
+    assert arm.core.controller.board.garbled == warnings
+
+
 @pytest.mark.parametrize("half", ["", "G1G91X10F300", "G1G91X10F300(a", "$H"])
 @pytest.mark.parametrize(("kind", "device", "opens"), GRIPPERS)
 def test_contact_does_not_let_go_of_what_a_gripper_on_an_output_holds(kind, device, opens, half):
@@ -319,7 +419,7 @@ def segments(arm):
 
 
 @pytest.mark.parametrize(
-    ("firmware", "wanted"), [("grbl", 5), ("mega5x", 9), ("grblhal", 9), ("fluidnc", 12)]
+    ("firmware", "wanted"), [("grbl", 5), ("mega5x", 9), ("grblhal", 9), ("fluidnc", 11)]
 )
 def test_what_a_board_computes_ahead_is_that_of_its_firmware(firmware, wanted):
     assert segments(found(firmware=firmware)) == wanted
@@ -328,7 +428,7 @@ def test_what_a_board_computes_ahead_is_that_of_its_firmware(firmware, wanted):
     assert told.status.stop_time_s > found(firmware=firmware).status.stop_time_s
 
 
-@pytest.mark.parametrize(("times", "wanted"), [(1, 9), (2, 9), (99, 12)])
+@pytest.mark.parametrize(("times", "wanted"), [(1, 9), (2, 9), (99, 11)])
 def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times, wanted):
     flaw = Rule(rb"\[FIRMWARE", garbled(4, 0x7F), times=times)
     assert segments(over(flaw, firmware="grblhal")) == wanted

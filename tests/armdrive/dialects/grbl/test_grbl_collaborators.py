@@ -193,7 +193,7 @@ def test_a_poll_before_which_one_was_unanswered_may_have_left_a_character():
 
 def test_the_segment_buffer_is_the_largest_until_the_firmware_is_known():
     board = Parts().board
-    assert board.segment_buffer == SegmentBuffer(12)
+    assert board.segment_buffer == SegmentBuffer(11)
     board.recognised = True
     assert board.variant is Variant.GRBL
     assert board.segment_buffer == SegmentBuffer(9)
@@ -391,6 +391,16 @@ def told(variant=Variant.GRBL, **changes):
     values |= {key.removeprefix("s"): value for key, value in changes.items()}
     numbers = {int(key): value for key, value in values.items() if value is not None}
     return Comparison(config().device, axes, board, numbers, variant=variant)
+
+
+def test_grblhal_needs_more_of_its_reports_homing_and_sleep():
+    lines = {each.mend for each in told(Variant.GRBLHAL, s62="0").differences()}
+    assert lines == {"$10=91", "$62=1"}
+    assert not list(told(Variant.GRBLHAL, s10="511", s62="1").differences())
+    homes = replace(
+        told(Variant.GRBLHAL, s10="511", s22="1"), settings=config(device={"homing": True}).device
+    )
+    assert {each.mend for each in homes.differences()} == {"$22=3"}
 
 
 @pytest.mark.parametrize(

@@ -244,9 +244,11 @@ STEPS = {**MACHINE, **{100 + axis: 1.0 for axis in range(6)}, 110: 60_000.0, 120
 # -- the simulated boards ---------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("firmware", BOARDS)
+@pytest.mark.parametrize(
+    ("firmware", "seen_s"), [("mega5x", 1.278), ("grbl", 1.278), ("fluidnc", 1.022)]
+)
 @pytest.mark.parametrize("rate_hz", [5, 30])
-def test_no_motor_turns_slower_than_thirty_steps_a_second(firmware, rate_hz):
+def test_no_motor_turns_slower_than_the_boards_timer_can_count(firmware, seen_s, rate_hz):
     bench = Bench(STEPS, firmware=firmware)
     bench.put(f"G1X40F{rate_hz * 60}\n")
     times = []
@@ -255,7 +257,22 @@ def test_no_motor_turns_slower_than_thirty_steps_a_second(firmware, rate_hz):
         bench.wait(0.001)
         times += [bench.now_s] * (bench.x != before)
     assert len(times) == 40
-    assert times[-1] - times[0] == pytest.approx(1.278, rel=0.02)
+    assert times[-1] - times[0] == pytest.approx(seen_s, rel=0.02)
+
+
+@pytest.mark.parametrize("rate_hz", [20.0, 31.0, 36.0])
+def test_fluidnc_turns_too_fast_for_a_slow_motion_and_waits_between_its_portions(rate_hz):
+    arm = ready(firmware="fluidnc")
+    speed = rate_hz / arm.core.controller.limits.rates_hz()[0]
+    handle = arm.move_j(base_deg=arm.joints.deg["base"] + 10, speed=speed, wait=False)
+    arm.sleep(0.5)
+    before, began_s = arm.twin.world.motors[0], arm.status.time_s
+    arm.sleep(3.0)
+    made = abs(arm.twin.world.motors[0] - before)
+    assert made / (arm.status.time_s - began_s) == pytest.approx(rate_hz, abs=2.0)
+    handle.wait()
+    assert arm.status.underruns == 0
+    assert standing_as_said(arm)
 
 
 SEEN = [
@@ -267,6 +284,10 @@ SEEN = [
     ("grbl", 50, 0.15, 8),
     ("grbl", 100, 0.13, 14),
     ("grbl", 400, 0.15, 44),
+    ("fluidnc", 31, 0.43, 17),
+    ("fluidnc", 50, 0.33, 17),
+    ("fluidnc", 100, 0.23, 23),
+    ("fluidnc", 400, 0.20, 63),
 ]
 
 

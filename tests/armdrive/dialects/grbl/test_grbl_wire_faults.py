@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from faults import OVER_THE_TABLE, Rule, becoming, honest, instead, lost, without_byte
 from grbl_arm import (
+    FIRMWARES,
     Disturbed,
     begin_jog,
     begin_line,
@@ -21,7 +22,7 @@ from grbl_arm import (
 
 from armdrive import Arm, Jog, Pose
 from armdrive.connect.parts import connect_simulated
-from armdrive.errors import DeviceFault, NoAnswer, SettingsDiffer, Stopped
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, SettingsDiffer, Stopped
 from armdrive.registry import simulate
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Evidence, State, Trust
@@ -88,9 +89,10 @@ def test_a_disturbed_answer_is_survived_and_a_disturbed_motion_at_least_found_ou
     assert not faulty or start in (MOTION, JOG)
 
 
+@pytest.mark.parametrize("firmware", ["mega5x", "grblhal"])
 @pytest.mark.parametrize("byte", [rb"\?", rb"!", rb"\x18", rb"\x85"])
-def test_a_lost_real_time_byte_is_said_again(byte):
-    arm = ready()
+def test_a_lost_real_time_byte_is_said_again(byte, firmware):
+    arm = ready(firmware=firmware)
     arm.twin.link.to.append(Rule(byte, lost))
     arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.5)
@@ -98,11 +100,41 @@ def test_a_lost_real_time_byte_is_said_again(byte):
     assert arm.twin.board.details()["state"] == "Idle"
     arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
     arm.sleep(0.5)
+    bound_s, released_s = arm.status.stop_time_s, arm.status.time_s
     arm.release()
-    stands(arm)
+    assert stands(arm) - released_s < bound_s
     assert arm.twin.board.details()["state"] == "Idle"
     assert arm.status.trust is Trust.REFERENCED
     assert arm.twin.world.motors == arm.status.acknowledged
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_what_was_refused_spoils_no_later_motion(firmware):
+    """grblHAL refuses all g-code after a refused line, also after the one that follows a jog."""
+    arm = ready(firmware=firmware)
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
+    arm.sleep(0.5)
+    arm.release()
+    stands(arm)
+    arm.move_j(base_deg=5)
+    with pytest.raises(ArmError, match="error 3"):
+        arm.mend_settings(["$99=1"])
+    arm.move_j(base_deg=10)
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_connecting_ends_a_jog_that_another_program_left(firmware):
+    twin = simulate(config(), firmware=firmware)
+    before = twin.world.motors
+    twin.link.write(b"$J=G91F3000X2000\n", 0.0)
+    twin.link.read(1.0)
+    assert twin.device.moving
+    arm = Arm(connect_simulated(config(), twin=twin))
+    arm.sleep(1.0)
+    assert not arm.twin.device.moving
+    assert 0 < (arm.twin.world.motors - before).largest < 400
+    assert arm.twin.board.details()["state"] == "Idle"
 
 
 def test_a_banner_that_is_garbled_does_not_lock_the_driver_out():

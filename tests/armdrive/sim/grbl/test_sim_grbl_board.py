@@ -23,7 +23,7 @@ from kinematics import JOINT_NAMES, KinematicsError
         ("grbl", Variant.GRBL, "[OPT:V,15,128]", 128),
         ("mega5x", Variant.GRBL, "[OPT:VNMGH,35,255,0]", 255),
         ("grblhal", Variant.GRBLHAL, "[OPT:VNML+,100,1024,6,0]", 1024),
-        ("fluidnc", Variant.FLUIDNC, "[OPT:PHS]", 256),
+        ("fluidnc", Variant.FLUIDNC, "[OPT:MPHS]", 256),
     ],
 )
 def test_every_firmware_says_what_it_is_and_its_full_ring_drops_bytes_silently(
@@ -223,11 +223,26 @@ def test_fluidnc_names_its_settings():
     for line, answer in (
         ("$/stepping/idle", "error:3"),
         ("$/axes/w/steps_per_mm", "error:3"),
-        ("$/axes/x/steps_per_mm=x", "error:2"),
-        ("$/axes/x/steps_per_mm=nan", "error:2"),
+        ("$100=2", "error:162"),
+        ("$22=1", "error:162"),
+        ("$11=1", "error:3"),
+        ("$1=255", "error:3"),
+        ("$10=7", "error:80"),
+        ("$10=3", "ok"),
     ):
         assert bench.say(line) == [answer]
+    for value in ("x", "nan"):
+        said = bench.say(f"$/axes/x/steps_per_mm={value}")
+        assert said == ["[MSG:ERR: Bad numeric value]", "ok"]
+    assert bench.say("$/junction_deviation_mm=0.5") == ["ok"]
+    assert bench.board.settings[11] == 0.5
     assert Bench().say("$/stepping/idle_ms") == ["error:3"]
+
+
+def test_fluidnc_tells_few_settings_by_number():
+    told = [line.partition("=")[0] for line in Bench(firmware="fluidnc").say("$$", 0.5)]
+    groups = [f"${group + axis}" for group in (100, 110, 120, 130) for axis in range(6)]
+    assert told == ["$13", "$20", "$21", "$22", "$23", "$30", "$32", *groups, "$10", "ok"]
 
 
 def test_settings_of_the_factory_are_the_published_ones():
@@ -306,7 +321,7 @@ def test_an_alarm_in_motion_switches_the_motors_off_until_the_board_has_started(
     [
         ("grbl", (0.255, 0.755)),
         ("mega5x", (0.255, 0.755)),
-        ("fluidnc", (0.0, 0.5)),
+        ("fluidnc", None),
         ("grblhal", None),
     ],
 )
@@ -325,6 +340,42 @@ def test_when_a_reset_in_motion_takes_the_current_away_is_that_of_the_firmware(f
         assert not seen
     else:
         assert (seen[0], seen[-1]) == pytest.approx(off, abs=0.015)
+
+
+def test_fluidnc_drives_what_it_has_computed_after_a_reset_and_counts_it():
+    bench = Bench(firmware="fluidnc", coast=0.0)
+    before = bench.device.world.motors[0]
+    bench.say("G1X100F1500", 1.0)  # 250 steps a second
+    here = bench.device.world.motors[0]
+    assert bench.say(RESET, 0.4) == ["ALARM:3"]
+    bench.wait(1.0)
+    ran_on = bench.device.world.motors[0] - here
+    assert ran_on == pytest.approx(0.11 * 250, abs=4)
+    assert bench.device.world.motors[0] - before == bench.board.drive.counts[0]
+    assert bench.ask().state is State.ALARM
+
+
+def test_fluidnc_carries_out_one_line_that_it_read_in_a_hold():
+    bench = Bench(firmware="fluidnc")
+    bench.say(HOLD)
+    bench.put("G91G1X5F3000\n" * 3)
+    bench.wait(0.2)
+    bench.say(RESET, 2.0)
+    assert bench.heard[-1] == "ok"
+    assert bench.x == 5.0
+    bench.say(HOLD)
+    bench.put("G91G1X5F3000\n" * 3)
+    bench.wait(0.2)
+    assert bench.say(RESET + HOLD, 1.0)[-1] == "ok"
+    assert bench.ask().state is State.HOLD
+    bench.say(RESET, 1.0)
+    assert (bench.ask().state, bench.x) == (State.IDLE, 5.0)
+
+
+def test_fluidnc_echoes_lines_once_it_has_heard_a_control_character():
+    bench = Bench(firmware="fluidnc")
+    assert bench.say("\x0b$G")[0].startswith("$G\n[GC:")
+    assert bench.say("\x0c$G")[0].startswith("[GC:")
 
 
 def test_a_reset_clears_what_was_queued_and_read():
