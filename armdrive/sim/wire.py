@@ -553,8 +553,13 @@ class MemoryLink(Link):
         self._plugged = True
         self.wake()
 
-    def reopen(self) -> MemoryLink:
-        """Open the link again after `close`. Raises `NoSuchPort` while unplugged."""
+    def reopen(self, now_s: float | None = None) -> MemoryLink:
+        """Open the link again after `close`. Raises `NoSuchPort` while unplugged.
+
+        The device has run on until `now_s`, when its cable may have been plugged in again.
+        """
+        if not self._plugged and now_s is not None:
+            self._cut_off(now_s)
         if not self._plugged:
             raise NoSuchPort(f"the cable to the {self._name} is unplugged: plug it in")
         if self._closed:

@@ -13,7 +13,7 @@ import pytest
 
 from armdrive.connect.target import simulated_config
 from armdrive.sim.device import SimDevice
-from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.mechanics.motors import SwitchState
 
 from . import native
 from .boards import GRBLHAL
