@@ -1,7 +1,8 @@
 /* avrdev: an AVR firmware image as a serial device with motors attached.
  *
- * The image runs under libsimavr. Its UART 0 (or native USB) is a pseudo-terminal, its step and direction pins (or
- * coils) turn motors whose positions are counted here, and its limit switches close at positions.
+ * The image runs under libsimavr. Its UART 0 (or native USB) is a pseudo-terminal, its step and
+ * direction pins (or coils) turn motors whose positions are counted here, and its limit switches
+ * close at positions.
  * A UDP port on the loopback interface answers questions and makes things go wrong: bytes are lost,
  * the cable is pulled, the power fails, motors lose steps.
  *
@@ -1021,7 +1022,8 @@ static void parse_coil_bus(const char *text) {
     else if (!strcmp(word, "address")) coil_bus.address_bits = parse_pins(value, coil_bus.address);
     else if (!strcmp(word, "coils")) coil_bus.coil_bits = parse_pins(value, coil_bus.coils);
     else if (!strcmp(word, "off")) coil_bus.off = atoi(value);
-    else if (strcmp(word, "turn") || sscanf(value, "%d+%d+%d+%d", turn, turn + 1, turn + 2, turn + 3) != 4)
+    else if (strcmp(word, "turn") ||
+             sscanf(value, "%d+%d+%d+%d", turn, turn + 1, turn + 2, turn + 3) != 4)
       die("a coil bus has strobe, edge, address, coils, turn and off, not %s", word);
   }
   if (!coil_bus.strobe.port || !coil_bus.address_bits || !coil_bus.coil_bits)
