@@ -168,6 +168,9 @@ class FirmwareRack:
 POLL_S = 0.001
 """How often the program's bytes and steps are looked at."""
 CHUNK = 4096
+STARTS_UP_S = 0.5
+"""The drivers have no current for this long after a reset: a program starts at once, no board does.
+"""
 STUCK = {SwitchState.FREE: -1, SwitchState.OPEN: 0, SwitchState.CLOSED: 1}
 
 
@@ -239,6 +242,7 @@ class FirmwareBoard(Board):
             self.shared.outgoing += os.read(self._port, CHUNK)
         self._update_switches()
         energised = self._motors.enabled & self._mask == self._mask
+        energised = energised and time.monotonic() >= self._starts_s + STARTS_UP_S
         if energised and not self.world.energised:
             self.world.energised = True
         elif not energised:
@@ -246,6 +250,7 @@ class FirmwareBoard(Board):
 
     def boot(self) -> None:
         """Start the program."""
+        self._starts_s = time.monotonic()
         self._port, far_end = pty.openpty()
         tty.setraw(far_end)
         os.set_blocking(self._port, False)

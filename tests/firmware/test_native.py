@@ -79,7 +79,8 @@ def test_pulses_turn_the_arm_and_close_switches_wherever_it_was_pushed(board, tm
     assert [motors.axes[axis].stuck for axis in (1, 2)] == [-1, 1]
 
 
-def test_the_current_is_that_of_all_motors(board, tmp_path):
+def test_the_current_is_that_of_all_motors(board, tmp_path, monkeypatch):
+    monkeypatch.setattr(native, "STARTS_UP_S", 0.0)
     motors = motors_in(tmp_path)
     for enabled, held in ((0b011111, False), (0b111111, True), (0, False)):
         motors.enabled = enabled
