@@ -76,6 +76,12 @@ def switch_on(arm: Arm) -> None:
         arm.enable()
 
 
+def switch_on_settled(arm: Arm) -> None:
+    """Switch an arm's motors on if it is settled where the arm stands; else leave them alone."""
+    if arm.core.position_known:
+        switch_on(arm)
+
+
 def world_file(arm: str) -> Path:
     """Return the file in which a simulated arm's world is remembered."""
     return places.states() / f"{places.file_name(arm)}.world.json"

@@ -123,11 +123,15 @@ def _fill_closed_streams() -> None:
 
 
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
-    """Print an error on a line of its own, with `--json` as JSON; return the exit code."""
+    """Print an error on a line of its own, with `--json` as JSON; return the exit code.
+
+    It is in the words of the command line, unless the command has set others as `options.interface`.
+    """
+    words = getattr(options, "interface", COMMAND_LINE)
     if as_json(options):
-        put_error(f"{presented(json.dumps(error_view(error)), COMMAND_LINE)}\n")
+        put_error(f"{presented(json.dumps(error_view(error)), words)}\n")
     else:
-        sentence = as_message(with_arm(presented(tagged(error), COMMAND_LINE), options))
+        sentence = as_message(with_arm(presented(tagged(error), words), options))
         complain(f"{ERROR_LABEL} {sentence}")
     return code
 

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import opened_arm
+from armdrive.cli.chosen_arm import opened_arm, switch_on_settled
 from armdrive.cli.presenter import agreed, confirmation, say, say_lines, typed
 from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
@@ -79,8 +79,9 @@ def settled_arm(options: argparse.Namespace) -> Iterator[Arm]:
 
 @contextlib.contextmanager
 def ready_arm(options: argparse.Namespace) -> Iterator[Arm]:
-    """Open the arm, and switch its motors on once it is settled where it stands."""
-    with settled_arm(options) as arm, arm:
+    """Open the arm, and switch its motors on if it is settled where it stands."""
+    with settled_arm(options) as arm:
+        switch_on_settled(arm)
         yield arm
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import tui
 from armdrive.cli.arm_files import chosen_target, default_arm
-from armdrive.cli.chosen_arm import connect_chosen
+from armdrive.cli.chosen_arm import connect_chosen, switch_on_settled
 from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.options import ARM_OPTIONS, names_arm, typed_again
@@ -75,8 +75,9 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
         arm = connect_chosen(options, pace="real", reconnect=options.reconnect)
     except ArmInUse as error:
         return tui.DeskEnd(_watch_instead(error, options))
-    with contextlib.closing(arm):  # the motors stay as they are until a key asks for them
+    with contextlib.closing(arm):
         confirm_simulated(arm)
+        switch_on_settled(arm)
         end = tui.run_desk(
             arm,
             ascii_only=options.ascii,

@@ -17,7 +17,7 @@ from typing import NoReturn, Self
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import connect_chosen, switch_on
+from armdrive.cli.chosen_arm import connect_chosen, switch_on_settled
 from armdrive.cli.presenter import agreed, as_json, complain, forget_typed, put, tell
 from armdrive.cli.program.run_common import (
     LOOK_EVERY_S,
@@ -284,7 +284,7 @@ def run(options: argparse.Namespace) -> int:
         put_blocks(arm, options.put)
         tell(options, arm.status.which)
         _settle(arm, at_terminal)
-        switch_on(arm)
+        switch_on_settled(arm)
         slow_down(arm, options)
         return (from_a_terminal if at_terminal else from_a_pipe)(arm, options)
 
@@ -302,6 +302,7 @@ def _settle(arm: Arm, at_terminal: bool) -> None:
 
 def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
     """Carry out all lines of standard input; the first error ends it, and is raised."""
+    options.interface = SHELL  # what an error tells to do is a line before the one that failed
     terminal = ShellTerminal(arm, options, typing=False)
     shell, tell_event = terminal.shell, terminal.output.tell
     tell_event({"event": "begin", "arm": arm.config.name, "simulated": arm.simulated}, "")

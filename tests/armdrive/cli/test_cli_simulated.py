@@ -1,5 +1,6 @@
 """Commands on the simulated arm: each goes on from where the one before it left the arm."""
 
+import io
 import json
 import sys
 
@@ -7,10 +8,13 @@ import pytest
 from cli_calls import Terminal, state_files, write_arm_file
 from served import ServedDevice
 
+import tui
 from armdrive.cli.chosen_arm import world_file
+from armdrive.cli.drive import jog
 from armdrive.connect.target import simulated_config, state_file
 from armdrive.registry import DIALECTS, simulate_device
 from armdrive.sim.serving import make_server
+from armdrive.status import Trust
 from armdrive.storage import files as places
 
 ARM = "sim:teachmover"
@@ -227,6 +231,14 @@ def test_motors_stay_off_in_a_preview_and_until_the_person_has_confirmed(
     call("move", "--base", "2", "--allow-restored", *bench, code=0)
     served.world.energised = False
     call(*words, *bench, "--preview", "--allow-restored", code=0)
+    call(*words, *bench, code=3)  # nobody is there to confirm it
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+    call("shell", *bench, code=0)
+    looked = []
+    monkeypatch.setattr(jog, "require_screen", lambda *_: None)
+    monkeypatch.setattr(tui, "run_desk", lambda arm, **_: looked.append(arm) or tui.DeskEnd())
+    call("jog", *bench, code=0)
+    assert looked[0].status.trust is Trust.RESTORED
     monkeypatch.setattr(sys, "stdin", Terminal("no\n"))
     asked = "Does the arm stand like this?"
     assert asked not in call(*words, *bench, "--preview", code=3).out
@@ -235,3 +247,7 @@ def test_motors_stay_off_in_a_preview_and_until_the_person_has_confirmed(
     monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
     call(*words, *bench, code=0)
     assert served.world.energised
+    served.world.energised = False
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+    call("shell", *bench, "--allow-restored", code=0)
+    assert served.world.energised, "the caller has settled it"

@@ -456,6 +456,22 @@ def test_a_grasp_measures_the_block_and_presses_as_asked(width_mm, force_n):
     assert arm.gripper.force_n == 0.0
 
 
+@pytest.mark.parametrize(
+    ("trip_force_n", "width_mm"),
+    [(2.2, 0.0), (3.5, 0.0), (5.0, pytest.approx(1.4, abs=0.1))],
+    ids=["right", "a little too high", "far too high"],
+)
+def test_fingers_that_meet_within_a_millimetre_hold_nothing(trip_force_n, width_mm):
+    """The arm file says at which force the switch trips; the simulated one trips at 2.2 N."""
+    config = sim_config()
+    gripper = replace(config.gripper, trip_force_n=trip_force_n)
+    arm = sim_arm(replace(config, gripper=gripper), at=OVER_THE_TABLE)
+    arm.gripper.open()
+    found = arm.gripper.feel()
+    assert (found.width_mm, found.holding) == (width_mm, width_mm != 0.0)
+    assert arm.gripper.opening_mm == width_mm
+
+
 def test_the_force_grows_with_the_cable_pulled_in_behind_the_touch_until_they_open():
     config = sim_config()
     fingers = FingerState(config, config.model.transmission)

@@ -98,7 +98,7 @@ def test_the_first_error_ends_it_with_its_code_and_place(homed, call):
 
 
 def test_without_a_reference_the_error_says_how_to_take_one(piped):
-    assert "armdrive home" in piped("ready\n", code=3).err
+    assert "type `home`" in piped("ready\n", code=3).err
 
 
 def test_for_programs_there_are_json_lines(homed):

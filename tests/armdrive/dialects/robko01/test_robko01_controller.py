@@ -404,6 +404,14 @@ class TestWatchdog:
         arm.move_j(base_deg=3)
         assert arm.status.trust is Trust.REFERENCED
 
+    def test_it_is_fed_no_more_once_the_motors_are_off(self):
+        arm = ready_robko(WATCHED, **WATCHDOG)
+        arm.disable()
+        fed = arm.twin.link.count(Op.PING)
+        arm.sleep(10.0)
+        assert arm.twin.link.count(Op.PING) == fed
+        assert not arm.status.error
+
     def test_a_program_that_has_ended_feeds_it_no_more_and_the_arm_sags(self):
         arm = ready_robko(WATCHED, **WATCHDOG)
         device, height_mm = arm.twin.device, arm.twin.world.pose.z_mm
