@@ -32,7 +32,8 @@ from armdrive.programs.rehearsal import (
     SeenArm,
     rehearse,
 )
-from armdrive.programs.running import BREATH_S, Performer, ProgramRun, RunPlan
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
+from armdrive.programs.waits import BREATH_S
 from armdrive.status import Status
 from armdrive.storage.files import stamp_of
 from armdrive.text.reading import read_text

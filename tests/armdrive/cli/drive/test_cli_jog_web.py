@@ -111,6 +111,10 @@ def packet(kind, data):
     return kind + len(data).to_bytes(4, "big") + data
 
 
+ARMED = b"armed: let go"
+"""What the desk says when the keys are armed, and no part of what it says of disarmed keys."""
+
+
 class Browsed:
     """A desk behind a page, as the program that serves the page runs it, and its arm's twin."""
 
@@ -171,16 +175,20 @@ class Browsed:
     def _hold_on(self):
         """Hold the key anew; arm again first where the desk was too busy for a held key."""
         self.lift()
-        if self.painted.rfind(b"DISARMED") > self.painted.rfind(b"armed:"):
-            self.press(b"\r")
-        else:
+        if self._armed:
             self.hold(b"q")
+        else:
+            self.press(b"\r")
+
+    @property
+    def _armed(self):
+        """Whether the keys were armed when the screen was painted last."""
+        return self.painted.rfind(ARMED) > self.painted.rfind(b"DISARMED")
 
     def jog(self):
         """Have the arm move by a held key; return what its status announces then."""
-        until(lambda: b"DISARMED" in self.painted)
-        self.press(b"\r")
-        until(lambda: b"armed:" in self.painted)
+        until(lambda: b"DISARMED" in self.painted and not self._armed)
+        tried(lambda: self.press(b"\r"), lambda: self._armed, "the keys were not armed")
         start = self.watch.motors
         tried(self._hold_on, lambda: self.watch.motors != start, "the key jogged nothing")
         said = ask_holder("bench", "status")
@@ -277,7 +285,7 @@ async def _browse(aiohttp, address, port):
             with pytest.raises(aiohttp.WSServerHandshakeError, match="409"):
                 await browser.ws_connect(socket, headers=own)
             await page.send_json(["stdin", "\r"])
-            await _painted(page, b"armed:")
+            await _painted(page, ARMED)
             held = find("sim:teachmover").config.name
             assert ask_holder(held, "status")["state"] == "standby"
         async with await _let_in(aiohttp, browser, socket, own) as page:
