@@ -49,13 +49,18 @@ def until(happened: Callable[[], Any], what: str = "it never happened") -> None:
             return
 
 
-def tried(attempt: Callable[[], object], happened: Callable[[], Any], what: str) -> None:
+def tried(
+    attempt: Callable[[], object],
+    happened: Callable[[], Any],
+    what: str,
+    every_s: float = LOOK_S,
+) -> None:
     """Repeat an attempt until it is seen to have worked.
 
     Use it for requests that a busy program may rightly ignore, such as a key that comes too late.
     """
     again_s = -1.0
-    for _ in looks(what):
+    for _ in looks(what, every_s):
         if happened():
             return
         if time.monotonic() > again_s:

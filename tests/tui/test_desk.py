@@ -545,6 +545,8 @@ async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
 async def test_the_drawing_follows_the_arm_and_repaints_only_then():
     async with Session() as session:
         view = session.screen.query_one("#space")
+        # a thread works out how far the arm reaches, which is drawn when it is known
+        await until_seen(lambda: "reach at pitch" in view.rows[-1], session.pilot.pause)
         before = view.rows
         await session.poll()
         assert view.rows == before
