@@ -74,6 +74,7 @@ from kinematics.geometry import Unreachable as Unreachable
 from kinematics.paths.routes import ArcPart as ArcPart
 from kinematics.paths.routes import JointPart as JointPart
 from kinematics.paths.routes import LinePart as LinePart
+from kinematics.paths.routes import PathPart as PathPart
 from kinematics.paths.routes import PosePart as PosePart
 from kinematics.spaces import Joints as Joints
 from kinematics.spaces import Motors as Motors

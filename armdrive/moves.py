@@ -12,7 +12,7 @@ in their unit.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypedDict, get_args
@@ -316,7 +316,7 @@ PARTS = several(
 class PathMove:
     """Move along several parts, checked as a whole, with blends between them."""
 
-    parts: tuple[PathPart, ...]
+    parts: Sequence[PathPart]
     speed: float = 1.0
     frame: str = BASE_FRAME
 
@@ -394,7 +394,7 @@ class MoveSequence:
     because a jog may be shortened.
     """
 
-    moves: tuple[SingleMove, ...]
+    moves: Sequence[SingleMove]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "moves", _MOVES("moves", self.moves))

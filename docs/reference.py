@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import armdrive
+import armdrive.exports
 from armdrive.arm.moving import Gripper
 from armdrive.text import json_forms
 
@@ -76,8 +76,8 @@ def _gripper() -> Iterator[str]:
 
 def _values() -> Iterator[str]:
     yield "## Values and handles\n"
-    for name in sorted(armdrive.__all__):
-        kind = getattr(armdrive, name)
+    for name in dir(armdrive.exports):
+        kind = getattr(armdrive.exports, name)
         if kind in TOLD or not inspect.isclass(kind) or issubclass(kind, Exception):
             continue
         yield f"### `{name}`\n"

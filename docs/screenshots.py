@@ -35,7 +35,7 @@ from tui.desk import Desk
 from tui.model_desk import ModelDesk
 from tui.program import ProgramScreen
 from tui.startup import SCREENS
-from tui.watch import Watching
+from tui.watch import HeldArm, Watching
 
 FOLDER = Path(__file__).parent / "pictures"
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -81,10 +81,11 @@ class Clock:
         return self.now_s
 
 
-class Held:
+class Held(HeldArm):
     """A program that drives an arm, and says once how it stands."""
 
     def __init__(self, arm: Arm) -> None:
+        super().__init__(arm.status.arm)
         self._view = status_view(arm.status)
         self.ended = threading.Event()
 

@@ -320,7 +320,7 @@ def require_place(
     return cast(ProgramMove, MoveSequence(moves[last:])) if len(moves) > 1 else entry.move
 
 
-def _single_moves(move: ProgramMove | None) -> tuple[SingleMove, ...]:
+def _single_moves(move: ProgramMove | None) -> Sequence[SingleMove]:
     if move is None:
         return ()
     return move.moves if isinstance(move, MoveSequence) else (move,)

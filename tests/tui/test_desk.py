@@ -542,6 +542,16 @@ async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
         assert "position unknown" in "".join(session.screen.query_one("#space").rows)
 
 
+@pytest.mark.parametrize("opens_with", ["f2", "f3", "f6"])
+async def test_a_key_of_another_layout_says_that_it_is_none(opens_with):
+    async with Session() as session:
+        await session.keys(opens_with)
+        await session.keys("й")
+        assert "й is no key of this screen: ? shows the keys" in session.text("messages")
+        await session.keys("question_mark б")
+        assert "б" not in session.text("messages")
+
+
 async def test_the_drawing_follows_the_arm_and_repaints_only_then():
     async with Session() as session:
         view = session.screen.query_one("#space")
