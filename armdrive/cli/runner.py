@@ -125,7 +125,7 @@ def _fill_closed_streams() -> None:
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
     """Print an error on a line of its own, with `--json` as JSON; return the exit code.
 
-    It is in the words of the command line, unless the command has set others as `options.interface`.
+    It is in the words of the command line, unless the command has set `options.interface`.
     """
     words = getattr(options, "interface", COMMAND_LINE)
     if as_json(options):

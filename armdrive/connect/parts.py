@@ -399,17 +399,17 @@ async def connect_simulated(
     reconnect: bool | None = None,
 ) -> Parts:
     """Connect to a simulated twin in this process, in simulated time unless `pace` says real."""
-    twin = twin or simulate(config)
+    twin, chosen = twin or simulate(config), pace_of(pace)
     parts = await coroutine_of(assemble)(
         config,
         twin.link,
-        pace_of(pace),
+        chosen,
         simulated=True,
         recorder=recorder,
         operator=operator or twin.operator,
         allow_restored=allow_restored,
         tracer=tracer or FlightRecorder(),
-        rewiring=_rewiring(twin, automatic=_wanted(reconnect, config)),
+        rewiring=_rewiring(twin, chosen, automatic=_wanted(reconnect, config)),
     )
     return replace(parts, twin=twin)
 
@@ -445,9 +445,12 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
     return replace(parts, logbook=logbook_file(config.name), lock=lock, closers=(lock.release,))
 
 
-def _rewiring(twin: SimulatedArm, *, automatic: bool) -> NewLink | None:
+def _rewiring(twin: SimulatedArm, pace: Pace, *, automatic: bool) -> NewLink | None:
     """Return how to reopen a twin's link; None if a test has replaced the link."""
-    return NewLink(twin.link.reopen, automatic) if isinstance(twin.link, MemoryLink) else None
+    link = twin.link
+    if not isinstance(link, MemoryLink):
+        return None
+    return NewLink(lambda: link.reopen(pace.now_s()), automatic)
 
 
 def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:

@@ -262,8 +262,13 @@ class MemoryLink(Generic[L]):
         self._plugged = True
         self.wake()
 
-    def reopen(self) -> MemoryLink[L]:
-        """Open the link again after `close`. Raises `NoSuchPort` while unplugged."""
+    def reopen(self, now_s: float | None = None) -> MemoryLink[L]:
+        """Open the link again after `close`. Raises `NoSuchPort` while unplugged.
+
+        The device has run on until `now_s`, when its cable may have been plugged in again.
+        """
+        if not self._plugged and now_s is not None:
+            self._cut_off(now_s)
         if not self._plugged:
             raise NoSuchPort(f"the cable to the {self._name} is unplugged: plug it in")
         if self._closed:
@@ -276,14 +281,18 @@ class MemoryLink(Generic[L]):
         self._closed = True
         self._bell.close()
 
+    def _cut_off(self, now_s: float) -> None:
+        """Let the device run on without its host."""
+        self._line.unplug()
+        self._connected = False
+        self._line.advance(now_s)
+
     def _check(self, now_s: float) -> None:
         """Pass a pulled or replugged cable on to the line, on the thread that owns the line."""
         if self._closed:
             raise LinkLost(f"the wire to the {self._name} is closed: connect again")
         if not self._plugged:
-            self._line.unplug()
-            self._connected = False
-            self._line.advance(now_s)  # the device keeps running, and may be plugged in again
+            self._cut_off(now_s)
             raise LinkLost(
                 f"the cable to the {self._name} is unplugged: plug it in and connect again"
             )

@@ -90,6 +90,18 @@ def test_an_arm_whose_wire_comes_back_allows_no_motion_before_error_stop(connect
 
 
 @two_kinds
+def test_a_cable_that_is_plugged_in_again_after_a_time_is_found(connected, dialect):
+    """The simulated device runs on without its host, and so do the faults that it times."""
+    arm = connected(dialect, reconnect=True)
+    arm.twin.faults.add("unplug", for_s=5.0)
+    arm.sleep(4.0)
+    assert arm.status.state is State.DISCONNECTED
+    arm.sleep(RECONNECTS_S)
+    assert arm.status.error_code == "E409"
+    arm.reset()
+
+
+@two_kinds
 def test_a_wire_that_comes_back_elsewhere_is_said_to_be_there(connected, dialect):
     arm = connected(dialect, reconnect=True)
     unplug(arm)
