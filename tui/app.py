@@ -596,14 +596,6 @@ class KeyApp(App[int], inherit_bindings=False):
             return
         await super().on_event(event)
 
-    def on_key(self, event: events.Key) -> None:
-        """Say that a key means nothing here, as a letter of another keyboard layout does."""
-        chain = self.screen._modal_binding_chain  # noqa: SLF001 - where the framework looks it up
-        bound = any(event.key in bindings.key_to_bindings for _, bindings in chain)
-        if event.is_printable and not bound and len(self.screen_stack) == 1:
-            help_key = self.keys.label("help")
-            self.say(f"{event.character} is no key of this screen: {help_key} shows the keys")
-
     def _takes_typed(self, character: str | None) -> bool:
         """Type a character into the line that is typed into, if there is one; return whether."""
         line = self._typing

@@ -658,6 +658,14 @@ class Desk(KeyApp):
         self.opens = path
         self.action_leave()
 
+    def on_key(self, event: events.Key) -> None:
+        """Say that a key means nothing here, as a letter of another keyboard layout does."""
+        chain = self.screen._modal_binding_chain  # noqa: SLF001 - where the framework looks it up
+        bound = any(event.key in bindings.key_to_bindings for _, bindings in chain)
+        if event.is_printable and not bound and len(self.screen_stack) == 1:
+            help_key = self.keys.label("help")
+            self.say(f"{event.character} is no key of this screen: {help_key} shows the keys")
+
     def on_key_up(self, event: KeyUp) -> None:
         """End what a jog key holds as soon as the terminal reports its release."""
         key = self.keys.jog_key(event.key)

@@ -184,7 +184,7 @@ def _arm(terminal):
     """Press Enter until the keys are armed; a desk that was kept waiting drops a key."""
     os.write(terminal, b"\r")
     seen = b""
-    while b"armed: let go" not in seen:
+    while b"armed:" not in seen:
         assert select.select([terminal], [], [], LONG_S)[0], "the desk painted nothing more"
         seen += os.read(terminal, 65536)
         if b"press again" in seen:

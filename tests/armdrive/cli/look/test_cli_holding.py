@@ -21,6 +21,7 @@ from armdrive.moves import Move
 from armdrive.runtime.engine import Engine
 from armdrive.sim.wire import MemoryLink
 from armdrive.status import State, Trust, rounded_up, status_view
+from armdrive.storage import arm_lock
 
 ARM = "sim:teachmover"
 
@@ -50,6 +51,20 @@ def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):
     assert said.startswith("the program ")
     assert "is driving this arm" in said
     assert "\nposition  referenced: " in said
+
+
+def test_the_holder_is_asked_on_a_disk_that_has_become_read_only(call, held, monkeypatch):
+    def refused(name):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr(arm_lock, "try_lock", refused)
+    assert call("status", "--json", code=0).json["trust"] == "referenced"
+    held.close()
+    assert "no arm can be locked" in call.refused("status", code=1)
+
+
+def test_looks_at_a_held_arm_take_time(call, held):
+    assert "not above 0" in call.refused("watch", "--every", "0", code=2)
 
 
 def test_a_stop_from_outside_ends_a_motion(call, held):
