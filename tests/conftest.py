@@ -84,18 +84,15 @@ def arm_dialect(request):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item, nextitem):
-    """Have a worker send one report of a test that passes, instead of three.
+    """Have a worker send one report of a test that passes, instead of five messages.
 
-    To send and read the other two takes longer than many tests.
+    To send and read the other four takes longer than many tests.
     """
     if not hasattr(item.config, "workerinput"):
         return None  # this process shows its reports by itself
-    test = {"nodeid": item.nodeid, "location": item.location}
-    item.ihook.pytest_runtest_logstart(**test)
     for report in runtestprotocol(item, log=False, nextitem=nextitem):
         if report.when == "call" or not report.passed:
             item.ihook.pytest_runtest_logreport(report=report)
-    item.ihook.pytest_runtest_logfinish(**test)
     return True
 
 

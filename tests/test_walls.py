@@ -88,15 +88,15 @@ def names_in(path: Path) -> Iterator[str]:
     if not NAME.search(text):
         return
     own = home(path)
-    tree = ast.parse(text)
+    nodes = [*ast.walk(ast.parse(text))]
     prose = {
         id(line.value)
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(body := getattr(node, "body", None), list)
         for line in body
         if isinstance(line, ast.Expr)
     }
-    for node in ast.walk(tree):
+    for node in nodes:
         for module in imported(node):
             found = set(module.split(".")) & NAMES
             if is_of_a_dialect(module) and not found & own:

@@ -289,9 +289,9 @@ def test_every_action_is_offered_by_every_interface():
 @functools.cache
 def literals(path: Path) -> list[str]:
     """Return the strings of a file that are no docstrings."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    docs = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-    strings = (node for node in ast.walk(tree) if isinstance(node, ast.Constant))
+    nodes = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
+    docs = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    strings = (node for node in nodes if isinstance(node, ast.Constant))
     return [node.value for node in strings if isinstance(node.value, str) and id(node) not in docs]
 
 
