@@ -126,7 +126,7 @@ class WatchedWorld(World):
 
     def fails(self, motor: int) -> bool:
         """Return whether a fault keeps a motor from following now."""
-        return motor in self.stalled or bool(self._to_lose.get(motor))
+        return motor in self.stalled or bool(self.to_lose.get(motor))
 
     def _shift(self, steps: Motors, time_s: float) -> None:
         before, tip = self._motors, self.tip
