@@ -234,7 +234,9 @@ def driver(count: int = 1_000) -> Section:
 
 
 def _along(arm: Arm, pieces: list[MoveBy]):
-    reply = yield from arm.wire.request(MoveAlong(iter(pieces), arm.config.motion.planned_burst_s))
+    reply = yield from arm.context.request(
+        MoveAlong(iter(pieces), arm.config.motion.planned_burst_s)
+    )
     return reply
 
 

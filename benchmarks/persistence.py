@@ -172,7 +172,7 @@ def latency(rounds: int = 30) -> Section:
 
 def _pretend_looked(arm: Arm, *, looked: bool) -> None:
     with arm.pace.lock:
-        arm.wire.looked_s = arm.engine.now_s if looked else -math.inf
+        arm.context.looked_s = arm.engine.now_s if looked else -math.inf
 
 
 def _save_s(recorder: FileRecorder) -> float:

@@ -144,7 +144,7 @@ class Stream:
 
     def _flow(self):
         ahead_s = self._arm.config.motion.planned_burst_s
-        return (yield from self._arm.wire.request(MoveAlong(self._segments(), ahead_s)))
+        return (yield from self._arm.context.request(MoveAlong(self._segments(), ahead_s)))
 
     def wait(self) -> None:
         """Wait for its end."""

@@ -102,7 +102,7 @@ class Arm:
         self.core = parts.core
         self.engine = parts.engine
         self.pace = parts.pace
-        self.wire = parts.wire
+        self.context = parts.context
         self.runner = parts.runner
         self.reconnector = parts.reconnector
         self.tracer = parts.tracer
@@ -222,7 +222,7 @@ class Arm:
 
         Moves nothing.
         """
-        await self.runner.perform(connecting.enable(self.wire))
+        await self.runner.perform(connecting.enable(self.context))
 
     @blocking
     async def disable(self) -> None:
@@ -231,7 +231,7 @@ class Arm:
         Afterwards the position is suspect. A TeachMover receives `@RESET`.
         """
         self.runner.require(Event.DISABLE)
-        await self.runner.perform(connecting.disable(self.wire))
+        await self.runner.perform(connecting.disable(self.context))
 
     @blocking
     async def reset(self) -> None:
@@ -241,7 +241,7 @@ class Arm:
         """
         self.runner.require(Event.RESET)
         await self.runner.stop()
-        await self.runner.perform(connecting.reset(self.wire))
+        await self.runner.perform(connecting.reset(self.context))
 
     # -- referencing ----------------------------------------------------------------------------
 
@@ -800,7 +800,7 @@ class Arm:
         chosen = (
             [each.mend for each in self.core.differences if each.mend] if lines is None else lines
         )
-        body = mend_settings(self.wire, tuple(chosen))
+        body = mend_settings(self.context, tuple(chosen))
         return await self.runner.perform(body, PATIENCE_S)
 
     # -- the flight recorder --------------------------------------------------------------------

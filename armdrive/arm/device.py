@@ -73,7 +73,7 @@ class InputsOutputs:
     async def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""
         self._parts.runner.require(Event.MOVE, "switching an output")
-        await self._parts.runner.perform(device_tasks.set_outputs(self._parts.wire, bits))
+        await self._parts.runner.perform(device_tasks.set_outputs(self._parts.context, bits))
 
     async def set_output(self, number: int, on: bool = True) -> None:
         """Switch one output, counted from 1; see `Arm.set_output`."""
@@ -83,7 +83,7 @@ class InputsOutputs:
 
     async def read_inputs(self) -> int:
         """Read the input bits now."""
-        await self._parts.runner.perform(self._parts.wire.look())
+        await self._parts.runner.perform(self._parts.context.look())
         return self._core.readings.inputs or 0
 
     async def wait_inputs(
@@ -152,7 +152,7 @@ PATIENCE_S = 3600.0
 async def read_pendant_program(parts: Parts) -> PendantProgram:
     """Read the program in the arm's own memory; see `Arm.read_pendant_program`."""
     memory = _pendant_memory(parts)
-    rows = await parts.runner.perform(device_tasks.read_program(parts.wire), PATIENCE_S)
+    rows = await parts.runner.perform(device_tasks.read_program(parts.context), PATIENCE_S)
     return memory.from_words(rows, _origin(parts.core))
 
 
@@ -164,7 +164,7 @@ async def write_pendant_program(
     program.require_fitting(parts.core.controller.abilities.program_rows)
     program.require_origin(_origin(parts.core))
     body = device_tasks.write_program(
-        parts.wire, program.words, leave_others=leave_others, report=report
+        parts.context, program.words, leave_others=leave_others, report=report
     )
     return await parts.runner.perform(body, PATIENCE_S)
 

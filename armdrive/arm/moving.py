@@ -88,7 +88,7 @@ def move_to_place(place: Place, *, line: bool, speed: float, frame: str) -> Moti
 
 
 def carry_out(
-    wire: MotionContext, speeds: SpeedLimits, planned: PlannedMove
+    context: MotionContext, speeds: SpeedLimits, planned: PlannedMove
 ) -> TaskBody[Moved | Grasped]:
     """Carry out a planned move. A stop ends the whole move, including the steps still to come.
 
@@ -96,21 +96,23 @@ def carry_out(
     """
     moved: list[Moved] = []
     for step in planned.steps:
-        done = yield from _step(wire, speeds, step)
+        done = yield from _step(context, speeds, step)
         if isinstance(done, Grasped):
             return done
         moved.append(done)
     return _together(moved)
 
 
-def _step(wire: MotionContext, speeds: SpeedLimits, step: PlannedStep) -> TaskBody[Moved | Grasped]:
+def _step(
+    context: MotionContext, speeds: SpeedLimits, step: PlannedStep
+) -> TaskBody[Moved | Grasped]:
     match step:
         case PlannedStep(plan=MotionPlan() as plan):
-            return (yield from follow(wire, plan))
+            return (yield from follow(context, plan))
         case PlannedStep(move=GraspMove(force_n=force_n)):
-            return (yield from grasp(wire, speeds, force_n))
+            return (yield from grasp(context, speeds, force_n))
         case PlannedStep(move=GripperMove(opening_mm=float() as opening_mm)):
-            return (yield from set_gripper(wire, opening_mm))
+            return (yield from set_gripper(context, opening_mm))
     raise BadRequest(f"{step.move} was not planned")
 
 
@@ -246,7 +248,7 @@ class Jogging:
     def _join_session(self) -> Task[Jogged]:
         """Return the running jog session, or start one."""
         if self._session is None or self._session.done:
-            body = jog_session(self._parts.wire, self._parts.speeds)
+            body = jog_session(self._parts.context, self._parts.speeds)
             self._session = self._parts.runner.submit(body, alone=True)
         return self._session
 
@@ -293,7 +295,7 @@ class Moving:
             # planning may take a second, and a stop waits for no lock
             made = prepare(move, self.ground())
             runner.require_no_stop(since, BEFORE)
-            body = carry_out(self._parts.wire, self._parts.speeds, made)
+            body = carry_out(self._parts.context, self._parts.speeds, made)
             task = runner.submit(body, alone=True)
         longest_s = made.duration_s * PATIENCE + PATIENCE_S
         if isinstance(made.steps[-1].move, GraspMove):
@@ -332,7 +334,7 @@ class Moving:
                 runner.require(Event.MOVE, "turning motors")
             runner.require_no_stop(stops, BEFORE)
             takes_s = self._bench_duration_s(motors, fraction)
-            body = motion.bench_move(self._parts.wire, self._parts.speeds, motors, fraction)
+            body = motion.bench_move(self._parts.context, self._parts.speeds, motors, fraction)
             task = runner.submit(body, alone=True)
         return await runner.finish(task, takes_s * PATIENCE + PATIENCE_S)
 

@@ -78,7 +78,7 @@ class Referencing:
                 f"{request}"
             )
         self._parts.runner.require(Event.HOME)
-        await self._parts.runner.perform(reference_tasks.begin_home(self._parts.wire))
+        await self._parts.runner.perform(reference_tasks.begin_home(self._parts.context))
         try:
             self._have_confirmed(operator, request)
             await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
@@ -100,12 +100,12 @@ class Referencing:
         return tuple(tuple(names[motor - 1] for motor in group) for group in groups)
 
     async def _home_by_switches(self, homing: HomingSettings, report: GroupReport) -> Pose:
-        wire, runner = self._parts.wire, self._parts.runner
+        context, runner = self._parts.context, self._parts.runner
         with self._parts.pace.lock:
             self._parts.runner.require(Event.HOME)
             runner.require_no_stop(None, BEFORE)
             names = self.homing_groups
-            body = reference_tasks.home_device(wire, homing, lambda group: report(names[group]))
+            body = reference_tasks.home_device(context, homing, lambda group: report(names[group]))
             task = runner.submit(body, alone=True)
         await runner.finish(task, HOMING_PATIENCE_S)
         return self._parts.pose
@@ -149,7 +149,7 @@ class Referencing:
 
     async def confirm_restored(self) -> None:
         """Confirm that the arm stands at the restored position; planned motion is allowed again."""
-        await self._parts.runner.perform(reference_tasks.confirm_record(self._parts.wire))
+        await self._parts.runner.perform(reference_tasks.confirm_record(self._parts.context))
 
     def request(self) -> PostureRequest:
         """Return the posture in which the arm is referenced."""
@@ -168,7 +168,7 @@ class Referencing:
         there = ArmCoordinates(joints, opening_mm)
         with self._parts.pace.lock:
             confirmed = confirmed_posture(self._core, there, evidence, self._parts.pace.now_s())
-        await self._parts.runner.perform(take_reference(self._parts.wire, confirmed))
+        await self._parts.runner.perform(take_reference(self._parts.context, confirmed))
 
     # -- verifying ------------------------------------------------------------------------------
 
@@ -189,7 +189,7 @@ class Referencing:
         reference = self._core.belief.reason
         await finished(self._moving.start(ParkMove(speed, above_mark(self._config))))
         self._parts.runner.require(Event.HOME, "verifying the position")
-        await self._parts.runner.perform(reference_tasks.begin_home(self._parts.wire))
+        await self._parts.runner.perform(reference_tasks.begin_home(self._parts.context))
         try:
             self._have_confirmed(operator, request)
             verified = await self._measured(request, reference, accept, logbook)
@@ -202,7 +202,9 @@ class Referencing:
     async def _measured(
         self, request: MarkRequest, reference: str, accept: Accept, logbook: Path | None
     ) -> Verified:
-        position = await self._parts.runner.perform(reference_tasks.read_at_mark(self._parts.wire))
+        position = await self._parts.runner.perform(
+            reference_tasks.read_at_mark(self._parts.context)
+        )
         transmission = self._core.transmission
         truth = ArmCoordinates(request.joints, request.opening_mm).motors(transmission)
         drift = drift_between(self._config.model, position, truth)
@@ -225,10 +227,10 @@ class Referencing:
         if verified.accepted:
             await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
         elif verified.verdict is Verdict.ROUNDING:
-            await self._parts.runner.perform(reference_tasks.believe_mark(self._parts.wire))
+            await self._parts.runner.perform(reference_tasks.believe_mark(self._parts.context))
         else:
             await self._parts.runner.perform(
-                reference_tasks.doubt_position(self._parts.wire, verified.found)
+                reference_tasks.doubt_position(self._parts.context, verified.found)
             )
 
     def _written(self, verified: Verified, reference: str, logbook: Path | None) -> Verified:

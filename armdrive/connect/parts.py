@@ -197,7 +197,7 @@ class Parts:
     pace: Pace
     core: Core
     engine: Engine
-    wire: MotionContext
+    context: MotionContext
     runner: TaskRunner
     reconnector: Reconnector | None
     tracer: Tracer
@@ -287,13 +287,13 @@ async def assemble(
     driven = _Driven(core, link, rewiring)
     runner = TaskRunner(core, driven.engine, pace)
     parts = Parts(
-        config, pace, core, driven.engine, driven.wire, runner, driven.reconnector, tracer,
+        config, pace, core, driven.engine, driven.context, runner, driven.reconnector, tracer,
         operator, simulated,
     )  # fmt: skip
     tracer.begin(config, link.description, pace.now_s, core.condition)
     pace.start(driven.engine)  # from here on another thread may call the engine
     try:
-        await runner.perform(connecting.connect(driven.wire))
+        await runner.perform(connecting.connect(driven.context))
         with pace.lock:
             tracer.opened()
     except BaseException:
@@ -318,10 +318,10 @@ class _Driven:
             received=Received(dialect(core.config.connection.dialect).driver().frames),
             call_limit_s=call_limit_s(core.config.device),
         )
-        self.wire = MotionContext(self.engine, core)
-        self.reconnector = None if rewiring is None else Reconnector(self.wire, rewiring)
+        self.context = MotionContext(self.engine, core)
+        self.reconnector = None if rewiring is None else Reconnector(self.context, rewiring)
         self.engine.reconnect = self.reconnector
-        self._idling = connecting.Idling(self.wire)
+        self._idling = connecting.Idling(self.context)
 
     def _idle(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
         return self._idling.due(now_s)

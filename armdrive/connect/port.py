@@ -34,7 +34,7 @@ class PortOpening:
     """
 
     def __init__(self, config: ArmConfig) -> None:
-        self._wire = config.connection
+        self._connection = config.connection
         self._port = config.connection.port
         self._serial_number = config.connection.usb_serial
         own: tuple[int, ...] = getattr(config.device, "ids", ())
@@ -44,10 +44,10 @@ class PortOpening:
                 f'the arm file of {config.name} names no port: write port (such as "/dev/ttyUSB0") '
                 "or usb_serial under [connection]"
             )
-        if is_can(self._port) and DIALECTS[self._wire.dialect].bus is None:
+        if is_can(self._port) and DIALECTS[self._connection.dialect].bus is None:
             raise PortUnavailable(
-                f"{self._port} is a CAN bus, but a controller that speaks {self._wire.dialect} is "
-                "not on a bus: correct the port or the dialect"
+                f"{self._port} is a CAN bus, but a controller that speaks "
+                f"{self._connection.dialect} is not on a bus: correct the port or the dialect"
             )
 
     def find(self) -> str:
@@ -61,9 +61,9 @@ class PortOpening:
         port = self.find()
         link = opening.open_link(
             self._filtered(port),
-            self._wire.baud,
-            raise_dtr=self._wire.raise_dtr,
-            keep_dtr_on_close=self._wire.keep_dtr_on_close,
+            self._connection.baud,
+            raise_dtr=self._connection.raise_dtr,
+            keep_dtr_on_close=self._connection.keep_dtr_on_close,
         )
         if not self._serial_number and not scheme(port):
             self._serial_number = ports.serial_number_of(port)
@@ -91,7 +91,9 @@ def recogniser() -> Recogniser:
 
 
 @contextlib.contextmanager
-def explaining(recorded: Callable[[], Iterable[TraceEntry]], wire: Connection) -> Iterator[None]:
+def explaining(
+    recorded: Callable[[], Iterable[TraceEntry]], connection: Connection
+) -> Iterator[None]:
     """Add what was received, and how to find out more, to the error of a failed connection.
 
     `recorded` returns the entries of the connection's recorder. On a bus that is lost at once, no
@@ -106,25 +108,27 @@ def explaining(recorded: Callable[[], Iterable[TraceEntry]], wire: Connection) -
             for kind in (EntryKind.SENT, EntryKind.RECEIVED)
         )
         heard = b"".join(received)[:MOST_BYTES]
-        raise explained(fault, heard, wire, sent[:MOST_WRITES]) from None
+        raise explained(fault, heard, connection, sent[:MOST_WRITES]) from None
     except LinkLost as lost:
-        if not is_can(wire.port):
+        if not is_can(connection.port):
             raise
-        raise LinkLost(f"{str(lost).rstrip('.')}. {_doctor(wire.port)}") from None
+        raise LinkLost(f"{str(lost).rstrip('.')}. {_doctor(connection.port)}") from None
 
 
 def explained(
-    fault: DeviceFault, received: bytes, wire: Connection, sent: Sequence[bytes] = ()
+    fault: DeviceFault, received: bytes, connection: Connection, sent: Sequence[bytes] = ()
 ) -> DeviceFault:
     """Return the fault with what was received, and how to find out more."""
-    instead = "" if is_can(wire.port) else _instead(received, wire.dialect, sent, str(fault))
-    sentences = [str(fault).rstrip(".") + ".", instead, _doctor(wire.port)]
+    instead = (
+        "" if is_can(connection.port) else _instead(received, connection.dialect, sent, str(fault))
+    )
+    sentences = [str(fault).rstrip(".") + ".", instead, _doctor(connection.port)]
     return type(fault)(" ".join(each for each in sentences if each))
 
 
-def bare(fault: BaseException, wire: Connection) -> str:
+def bare(fault: BaseException, connection: Connection) -> str:
     """Return the error text of a failed connection without the reference to the doctor."""
-    return str(fault).removesuffix(_doctor(wire.port)).rstrip(" .")
+    return str(fault).removesuffix(_doctor(connection.port)).rstrip(" .")
 
 
 def _instead(received: bytes, dialect: str, sent: Sequence[bytes], fault: str) -> str:
@@ -238,12 +242,12 @@ class Opening:
 class Reconnector:
     """Reconnects one arm. The engine calls it, under its lock, while the link is lost."""
 
-    def __init__(self, wire: MotionContext, rewiring: NewLink) -> None:
+    def __init__(self, context: MotionContext, rewiring: NewLink) -> None:
         self.tries = 0
         """The number of attempts that have ended, successfully or not."""
         self.trouble: ArmError | None = None
         """Why the last attempt failed."""
-        self._wire = wire
+        self._context = context
         self._rewiring = rewiring
         self._opening: Opening | None = None
         self._closing: threading.Thread | None = None
@@ -259,7 +263,7 @@ class Reconnector:
 
     @property
     def _engine(self) -> Engine:
-        return self._wire.engine
+        return self._context.engine
 
     def lost(self, now_s: float) -> None:
         """Close the broken link, which frees its port; schedule an attempt if automatic.
@@ -309,7 +313,7 @@ class Reconnector:
 
     def _take(self, link: Link) -> None:
         """Continue on a new link, with a controller that remembers nothing of the old one."""
-        core, absent = self._wire.core, self._engine.link
+        core, absent = self._context.core, self._engine.link
         # a controller remembers what it has sent; the device may have restarted meanwhile
         core.controller = dialect(core.config.connection.dialect).controller(core.config)
         self._engine.take(link, core.controller)
@@ -322,9 +326,9 @@ class Reconnector:
     def _resume(self) -> TaskBody[None]:
         """Check that the same arm answers on the new link, and restore its state."""
         try:
-            yield from recover(self._wire, self._lost_s, self._lost_link)
+            yield from recover(self._context, self._lost_s, self._lost_link)
         except ArmError as error:
-            self._failed(error, self._wire.now_s)
+            self._failed(error, self._context.now_s)
             raise LinkLost(
                 f"the port is open again, but the arm is not ready: {without_reset(error)}. "
                 "Nothing moves; reconnect again"
@@ -338,7 +342,7 @@ class Reconnector:
         self.tries += 1
         self._failures += 1
         self.trouble = error
-        self._wire.core.notify(f"could not reconnect: {without_reset(error)}", error)
+        self._context.core.notify(f"could not reconnect: {without_reset(error)}", error)
         if self._rewiring.automatic:
             self._due_s = now_s + self._pause_s()
 

@@ -56,14 +56,17 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
             "anything"
         )
     row = dialect(dialect_name)
-    wire = Connection(row.name, name, baud or row.baud, row.raise_dtr)
-    return _real_unless_forced(preset_arm(row.preset, name=name, connection=wire))
+    connection = Connection(row.name, name, baud or row.baud, row.raise_dtr)
+    return _real_unless_forced(preset_arm(row.preset, name=name, connection=connection))
 
 
 def _as_named(target: Target, name: str, dialect_name: str | None, baud: int | None) -> Target:
     """Return an arm that has a dialect and a baud rate. Raises `BadRequest` for different ones."""
-    wire = target.config.connection
-    for option, value, own in (("dialect", dialect_name, wire.dialect), ("baud", baud, wire.baud)):
+    connection = target.config.connection
+    for option, value, own in (
+        ("dialect", dialect_name, connection.dialect),
+        ("baud", baud, connection.baud),
+    ):
         if value not in (None, own):
             raise BadRequest(
                 f"the {option} of {name} is {own}, not {value}: leave {option} out; only "
@@ -105,8 +108,8 @@ def simulated_config(name: str) -> ArmConfig:
     if not name:
         raise BadRequest(f"{SIM} names no arm: write {SIM}DIALECT, one of {', '.join(DIALECTS)}")
     row = dialect(name)
-    wire = Connection(dialect=row.name, port="", baud=row.baud)
-    config = preset_arm(row.preset, name=f"{SIM}{row.name}", connection=wire)
+    connection = Connection(dialect=row.name, port="", baud=row.baud)
+    config = preset_arm(row.preset, name=f"{SIM}{row.name}", connection=connection)
     return replace(config, motion=replace(config.motion, planned_burst_s=SIM_PLANNED_BURST_S))
 
 

@@ -40,126 +40,126 @@ from armdrive.tasks import (
 # Connecting, and the motor current.
 
 
-def connect(wire: MotionContext) -> TaskBody[None]:
+def connect(context: MotionContext) -> TaskBody[None]:
     """Find the controller and restore the recorded position. Moves nothing."""
     try:
-        yield from _connect(wire)
+        yield from _connect(context)
     except NoAnswer as error:  # an arm that is not connected cannot be reset
         raise NoAnswer(f"{without_reset(error)}, then connect again") from None
 
 
-def _connect(wire: MotionContext) -> TaskBody[None]:
-    core = wire.core
-    registers = yield from wire.ask_registers()
+def _connect(context: MotionContext) -> TaskBody[None]:
+    core = context.core
+    registers = yield from context.ask_registers()
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
-    _take_up_record(wire, registers)
-    _apply_early_evidence(wire)
-    yield from compare_settings(wire)
+    _take_up_record(context, registers)
+    _apply_early_evidence(context)
+    yield from compare_settings(context)
     core.memory.taken_up()  # only now: a failed connection leaves the record as it was
     if core.belief.trust is Trust.SUSPECT:
         core.remember()  # otherwise registers that match by chance later would be trusted again
-    core.still_since_s = wire.now_s
+    core.still_since_s = context.now_s
 
 
-def _take_up_record(wire: MotionContext, registers: Registers) -> None:
-    core = wire.core
+def _take_up_record(context: MotionContext, registers: Registers) -> None:
+    core = context.core
     core.position.found(registers)
     try:
         record = core.memory.load(
             core.config.name, core.config.calibration, len(registers.positions)
         )
     except StateFileError as error:
-        core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, str(error))
+        core.learn(Evidence.RECORD_UNUSABLE, context.now_s, str(error))
         return
     if record is None or record.trust == Trust.UNKNOWN.value:
-        core.learn(Evidence.NO_RECORD, wire.now_s)
+        core.learn(Evidence.NO_RECORD, context.now_s)
     else:
         same = core.position.restore(record, registers.positions)
-        core.learn(Evidence.RECORD_MATCHES, wire.now_s)
+        core.learn(Evidence.RECORD_MATCHES, context.now_s)
         if record.trust == Trust.SUSPECT.value:
-            core.belief = Belief(Trust.SUSPECT, record.reason, wire.now_s)
+            core.belief = Belief(Trust.SUSPECT, record.reason, context.now_s)
         if record.in_motion:  # this also explains why the registers differ
-            core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)
+            core.learn(Evidence.ENDED_IN_MOTION, context.now_s)
         elif not same:
-            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)
+            core.learn(Evidence.RECORD_DIFFERS, context.now_s)
 
 
-def _apply_early_evidence(wire: MotionContext) -> None:
+def _apply_early_evidence(context: MotionContext) -> None:
     """Apply an alert that arrived before the record was read."""
-    core = wire.core
+    core = context.core
     if core.early_evidence is not None:
         evidence, words = core.early_evidence
-        core.learn(evidence, wire.now_s, words)
+        core.learn(evidence, context.now_s, words)
         core.error = Message()  # connecting latches no error
         core.notify(f"{evidence.value} ({words})", evidence)
 
 
-def disable(wire: MotionContext) -> TaskBody[None]:
+def disable(context: MotionContext) -> TaskBody[None]:
     """Switch the motor current off. The arm can sag, so its position becomes suspect."""
-    core = wire.core
+    core = context.core
     after(core.state, Event.DISABLE)
     # the record first: if the program dies now, the next one must not trust an arm that sagged
-    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be
-    yield from be_remembered(wire)  # without a mark: a full disk must not keep the motors on
+    core.learn(Evidence.CURRENT_DROPPED, context.now_s)  # whatever the answer will be
+    yield from be_remembered(context)  # without a mark: a full disk must not keep the motors on
     core.happen(Event.DISABLE)
     core.readings.current = Current.UNKNOWN
-    reply = yield from wire.request(DropCurrent())
+    reply = yield from context.request(DropCurrent())
     if not isinstance(reply, Done):
         why = f" ({reply})" if isinstance(reply, RequestRejected) else ""
         words = (
             f"the controller did not confirm that the motor current is off{why}: look at the arm"
         )
-        raise wire.fault(DeviceFault(words))
+        raise context.fault(DeviceFault(words))
     core.readings.current = Current.OFF
-    registers = yield from wire.ask_registers()
+    registers = yield from context.ask_registers()
     core.position.rebase(registers.positions)  # they may have been zeroed, which moves nothing
     core.readings.sense(registers)
     core.mark_still()
-    yield from be_remembered(wire)
+    yield from be_remembered(context)
 
 
-def enable(wire: MotionContext) -> TaskBody[None]:
+def enable(context: MotionContext) -> TaskBody[None]:
     """Switch the motor current on, if the device can, and allow motion. Moves nothing."""
-    core = wire.core
+    core = context.core
     after(core.state, Event.ENABLE)
     able = core.controller.abilities.current
     if able is Switching.BOTH or (able is Switching.DROPS and core.readings.current is Current.OFF):
-        reply = yield from wire.request(SwitchOn())
+        reply = yield from context.request(SwitchOn())
         if not isinstance(reply, Done):
             words = f"the controller did not switch the motors on: {reply}"
-            raise wire.fault(DeviceFault(words))
-        wire.require_no_fault()  # the arm may have sagged before the device answered
+            raise context.fault(DeviceFault(words))
+        context.require_no_fault()  # the arm may have sagged before the device answered
         if able is Switching.BOTH:
             core.readings.current = Current.HELD
-    yield from compare_again(wire)
+    yield from compare_again(context)
     core.happen(Event.ENABLE)
 
 
-def reset(wire: MotionContext) -> TaskBody[None]:
+def reset(context: MotionContext) -> TaskBody[None]:
     """Leave error-stop: wait for a quiet line, then read the position. Moves nothing.
 
     If the device may have switched its motors off, the arm is disabled afterwards. If it reports
     something new meanwhile, the arm stays in error-stop.
     """
-    core = wire.core
-    yield from wire.quiet()  # an answer that is still on its way belongs to an earlier request
-    reply = yield from wire.request(ClearFault())
+    core = context.core
+    yield from context.quiet()  # an answer that is still on its way belongs to an earlier request
+    reply = yield from context.request(ClearFault())
     if not isinstance(reply, Done):
         raise DeviceFault(f"the controller stays in its fault: {reply}")
-    if not wire.stopping:
+    if not context.stopping:
         core.error = core.notice = Message()
-    registers = yield from wire.ask_registers()
-    if wire.stopping:
-        raise wire.stopped("a stop came during the reset: call `reset()` again")
+    registers = yield from context.ask_registers()
+    if context.stopping:
+        raise context.stopped("a stop came during the reset: call `reset()` again")
     if core.error.words:  # reported after the device had cleared its fault
         raise DeviceFault(core.error.words)
-    weigh_difference(wire, core.position.compare(registers))
-    yield from compare_again(wire)
+    weigh_difference(context, core.position.compare(registers))
+    yield from compare_again(context)
     switched = core.controller.abilities.current is Switching.BOTH
     off = switched and core.readings.current is not Current.HELD
     core.happen(Event.RESET_SWITCHED if off else Event.RESET)
-    core.still_since_s = wire.now_s
+    core.still_since_s = context.now_s
 
 
 # Idle work: what the engine does while no task is running.
@@ -173,13 +173,13 @@ STILL_S = 2.0
 class Idling:
     """Tells the engine what to do while no task is running."""
 
-    def __init__(self, wire: MotionContext) -> None:
-        self._wire = wire
+    def __init__(self, context: MotionContext) -> None:
+        self._context = context
         self._polled_s = 0.0
 
     def due(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
         """Return when to call again, and a task to run now, if any."""
-        core = self._wire.core
+        core = self._context.core
         if core.state is State.STOPPING:  # no task is running, so the arm is at rest
             core.settle()
         if core.state not in (State.STANDBY, State.HOMING):
@@ -198,7 +198,7 @@ class Idling:
         if now_s < poll_s:
             return min(poll_s, mark_s), None
         self._polled_s = now_s
-        return now_s + every_s, self._wire.look()
+        return now_s + every_s, self._context.look()
 
 
 # Recovering a lost link. Moves nothing, and trusts little.
@@ -210,29 +210,29 @@ MEANWHILE = ". Meanwhile "
 BACK = "the connection was lost and is back{elsewhere}: look at the arm, then call `reset()`"
 
 
-def recover(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None]:
+def recover(context: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None]:
     """Find the controller on a new link after the loss of the old one. Moves nothing.
 
     `lost_link` describes the old link; the error names the new one if it differs.
     """
-    core = wire.core
+    core = context.core
     stands_s = lost_s + core.stop_bound().silent_time_s
-    while wire.now_s < stands_s and not wire.stopping:  # the device finishes what it was sent
+    while context.now_s < stands_s and not context.stopping:  # the device finishes what it was sent
         yield SleepUntil(stands_s)
-    registers = yield from wire.ask_registers()
+    registers = yield from context.ask_registers()
     core.stops.cut_off_s = 0.0
     was = core.before_loss
     if was is not State.DISABLED or core.readings.current is not Current.OFF:
         core.readings.current = Current.UNKNOWN
-    _weigh(core, registers, wire.now_s)
+    _weigh(core, registers, context.now_s)
     core.readings.outputs = None
     core.notify("")
-    yield from compare_settings(wire)
+    yield from compare_settings(context)
     core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
-    link = wire.engine.link.description
+    link = context.engine.link.description
     _latch(core, was, BACK.format(elsewhere="" if link == lost_link else f", now {link}"))
     core.mark_still()
-    core.still_since_s = wire.now_s
+    core.still_since_s = context.now_s
 
 
 def _weigh(core: Core, registers: Registers, now_s: float) -> None:

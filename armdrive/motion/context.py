@@ -363,14 +363,14 @@ def without_reset(error: ArmError) -> str:
     return str(error).rstrip(".").removesuffix(", then call `reset()`")
 
 
-def weigh_difference(wire: MotionContext, difference: Motors) -> None:
+def weigh_difference(context: MotionContext, difference: Motors) -> None:
     """Apply the evidence of registers that changed although armdrive moved nothing."""
-    core = wire.core
+    core = context.core
     if not difference.largest:
         return
     zeroed = take_difference(core)
     evidence = Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS
-    core.learn(evidence, wire.now_s)
+    core.learn(evidence, context.now_s)
     core.notify(core.belief.reason, evidence)
 
 
@@ -397,28 +397,30 @@ POLL_GROWTH = 1.5
 LONGEST_S = 5.0  # a reference is valid without its record, so do not wait longer for a slow disk
 
 
-def leave_standstill(wire: MotionContext, released: Callable[[], bool] = never) -> TaskBody[bool]:
+def leave_standstill(
+    context: MotionContext, released: Callable[[], bool] = never
+) -> TaskBody[bool]:
     """Wait until the motion mark is on the disk; raises `StateFileError` if it cannot be written.
 
     Return False if a stop was requested or `released()` became true: nothing may move then.
     """
-    memory = wire.core.memory
+    memory = context.core.memory
     memory.begin_mark()
     pauses_s = _pauses_s()
     while not memory.mark_stands():
-        if wire.stopping or released():
+        if context.stopping or released():
             return False
-        yield SleepUntil(wire.now_s + next(pauses_s))
+        yield SleepUntil(context.now_s + next(pauses_s))
     return True
 
 
-def be_remembered(wire: MotionContext) -> TaskBody[None]:
+def be_remembered(context: MotionContext) -> TaskBody[None]:
     """Wait until the requested writes have ended; the notice reports a failure."""
-    end_s = wire.now_s + LONGEST_S
+    end_s = context.now_s + LONGEST_S
     pauses_s = _pauses_s()
-    while not (wire.core.memory.settled or wire.stopping or wire.now_s >= end_s):
-        yield SleepUntil(wire.now_s + next(pauses_s))
-    wire.core.report_write_errors()
+    while not (context.core.memory.settled or context.stopping or context.now_s >= end_s):
+        yield SleepUntil(context.now_s + next(pauses_s))
+    context.core.report_write_errors()
 
 
 def _pauses_s() -> Iterator[float]:

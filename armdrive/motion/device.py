@@ -40,46 +40,46 @@ from armdrive.tasks import (
 # The settings of the device.
 
 
-def compare_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
+def compare_settings(context: MotionContext) -> TaskBody[DeviceSettings]:
     """Compare the device's settings with the arm file; a difference keeps the arm from moving.
 
     A difference counts once it is read twice, because the line has no checksum.
     """
-    core = wire.core
-    reply, seen = (yield from _ask_settings(wire)), None
+    core = context.core
+    reply, seen = (yield from _ask_settings(context)), None
     for _ in range(TRIES):
         if not reply.differences or reply == seen:
             break
-        seen, reply = reply, (yield from _ask_settings(wire))
+        seen, reply = reply, (yield from _ask_settings(context))
     core.differences = reply.differences
     if reply.differences:
         core.notify(str(reply), SettingsDiffer(str(reply)))
     return reply
 
 
-def compare_again(wire: MotionContext) -> TaskBody[None]:
+def compare_again(context: MotionContext) -> TaskBody[None]:
     """Read the settings again if they kept the arm from moving: they may have been corrected."""
-    if any(each.must for each in wire.core.differences):
-        yield from compare_settings(wire)
+    if any(each.must for each in context.core.differences):
+        yield from compare_settings(context)
 
 
-def _ask_settings(wire: MotionContext) -> TaskBody[DeviceSettings]:
-    reply = yield from wire.request(ReadSettings())
+def _ask_settings(context: MotionContext) -> TaskBody[DeviceSettings]:
+    reply = yield from context.request(ReadSettings())
     if not isinstance(reply, DeviceSettings):
         words = f"the controller did not report its settings ({reply}): check the wire"
-        raise wire.fault(DeviceFault(words))
+        raise context.fault(DeviceFault(words))
     return reply
 
 
-def mend_settings(wire: MotionContext, lines: tuple[str, ...]) -> TaskBody[DeviceSettings]:
+def mend_settings(context: MotionContext, lines: tuple[str, ...]) -> TaskBody[DeviceSettings]:
     """Write the lines that the user has agreed to, one at a time, and compare again."""
-    core = wire.core
+    core = context.core
     for line in lines:
-        reply = yield from wire.request(MendSetting(line))
+        reply = yield from context.request(MendSetting(line))
         if not isinstance(reply, Done):
             raise DeviceFault(f"the controller did not take `{line}`: {reply}")
     core.notify("")
-    return (yield from compare_settings(wire))
+    return (yield from compare_settings(context))
 
 
 # The stored program of a device. Nothing moves.
@@ -95,26 +95,30 @@ RowReport = Callable[[int], object]
 READINGS = 5  # attempts until two readings in succession agree
 
 
-def read_program(wire: MotionContext) -> TaskBody[tuple[Row, ...]]:
+def read_program(context: MotionContext) -> TaskBody[tuple[Row, ...]]:
     """Return the program in the device's memory, after two equal readings. Raises `DeviceFault`."""
     seen: DeviceProgram | None = None
     trouble = "no two readings agree, so the line is noisy"
     for _ in range(READINGS):
-        if wire.stopping:
-            raise wire.stopped("reading the program was stopped")
-        reply = yield from _asked(wire, ReadProgram())
+        if context.stopping:
+            raise context.stopped("reading the program was stopped")
+        reply = yield from _asked(context, ReadProgram())
         if isinstance(reply, DeviceProgram):
             if reply == seen:
                 return reply.rows
             seen = reply
         else:
             trouble = str(reply)
-    yield from wire.look()  # raises the right error if the arm does not answer at all
+    yield from context.look()  # raises the right error if the arm does not answer at all
     raise DeviceFault(f"the program in the arm cannot be read: {trouble}. Try again")
 
 
 def write_program(
-    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, report: RowReport = unreported
+    context: MotionContext,
+    rows: Sequence[Row],
+    *,
+    leave_others: bool,
+    report: RowReport = unreported,
 ) -> TaskBody[int]:
     """Write rows into the device's memory; return the number of rows written.
 
@@ -123,7 +127,7 @@ def write_program(
     unless `leave_others`; and `ProgramHalfWritten` if writing ends early or the memory differs
     afterwards.
     """
-    before = yield from read_program(wire)
+    before = yield from read_program(context)
     others = tuple(row[0] for row in before if row[0] not in {row[0] for row in rows})
     if others and not leave_others:
         raise Refused(
@@ -134,40 +138,40 @@ def write_program(
     written: list[int] = []
     try:
         for row in missing:
-            yield from _write_row(wire, row)
+            yield from _write_row(context, row)
             written.append(row[0])
             report(row[0])
-        after = yield from read_program(wire)
+        after = yield from read_program(context)
     except ArmError as error:
         raise _half(error, written, missing) from error
     _compare(rows, before, after, written)
     return len(missing)
 
 
-def _write_row(wire: MotionContext, row: Row) -> TaskBody[None]:
+def _write_row(context: MotionContext, row: Row) -> TaskBody[None]:
     """Write one row, repeating disturbed exchanges: writing a row twice changes nothing."""
     trouble: Reply | NoAnswer | None = None
     for _ in range(TRIES):
-        if wire.stopping:
-            raise wire.stopped("writing the program was stopped")
-        trouble = yield from _asked(wire, WriteRow(row))
+        if context.stopping:
+            raise context.stopped("writing the program was stopped")
+        trouble = yield from _asked(context, WriteRow(row))
         if isinstance(trouble, Done):
             return
     if isinstance(trouble, NoAnswer):
-        yield from wire.look()
+        yield from context.look()
         raise trouble
     raise DeviceFault(f"the arm refuses row {row[0]}: its memory is full, or the line is noisy")
 
 
-def _asked(wire: MotionContext, request: ReadProgram | WriteRow) -> TaskBody[Reply | NoAnswer]:
+def _asked(context: MotionContext, request: ReadProgram | WriteRow) -> TaskBody[Reply | NoAnswer]:
     """Ask once; after a disturbance, wait for a quiet line and return the error."""
     try:
         reply: Reply = yield Exchange(request)
     except NoAnswer as error:
-        yield from wire.quiet()
+        yield from context.quiet()
         return error
     if isinstance(reply, RequestRejected):
-        yield from wire.quiet()
+        yield from context.quiet()
     return reply
 
 
@@ -221,11 +225,11 @@ def named_rows(numbers: Sequence[int]) -> str:
 MOST_OUTPUTS = (1 << OUTPUTS) - 1
 
 
-def set_outputs(wire: MotionContext, bits: int) -> TaskBody[None]:
+def set_outputs(context: MotionContext, bits: int) -> TaskBody[None]:
     """Write the output bits."""
     if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits <= MOST_OUTPUTS:
         raise BadRequest(f"outputs are a whole number from 0 to {MOST_OUTPUTS}, not {bits!r}")
-    reply = yield from wire.request(SetOutputs(bits))
+    reply = yield from context.request(SetOutputs(bits))
     if not isinstance(reply, Done):
         raise DeviceFault(f"the controller did not take the output bits {bits}: look at the arm")
-    wire.core.readings.outputs = bits
+    context.core.readings.outputs = bits

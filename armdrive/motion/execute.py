@@ -32,45 +32,45 @@ PAUSE_POLL_S = 0.05  # how often a paused motion checks whether it may continue
 NOT_THERE = "the arm is no longer where it was paused ({}): the motion has ended, plan it again"
 
 
-def wait_out_pause(wire: MotionContext) -> TaskBody[None]:
+def wait_out_pause(context: MotionContext) -> TaskBody[None]:
     """Wait while the arm is paused, until it is resumed or stopped.
 
     The position record shows the arm at rest meanwhile. Raises if the pause takes too long, and if
     the arm is no longer in the same place: a motion from elsewhere was never audited.
     """
-    speed_override, core = wire.core.speed_override, wire.core
-    if not speed_override.paused or wire.stopping:
+    speed_override, core = context.core.speed_override, context.core
+    if not speed_override.paused or context.stopping:
         return
-    yield from wire.verify()
+    yield from context.verify()
     core.mark_still()
     stood, believed = core.position.acknowledged, core.belief
     poll_s = core.config.motion.idle_poll_s
-    began_s = looked_s = wire.now_s
+    began_s = looked_s = context.now_s
     speed_override.waits, speed_override.given_up = True, False
     try:
-        while speed_override.paused and not wire.stopping:
-            before_s = wire.now_s
+        while speed_override.paused and not context.stopping:
+            before_s = context.now_s
             yield SleepUntil(before_s + PAUSE_POLL_S)
-            wire.require_no_fault()
-            waited_s = wire.now_s - began_s
+            context.require_no_fault()
+            waited_s = context.now_s - began_s
             if speed_override.given_up or waited_s >= LONGEST_PAUSE_S:
                 raise given_up(waited_s)
-            if poll_s and wire.now_s >= looked_s + poll_s:
-                yield from wire.look()
-                looked_s = wire.now_s
-            speed_override.note_waited(wire.now_s - before_s)
+            if poll_s and context.now_s >= looked_s + poll_s:
+                yield from context.look()
+                looked_s = context.now_s
+            speed_override.note_waited(context.now_s - before_s)
     finally:
         speed_override.waits = False
-    if wire.stopping:
+    if context.stopping:
         return
-    yield from wire.look()  # however fresh the latest reading is: a person may be at the arm
-    wire.require_no_fault()
+    yield from context.look()  # however fresh the latest reading is: a person may be at the arm
+    context.require_no_fault()
     if core.position.acknowledged != stood or core.belief is not believed:
         raise WrongState(NOT_THERE.format(core.belief.reason))
 
 
 def stream_legs(
-    wire: MotionContext,
+    context: MotionContext,
     legs: tuple[MotionSegment, ...],
     ahead_s: float,
     released: Callable[[], bool] | None,
@@ -80,12 +80,12 @@ def stream_legs(
     `released` makes the motion a jog, which ends as soon as `released()` is true.
     """
     jog = released is not None
-    ways = _slices(wire, legs, segment_s(ahead_s))
+    ways = _slices(context, legs, segment_s(ahead_s))
     while True:
-        course = StreamedCourse(wire.core, ways)
+        course = StreamedCourse(context.core, ways)
         segments = course.segments()
-        request = MoveAlong(segments, ahead_s, jog, released or never, held_back=_HeldBack(wire))
-        driven = yield from wire.stream(request, course)
+        request = MoveAlong(segments, ahead_s, jog, released or never, held_back=_HeldBack(context))
+        driven = yield from context.stream(request, course)
         # after a pause, continue with the piece that it cut off, then with all that was not drawn
         if course.left is not None:
             ways = chain((course.left,), ways)
@@ -93,35 +93,35 @@ def stream_legs(
             return driven
         if jog or not driven:
             return driven
-        yield from wait_out_pause(wire)
-        if wire.stopping:
+        yield from wait_out_pause(context)
+        if context.stopping:
             return False
 
 
 class _HeldBack:
     """Tells a device whether the arm is paused, and counts the time that it waits."""
 
-    def __init__(self, wire: MotionContext) -> None:
-        self._wire = wire
+    def __init__(self, context: MotionContext) -> None:
+        self._context = context
         self._since_s = math.inf
 
     def __call__(self) -> bool:
         """Return whether nothing may be sent for now."""
-        speed_override, now_s = self._wire.core.speed_override, self._wire.now_s
+        speed_override, now_s = self._context.core.speed_override, self._context.now_s
         speed_override.note_waited(max(now_s - self._since_s, 0.0))
         self._since_s = now_s if speed_override.paused else math.inf
         return speed_override.paused
 
 
 def _slices(
-    wire: MotionContext, legs: tuple[MotionSegment, ...], longest_s: float
+    context: MotionContext, legs: tuple[MotionSegment, ...], longest_s: float
 ) -> Iterator[Way]:
     """Cut legs into about equal parts of at most `longest_s` each; end at a stop."""
-    speed_override = wire.core.speed_override
+    speed_override = context.core.speed_override
     for leg in legs:
         done = 0.0
         while done < 1.0:
-            if wire.stopping:
+            if context.stopping:
                 return
             left_s = speed_override.slowed_s(leg.duration_s) * (1.0 - done)
             count = max(1, math.ceil(left_s / longest_s - 1e-9))
@@ -164,27 +164,27 @@ class Moved:
         return "; ".join(parts)
 
 
-def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
+def follow(context: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
     """Execute an audited plan. Raises `Stopped` if a stop ends it early."""
-    core = wire.core
-    began_s, bursts_before = wire.now_s, wire.engine.requests_sent
-    with in_motion(wire):
+    core = context.core
+    began_s, bursts_before = context.now_s, context.engine.requests_sent
+    with in_motion(context):
         # the bounds of a stop are announced for this plan before its first byte is sent
         core.plans(plan.legs, core.config.motion.planned_burst_s)
-        yield from wire.look_before_motion()
+        yield from context.look_before_motion()
         core.require_reference()
         if core.position.coordinates != plan.start:
             raise WrongState("the arm has moved since the motion was planned: plan it again")
-        yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)
-        yield from wire.verify()
-    if wire.stopping and core.position.coordinates != plan.end:
-        raise wire.stopped("the motion was stopped before its goal")
-    moved = report(wire, plan.end, began_s, bursts_before)
+        yield from drive_legs(context, plan.legs, core.config.motion.planned_burst_s)
+        yield from context.verify()
+    if context.stopping and core.position.coordinates != plan.end:
+        raise context.stopped("the motion was stopped before its goal")
+    moved = report(context, plan.end, began_s, bursts_before)
     return replace(moved, note="; ".join(filter(None, (plan.note, moved.note))))
 
 
 @contextmanager
-def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]:
+def in_motion(context: MotionContext, *, or_homing: bool = False) -> Iterator[None]:
     """A context in the state MOVING; raises `Stopped` if a stop was requested beforehand.
 
     It begins with an empty notice: what the previous motion was answered is no longer true. It does
@@ -192,58 +192,58 @@ def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]
     reason is raised at the end, also of a jog. With `or_homing`, an arm in the state HOMING stays
     in it.
     """
-    core = wire.core
+    core = context.core
     homing = or_homing and core.state is State.HOMING
     if not homing:
-        if wire.stopping:
-            raise wire.stopped("the motion was stopped before it began")
+        if context.stopping:
+            raise context.stopped("the motion was stopped before it began")
         core.happen(Event.MOVE)
-        wire.straying_mm = wire.slow_s = wire.total_s = 0.0
+        context.straying_mm = context.slow_s = context.total_s = 0.0
     believed = core.belief
     core.notify("")
     try:
         yield
-        wire.require_no_fault()
-        if wire.stopping and core.belief is not believed:
-            belief, why = core.belief, wire.engine.stop_why
+        context.require_no_fault()
+        if context.stopping and core.belief is not believed:
+            belief, why = core.belief, context.engine.stop_why
             words = f"the motion was stopped{why}; its position is {belief.trust.value} now"
             raise Stopped(f"{words}: {belief.reason}")
     finally:
         if not homing:
             core.settle()
-        core.still_since_s = wire.now_s
+        core.still_since_s = context.now_s
 
 
 def report(
-    wire: MotionContext, goal: ArmCoordinates, began_s: float, requests_before: int
+    context: MotionContext, goal: ArmCoordinates, began_s: float, requests_before: int
 ) -> Moved:
     """Return the result of a motion that has ended."""
-    core, arm = wire.core, wire.core.config.model.arm
+    core, arm = context.core, context.core.config.model.arm
     joints, _ = core.transmission.to_joints(core.position.acknowledged)
     pose, wanted = arm.fk(joints), arm.fk(goal.joints)
     return Moved(
         joints,
         pose,
         math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (wanted.x_mm, wanted.y_mm, wanted.z_mm)),
-        wire.now_s - began_s,
-        wire.engine.requests_sent - requests_before,
-        wire.straying_mm,
-        _slow_note(wire),
+        context.now_s - began_s,
+        context.engine.requests_sent - requests_before,
+        context.straying_mm,
+        _slow_note(context),
     )
 
 
-def _slow_note(wire: MotionContext) -> str:
+def _slow_note(context: MotionContext) -> str:
     """Return a note if most of a streamed motion was too slow to be driven without stops."""
-    if wire.slow_s <= wire.total_s / 2.0:
+    if context.slow_s <= context.total_s / 2.0:
         return ""
-    slowest_hz = wire.core.controller.usable_rate_hz(0.0)
+    slowest_hz = context.core.controller.usable_rate_hz(0.0)
     return (
         f"driven with stops: this controller turns a motor no slower than {slowest_hz:.1f} steps/s"
     )
 
 
 def drive_legs(
-    wire: MotionContext,
+    context: MotionContext,
     legs: tuple[MotionSegment, ...],
     burst_s: float,
     *,
@@ -253,17 +253,17 @@ def drive_legs(
 
     `released` makes the motion a jog, which ends as soon as `released()` is true.
     """
-    if not legs or wire.stopping:
+    if not legs or context.stopping:
         return
-    if wire.core.controller.abilities.queued_segments:
-        yield from stream_legs(wire, legs, burst_s, released)
+    if context.core.controller.abilities.queued_segments:
+        yield from stream_legs(context, legs, burst_s, released)
         return
     for leg in legs:
-        yield from follow_leg(wire, leg, burst_s, released)
+        yield from follow_leg(context, leg, burst_s, released)
 
 
 def follow_leg(
-    wire: MotionContext,
+    context: MotionContext,
     leg: MotionSegment,
     burst_s: float,
     released: Callable[[], bool] | None = None,
@@ -272,36 +272,36 @@ def follow_leg(
 
     A pause takes effect between two bursts; it ends a jog.
     """
-    core, done, speed_override = wire.core, 0.0, wire.core.speed_override
+    core, done, speed_override = context.core, 0.0, context.core.speed_override
     jog, is_released = released is not None, released or never
 
     def given_up() -> bool:
         return speed_override.paused or is_released()
 
-    while done < 1.0 and not (wire.stopping or is_released()):
+    while done < 1.0 and not (context.stopping or is_released()):
         if speed_override.paused:
             if jog:
                 return
-            yield from wait_out_pause(wire)
+            yield from wait_out_pause(context)
             continue
         slowed = replace(leg, duration_s=speed_override.slowed_s(leg.duration_s))
-        share = next_share(wire, slowed, burst_s, done)
+        share = next_share(context, slowed, burst_s, done)
         speed_override.note_slowed(leg.duration_s * share)
         further = 1.0 if share >= 1.0 - done - 1e-9 else done + share
         there = leg.start.towards(leg.end, further)
         on_the_way = way_between(core.position.acknowledged, there.motors(core.transmission))
         believed = core.belief
         # a pause drops a burst that has not begun to move: then the same share is tried again
-        yield from paced_move(wire, there, slowed.duration_s * share, given_up)
+        yield from paced_move(context, there, slowed.duration_s * share, given_up)
         if core.position.coordinates == there:
             done = further
-        elif not wire.stopping and not (
+        elif not context.stopping and not (
             core.belief is believed and on_the_way(core.position.acknowledged)
         ):
             raise WrongState(NOT_THERE.format(core.belief.reason))  # paused before it started
 
 
-def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: float) -> float:
+def next_share(context: MotionContext, leg: MotionSegment, burst_s: float, done: float) -> float:
     """Return the share of a leg for the next burst; the remaining bursts are about equally long.
 
     The burst's whole steps are counted, so that neither rounding nor coarse speed settings make it
@@ -309,29 +309,29 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
     motors, the burst is also short enough for its deviation.
     """
     left = 1.0 - done
-    busiest = max(map(abs, leg.steps(wire.core.transmission)))
-    takes_s = true_duration_s(wire, busiest, leg.duration_s)
+    busiest = max(map(abs, leg.steps(context.core.transmission)))
+    takes_s = true_duration_s(context, busiest, leg.duration_s)
     count = max(math.ceil(takes_s * left / burst_s - 1e-9), 1)
     while count < MOST_BURSTS:
         share = left / count
-        target = leg.start.towards(leg.end, done + share).motors(wire.core.transmission)
-        steps = (target - wire.core.position.acknowledged).largest
+        target = leg.start.towards(leg.end, done + share).motors(context.core.transmission)
+        steps = (target - context.core.position.acknowledged).largest
         duration_s = leg.duration_s * share
-        short = steps <= 1 or true_duration_s(wire, steps, duration_s) <= burst_s
-        if short and has_room(wire.core, target, _rate_hz(steps, duration_s)):
+        short = steps <= 1 or true_duration_s(context, steps, duration_s) <= burst_s
+        if short and has_room(context.core, target, _rate_hz(steps, duration_s)):
             return share
         # grow the count by a few percent at a time: an exact search would take too long
         count += 1 + count // (10 if short else 50)
     raise WrongState(NOT_THERE.format("it is off the path"))
 
 
-def true_duration_s(wire: MotionContext, steps: float, duration_s: float) -> float:
+def true_duration_s(context: MotionContext, steps: float, duration_s: float) -> float:
     """Return how long the device takes for steps that should take at least `duration_s`."""
-    return wire.core.controller.duration_s(steps, _rate_hz(steps, duration_s))
+    return context.core.controller.duration_s(steps, _rate_hz(steps, duration_s))
 
 
 def paced_move(
-    wire: MotionContext,
+    context: MotionContext,
     there: ArmCoordinates,
     duration_s: float,
     released: Callable[[], bool] = never,
@@ -340,17 +340,17 @@ def paced_move(
 
     If the device's slowest speed is too fast, wait for the rest of the time.
     """
-    target = there.motors(wire.core.transmission)
-    steps = (target - wire.core.position.acknowledged).largest
-    rate_hz, until_s = _rate_hz(steps, duration_s), wire.now_s + duration_s
-    *first, last = in_turn(wire.core, target, rate_hz) or (target,)
+    target = there.motors(context.core.transmission)
+    steps = (target - context.core.position.acknowledged).largest
+    rate_hz, until_s = _rate_hz(steps, duration_s), context.now_s + duration_s
+    *first, last = in_turn(context.core, target, rate_hz) or (target,)
     for corner in first:
-        wire.note_straying(target - wire.core.position.acknowledged)
-        yield from wire.move(corner, rate_hz, None, released)
-        if wire.stopping or released():
+        context.note_straying(target - context.core.position.acknowledged)
+        yield from context.move(corner, rate_hz, None, released)
+        if context.stopping or released():
             return
-    yield from wire.move(last, rate_hz, there, released)
-    slowest_hz = wire.core.controller.usable_rate_hz(0.0)
+    yield from context.move(last, rate_hz, there, released)
+    slowest_hz = context.core.controller.usable_rate_hz(0.0)
     if steps / slowest_hz < duration_s:
         yield SleepUntil(until_s)
 
@@ -360,18 +360,18 @@ def _rate_hz(steps: float, duration_s: float) -> float:
 
 
 def bench_move(
-    wire: MotionContext, speeds: SpeedLimits, steps: Motors, fraction: float
+    context: MotionContext, speeds: SpeedLimits, steps: Motors, fraction: float
 ) -> TaskBody[Moved]:
     """Move motors by raw steps, in bursts of jogging length, without limits and guards."""
-    core = wire.core
-    began_s, before = wire.now_s, wire.engine.requests_sent
-    with in_motion(wire, or_homing=True):
-        yield from wire.look_before_motion()
+    core = context.core
+    began_s, before = context.now_s, context.engine.requests_sent
+    with in_motion(context, or_homing=True):
+        yield from context.look_before_motion()
         target = core.position.acknowledged + steps
         start, goal = core.position.coordinates, core.position.coordinates_of(target)
         leg = MotionSegment(start, goal, speeds.duration_s(start, goal, fraction))
-        yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
-        yield from wire.verify()
-    if wire.stopping and core.position.acknowledged != target:
-        raise wire.stopped("the motion was stopped before its goal")
-    return report(wire, goal, began_s, before)
+        yield from drive_legs(context, (leg,), core.config.motion.jog_burst_s)
+        yield from context.verify()
+    if context.stopping and core.position.acknowledged != target:
+        raise context.stopped("the motion was stopped before its goal")
+    return report(context, goal, began_s, before)

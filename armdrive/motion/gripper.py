@@ -70,23 +70,23 @@ def check_opening(core: Core, opening_mm: float) -> None:
         )
 
 
-def set_gripper(wire: MotionContext, opening_mm: float) -> TaskBody[Moved]:
+def set_gripper(context: MotionContext, opening_mm: float) -> TaskBody[Moved]:
     """Command a servo or an output, and wait as long as the fingers take to get there."""
-    core = wire.core
+    core = context.core
     check_opening(core, opening_mm)
     low, high = core.config.model.gripper_range_mm
     share = (opening_mm - low) / (high - low)
     before = core.fingers.share
-    began_s, requests = wire.now_s, wire.engine.requests_sent
-    with in_motion(wire):
+    began_s, requests = context.now_s, context.engine.requests_sent
+    with in_motion(context):
         core.fingers.share = None  # unknown until the command is acknowledged
-        reply = yield from wire.request(SetGripper(share))
+        reply = yield from context.request(SetGripper(share))
         if not isinstance(reply, Done):
             raise DeviceFault(f"the controller did not take the gripper's command: {reply}")
         core.fingers.share = share
         way = 1.0 if before is None else abs(share - before)
-        yield SleepUntil(wire.now_s + way * (high - low) / core.config.model.gripper_speed_mm_s)
-    return report(wire, core.position.coordinates, began_s, requests)
+        yield SleepUntil(context.now_s + way * (high - low) / core.config.model.gripper_speed_mm_s)
+    return report(context, core.position.coordinates, began_s, requests)
 
 
 def check_grasp(core: Core, force_n: float) -> float:
@@ -112,44 +112,44 @@ def check_grasp(core: Core, force_n: float) -> float:
     return steps_per_n
 
 
-def grasp(wire: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[Grasped]:
+def grasp(context: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBody[Grasped]:
     """Close until an object is gripped, and press with about `force_n`."""
-    core, settings = wire.core, wire.core.config.gripper
+    core, settings = context.core, context.core.config.gripper
     steps_per_n = check_grasp(core, force_n)
     coarse, per_mm = settings.approach_steps, steps_per_mm(core)
     depth_mm = settings.trip_force_n * steps_per_n / per_mm  # of cable between touch and switch
     closed_mm = -depth_mm - 2.0 * coarse / per_mm
     firmest_mm = (settings.max_force_n * steps_per_n + coarse) / per_mm
-    with in_motion(wire):
-        yield from wire.look_before_motion()
+    with in_motion(context):
+        yield from context.look_before_motion()
         core.require_reference()
-        yield from _slide_until_switch(wire, speeds, -coarse, closed_mm)
+        yield from _slide_until_switch(context, speeds, -coarse, closed_mm)
         free_mm = core.position.coordinates.opening_mm + firmest_mm
-        yield from _slide_until_switch(wire, speeds, FINE_STEPS, free_mm)
-        yield from _slide_until_switch(wire, speeds, -FINE_STEPS, closed_mm)
+        yield from _slide_until_switch(context, speeds, FINE_STEPS, free_mm)
+        yield from _slide_until_switch(context, speeds, -FINE_STEPS, closed_mm)
         width_mm = max(core.position.coordinates.opening_mm + depth_mm, 0.0)
         core.fingers.touch_mm = width_mm = width_mm if width_mm > NOTHING_MM else 0.0
         extra_n = max(force_n - settings.trip_force_n, 0.0)
-        yield from _slide(wire, speeds, -round(extra_n * steps_per_n))
-        yield from wire.verify()
-        _raise_if_stopped(wire)
+        yield from _slide(context, speeds, -round(extra_n * steps_per_n))
+        yield from context.verify()
+        _raise_if_stopped(context)
     return Grasped(width_mm, core.fingers.force_n(core.position.coordinates.opening_mm))
 
 
 def _slide_until_switch(
-    wire: MotionContext, speeds: SpeedLimits, steps: int, furthest_mm: float
+    context: MotionContext, speeds: SpeedLimits, steps: int, furthest_mm: float
 ) -> TaskBody[None]:
     """Close in bursts until the switch trips, or open (`steps` above 0) until it releases.
 
     An opening beyond `furthest_mm` shows that the switch is broken.
     """
-    core, closing = wire.core, steps < 0
+    core, closing = context.core, steps < 0
     while bool(core.readings.gripping) is not closing:
-        _raise_if_stopped(wire)
+        _raise_if_stopped(context)
         if (core.position.coordinates.opening_mm - furthest_mm) * steps > 0.0:
             raise DeviceFault(_broken_switch_words(core, closing=closing))
-        yield from _slide(wire, speeds, steps)
-        yield from wire.verify()
+        yield from _slide(context, speeds, steps)
+        yield from context.verify()
 
 
 def _broken_switch_words(core: Core, *, closing: bool) -> str:
@@ -165,20 +165,20 @@ def _broken_switch_words(core: Core, *, closing: bool) -> str:
     )
 
 
-def _slide(wire: MotionContext, speeds: SpeedLimits, steps: int) -> TaskBody[None]:
+def _slide(context: MotionContext, speeds: SpeedLimits, steps: int) -> TaskBody[None]:
     """Move the fingers by motor steps; positive opens."""
     if steps == 0:
         return
-    core = wire.core
+    core = context.core
     here = core.position.coordinates
     there = ArmCoordinates(here.joints, here.opening_mm + steps / steps_per_mm(core))
     leg = MotionSegment(here, there, speeds.duration_s(here, there, 1.0))
-    yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
+    yield from drive_legs(context, (leg,), core.config.motion.jog_burst_s)
 
 
-def _raise_if_stopped(wire: MotionContext) -> None:
-    if wire.stopping:
-        raise wire.stopped("the grasp was stopped; the fingers stay where they are")
+def _raise_if_stopped(context: MotionContext) -> None:
+    if context.stopping:
+        raise context.stopped("the grasp was stopped; the fingers stay where they are")
 
 
 def steps_per_mm(core: Core) -> float:

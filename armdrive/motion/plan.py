@@ -260,11 +260,11 @@ def _plan(
     end_mm = ways[-1][-1].opening_mm if ways else start.opening_mm
     if end_mm != start.opening_mm:
         audit_opening(config, end_mm)
-    motion, wire = config.motion, config.connection
-    able = dialect(wire.dialect).abilities
+    motion, connection = config.motion, config.connection
+    able = dialect(connection.dialect).abilities
     longest_s = joined_s = motion.planned_burst_s
     if able.queued_segments:
-        joined_s = able.traffic.shortest_segment_s(wire.baud)
+        joined_s = able.traffic.shortest_segment_s(connection.baud)
         longest_s = ramp_piece_s(longest_s, joined_s)
     legs: list[MotionSegment] = []
     for way in ways:

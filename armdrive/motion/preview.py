@@ -103,11 +103,11 @@ def foreseen_s(config: ArmConfig, controller: Controller, plan: MotionPlan) -> f
     A queue is driven without a break; each burst waits for the exchange of the previous one. Extra
     bursts that an uncoordinated device needs to stay near its path are not included.
     """
-    wire = config.connection
-    able = dialect(wire.dialect).abilities
+    connection = config.connection
+    able = dialect(connection.dialect).abilities
     if able.queued_segments:
         return plan.duration_s
-    exchange_s, burst_s = able.traffic.exchange_s(wire.baud), config.motion.planned_burst_s
+    exchange_s, burst_s = able.traffic.exchange_s(connection.baud), config.motion.planned_burst_s
     return math.fsum(_bursts_s(config, controller, leg, burst_s, exchange_s) for leg in plan.legs)
 
 

@@ -35,79 +35,79 @@ from kinematics.spaces import Joints, Motors
 from kinematics.transmission import Transmission
 
 
-def begin_home(wire: MotionContext) -> TaskBody[None]:
+def begin_home(context: MotionContext) -> TaskBody[None]:
     """Enter the state HOMING, in which the operator brings the arm to its reference posture."""
-    wire.core.happen(Event.HOME)
+    context.core.happen(Event.HOME)
     yield from ()
 
 
 def home_device(
-    wire: MotionContext, homing: HomingSettings, report: Callable[[int], None] = lambda _: None
+    context: MotionContext, homing: HomingSettings, report: Callable[[int], None] = lambda _: None
 ) -> TaskBody[None]:
     """Home the device to its switches, in the order of the arm file.
 
     `report` is called with the index of each group of the arm file when it has been homed.
     """
-    core = wire.core
+    core = context.core
     core.require_settings()
-    if not (yield from leave_standstill(wire)):
-        raise wire.stopped("homing was stopped before it began")
+    if not (yield from leave_standstill(context)):
+        raise context.stopped("homing was stopped before it began")
     core.happen(Event.HOME)
     core.readings.current = Current.HELD
     groups = tuple(tuple(motor - 1 for motor in group) for group in homing.groups)
     try:
         for index, group in enumerate(groups):
-            yield from _home_group(wire, HomeDevice((group,)))
+            yield from _home_group(context, HomeDevice((group,)))
             report(index)
         if not groups:
-            yield from _home_group(wire, HomeDevice())
+            yield from _home_group(context, HomeDevice())
     except LinkLost:
-        core.learn(Evidence.LOST_IN_MOTION, wire.now_s)
+        core.learn(Evidence.LOST_IN_MOTION, context.now_s)
         raise
-    registers = yield from wire.ask_registers()
-    _require_no_fault(wire)
+    registers = yield from context.ask_registers()
+    _require_no_fault(context)
     core.position.slack.doubt()  # the direction in which it left its switches is not known
     core.position.refer(registers.positions, ArmCoordinates(homing.joints, homing.opening_mm))
-    core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
+    core.learn(Evidence.HOMED_BY_SWITCHES, context.now_s)
     core.clear_messages()
-    core.still_since_s = wire.now_s
-    yield from _settled(wire)
+    core.still_since_s = context.now_s
+    yield from _settled(context)
 
 
-def _settled(wire: MotionContext) -> TaskBody[None]:
+def _settled(context: MotionContext) -> TaskBody[None]:
     """End the motion and wait until the position is on the disk."""
-    wire.core.settle()
-    wire.core.mark_still()
-    yield from be_remembered(wire)
+    context.core.settle()
+    context.core.mark_still()
+    yield from be_remembered(context)
 
 
-def _home_group(wire: MotionContext, request: HomeDevice) -> TaskBody[None]:
+def _home_group(context: MotionContext, request: HomeDevice) -> TaskBody[None]:
     """Home some of the motors; if homing ends early, nothing is referenced."""
-    core, began_s = wire.core, wire.now_s
-    reply = yield from wire.request(request)
-    if isinstance(reply, Done) and not wire.stopping:
-        _require_no_fault(wire)
+    core, began_s = context.core, context.now_s
+    reply = yield from context.request(request)
+    if isinstance(reply, Done) and not context.stopping:
+        _require_no_fault(context)
         return
-    core.learn(Evidence.HOMING_FAILED, wire.now_s)
-    if wire.stopping:
-        raise wire.stopped("homing was stopped: nothing was referenced")
-    late = f"it had not ended after {wire.now_s - began_s:.0f} s, {wire.engine.received}"
+    core.learn(Evidence.HOMING_FAILED, context.now_s)
+    if context.stopping:
+        raise context.stopped("homing was stopped: nothing was referenced")
+    late = f"it had not ended after {context.now_s - began_s:.0f} s, {context.engine.received}"
     why = late if isinstance(reply, Halted) else reply  # without a stop, a halt is a timeout
     words = f"homing failed: {why}. Look at the switches and the arm, then call `reset()`"
-    raise wire.fault(DeviceFault(words))
+    raise context.fault(DeviceFault(words))
 
 
-def _require_no_fault(wire: MotionContext) -> None:
+def _require_no_fault(context: MotionContext) -> None:
     """Raise what the device has reported meanwhile: the next group must not move."""
-    if wire.core.state is State.ERROR_STOP:
-        wire.core.learn(Evidence.HOMING_FAILED, wire.now_s)
-        wire.require_no_fault()
+    if context.core.state is State.ERROR_STOP:
+        context.core.learn(Evidence.HOMING_FAILED, context.now_s)
+        context.require_no_fault()
 
 
-def confirm_record(wire: MotionContext) -> TaskBody[None]:
+def confirm_record(context: MotionContext) -> TaskBody[None]:
     """Turn a restored position into a referenced one: the operator has compared it with the arm."""
-    core = wire.core
-    yield from wire.look()
+    core = context.core
+    yield from context.look()
     trust = core.belief.trust
     if trust is not Trust.RESTORED:
         todo = f": {core.belief.reason}. To fix this, call `home()`"
@@ -115,9 +115,9 @@ def confirm_record(wire: MotionContext) -> TaskBody[None]:
             f"there is no restored position to confirm; the position is {trust.value}"
             f"{'' if trust is Trust.REFERENCED else todo}"
         )
-    core.learn(Evidence.CONFIRMED, wire.now_s)
+    core.learn(Evidence.CONFIRMED, context.now_s)
     core.mark_still()
-    yield from be_remembered(wire)
+    yield from be_remembered(context)
 
 
 # Manual reference: the operator confirms a posture. It is refused if the arm has changed since.
@@ -146,7 +146,7 @@ def confirmed_posture(
     return ConfirmedPosture(there, evidence, core.belief, core.position.expected, now_s)
 
 
-def take_reference(wire: MotionContext, confirmed: ConfirmedPosture) -> TaskBody[None]:
+def take_reference(context: MotionContext, confirmed: ConfirmedPosture) -> TaskBody[None]:
     """Set the reference: the present registers stand for the confirmed posture.
 
     Raises `DeviceFault` if the arm may have changed since the confirmation: its position has become
@@ -154,25 +154,25 @@ def take_reference(wire: MotionContext, confirmed: ConfirmedPosture) -> TaskBody
     have changed and could not be read promptly. A change that is read promptly is fine: it happened
     before the operator looked, when the arm was brought into the posture.
     """
-    core = wire.core
-    difference = yield from wire.read()
-    if wire.stopping or core.state not in (State.STANDBY, State.HOMING):
-        raise wire.stopped("a stop interrupted this: nothing was referenced")
+    core = context.core
+    difference = yield from context.read()
+    if context.stopping or core.state not in (State.STANDBY, State.HOMING):
+        raise context.stopped("a stop interrupted this: nothing was referenced")
     registers = core.position.counts
     changed = registers != confirmed.registers
-    late = wire.now_s > confirmed.at_s + PROMPT_S
+    late = context.now_s > confirmed.at_s + PROMPT_S
     doubted = core.belief is not confirmed.belief and core.belief.trust is Trust.SUSPECT
     if doubted or (changed and (late or not registers.largest)):
-        weigh_difference(wire, difference)
+        weigh_difference(context, difference)
         why = core.belief.reason if doubted or not registers.largest else _MOVED
         raise DeviceFault(
             f"the arm was not referenced, because it may have changed a moment ago: {why}. Look at "
             "the arm, and confirm its posture again"
         )
     core.position.refer(registers, confirmed.there)
-    core.learn(confirmed.evidence, wire.now_s)
+    core.learn(confirmed.evidence, context.now_s)
     core.clear_messages()
-    yield from _settled(wire)
+    yield from _settled(context)
 
 
 _MOVED = "the line was noisy, and the registers changed meanwhile"
@@ -181,34 +181,34 @@ _MOVED = "the line was noisy, and the registers changed meanwhile"
 # Verification: measuring an arm at its reference mark, where the operator has brought it.
 
 
-def read_at_mark(wire: MotionContext) -> TaskBody[Motors]:
+def read_at_mark(context: MotionContext) -> TaskBody[Motors]:
     """Return the position that the registers show, while the operator is at work."""
-    core = wire.core
-    yield from wire.read()
-    _require_homing(wire)
+    core = context.core
+    yield from context.read()
+    _require_homing(context)
     return core.position.read_back or core.position.acknowledged
 
 
-def believe_mark(wire: MotionContext) -> TaskBody[None]:
+def believe_mark(context: MotionContext) -> TaskBody[None]:
     """Confirm a restored position: the mark has shown that it is right."""
-    core = wire.core
-    _require_homing(wire)
+    core = context.core
+    _require_homing(context)
     if core.belief.trust is Trust.RESTORED:
-        core.learn(Evidence.CONFIRMED, wire.now_s)
-    yield from _settled(wire)
+        core.learn(Evidence.CONFIRMED, context.now_s)
+    yield from _settled(context)
 
 
-def doubt_position(wire: MotionContext, detail: str) -> TaskBody[None]:
+def doubt_position(context: MotionContext, detail: str) -> TaskBody[None]:
     """Make the position suspect: it is off, and the operator does not want a new reference."""
-    core = wire.core
-    _require_homing(wire)
-    core.learn(Evidence.OFF_ITS_MARK, wire.now_s, detail)
-    yield from _settled(wire)
+    core = context.core
+    _require_homing(context)
+    core.learn(Evidence.OFF_ITS_MARK, context.now_s, detail)
+    yield from _settled(context)
 
 
-def _require_homing(wire: MotionContext) -> None:
-    if wire.stopping or wire.core.state is not State.HOMING:
-        raise wire.stopped("a stop interrupted this: nothing was changed")
+def _require_homing(context: MotionContext) -> None:
+    if context.stopping or context.core.state is not State.HOMING:
+        raise context.stopped("a stop interrupted this: nothing was changed")
 
 
 # Drift: the difference between the position and the truth, measured at the reference mark.

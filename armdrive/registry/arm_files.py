@@ -92,6 +92,6 @@ def arm_problems(table: dict[str, Any], name: str, folder: Path) -> list[str]:
 
 def preset_arm(key: str, *, name: str, connection: Connection) -> ArmConfig:
     """Return the arm of a preset, on the given wire."""
-    wire = {"dialect": connection.dialect, "baud": connection.baud}
-    config = parse_arm({"model": key, "connection": wire}, name=name)
+    table = {"dialect": connection.dialect, "baud": connection.baud}
+    config = parse_arm({"model": key, "connection": table}, name=name)
     return replace(config, connection=connection, source=ConfigSource({"model": key}))

@@ -345,7 +345,7 @@ def commissioned(
 ) -> str:
     """Return the text of an arm file with all that commissioning found out."""
     table, spoken = tomllib.loads(text), config.connection.dialect
-    wire = {"dialect": spoken, "port": port} if port else {"dialect": spoken}
+    connection = {"dialect": spoken, "port": port} if port else {"dialect": spoken}
     currents = {each.current_ma for each in notes.values() if each.current_ma}
     # the section has one current for all drives, so it is written only if all have the same
     alike = len(currents) == 1 and len(notes) == len(plan.drives)
@@ -355,7 +355,7 @@ def commissioned(
     steps = {name: plan.tools.counts_per_turn * gear for name, gear in gears.items() if gear}
     directions = changes(table, config.model.transmission, signs_of(plan, notes), steps)
     found = [
-        *(Change(("connection", key), each) for key, each in wire.items()),
+        *(Change(("connection", key), each) for key, each in connection.items()),
         *(Change((spoken, key), each) for key, each in device.items()),
         *directions,
     ]

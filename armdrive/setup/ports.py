@@ -53,10 +53,10 @@ def arm_files() -> tuple[PortNaming, ...]:
 
 def _naming(path: Path) -> PortNaming:
     try:
-        wire = load_arm(path).connection
+        connection = load_arm(path).connection
     except ArmError as error:
         return PortNaming(path.stem, error=str(error))
-    return PortNaming(path.stem, wire.port, wire.usb_serial)
+    return PortNaming(path.stem, connection.port, connection.usb_serial)
 
 
 def owners_of(port: str, namings: Iterable[PortNaming]) -> tuple[PortNaming, ...]:
@@ -158,8 +158,10 @@ def port_of(config: ArmConfig) -> ClosedPort:
     except PortUnavailable as error:
         what, mend = parted(str(error))
         return ClosedPort("", (problem(what, mend),), openable=False)
-    wire = config.connection
-    own = PortNaming(config.name, wire.port, wire.usb_serial)  # its file may lie elsewhere
+    connection = config.connection
+    own = PortNaming(
+        config.name, connection.port, connection.usb_serial
+    )  # its file may lie elsewhere
     return look_at(port, (own, *(each for each in arm_files() if each.arm != own.arm)))
 
 

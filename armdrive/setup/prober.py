@@ -39,7 +39,7 @@ QUIET_S = 0.1
 """The prober waits this long for more from a device that it has recognised."""
 
 
-class ProbeWire(ScriptIO[bytes]):
+class ProbeIO(ScriptIO[bytes]):
     """Sends bytes at a baud rate, and collects the reply. `tune` changes the rate."""
 
     def __init__(self, tune: Callable[[int], None]) -> None:
@@ -114,43 +114,43 @@ class Examination:
 Script: TypeAlias = Generator[float, bytes | None, Examination]
 
 
-def examination(wire: ProbeWire, given_baud: int | None, datagrams: bool) -> Script:
+def examination(io: ProbeIO, given_baud: int | None, datagrams: bool) -> Script:
     """Identify the device at a port; with `given_baud` at that baud rate alone."""
     probes = recogniser().sequence(given_baud, datagrams=datagrams)
     # nothing restarts because a socket for datagrams was opened, so there is nothing to wait for
     first_baud = given_baud or QUICK_BAUD
-    found = yield from _listen(wire, Examination(), first_baud, 0.0 if datagrams else LISTEN_S)
+    found = yield from _listen(io, Examination(), first_baud, 0.0 if datagrams else LISTEN_S)
     for probe in probes:
         if found.identity is not None:
             break
         if probe.baud != found.baud:
-            found = yield from _listen(wire, found, probe.baud, SETTLE_S)
-        found = yield from _probe(wire, found, probe)
+            found = yield from _listen(io, found, probe.baud, SETTLE_S)
+        found = yield from _probe(io, found, probe)
     if given_baud is None:
-        found = yield from _at_usual_rate(wire, found)
-    return (yield from _details(wire, found, given_baud))
+        found = yield from _at_usual_rate(io, found)
+    return (yield from _details(io, found, given_baud))
 
 
-def _probe(wire: ProbeWire, found: Examination, probe: Probe) -> Script:
+def _probe(io: ProbeIO, found: Examination, probe: Probe) -> Script:
     for _ in range(probe.times):
         if found.identity is None:
-            found = yield from _turn(wire, found, probe)
+            found = yield from _turn(io, found, probe)
     return found
 
 
-def _listen(wire: ProbeWire, found: Examination, baud: int, wait_s: float) -> Script:
-    found = yield from _turn(wire, replace(found, baud=baud), Probe("", "", baud, b"", wait_s))
+def _listen(io: ProbeIO, found: Examination, baud: int, wait_s: float) -> Script:
+    found = yield from _turn(io, replace(found, baud=baud), Probe("", "", baud, b"", wait_s))
     return found
 
 
-def _turn(wire: ProbeWire, found: Examination, probe: Probe) -> Script:
+def _turn(io: ProbeIO, found: Examination, probe: Probe) -> Script:
     """Send a probe; judge all replies at this baud rate so far."""
     before = b"".join(each.answer for each in found.replies if each.baud == probe.baud)
 
     def known(data: bytes) -> bool:
         return recogniser().recognise(before + _without_echo(probe.data, data)) is not None
 
-    data = yield from wire.turn(probe, known)
+    data = yield from io.turn(probe, known)
     reply = ProbeReply(probe.name, probe.baud, probe.data, data)
     identity = _better(found.identity, recogniser().recognise(before + reply.answer))
     return replace(found, identity=identity, replies=(*found.replies, reply))
@@ -163,26 +163,26 @@ def _better(known: Identity | None, new: Identity | None) -> Identity | None:
     return replace(new, restarted=new.restarted or known.restarted)
 
 
-def _at_usual_rate(wire: ProbeWire, found: Examination) -> Script:
+def _at_usual_rate(io: ProbeIO, found: Examination) -> Script:
     """Ask again at the dialect's usual rate if another one worked: native USB works at any rate."""
     identity = found.identity
     probe = recogniser().own_probe(identity.dialect) if identity is not None else None
     if identity is None or probe is None or probe.baud == found.baud:
         return found
     worked_at = found.baud
-    found = yield from _turn(wire, found, probe)
+    found = yield from _turn(io, found, probe)
     answered = recogniser().recognise(found.replies[-1].answer) is not None
     return replace(found, baud=probe.baud if answered else worked_at)
 
 
-def _details(wire: ProbeWire, found: Examination, given_baud: int | None) -> Script:
+def _details(io: ProbeIO, found: Examination, given_baud: int | None) -> Script:
     """Ask a board that has just greeted for its version."""
     identity = found.identity
     probe = recogniser().details(identity.dialect) if identity is not None else None
     if identity is None or probe is None or not identity.restarted:
         return found
     probe = replace(probe, baud=given_baud or found.baud or probe.baud)
-    found = yield from _turn(wire, found, probe)
+    found = yield from _turn(io, found, probe)
     return found
 
 
@@ -221,11 +221,11 @@ def examine(
     link: TunableLink, clock: Clock, given_baud: int | None, *, datagrams: bool = False
 ) -> Examination:
     """Identify the device on a link, and close the link."""
-    wire = ProbeWire(link.tune)
-    loop = ScriptLoop(Received(lambda data: (data,) if data else ()), wire)
+    io = ProbeIO(link.tune)
+    loop = ScriptLoop(Received(lambda data: (data,) if data else ()), io)
     try:
         found: Examination = carry_out(
-            loop, partial(examination, wire, given_baud, datagrams), link, clock
+            loop, partial(examination, io, given_baud, datagrams), link, clock
         )
     finally:
         link.close()

@@ -43,17 +43,17 @@ NEVER_RESET = "in the arm file, under [connection]: raise_dtr = true and keep_dt
 
 
 def of_examination(
-    found: Examination, baud: int | None = None, wire: Connection | None = None
+    found: Examination, baud: int | None = None, connection: Connection | None = None
 ) -> list[Finding]:
     """Return the findings of an examination, at the only `baud` that was tried if there is one.
 
-    `wire` is the connection of the arm file, if one says what is expected at the port.
+    `connection` is that of the arm file, if one says what is expected at the port.
     """
     if found.identity is None:
         return [*_unrecognised(found, baud)]
     listed = [_identified(found.identity, found.baud)]
-    if wire is not None:
-        listed += _differing(found.identity, wire.dialect)
+    if connection is not None:
+        listed += _differing(found.identity, connection.dialect)
     if found.echoes:
         listed.append(
             problem(
@@ -63,7 +63,7 @@ def of_examination(
             )
         )
     if found.restarted:
-        listed.append(_restarted(found, wire))
+        listed.append(_restarted(found, connection))
     return listed
 
 
@@ -88,7 +88,7 @@ def _differing(identity: Identity, expected: str) -> list[Finding]:
     ]
 
 
-def _restarted(found: Examination, wire: Connection | None) -> Finding:
+def _restarted(found: Examination, connection: Connection | None) -> Finding:
     if found.baud is None:
         return note(
             "the board sent its greeting when the connection was opened: if it is behind a serial "
@@ -97,7 +97,7 @@ def _restarted(found: Examination, wire: Connection | None) -> Finding:
     what = (
         "the board restarted when its port was opened: motors lose their current, and an arm sags"
     )
-    if wire is not None and wire.raise_dtr and wire.keep_dtr_on_close:
+    if connection is not None and connection.raise_dtr and connection.keep_dtr_on_close:
         return note(f"{what}; the first opening after plugging in always does that")
     return note(what, NEVER_RESET)
 
@@ -398,8 +398,8 @@ def _only_baud(config: ArmConfig | None, baud: int | None) -> int | None:
     """Return the one baud rate to try: the given one, or the arm file's if it is unusual."""
     if baud is not None or config is None:
         return baud
-    wire = config.connection
-    return None if wire.baud == DIALECTS[wire.dialect].baud else wire.baud
+    connection = config.connection
+    return None if connection.baud == DIALECTS[connection.dialect].baud else connection.baud
 
 
 def _results(

@@ -19,9 +19,9 @@ H = TypeVar("H")
 def bus_arm(dialect: str, homing: HomingSettings | None = None, **section: Any) -> ArmConfig:
     """Return an arm on six drives; `section` is what its file's section says."""
     device = SimpleNamespace(**({"ids": IDS} | section))
-    wire = Connection(dialect=dialect, port="", baud=500_000)
+    connection = Connection(dialect=dialect, port="", baud=500_000)
     model = preset(f"minimover5-{dialect}")
-    return ArmConfig("bench", model.title, model, wire, device=device, homing=homing)
+    return ArmConfig("bench", model.title, model, connection, device=device, homing=homing)
 
 
 class BusSim(Generic[H]):

@@ -45,10 +45,10 @@ READING = frozenset(code for code in Code if code < Code.CLEAR_STALL) | {
 
 def arm(model: ArmModel = MODEL, **mks: Any) -> ArmConfig:
     """Return the configuration of an arm on six MKS drives."""
-    wire = Connection("mks", "", 500_000)
+    connection = Connection("mks", "", 500_000)
     source = ConfigSource({"model": "minimover5-mks"})
     device = MksSettings(**mks)
-    return ArmConfig("bench", model.title, model, wire, device=device, source=source)
+    return ArmConfig("bench", model.title, model, connection, device=device, source=source)
 
 
 def arm_as_built(

@@ -62,9 +62,9 @@ def test_every_dialect_keeps_its_own_lengths_on_its_own_wire(row):
 
 
 def test_an_old_cable_gets_longer_bursts_and_the_file_has_the_last_word():
-    wire = {"dialect": "teachmover", "baud": 4800}
-    slow = parse_arm({"model": "teachmover", "connection": wire}, name="x")
+    connection = {"dialect": "teachmover", "baud": 4800}
+    slow = parse_arm({"model": "teachmover", "connection": connection}, name="x")
     assert slow.motion.planned_burst_s == pytest.approx(0.30)
-    own = {"model": "teachmover", "connection": wire, "motion": {"planned_burst_s": 0.1}}
+    own = {"model": "teachmover", "connection": connection, "motion": {"planned_burst_s": 0.1}}
     assert parse_arm(own, name="x").motion.planned_burst_s == 0.1
     assert SEGMENTS_AHEAD * segment_s(0.3) == pytest.approx(0.3)

@@ -102,7 +102,7 @@ def test_a_jog_that_is_clipped_and_does_not_say_so_is_found_out(monkeypatch):
 
 
 def test_a_driver_that_sends_all_at_once_is_found_out(monkeypatch):
-    monkeypatch.setattr(motion, "next_share", lambda _wire, _leg, _burst_s, done: 1.0 - done)
+    monkeypatch.setattr(motion, "next_share", lambda _context, _leg, _burst_s, done: 1.0 - done)
     assert found_by_the_campaign(first=3)
 
 
@@ -139,8 +139,8 @@ def with_legs(monkeypatch, change):
     """Make each motion drive other legs than planned, and report success all the same."""
     drive_legs = motion.drive_legs
 
-    def drive(wire, legs, burst_s, *, released=None):
-        yield from drive_legs(wire, change(wire, legs), burst_s, released=released)
+    def drive(context, legs, burst_s, *, released=None):
+        yield from drive_legs(context, change(context, legs), burst_s, released=released)
 
     for module in DRIVES_LEGS:
         monkeypatch.setattr(module, "drive_legs", drive)
@@ -156,12 +156,12 @@ def half(legs):
 
 @pytest.mark.parametrize("dialect", ["teachmover", "mks"])
 def test_motions_that_do_nothing_are_found_out(monkeypatch, dialect):
-    with_legs(monkeypatch, lambda _wire, _legs: ())
+    with_legs(monkeypatch, lambda _context, _legs: ())
     assert "ended well, but" in found_by_the_campaign(dialect)
 
 
 def test_motions_that_go_half_way_are_found_out(monkeypatch):
-    with_legs(monkeypatch, lambda _wire, legs: half(legs))
+    with_legs(monkeypatch, lambda _context, legs: half(legs))
     assert "ended well, but" in found_by_the_campaign()
 
 
@@ -202,7 +202,7 @@ def test_an_arm_that_is_recovered_and_never_moves_is_found_out(monkeypatch):
         fault(self, *words)
 
     monkeypatch.setattr(Core, "fault", remembered)
-    with_legs(monkeypatch, lambda wire, legs: () if id(wire.core) in faulty else legs)
+    with_legs(monkeypatch, lambda context, legs: () if id(context.core) in faulty else legs)
     assert "ended well, but" in found_by_the_campaign(first=3)
 
 
@@ -217,9 +217,9 @@ def test_a_final_motion_that_is_refused_is_found_out(monkeypatch):
 @pytest.mark.parametrize("more_s", [0.6, math.inf])
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl", "mks"])
 def test_a_hold_that_expires_late_or_never_is_found_out(monkeypatch, dialect, more_s):
-    def held(wire):
-        hold = wire.core.hold
-        return hold is not None and hold.until_s + more_s > wire.now_s
+    def held(context):
+        hold = context.core.hold
+        return hold is not None and hold.until_s + more_s > context.now_s
 
     only(monkeypatch, "abandon a hold")
     for module in (held_jog, jogging):

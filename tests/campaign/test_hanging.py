@@ -27,9 +27,9 @@ def test_no_time_passes(monkeypatch):
 
 
 def test_a_task_loops_without_waiting(monkeypatch):
-    def circling(wire, plan):
+    def circling(context, plan):
         while True:
-            yield SleepUntil(wire.now_s)
+            yield SleepUntil(context.now_s)
 
     monkeypatch.setattr("armdrive.arm.moving.follow", circling)
     seeds = (run_mission("teachmover", seed) for seed in range(8))
@@ -41,10 +41,10 @@ def test_a_task_loops_without_waiting(monkeypatch):
 def test_time_passes_for_ever(monkeypatch):
     """A motion never ends, and its call never gives up."""
 
-    def waiting(wire, plan):
-        while not wire.stopping:
-            yield SleepUntil(wire.now_s + 1.0)
-        yield from follow(wire, plan)
+    def waiting(context, plan):
+        while not context.stopping:
+            yield SleepUntil(context.now_s + 1.0)
+        yield from follow(context, plan)
 
     monkeypatch.setattr("armdrive.arm.moving.follow", waiting)
     monkeypatch.setattr("armdrive.arm.moving.PATIENCE_S", 1e9)

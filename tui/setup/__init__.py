@@ -109,10 +109,10 @@ class Steps(SetupStage):
 
     def _other(self, step: str) -> None:
         """Describe the arm of a port that has no file; else say that this needs leaving."""
-        wire = self.desk.arm.config.connection
+        connection = self.desk.arm.config.connection
         if step == "describe" and self.path is None:
-            known = {"connection.port": wire.port, "dialect": wire.dialect,
-                     "connection.baud": str(wire.baud)}  # fmt: skip
+            known = {"connection.port": connection.port, "dialect": connection.dialect,
+                     "connection.baud": str(connection.baud)}  # fmt: skip
             self.go(InterviewAsking(self.desk, self.go, self, known))
             return
         leave = self.desk.keys.label("quit")

@@ -236,8 +236,8 @@ def _config(name: str) -> ArmConfig:
         return load_arm(path)
     require_name(name.removesuffix(ENDING))
     row = commissionable()[0]
-    wire = Connection(dialect=row.name, port="", baud=row.baud)
-    return preset_arm(row.preset, name=path.stem, connection=wire)
+    connection = Connection(dialect=row.name, port="", baud=row.baud)
+    return preset_arm(row.preset, name=path.stem, connection=connection)
 
 
 def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:
@@ -266,8 +266,8 @@ def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
 
 
 def _known_port(config: ArmConfig) -> str:
-    wire = config.connection
-    return PortOpening(config).find() if wire.port or wire.usb_serial else ""
+    connection = config.connection
+    return PortOpening(config).find() if connection.port or connection.usb_serial else ""
 
 
 def _practise(

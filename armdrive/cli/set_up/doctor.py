@@ -142,8 +142,8 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
     )
     if target.simulated:
         raise BadRequest(f"{options.arm} is simulated: there is no port to look at")
-    wire = target.config.connection
-    if not (wire.port or wire.usb_serial):
+    connection = target.config.connection
+    if not (connection.port or connection.usb_serial):
         raise PortUnavailable(
             f"the arm file of {options.arm} names no port: write port or usb_serial under "
             "[connection]; `armdrive ports` lists those there are"

@@ -61,7 +61,7 @@ class DriveDialog(Dialog):
         return result
 
 
-FrameWire: TypeAlias = ScriptIO[Frame]
+FrameIO: TypeAlias = ScriptIO[Frame]
 
 
 def frame_scripts() -> ScriptLoop[Frame]:
@@ -84,10 +84,10 @@ class Listened:
 
 
 def listen(
-    wire: FrameWire, is_command: Callable[[Frame], bool], seconds: float = LISTEN_S
+    io: FrameIO, is_command: Callable[[Frame], bool], seconds: float = LISTEN_S
 ) -> Script[Frame, Listened]:
     """Listen for a while, whatever the protocol."""
-    frames = yield from wire.collect(seconds)
+    frames = yield from io.collect(seconds)
     return Listened(frames, tuple(filter(is_command, frames)))
 
 

@@ -3,7 +3,7 @@
 Read in this order, after `dialects.bus`:
 
     controller   an arm's requests: which collaborator carries out each
-    wire         the state of each drive, as its events show it
+    drives       the state of each drive, as its events show it
     exchange     what scripts work with: SYNC cycles, position reads, states, objects by SDO
     contact      finding the drives, setting them up, switching their current, clearing faults
     leading      what all motions share: beginning, outages, arriving, stopping

@@ -11,6 +11,11 @@ from typing import NoReturn
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.phases import end_earlier_motion
+from armdrive.dialects.cia402.drives import (
+    FAULTS,
+    Cia402Drive,
+    off_target_alert,
+)
 from armdrive.dialects.cia402.exchange import (
     STOP,
     Cia402Exchange,
@@ -21,11 +26,6 @@ from armdrive.dialects.cia402.exchange import (
     SdoResult,
 )
 from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.cia402.wire import (
-    FAULTS,
-    Cia402Drive,
-    off_target_alert,
-)
 from armdrive.tasks import Done, ProtocolWarning, Reply, RequestRejected
 from firmware_protocol import canopen
 from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Write

@@ -70,7 +70,9 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self.settings = settings = replace(settings, ids=ids, homing_methods=methods)
         self.limits = limits = DriveLimits.of(settings, motors, config.connection.baud)
         order_s = (settings.heartbeat_ms - settings.beat_ms) / 1000.0
-        self._wire = io = Cia402Exchange(settings, motors.names, limits.cycle_s, self.unsolicited)
+        self._exchange = io = Cia402Exchange(
+            settings, motors.names, limits.cycle_s, self.unsolicited
+        )
         super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.bus, io)
         self.group = io.group
         self._transfers, states = ObjectTransfers(io), DriveStates(io)
@@ -94,7 +96,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         if not isinstance(request, BUS_REQUESTS):
             raise Refused(f"CiA 402 drives do not support {type(request).__name__}")
         self.give_up()
-        self._wire.began_s = self.io.now_s
+        self._exchange.began_s = self.io.now_s
         try:
             if not self.group.contacted:
                 yield from self._contact.connect()
@@ -133,7 +135,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         if drive is None or self.busy:
             return
         if isinstance(event, Emergency) and self.group.contacted:  # read its new state
-            self._wire.sync()
+            self._exchange.sync()
         self.group.report(drive)
 
     def give_up(self) -> None:
@@ -146,10 +148,10 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         """Take bytes from the bus; all events are recorded before a script continues."""
         self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
-        self._wire.bus.receive_data(data)
-        while (event := self._wire.bus.next_event()) is not None:
+        self._exchange.bus.receive_data(data)
+        while (event := self._exchange.bus.next_event()) is not None:
             self.unsolicited(event)
-        self.io.write(self._wire.bus.owed())
+        self.io.write(self._exchange.bus.owed())
         self._loop.step(None)
 
     def advance(self, now_s: float) -> bytes:
@@ -157,22 +159,22 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
         if self.group.on and self.group.contacted and not self.busy:
-            self._wire.watch_heartbeats(self._silent_s, self._wire.beats.period_s)
+            self._exchange.watch_heartbeats(self._silent_s, self._exchange.beats.period_s)
         frames = super().advance(now_s)
-        beat = self._wire.beats.beat(now_s)
+        beat = self._exchange.beats.beat(now_s)
         self.io.listened.expect(self.next_s())
         return beat + frames
 
     def next_s(self) -> float:
         """Return when the script continues, or the heartbeat is due."""
-        return min(super().next_s(), self._wire.beats.due_s)
+        return min(super().next_s(), self._exchange.beats.due_s)
 
     def stop(self, *, hard: bool) -> None:
         """Stop the script, and discard targets that were not sent yet.
 
         A drive that has stopped by itself meanwhile would take them as orders to continue.
         """
-        if self.busy and not self.io.stop_asked and self.io.now_s > self._wire.began_s:
+        if self.busy and not self.io.stop_asked and self.io.now_s > self._exchange.began_s:
             self.io.out.clear()
         super().stop(hard=hard)
 

@@ -16,14 +16,14 @@ from typing import TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import ALL_SILENT, Obstructed, absence
 from armdrive.dialects.bus.ledger import LAST_TRY_S, MUTE_POLLS, TRIES
-from armdrive.dialects.cia402.objects import object_words, value_words
-from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.cia402.wire import (
+from armdrive.dialects.cia402.drives import (
     FAULTS,
     Cia402Drive,
     DriveGroup,
     HeartbeatProducer,
 )
+from armdrive.dialects.cia402.objects import object_words, value_words
+from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout, never
 from firmware_protocol import canopen

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from armdrive.dialects.bus.drives import Obstructed, not_heard_words
 from armdrive.dialects.bus.observer import DriveFinding
 from armdrive.dialects.bus.phases import Act, Braking, Phase, Signal, Stages, run_phases
+from armdrive.dialects.cia402.drives import Cia402Drive, off_target_alert
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
     STOP,
@@ -23,7 +24,6 @@ from armdrive.dialects.cia402.exchange import (
     ObjectTransfers,
     Script,
 )
-from armdrive.dialects.cia402.wire import Cia402Drive, off_target_alert
 from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.tasks import (
     Alert,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.bus.phases import HomingSearch, HomingStatus, Phase, Signal, home_in_groups
+from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, off_target_alert
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
     Script,
@@ -20,7 +21,6 @@ from armdrive.dialects.cia402.exchange import (
 )
 from armdrive.dialects.cia402.leading import REST_CYCLES, SETTLE_S, WAIT_CYCLES, MotionLead
 from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
-from armdrive.dialects.cia402.wire import TARGET_MAX, Cia402Drive, off_target_alert
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply
 from firmware_protocol import canopen
 from kinematics.spaces import Motors

@@ -17,7 +17,7 @@ from armdrive.dialects.bus.ledger import TRIES, SurplusAnswers
 from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,
-    FrameWire,
+    FrameIO,
     SeenNodes,
     frame_scripts,
     numbers,
@@ -168,7 +168,7 @@ def seen_nodes(frames: Iterable[Frame]) -> dict[int, NodeState]:
 
 
 def ask_nodes(
-    wire: FrameWire, ids: Sequence[int], beating: Mapping[int, NodeState] = MappingProxyType({})
+    io: FrameIO, ids: Sequence[int], beating: Mapping[int, NodeState] = MappingProxyType({})
 ) -> Script[Frame, CanopenSurvey]:
     """Ask each number for its device type, up to twice; then read the objects of those found.
 
@@ -179,41 +179,41 @@ def ask_nodes(
     there: set[int] = set()
     for _ in range(ROUNDS):
         for node in [each for each in asked if each not in there]:
-            if (yield from _upload(wire, node, DEVICE_TYPE, ASK_S, counts)) is not None:
+            if (yield from _upload(io, node, DEVICE_TYPE, ASK_S, counts)) is not None:
                 there.add(node)
-            yield from wire.pause(wire.now_s + PAUSE_S)
+            yield from io.pause(io.now_s + PAUSE_S)
     nodes = []
     for node in asked:
         if node in there:
-            nodes.append((yield from _known(wire, node, beating.get(node), counts)))
+            nodes.append((yield from _known(io, node, beating.get(node), counts)))
         elif node in beating:
             nodes.append(SurveyedNode(node, beating[node], answers=False))
     return CanopenSurvey(asked, tuple(nodes), counts.garbled)
 
 
 def _known(
-    wire: FrameWire, node: int, state: NodeState | None, counts: _NodeCounts
+    io: FrameIO, node: int, state: NodeState | None, counts: _NodeCounts
 ) -> Script[Frame, SurveyedNode]:
     objects: dict[Place, Value] = {}
     refused: dict[Place, str] = {}
     before = counts.missed
     for place in QUESTIONS:
-        answer = yield from _asked(wire, node, place, counts)
+        answer = yield from _asked(io, node, place, counts)
         if isinstance(answer, Aborted):
             refused[place] = answer.words
         elif answer is not None and (value := _value(answer)) is not None:
             objects[place] = value
-        yield from wire.pause(wire.now_s + PAUSE_S)
-    shared = yield from _is_shared(wire, node)
+        yield from io.pause(io.now_s + PAUSE_S)
+    shared = yield from _is_shared(io, node)
     return SurveyedNode(node, state, True, objects, refused, shared, counts.missed - before)
 
 
 def _asked(
-    wire: FrameWire, node: int, place: Place, counts: _NodeCounts
+    io: FrameIO, node: int, place: Place, counts: _NodeCounts
 ) -> Script[Frame, Uploaded | Aborted | None]:
     """Read an object, with retries; None if no answer comes."""
     for _ in range(TRIES):
-        answer = yield from _upload(wire, node, place, ANSWER_S, counts)
+        answer = yield from _upload(io, node, place, ANSWER_S, counts)
         if answer is not None:
             return answer
         counts.missed += 1
@@ -221,15 +221,15 @@ def _asked(
 
 
 def _upload(
-    wire: FrameWire, node: int, place: Place, wait_s: float, counts: _NodeCounts
+    io: FrameIO, node: int, place: Place, wait_s: float, counts: _NodeCounts
 ) -> Script[Frame, Uploaded | Aborted | None]:
     """Read an object once; None if the transfer does not finish."""
     client = SdoClient(node, size_max=LONGEST_OBJECT)
     frame: Frame | None = client.upload(place)
     response_id = cob_id(Service.SDO_RESPONSE, node)
     while frame is not None:
-        wire.write(pack(frame))
-        frames = yield from wire.collect(wait_s, lambda frames: is_for(frames[-1], response_id))
+        io.write(pack(frame))
+        frames = yield from io.collect(wait_s, lambda frames: is_for(frames[-1], response_id))
         frame = None
         for each in frames:
             frame = client.receive_frame(each) or frame
@@ -240,7 +240,7 @@ def _upload(
     return None
 
 
-def _is_shared(wire: FrameWire, node: int) -> Script[Frame, bool]:
+def _is_shared(io: FrameIO, node: int) -> Script[Frame, bool]:
     """Find out whether two nodes answer to a number."""
     response_id, surplus = cob_id(Service.SDO_RESPONSE, node), SurplusAnswers()
     for place in _TELLTALES:
@@ -250,11 +250,11 @@ def _is_shared(wire: FrameWire, node: int) -> Script[Frame, bool]:
 
         surplus.clear()
         for _ in range(TRIES):
-            wire.write(pack(SdoClient(node).upload(place)))
-            frames = yield from wire.collect(ANSWER_S, lambda frames: answers(frames[-1]), LINGER_S)
+            io.write(pack(SdoClient(node).upload(place)))
+            frames = yield from io.collect(ANSWER_S, lambda frames: answers(frames[-1]), LINGER_S)
             count = sum(map(answers, frames))
             if not count:
-                yield from wire.pause(wire.now_s + LAST_REPLY_S)
+                yield from io.pause(io.now_s + LAST_REPLY_S)
                 continue
             surplus.asked(node, place.index)
             for _ in range(count):
@@ -435,9 +435,9 @@ def _modes(name: str, node: SurveyedNode) -> list[Finding]:
     return []
 
 
-def survey_nodes(wire: FrameWire, ids: Sequence[int], heard: SeenNodes) -> Script[Frame, Answers]:
+def survey_nodes(io: FrameIO, ids: Sequence[int], heard: SeenNodes) -> Script[Frame, Answers]:
     """Survey the numbers; return the nodes in words and as plain data."""
-    found = yield from ask_nodes(wire, ids, heard)
+    found = yield from ask_nodes(io, ids, heard)
     return Answers(
         "canopen",
         found.asked,

@@ -3,7 +3,7 @@
 Read in this order, after `dialects.bus`:
 
     controller   an arm's requests: which collaborator carries out each
-    wire         frames to the drives and their replies; every reply goes to the observer
+    exchange     frames to the drives and their replies; every reply goes to the observer
     contact      finding the drives, their firmware, why they do not move; switching their current,
                  clearing stalls
     motion       the stages of a motion, from the first order until all drives stand

@@ -14,10 +14,10 @@ from itertools import pairwise
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.dialects.mks.contact import MksInquiry
+from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.steering import beyond
 from armdrive.dialects.mks.stops import MksStops, shared_acc
-from armdrive.dialects.mks.wire import MksWire, Script, WireScript
 from armdrive.tasks import Done, Halted, RequestRejected, never
 from firmware_protocol.mks import (
     COUNTS_S_PER_RPM,
@@ -56,57 +56,57 @@ class MksBursts:
     """Sends one burst at a time."""
 
     def __init__(
-        self, wire: MksWire, stops: MksStops, inquiry: MksInquiry, motion: MksMotion
+        self, io: MksExchange, stops: MksStops, inquiry: MksInquiry, motion: MksMotion
     ) -> None:
-        self._wire, self._stops, self._inquiry, self._motion = wire, stops, inquiry, motion
+        self._io, self._stops, self._inquiry, self._motion = io, stops, inquiry, motion
 
     def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script:
         """Send a burst and wait for its end."""
-        wire = self._wire
+        io = self._io
         orders: dict[ObservedDrive, MoveAbsoluteAxis] = {}
-        for drive, count, rpm in zip(wire.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
+        for drive, count, rpm in zip(io.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
             if not count:
                 continue
             target = drive.goal + count
             if (refused := beyond(drive, target)) is not None:
                 return refused
-            acc = shared_acc(wire.settings.acceleration, abs(count) / steps.largest)
+            acc = shared_acc(io.settings.acceleration, abs(count) / steps.largest)
             orders[drive] = MoveAbsoluteAxis(target, rpm, acc)
         if not orders:
             return Done()
-        if wire.stop_asked or released():
+        if io.stop_asked or released():
             return Halted()
-        if wire.can(Ability.SYNCHRONOUS_START) and len(orders) > 1:
+        if io.can(Ability.SYNCHRONOUS_START) and len(orders) > 1:
             ended = yield from self._together(orders, released)
             if ended is not None:
                 return ended
         else:
             for drive, order in orders.items():
-                wire.send(drive, order)
-            yield wire.now_s
+                io.send(drive, order)
+            yield io.now_s
         return (yield from self._motion.arrive(self._lasts_s(steps, rate_hz), never))
 
     def _together(
         self, orders: Mapping[ObservedDrive, MoveAbsoluteAxis], released: Callable[[], bool]
-    ) -> WireScript[Halted | RequestRejected | None]:
+    ) -> MksScript[Halted | RequestRejected | None]:
         """Store each drive's order, then start all of them by one frame, sent twice."""
-        wire = self._wire
+        io = self._io
         arming = dict.fromkeys(orders, ArmSynchronous(on=True))
-        armed = yield from wire.ask(arming, text="ARM")
+        armed = yield from io.ask(arming, text="ARM")
         stored: dict[ObservedDrive, Event] = {}
         if all(isinstance(armed.get(drive), Taken) for drive in orders):
-            stored = yield from wire.ask(orders, tries=2, text="F5, stored")
+            stored = yield from io.ask(orders, tries=2, text="F5, stored")
         ready = all(isinstance(stored.get(drive), StoredForStart) for drive in orders)
-        if not ready or wire.stop_asked or released():
+        if not ready or io.stop_asked or released():
             return (yield from self._disarm(orders, stored, ready))
-        wire.broadcast(GoSynchronous(), "GO")
+        io.broadcast(GoSynchronous(), "GO")
         for drive, order in orders.items():
-            wire.note_order(drive, order)
-        until_s = wire.now_s + GO_AGAIN_S
-        yield from wire.wait_for(until_s, lambda _: False)
-        wire.broadcast(GoSynchronous())
+            io.note_order(drive, order)
+        until_s = io.now_s + GO_AGAIN_S
+        yield from io.wait_for(until_s, lambda _: False)
+        io.broadcast(GoSynchronous())
         for drive in orders:  # else a stop would be stored as well
-            wire.put(drive, ArmSynchronous(on=False))
+            io.put(drive, ArmSynchronous(on=False))
         return None
 
     def _disarm(
@@ -114,15 +114,15 @@ class MksBursts:
         orders: Mapping[ObservedDrive, MoveAbsoluteAxis],
         stored: Mapping[ObservedDrive, Event],
         ready: bool,
-    ) -> WireScript[Halted | RequestRejected]:
+    ) -> MksScript[Halted | RequestRejected]:
         """Discard the stored orders, and stop the drives that may have started already."""
-        wire = self._wire
+        io = self._io
         silent = [drive for drive in orders if drive not in stored]
         moved = [each for each, reply in stored.items() if isinstance(reply, Started)] + silent
-        yield from wire.ask(dict.fromkeys(orders, ArmSynchronous(on=False)))
+        yield from io.ask(dict.fromkeys(orders, ArmSynchronous(on=False)))
         if moved:
             for drive in moved:
-                wire.note_order(drive, orders[drive])
+                io.note_order(drive, orders[drive])
             yield from self._stops.halt(moved)
         if ready:
             return Halted()
@@ -138,7 +138,7 @@ class MksBursts:
         return max((each.duration_s for each in self._trapezoids(steps, rate_hz)), default=0.0)
 
     def _trapezoids(self, steps: Motors, rate_hz: float) -> list[Trapezoid]:
-        acc, largest = self._wire.settings.acceleration, max(steps.largest, 1)
+        acc, largest = self._io.settings.acceleration, max(steps.largest, 1)
         return [
             Trapezoid.of(
                 abs(count), rpm * COUNTS_S_PER_RPM, slope_of(shared_acc(acc, abs(count) / largest))
@@ -157,7 +157,7 @@ class MksBursts:
             return (0.0,) * len(steps)
         trapezoids = self._trapezoids(steps, rate_hz)
         busiest = next(each for each in trapezoids if each.distance == largest)
-        late_s = 0.0 if self._wire.can(Ability.SYNCHRONOUS_START) else START_S
+        late_s = 0.0 if self._io.can(Ability.SYNCHRONOUS_START) else START_S
         return tuple(
             _deviation(each, busiest) + late_s * each.speed + 1.0 if each.distance else 0.0
             for each in trapezoids

@@ -17,6 +17,7 @@ from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
 from armdrive.dialects.mks.compare import value_words, wanted_settings
+from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
     KnownDrive,
@@ -28,7 +29,6 @@ from armdrive.dialects.mks.survey import (
     scripts,
     survey_drives,
 )
-from armdrive.dialects.mks.wire import MksWire, WireScript
 from armdrive.dialects.mks.words import TALK, MksFrameDescriber
 from armdrive.dialog.conversation import About, Question, whole
 from armdrive.errors.printable import command_line
@@ -66,10 +66,10 @@ REACHED = 80
 """It has arrived within this many counts of its target: under two degrees of its shaft."""
 
 
-def order(wire: MksWire, node: int, message: Request) -> WireScript[bool | None]:
+def order(io: MksExchange, node: int, message: Request) -> MksScript[bool | None]:
     """Send a drive an order once; return whether it reports success, None if it is silent."""
-    drive = wire.drive(node)
-    reply = (yield from wire.ask({drive: message}, tries=1)).get(drive)
+    drive = io.drive(node)
+    reply = (yield from io.ask({drive: message}, tries=1)).get(drive)
     return None if reply is None else isinstance(reply, Done)
 
 
@@ -85,32 +85,32 @@ STOPS = 3
 """How often a stop is sent, because frames can be lost."""
 
 
-def calibrate(wire: MksWire, node: int) -> WireScript[bool]:
+def calibrate(io: MksExchange, node: int) -> MksScript[bool]:
     """Calibrate a drive's encoder; return whether it reports success."""
-    drive = wire.drive(node)
-    wire.put(drive, Calibrate())
+    drive = io.drive(node)
+    io.put(drive, Calibrate())
     try:
-        return (yield from _calibrated(wire, drive))
+        return (yield from _calibrated(io, drive))
     except GeneratorExit:  # the caller has given up
         for _ in range(STOPS):
-            wire.put(drive, EmergencyStop())
+            io.put(drive, EmergencyStop())
         raise
 
 
-def _calibrated(wire: MksWire, drive: ObservedDrive) -> WireScript[bool]:
-    began_s = wire.now_s
+def _calibrated(io: MksExchange, drive: ObservedDrive) -> MksScript[bool]:
+    began_s = io.now_s
     look_s, end_s = began_s + CALIBRATION_LOOK_S, began_s + LONGEST_S
-    while wire.now_s < end_s:
+    while io.now_s < end_s:
         event = yield min(look_s, end_s)
         if isinstance(event, Done | Failed) and isinstance(event.request, Calibrate):
-            wire.host.settle(drive.node)
+            io.host.settle(drive.node)
             return isinstance(event, Done)
         stands = isinstance(event, Answered) and event.answer == StateRead(MotorState.STOPPED)
-        if stands and wire.now_s > began_s + BEGUN_S:
-            end_s = min(end_s, wire.now_s + CALIBRATION_LOOK_S)  # its final report may still follow
-        if event is None and wire.now_s >= look_s:
-            look_s = wire.now_s + CALIBRATION_LOOK_S
-            wire.put(drive, ReadState())
+        if stands and io.now_s > began_s + BEGUN_S:
+            end_s = min(end_s, io.now_s + CALIBRATION_LOOK_S)  # its final report may still follow
+        if event is None and io.now_s >= look_s:
+            look_s = io.now_s + CALIBRATION_LOOK_S
+            io.put(drive, ReadState())
     return False
 
 
@@ -119,15 +119,17 @@ def _calibrated(wire: MksWire, drive: ObservedDrive) -> WireScript[bool]:
 # Settings that the firmware does not report are always written; the first motion proves them.
 
 
-def write(wire: MksWire, node: int, setting: Setting, able: frozenset[Ability]) -> WireScript[bool]:
+def write(
+    io: MksExchange, node: int, setting: Setting, able: frozenset[Ability]
+) -> MksScript[bool]:
     """Write a setting, and read it back if the firmware reports it."""
     for _ in range(TRIES):
-        taken = yield from order(wire, node, setting)
+        taken = yield from order(io, node, setting)
         if Ability.READ_SETTINGS not in able:
             if taken is not None:
                 return taken
             continue
-        is_set = yield from wire.setting(wire.drive(node), setting.code)
+        is_set = yield from io.setting(io.drive(node), setting.code)
         if is_set == setting or (is_set is None and taken):
             return True
     return False
@@ -422,10 +424,10 @@ def _give_id(dialog: DriveDialog, drive: DrivePlace) -> bool | None:
     return True
 
 
-def _take_id(wire: MksWire, node: int) -> WireScript[bool | None]:
+def _take_id(io: MksExchange, node: int) -> MksScript[bool | None]:
     """Give a new drive its id and time to adopt it; return its reply."""
-    taken = yield from order(wire, NODE_DEFAULT, SetId(node))
-    yield from wire.pause(wire.now_s + SETTLE_S)
+    taken = yield from order(io, NODE_DEFAULT, SetId(node))
+    yield from io.pause(io.now_s + SETTLE_S)
     return taken
 
 
@@ -433,9 +435,9 @@ def _two(node: int) -> str:
     return f"More than one drive answers as id {node}. {ONE_AT_A_TIME}"
 
 
-def alone(wire: MksWire, node: int) -> WireScript[bool]:
+def alone(io: MksExchange, node: int) -> MksScript[bool]:
     """Find out whether exactly one drive answers to an id."""
-    return (yield from answers(wire, node)) and not (yield from is_shared(wire, node))
+    return (yield from answers(io, node)) and not (yield from is_shared(io, node))
 
 
 def section(device: MksSettings, ids: Sequence[int], current_ma: int) -> dict[str, Any]:

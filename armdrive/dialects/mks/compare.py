@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import absent_words
 from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.mks.exchange import Answer, MksExchange, Script, setting_of
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.wire import Answer, MksWire, Script, setting_of
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, RequestRejected
 from firmware_protocol.errors import RemoteProtocolError
@@ -83,21 +83,21 @@ _MUST = (Code.MODE, Code.MICROSTEPS)
 """Without these the arm moves wrongly or not at all."""
 
 
-def compare(wire: MksWire, firmware: str) -> Script:
+def compare(io: MksExchange, firmware: str) -> Script:
     """Compare the settings that the arm depends on, as far as the firmware reports them."""
-    if not wire.can(Ability.READ_SETTINGS):
+    if not io.can(Ability.READ_SETTINGS):
         return DeviceSettings((), firmware)
-    began_s, current_ma = wire.now_s, wire.settings.current_ma
+    began_s, current_ma = io.now_s, io.settings.current_ma
     wanted = {
         each.setting.code: each.setting
-        for each in wanted_settings(wire.settings, current_ma or CURRENT_MAX_MA)
+        for each in wanted_settings(io.settings, current_ma or CURRENT_MAX_MA)
     }
     differences: list[Difference | None] = []
     for code in _COMPARED if current_ma else _COMPARED[:-1]:
-        found = yield from wire.read(ReadSetting(code))
-        if missing := [drive for drive in wire.drives if drive not in found]:
-            return wire.absence(missing, began_s)
-        differences += (_difference(each, found[each], wanted[code]) for each in wire.drives)
+        found = yield from io.read(ReadSetting(code))
+        if missing := [drive for drive in io.drives if drive not in found]:
+            return io.absence(missing, began_s)
+        differences += (_difference(each, found[each], wanted[code]) for each in io.drives)
     return DeviceSettings(tuple(filter(None, differences)), firmware)
 
 
@@ -117,13 +117,13 @@ def _difference(drive: ObservedDrive, answer: Answer, wanted: Setting) -> Differ
     )
 
 
-def mend(wire: MksWire, line: str) -> Script:
+def mend(io: MksExchange, line: str) -> Script:
     """Write one setting."""
     node, setting = parsed_line(line)
-    drive = wire.observer.find(node)
+    drive = io.observer.find(node)
     if drive is None:
         raise Refused(f"`{line}`: no drive of this arm has the id {node}")
-    reply = (yield from wire.ask({drive: setting}, text=line)).get(drive)
+    reply = (yield from io.ask({drive: setting}, text=line)).get(drive)
     if reply is None:
         return RequestRejected(absent_words((drive,), "id"), moved=False)
     if not isinstance(reply, Taken):

@@ -14,8 +14,8 @@ from armdrive.dialects.bus.drives import Obstructed, off_target_words
 from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive, Verdict
 from armdrive.dialects.bus.phases import end_earlier_motion
+from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, obeys_bus, setting_of
 from armdrive.dialects.mks.stops import MksStops, pushing_words, restarted_words
-from armdrive.dialects.mks.wire import MksWire, Script, WireScript, obeys_bus, setting_of
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejected
 from firmware_protocol.mks import (
     LATEST,
@@ -74,18 +74,18 @@ UNKNOWN_FIRMWARE = Firmware()
 
 
 def firmware_of(
-    wire: MksWire, drives: Collection[ObservedDrive]
-) -> WireScript[dict[ObservedDrive, Firmware]]:
+    io: MksExchange, drives: Collection[ObservedDrive]
+) -> MksScript[dict[ObservedDrive, Firmware]]:
     """Find out the firmware of each drive."""
-    answers = yield from wire.read(ReadVersion(), drives)
+    answers = yield from io.read(ReadVersion(), drives)
     found = {}
     for drive in drives:
         read = answers.get(drive)
         if not isinstance(read, VersionRead):
-            mode = yield from wire.reading(drive, ReadSetting(Code.MODE))
+            mode = yield from io.reading(drive, ReadSetting(Code.MODE))
             found[drive] = UNKNOWN_FIRMWARE if mode is None else Firmware((1, 0, 6))
         elif read.version is None:
-            watchdog = yield from wire.reading(drive, ReadSetting(Code.WATCHDOG))
+            watchdog = yield from io.reading(drive, ReadSetting(Code.WATCHDOG))
             has_one = isinstance(watchdog, SettingRead) and watchdog.value is not None
             found[drive] = Firmware((1, 0, 9) if has_one else (1, 0, 8), read=read)
         else:
@@ -106,30 +106,30 @@ def shared_words(ids: Collection[int]) -> str:
 
 # Why a drive does not follow its orders.
 
-Words: TypeAlias = WireScript[str]
+Words: TypeAlias = MksScript[str]
 
 
 class MksInquiry:
     """Finds out what keeps drives from moving."""
 
-    def __init__(self, wire: MksWire) -> None:
-        self._wire = wire
+    def __init__(self, io: MksExchange) -> None:
+        self._io = io
 
-    def stalled(self, drives: Collection[ObservedDrive]) -> WireScript[list[ObservedDrive]]:
+    def stalled(self, drives: Collection[ObservedDrive]) -> MksScript[list[ObservedDrive]]:
         """Return the drives whose stall protection has released the shaft."""
-        found = yield from self._wire.read(ReadStall(), drives)
+        found = yield from self._io.read(ReadStall(), drives)
         return [drive for drive, each in found.items() if each == StallRead(on=True)]
 
-    def off(self, drives: Collection[ObservedDrive]) -> WireScript[list[ObservedDrive]]:
+    def off(self, drives: Collection[ObservedDrive]) -> MksScript[list[ObservedDrive]]:
         """Return the drives whose motors have no current."""
-        found = yield from self._wire.read(ReadEnabled(), drives)
+        found = yield from self._io.read(ReadEnabled(), drives)
         return [drive for drive, each in found.items() if each == EnabledRead(on=False)]
 
     def mode_words(self, drive: ObservedDrive) -> Words:
         """Return that a drive is in a mode that the bus cannot move; empty if it is not."""
-        if not self._wire.can(Ability.READ_SETTINGS):
+        if not self._io.can(Ability.READ_SETTINGS):
             return ""
-        mode = yield from self._wire.setting(drive, Code.MODE)
+        mode = yield from self._io.setting(drive, Code.MODE)
         if not isinstance(mode, SetMode) or obeys_bus(mode):
             return ""
         return (
@@ -139,17 +139,17 @@ class MksInquiry:
         )
 
     def ask_fitness(self, drive: ObservedDrive) -> None:
-        """Ask a moving drive what may keep it from moving; `wire.unfit` takes the answers.
+        """Ask a moving drive what may keep it from moving; `io.unfit` takes the answers.
 
         Waits for nothing, since the other drives are still moving and a stop must not wait.
         """
         questions: list[Read | ReadSetting] = [ReadStall(), ReadEnabled()]
-        if self._wire.can(Ability.READ_SETTINGS):
+        if self._io.can(Ability.READ_SETTINGS):
             questions.append(ReadSetting(Code.MODE))
         for question in questions:
-            self._wire.put(drive, question)
+            self._io.put(drive, question)
 
-    def obstructed(self, drive: ObservedDrive) -> WireScript[Alert | None]:
+    def obstructed(self, drive: ObservedDrive) -> MksScript[Alert | None]:
         """Return what keeps a drive from moving: a stall, no current, or its mode; or None."""
         if (yield from self.stalled((drive,))):
             return Alert(AlertKind.SWITCHED_OFF, stall_words(drive))
@@ -158,7 +158,7 @@ class MksInquiry:
         mode = yield from self.mode_words(drive)
         return Alert(AlertKind.OFF_PATH, mode) if mode else None
 
-    def explain(self, verdict: Verdict) -> WireScript[Alert]:
+    def explain(self, verdict: Verdict) -> MksScript[Alert]:
         """Find out why a drive is in the wrong place, and what that means for the arm."""
         drive = verdict.drive
         if verdict.finding is DriveFinding.RESTARTED:
@@ -168,9 +168,9 @@ class MksInquiry:
         obstructed = yield from self.obstructed(drive)
         return obstructed or Alert(AlertKind.OFF_PATH, _departed_words(verdict))
 
-    def found_at_rest(self, drive: ObservedDrive) -> WireScript[Alert]:
+    def found_at_rest(self, drive: ObservedDrive) -> MksScript[Alert]:
         """Find out why a drive that had no new target has moved."""
-        now_s, count = self._wire.now_s, drive.count or 0
+        now_s, count = self._io.now_s, drive.count or 0
         restarted = drive.counts_from_zero(now_s, now_s)
         finding = DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE
         verdict = Verdict(drive, finding, count, drive.goal)
@@ -208,9 +208,9 @@ class MksContact:
     """Brings all drives to the state in which they stand, reply and hold."""
 
     def __init__(
-        self, wire: MksWire, stops: MksStops, inquiry: MksInquiry, on_firmware: Callable[[], None]
+        self, io: MksExchange, stops: MksStops, inquiry: MksInquiry, on_firmware: Callable[[], None]
     ) -> None:
-        self._wire, self._stops, self._inquiry = wire, stops, inquiry
+        self._io, self._stops, self._inquiry = io, stops, inquiry
         self._on_firmware = on_firmware
         self.connected = False
         """Whether all drives were found standing."""
@@ -220,63 +220,63 @@ class MksContact:
         """Whether every drive is known to stop on a silent bus."""
         self.firmware = ""
 
-    def connect(self) -> WireScript[None]:
+    def connect(self) -> MksScript[None]:
         """Find every drive and wait until all stand. Raises `Obstructed` if that fails."""
-        wire = self._wire
-        began_s, wire.last_command = wire.now_s, "READ ENCODER"
-        wire.surplus.clear()
+        io = self._io
+        began_s, io.last_command = io.now_s, "READ ENCODER"
+        io.surplus.clear()
         for _ in range(TRIES):
-            if missing := (yield from wire.look()):
+            if missing := (yield from io.look()):
                 yield from self._refuse_absent(missing, began_s)
         if words := (yield from self._shared_words()):
             raise Obstructed(words)
         yield from self._recognise()
         yield from self._end_earlier_motion()
         yield from self.adopt_positions()
-        for drive in wire.drives:
-            drive.rest_at(drive.count or 0, wire.now_s)
+        for drive in io.drives:
+            drive.rest_at(drive.count or 0, io.now_s)
             drive.fresh = True
         self.connected = True
 
     def _refuse_absent(
         self, missing: Sequence[ObservedDrive], since_s: float
-    ) -> WireScript[NoReturn]:
+    ) -> MksScript[NoReturn]:
         """Raise `Obstructed` for missing drives; they may have the ids of others."""
-        wire = self._wire
-        absence = wire.absence(missing, since_s)
+        io = self._io
+        absence = io.absence(missing, since_s)
         if isinstance(absence, RequestRejected):
-            there = [drive for drive in wire.drives if drive not in missing]
+            there = [drive for drive in io.drives if drive not in missing]
             for _ in range(TRIES):
-                yield from wire.look(there)
+                yield from io.look(there)
             if shared := (yield from self._shared_words()):
                 raise Obstructed(f"{absence.reason}. And {shared}")
         raise Obstructed(absence)
 
     def _shared_words(self) -> Words:
         """Wait for the answers of a second drive; return which ids two drives answer to."""
-        yield from self._wire.pause(self._wire.now_s + self._wire.settings.answer_s)
-        return shared_words(self._wire.surplus.shared)
+        yield from self._io.pause(self._io.now_s + self._io.settings.answer_s)
+        return shared_words(self._io.surplus.shared)
 
-    def _recognise(self) -> WireScript[None]:
+    def _recognise(self) -> MksScript[None]:
         """Learn the abilities that all drives have: those of the oldest firmware."""
-        wire = self._wire
-        version = wire.settings.version
+        io = self._io
+        version = io.settings.version
         if version is None:
-            found = yield from firmware_of(wire, wire.drives)
+            found = yield from firmware_of(io, io.drives)
             version = min(LATEST, *(each.version for each in found.values()))
         self.firmware = ".".join(map(str, version))
-        wire.able = abilities_of(version)
+        io.able = abilities_of(version)
         self._on_firmware()
 
-    def _end_earlier_motion(self) -> WireScript[None]:
+    def _end_earlier_motion(self) -> MksScript[None]:
         """Wait until all drives stand, and stop those that do not."""
-        return end_earlier_motion(self._wire.listened, self._turning, self._stops.halt)
+        return end_earlier_motion(self._io.listened, self._turning, self._stops.halt)
 
-    def _turning(self) -> WireScript[list[ObservedDrive]]:
+    def _turning(self) -> MksScript[list[ObservedDrive]]:
         """Return the drives that turn. Raises `Obstructed` if one homes or calibrates."""
-        wire = self._wire
+        io = self._io
         turning = []
-        for drive, answer in (yield from wire.read(ReadState())).items():
+        for drive, answer in (yield from io.read(ReadState())).items():
             state = answer.state if isinstance(answer, StateRead) else None
             if state in BUSY:
                 words = state.name.lower()
@@ -284,50 +284,50 @@ class MksContact:
             if state in TURNING:
                 turning.append(drive)
         if turning:
-            yield from wire.pause(wire.now_s + wire.settings.poll_s)
+            yield from io.pause(io.now_s + io.settings.poll_s)
         return turning
 
     # -- positions ----------------------------------------------------------------------------
 
     def read(self) -> Script:
         """Read every encoder, and find out why a drive has moved that should hold its place."""
-        wire = self._wire
-        began_s = wire.now_s
-        if missing := (yield from wire.look()):
-            absence = wire.absence(missing, began_s)
+        io = self._io
+        began_s = io.now_s
+        if missing := (yield from io.look()):
+            absence = io.absence(missing, began_s)
             return replace(absence, moved=True) if isinstance(absence, RequestRejected) else absence
-        for drive in wire.drives:
+        for drive in io.drives:
             if not self.on or drive.moving or drive.is_near:
                 continue
-            wire.notify((yield from self._inquiry.found_at_rest(drive)))
-            drive.rest_at(drive.count or 0, wire.now_s)
-        return wire.registers()
+            io.notify((yield from self._inquiry.found_at_rest(drive)))
+            drive.rest_at(drive.count or 0, io.now_s)
+        return io.registers()
 
-    def adopt_positions(self) -> WireScript[None]:
+    def adopt_positions(self) -> MksScript[None]:
         """Read where the drives stand, and take that for their targets."""
-        wire = self._wire
-        began_s = wire.now_s
-        if missing := (yield from wire.look()):
-            raise Obstructed(wire.absence(missing, began_s))
-        for drive in wire.drives:
-            wire.host.settle(drive.node)
-            drive.stand(wire.now_s)
+        io = self._io
+        began_s = io.now_s
+        if missing := (yield from io.look()):
+            raise Obstructed(io.absence(missing, began_s))
+        for drive in io.drives:
+            io.host.settle(drive.node)
+            drive.stand(io.now_s)
 
-    def _adopt_and_relieve(self) -> WireScript[None]:
+    def _adopt_and_relieve(self) -> MksScript[None]:
         """Adopt the drives' positions, and relieve those that push.
 
         A drive may have been blocked when its last program died or its cable was lost. It would
         spring to its set-point as soon as it comes free.
         """
         yield from self.adopt_positions()
-        pushing = yield from self._stops.relieve(self._wire.drives)
+        pushing = yield from self._stops.relieve(self._io.drives)
         if not pushing:
             return
         yield from self._stops.relieved(pushing)
         for drive, off in pushing.items():
             if why := (yield from self._inquiry.mode_words(drive)):  # it obeys nothing, and pushes
                 raise Obstructed(why)
-            self._wire.notify(ProtocolWarning(pushing_words(drive, off)))
+            self._io.notify(ProtocolWarning(pushing_words(drive, off)))
         yield from self.adopt_positions()
 
     # -- current ------------------------------------------------------------------------------
@@ -335,16 +335,16 @@ class MksContact:
     def switch_on(self) -> Script:
         """Make every drive hold its motor where it is, and switch on its watchdog."""
         self.on = False
-        wire, inquiry = self._wire, self._inquiry
+        io, inquiry = self._io, self._inquiry
         yield from self.adopt_positions()
-        if stalled := (yield from inquiry.stalled(wire.drives)):
+        if stalled := (yield from inquiry.stalled(io.drives)):
             raise Obstructed(f"{stall_words(stalled[0])}; `reset()` clears that")
         if unfit := (yield from self._unfit_words()):
             raise Obstructed(unfit)
-        if wire.can(Ability.SYNCHRONOUS_START):
-            yield from wire.ask(dict.fromkeys(wire.drives, ArmSynchronous(on=False)))
+        if io.can(Ability.SYNCHRONOUS_START):
+            yield from io.ask(dict.fromkeys(io.drives, ArmSynchronous(on=False)))
         yield from self._command(Enable(on=True), "ENABLE")
-        if off := (yield from inquiry.off(wire.drives)):
+        if off := (yield from inquiry.off(io.drives)):
             raise Obstructed(f"{off[0]} does not switch its motor on")
         self.watched = yield from self._watch()
         self.on = True
@@ -357,33 +357,33 @@ class MksContact:
         yield from self._command(Enable(on=False), "DISABLE")
         return Done()
 
-    def _watch(self) -> WireScript[bool]:
+    def _watch(self) -> MksScript[bool]:
         """Switch on the watchdog of every drive; return whether it is certainly on in all."""
-        wire = self._wire
-        timeout = SilenceWatchdog(round(wire.settings.watchdog_s * 1000.0))
-        if not timeout.timeout_ms or not wire.can(Ability.SILENCE_WATCHDOG):
+        io = self._io
+        timeout = SilenceWatchdog(round(io.settings.watchdog_s * 1000.0))
+        if not timeout.timeout_ms or not io.can(Ability.SILENCE_WATCHDOG):
             return False
-        found = yield from wire.ask(dict.fromkeys(wire.drives, timeout), text="WATCHDOG")
-        if not all(isinstance(found.get(drive), Taken) for drive in wire.drives):
+        found = yield from io.ask(dict.fromkeys(io.drives, timeout), text="WATCHDOG")
+        if not all(isinstance(found.get(drive), Taken) for drive in io.drives):
             return False
         fits = [SettingRead(timeout.code, value) for value in (None, timeout.payload)]
         for _ in range(TRIES):  # a late answer to the setting looks like its value
-            answers = yield from wire.read(ReadSetting(timeout.code))
-            if all(answers.get(drive) in (None, *fits) for drive in wire.drives):
+            answers = yield from io.read(ReadSetting(timeout.code))
+            if all(answers.get(drive) in (None, *fits) for drive in io.drives):
                 return True
         return False
 
-    def _command(self, message: Message, text: str) -> WireScript[None]:
+    def _command(self, message: Message, text: str) -> MksScript[None]:
         """Send every drive a command that is safe to repeat.
 
         Raises `Obstructed` if one does not obey.
         """
-        wire = self._wire
-        began_s = wire.now_s
-        found = yield from wire.ask(dict.fromkeys(wire.drives, message), text=text)
-        if missing := [drive for drive in wire.drives if drive not in found]:
+        io = self._io
+        began_s = io.now_s
+        found = yield from io.ask(dict.fromkeys(io.drives, message), text=text)
+        if missing := [drive for drive in io.drives if drive not in found]:
             why = yield from self._silence_words(missing)
-            raise Obstructed(why or wire.absence(missing, began_s))
+            raise Obstructed(why or io.absence(missing, began_s))
         for drive, reply in found.items():
             if not isinstance(reply, Taken):
                 why = yield from self._inquiry.mode_words(drive)
@@ -395,22 +395,22 @@ class MksContact:
 
     def _unfit_words(self) -> Words:
         """Return which drive's settings prevent switching it on; empty if none do."""
-        for drive in self._wire.drives:
+        for drive in self._io.drives:
             if words := (yield from self._inquiry.mode_words(drive)):
                 return words
-        return (yield from self._mute_words(self._wire.drives))
+        return (yield from self._mute_words(self._io.drives))
 
     def _silence_words(self, missing: Sequence[ObservedDrive]) -> Words:
         """Return why drives did not answer an order; empty if they answer nothing else either."""
         if words := (yield from self._mute_words(missing)):
             return words
-        silent = yield from self._wire.look(missing)
+        silent = yield from self._io.look(missing)
         return "" if silent else f"{missing[0]} {REPLIES_OFF}"
 
     def _mute_words(self, drives: Collection[ObservedDrive]) -> Words:
-        if not self._wire.can(Ability.READ_SETTINGS):
+        if not self._io.can(Ability.READ_SETTINGS):
             return ""
-        found = yield from self._wire.read(ReadSetting(Code.REPLIES), drives)
+        found = yield from self._io.read(ReadSetting(Code.REPLIES), drives)
         none = SetReplies(ReplyMode.NONE)
         off = [drive for drive, answer in found.items() if setting_of(answer) == none]
         return f"{off[0]} {REPLIES_OFF}" if off else ""
@@ -421,9 +421,9 @@ class MksContact:
         """Clear stalls. Motor currents stay as they are, and nothing moves."""
         inquiry = self._inquiry
         yield from self._end_earlier_motion()
-        stalled = yield from inquiry.stalled(self._wire.drives)
+        stalled = yield from inquiry.stalled(self._io.drives)
         if stalled:
-            yield from self._wire.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
+            yield from self._io.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
             if left := (yield from inquiry.stalled(stalled)):
                 raise Obstructed(f"{stall_words(left[0])}; it does not clear that")
         yield from self._adopt_and_relieve() if self.on else self.adopt_positions()

@@ -20,12 +20,12 @@ from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, S
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, mend
 from armdrive.dialects.mks.contact import MksContact, MksInquiry
+from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.homing import MksHoming
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import catch_up_rpm, catch_up_travel
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
-from armdrive.dialects.mks.wire import MksWire, Script
 from armdrive.errors import Refused
 from armdrive.tasks import (
     Done,
@@ -56,20 +56,20 @@ class MksController(ScriptRunner[Event]):
         self._fastest_hz = min(motors.fastest_hz, _TOP_HZ)
         self.ramp_s = self._fastest_hz / self._slope
         """How long the arm's fastest drive brakes."""
-        self._wire = wire = MksWire(settings, motors.names)
-        super().__init__(replace(abilities, motors=motors.count), wire.host, wire)
-        self._stops = MksStops(wire, self.ramp_s)
-        self._inquiry = MksInquiry(wire)
-        self._contact = MksContact(wire, self._stops, self._inquiry, self._choose)
-        self._motion = MksMotion(wire, self._stops, self._inquiry)
-        self._bursts = MksBursts(wire, self._stops, self._inquiry, self._motion)
-        self._homing = MksHoming(wire, self._stops, motors.ranges)
+        self._exchange = io = MksExchange(settings, motors.names)
+        super().__init__(replace(abilities, motors=motors.count), io.host, io)
+        self._stops = MksStops(io, self.ramp_s)
+        self._inquiry = MksInquiry(io)
+        self._contact = MksContact(io, self._stops, self._inquiry, self._choose)
+        self._motion = MksMotion(io, self._stops, self._inquiry)
+        self._bursts = MksBursts(io, self._stops, self._inquiry, self._motion)
+        self._homing = MksHoming(io, self._stops, motors.ranges)
         if settings.version is None and not settings.segment_s:
             self._choose()
 
     def _choose(self) -> None:
         """Steer if the firmware and the arm file allow it, else send bursts."""
-        able = not self._contact.firmware or self._wire.can(Ability.RETARGET)
+        able = not self._contact.firmware or self._exchange.can(Ability.RETARGET)
         steered = bool(self.settings.segment_s) and able
         self.abilities = replace(
             self.abilities, coordinated=steered, queued_segments=SEGMENTS_AHEAD if steered else 0
@@ -106,9 +106,9 @@ class MksController(ScriptRunner[Event]):
                 case ReadPosition():
                     return (yield from contact.read())
                 case ReadSettings():
-                    return (yield from compare(self._wire, contact.firmware))
+                    return (yield from compare(self._exchange, contact.firmware))
                 case MendSetting(line):
-                    return (yield from mend(self._wire, line))
+                    return (yield from mend(self._exchange, line))
                 case SwitchOn():
                     return (yield from contact.switch_on())
                 case DropCurrent():
@@ -144,11 +144,11 @@ class MksController(ScriptRunner[Event]):
 
     def give_up(self) -> None:
         """Give up all open questions."""
-        self._wire.give_up()
+        self._exchange.give_up()
 
     def unsolicited(self, event: Event) -> None:
         """Record a message that no script waits for."""
-        self._wire.unsolicited(event)
+        self._exchange.unsolicited(event)
 
     # -- numbers ------------------------------------------------------------------------------
 
@@ -199,7 +199,7 @@ class MksController(ScriptRunner[Event]):
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
         """Return the registers; a drive near where it was left is taken to be there."""
-        return unwrapped(self._wire.drives, registers, near, self._wire.now_s)
+        return unwrapped(self._exchange.drives, registers, near, self._exchange.now_s)
 
 
 _TOP_HZ = SPEED_MAX_RPM * COUNTS_S_PER_RPM

@@ -19,8 +19,8 @@ from armdrive.dialects.bus.phases import (
     home_in_groups,
     run_phases,
 )
+from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.stops import MksStops
-from armdrive.dialects.mks.wire import MksWire, Script
 from armdrive.tasks import Done, Halted, Progress, RequestRejected
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
@@ -40,26 +40,26 @@ HOMING_POLL_S = 0.05
 class MksHoming:
     """Lets drives home themselves."""
 
-    def __init__(self, wire: MksWire, stops: MksStops, ranges: Sequence[float]) -> None:
-        self._wire, self._stops = wire, stops
-        self._ranges = dict(zip(wire.drives, ranges, strict=True))
+    def __init__(self, io: MksExchange, stops: MksStops, ranges: Sequence[float]) -> None:
+        self._io, self._stops = io, stops
+        self._ranges = dict(zip(io.drives, ranges, strict=True))
         """How far each motor turns, in counts, between its joints' limits."""
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script:
         """Home group after group; without groups, one drive after the other."""
-        return home_in_groups(groups, self._wire.drives, self._home_group)
+        return home_in_groups(groups, self._io.drives, self._home_group)
 
     def _home_group(self, drives: tuple[ObservedDrive, ...]) -> Script:
-        wire = self._wire
-        wire.observer.watch()
-        answers = yield from wire.ask(dict.fromkeys(drives, Home()), tries=1, text="HOME")
+        io = self._io
+        io.observer.watch()
+        answers = yield from io.ask(dict.fromkeys(drives, Home()), tries=1, text="HOME")
         for drive in drives:
             drive.moving = True
         search = HomingSearch(
             {drive: self._ranges[drive] for drive in drives},
             COUNTS_PER_TURN,
-            wire.listened,
-            wire.settings.homing_s,
+            io.listened,
+            io.settings.homing_s,
         )
         braking = self._stops.brake(())
         for drive in drives:
@@ -73,16 +73,16 @@ class MksHoming:
             nonlocal braking
             braking = self._stops.brake(drives, hard=True)
 
-        searching = Searching(wire, search)
+        searching = Searching(io, search)
         stages: Stages = {Phase.HOMING: lambda: searching, Phase.STOPPING: lambda: braking}
         acts = {Act.STOP_HARD: stop, Act.HOLD: lambda: self._stops.hold(braking, judged=False)}
-        yield from run_phases(wire, Phase.HOMING, stages, acts)
+        yield from run_phases(io, Phase.HOMING, stages, acts)
         if search.wrong:
             return RequestRejected(search.wrong)
         if search.left:
             return braking.unstopped() or Halted(kept=False)
         for drive in drives:
-            wire.host.settle(drive.node)
+            io.host.settle(drive.node)
             drive.moving = False
         return Done()
 
@@ -90,15 +90,15 @@ class MksHoming:
 class Searching:
     """The homing stage: drives search for their switches."""
 
-    def __init__(self, wire: MksWire, search: HomingSearch) -> None:
-        self._wire, self._search = wire, search
-        self._due_s = wire.now_s
-        wire.homing.clear()
+    def __init__(self, io: MksExchange, search: HomingSearch) -> None:
+        self._io, self._search = io, search
+        self._due_s = io.now_s
+        io.homing.clear()
 
     def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
         """Return whether all have found their switches, or one never will."""
-        search, wire = self._search, self._wire
-        if (verdict := wire.observer.silence()) is not None:
+        search, io = self._search, self._io
+        if (verdict := io.observer.silence()) is not None:
             mute = verdict.finding is DriveFinding.MUTE
             search.wrong = search.wrong or (
                 absent_words((verdict.drive,), "id") if mute else NONE_HEARD
@@ -108,10 +108,10 @@ class Searching:
         return search.signal()
 
     def _status(self, drive: ObservedDrive) -> HomingStatus:
-        homing = self._wire.homing.get(drive)
+        homing = self._io.homing.get(drive)
         if homing is HomingState.FAILED:
             return HomingStatus.FAILED
-        stands = self._wire.states.get(drive) is MotorState.STOPPED
+        stands = self._io.states.get(drive) is MotorState.STOPPED
         found = homing is HomingState.DONE and stands
         return HomingStatus.FOUND if found else HomingStatus.SEARCHING
 
@@ -120,13 +120,13 @@ class Searching:
         if now_s < self._due_s:
             return self._due_s
         self._due_s = now_s + HOMING_POLL_S
-        wire, left = self._wire, self._search.left
-        for drive in wire.witness(left) if len(left) == 1 else ():
-            wire.put(drive, ReadEncoder())
+        io, left = self._io, self._search.left
+        for drive in io.witness(left) if len(left) == 1 else ():
+            io.put(drive, ReadEncoder())
         for drive in left:
-            wire.states.pop(drive, None)
-            wire.homing.pop(drive, None)
+            io.states.pop(drive, None)
+            io.homing.pop(drive, None)
             for question in (ReadEncoder(), ReadHoming(), ReadState()):
-                wire.put(drive, question)
-        wire.notify(Progress(wire.registers()))
+                io.put(drive, question)
+        io.notify(Progress(io.registers()))
         return self._due_s

@@ -28,9 +28,9 @@ from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.dialects.mks.contact import MksInquiry
+from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.steering import Steering, Trip, path_from_here
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
-from armdrive.dialects.mks.wire import MksWire, Script, WireScript
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -51,37 +51,37 @@ SHORT_LOOKS = 3
 PATIENCE_S = 1.0
 """How much later than expected a motion may end."""
 
-Action: TypeAlias = WireScript[None]
+Action: TypeAlias = MksScript[None]
 
 
 class MksMotion:
     """Moves the drives of one arm."""
 
-    def __init__(self, wire: MksWire, stops: MksStops, inquiry: MksInquiry) -> None:
-        self._wire, self._stops, self._inquiry = wire, stops, inquiry
+    def __init__(self, io: MksExchange, stops: MksStops, inquiry: MksInquiry) -> None:
+        self._io, self._stops, self._inquiry = io, stops, inquiry
         self.underruns = 0
         """How often drives stood still although more of their motion was to come."""
 
-    def prepare(self, *, held: bool) -> WireScript[None]:
+    def prepare(self, *, held: bool) -> MksScript[None]:
         """Prepare a motion. Raises `Obstructed` if it cannot begin."""
-        wire = self._wire
+        io = self._io
         if not held:
             raise Obstructed("its motors are disabled: call `enable()`")
-        stale = any(drive.read_s < wire.now_s - FRESH_POSITION_S for drive in wire.drives)
-        if stale and (missing := (yield from wire.look())):
+        stale = any(drive.read_s < io.now_s - FRESH_POSITION_S for drive in io.drives)
+        if stale and (missing := (yield from io.look())):
             raise Obstructed(absent_words(missing, "id"))
-        for drive in wire.drives:
-            drive.stand(wire.now_s)
-        wire.observer.watch()
-        wire.at_limit.clear()
-        wire.unfit.clear()
+        for drive in io.drives:
+            drive.stand(io.now_s)
+        io.observer.watch()
+        io.at_limit.clear()
+        io.unfit.clear()
 
     def along(self, request: MoveAlong) -> Script:
         """Steer the drives along segments, until the end or until something stops them."""
-        wire = self._wire
-        trip = Trip(request, path_from_here(wire), wire.settings.segment_s)
+        io = self._io
+        trip = Trip(request, path_from_here(io), io.settings.segment_s)
         run = MotionRun(
-            wire, self._stops, self._inquiry, request.released, wire.settings.segment_s, trip
+            io, self._stops, self._inquiry, request.released, io.settings.segment_s, trip
         )
         try:
             return (yield from run.carry_out(Phase.MOVING))
@@ -90,7 +90,7 @@ class MksMotion:
 
     def arrive(self, expected_s: float, released: Callable[[], bool]) -> Script:
         """Wait until drives that have targets stand there."""
-        run = MotionRun(self._wire, self._stops, self._inquiry, released, expected_s)
+        run = MotionRun(self._io, self._stops, self._inquiry, released, expected_s)
         return (yield from run.carry_out(Phase.ARRIVING))
 
 
@@ -99,18 +99,18 @@ class MotionRun:
 
     def __init__(
         self,
-        wire: MksWire,
+        io: MksExchange,
         stops: MksStops,
         inquiry: MksInquiry,
         released: Callable[[], bool],
         expected_s: float,
         trip: Trip | None = None,
     ) -> None:
-        self.wire, self.stops, self.inquiry = wire, stops, inquiry
+        self.io, self.stops, self.inquiry = io, stops, inquiry
         self.released, self.trip = released, trip
         self.expected_s = expected_s
         """How long the drives take to their targets once all orders have been sent."""
-        self.steering = Steering(wire)
+        self.steering = Steering(io)
         self.trouble: Verdict | Alert | None = None
         """What is wrong and ends the motion."""
         self.short: set[ObservedDrive] = set()
@@ -142,7 +142,7 @@ class MotionRun:
             trip = self.trip
             stages[Phase.MOVING] = lambda: Moving(self, trip)
             acts[Act.RESUME] = lambda: self._resume(trip)
-        yield from run_phases(self.wire, phase, stages, acts, self.released)
+        yield from run_phases(self.io, phase, stages, acts, self.released)
         unstopped = self.braking.unstopped()
         # after trouble, its own words say more than those about the stop
         if isinstance(unstopped, Timeout) or (unstopped and self._judged):
@@ -151,11 +151,11 @@ class MotionRun:
 
     def reported(self) -> Verdict | Alert | None:
         """Return what a drive has reported that ends the motion; None if none has."""
-        for drive in self.wire.drives:
-            if drive in self.wire.unfit:
+        for drive in self.io.drives:
+            if drive in self.io.unfit:
                 return _blocked(drive)
-        for drive in self.wire.drives:
-            if drive in self.wire.at_limit:
+        for drive in self.io.drives:
+            if drive in self.io.at_limit:
                 words = f"{drive} has run into a limit switch, which stopped it"
                 return Alert(AlertKind.ALARM_LOST, words)
         return None
@@ -171,17 +171,17 @@ class MotionRun:
         """Stop the drives, and judge where they come to rest: no other check does."""
         self._reply = self.steering.refused or Halted()
         self._judged = True
-        hard = self.wire.stop_hard
-        self.braking = self.stops.brake(self.wire.under_way, hard=hard, judged=True)
+        hard = self.io.stop_hard
+        self.braking = self.stops.brake(self.io.under_way, hard=hard, judged=True)
 
     def _explain(self) -> Action:
         """Stop the drives; if the one with the trouble replies, ask it why at once.
 
         A silent one may reply again while all brake: then it is judged where it comes to rest.
         """
-        wire, silence = self.wire, self._silence is not None
-        self._silent = [each for each in wire.drives if each.frame_s < wire.now_s - MAX_DELAY_S]
-        self.braking = self.stops.brake(wire.under_way, judged=self._judged or silence)
+        io, silence = self.io, self._silence is not None
+        self._silent = [each for each in io.drives if each.frame_s < io.now_s - MAX_DELAY_S]
+        self.braking = self.stops.brake(io.under_way, judged=self._judged or silence)
         if not silence:
             yield from self._report(self.trouble)
 
@@ -202,36 +202,36 @@ class MotionRun:
         if isinstance(trouble, Verdict):
             trouble = yield from self.inquiry.explain(trouble)
         if trouble is not None:
-            self.wire.notify(trouble)
+            self.io.notify(trouble)
             self._reply = RequestRejected(trouble.text)
 
-    def _find_silent(self, verdict: Verdict) -> WireScript[Verdict | None]:
+    def _find_silent(self, verdict: Verdict) -> MksScript[Verdict | None]:
         """Look for drives that fell silent; return what is wrong with one that is back.
 
         The others are stopped, and the reply names the missing drives.
         """
-        wire = self.wire
+        io = self.io
         # Some replies may only be late. So they are waited for before the second look.
-        since_s = min(each.ledger.sent_s for each in wire.drives)
-        missing = yield from wire.look()
-        until_s = wire.now_s + REPLY_TIMEOUT_S
-        while not missing and wire.observer.pending and wire.now_s < until_s:
-            yield from wire.pause(wire.now_s + DRAIN_S)
+        since_s = min(each.ledger.sent_s for each in io.drives)
+        missing = yield from io.look()
+        until_s = io.now_s + REPLY_TIMEOUT_S
+        while not missing and io.observer.pending and io.now_s < until_s:
+            yield from io.pause(io.now_s + DRAIN_S)
         if not missing:
-            missing = yield from wire.look()  # a second reading of drives that are out of reach
+            missing = yield from io.look()  # a second reading of drives that are out of reach
         elsewhere = [each for each in self._silent if each.is_elsewhere]
         if elsewhere and not missing:
             return elsewhere[0].verdict
         left = self.braking.left
         self.braking.left = [drive for drive in left if drive not in missing]
         if missing:
-            self._reply = wire.absence(missing, since_s, moved=True)
+            self._reply = io.absence(missing, since_s, moved=True)
         else:
             words = not_heard_words(", ".join(map(str, self._silent)) or "a drive")
             if verdict.finding is DriveFinding.LATE:
                 slow = f"the bus is too slow for this arm: answers take more than {MAX_DELAY_S:g} s"
                 words = f"{slow}. {BUS_REMEDY}"
-            elif verdict.finding is DriveFinding.SILENT or len(self._silent) == len(wire.drives):
+            elif verdict.finding is DriveFinding.SILENT or len(self._silent) == len(io.drives):
                 words = NONE_HEARD
             self._reply = RequestRejected(words, silent=True)
         return None
@@ -242,45 +242,45 @@ class MotionRun:
         A drive that rejects it again is asked why at once. Motors can be coupled: if one of a
         wrist's two motors stands, the other turns a joint that should not move.
         """
-        for drive in self.wire.drives:
-            if self.wire.now_s >= drive.rejections.due_s:
+        for drive in self.io.drives:
+            if self.io.now_s >= drive.rejections.due_s:
                 if drive.rejections.confirm():
                     self.inquiry.ask_fitness(drive)
                 else:
-                    self.wire.repeat(drive)
+                    self.io.repeat(drive)
             elif drive in self.short:
-                self.wire.repeat(drive)
+                self.io.repeat(drive)
         self.short.clear()
 
     def _resume(self, trip: Trip) -> None:
         """Continue from where the drives are; a part driven twice is better than one left out."""
-        wire = self.wire
+        io = self.io
         early_s = max(trip.time_s - KEPT_S, 0.0)
-        counts = [drive.count or 0 for drive in wire.drives]
-        trip.resume(trip.path.nearest_s(counts, early_s, trip.sent_s), wire.now_s)
-        for drive in wire.drives:
-            drive.resume_from_reading(wire.now_s)
+        counts = [drive.count or 0 for drive in io.drives]
+        trip.resume(trip.path.nearest_s(counts, early_s, trip.sent_s), io.now_s)
+        for drive in io.drives:
+            drive.resume_from_reading(io.now_s)
 
 
 class Polling:
     """Asks every drive for its position at intervals, which also feeds its watchdog."""
 
-    def __init__(self, wire: MksWire, at_s: float = -math.inf) -> None:
-        self._wire = wire
+    def __init__(self, io: MksExchange, at_s: float = -math.inf) -> None:
+        self._io = io
         self.at_s = at_s
         """When all were asked last."""
 
     @property
     def due_s(self) -> float:
         """When they are asked next."""
-        return self.at_s + self._wire.settings.poll_s
+        return self.at_s + self._io.settings.poll_s
 
     def poll(self, now_s: float) -> bool:
         """Ask them if it is time to; return whether they were asked."""
         if now_s < self.due_s:
             return False
         self.at_s = now_s
-        ask_all(self._wire)
+        ask_all(self._io)
         return True
 
 
@@ -288,14 +288,14 @@ class Moving:
     """The drives are steered and observed."""
 
     def __init__(self, run: MotionRun, trip: Trip) -> None:
-        self._run, self._wire, self._trip = run, run.wire, trip
-        self._polling = Polling(run.wire)
+        self._run, self._io, self._trip = run, run.io, trip
+        self._polling = Polling(run.io)
         self._asked_at_s = 0.0
         self._compared = True
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
-        run, observer = self._run, self._wire.observer
+        run, observer = self._run, self._io.observer
         if run.steering.refused is not None:
             return Signal.OUT_OF_RANGE
         if run.blame(run.reported()):
@@ -310,15 +310,15 @@ class Moving:
 
     def step(self, now_s: float) -> float:
         """Send the next orders and ask for positions."""
-        wire, trip = self._wire, self._trip
+        io, trip = self._io, self._trip
         if now_s >= trip.due_s - 1e-9:
             self._run.steering.steer(trip)
         if self._polling.poll(now_s):
             self._asked_at_s, self._compared = trip.at_s(now_s), False
-        for drive in wire.observer.to_retry(now_s):
+        for drive in io.observer.to_retry(now_s):
             self._retry(drive)
-        reread_doubtful(wire)
-        return min(trip.due_s, self._polling.due_s, wire.observer.due_s)
+        reread_doubtful(io)
+        return min(trip.due_s, self._polling.due_s, io.observer.due_s)
 
     def _retry(self, drive: ObservedDrive) -> None:
         """Repeat the order of a drive that is silent while others reply: it may have been lost.
@@ -326,20 +326,20 @@ class Moving:
         A question about its state shows whether the drive is there. A drive that stays silent may
         have restarted, and is asked for its position instead.
         """
-        if drive.may_have_restarted(self._wire.now_s):
-            self._wire.put(drive, ReadEncoder())
+        if drive.may_have_restarted(self._io.now_s):
+            self._io.put(drive, ReadEncoder())
         elif drive.moving and drive.ledger.answers_orders:
-            self._wire.repeat(drive)
-        self._wire.put(drive, ReadState())
+            self._io.repeat(drive)
+        self._io.put(drive, ReadState())
 
     def _off_path(self, now_s: float) -> Verdict | None:
         """Compare all positions of the last look with the path, once every drive has answered."""
-        drives = self._wire.drives
+        drives = self._io.drives
         if self._compared or any(drive.read_s < self._polling.at_s for drive in drives):
             return None
         self._compared = True
-        path, period_s = self._trip.path, self._wire.settings.segment_s
-        return self._wire.observer.compare(path, self._asked_at_s, period_s, now_s)
+        path, period_s = self._trip.path, self._io.settings.segment_s
+        return self._io.observer.compare(path, self._asked_at_s, period_s, now_s)
 
 
 class Outage:
@@ -355,8 +355,8 @@ class Outage:
     """
 
     def __init__(self, run: MotionRun) -> None:
-        self._run, self._wire = run, run.wire
-        self._polling = Polling(run.wire, run.wire.now_s)
+        self._run, self._io = run, run.io
+        self._polling = Polling(run.io, run.io.now_s)
         self._arrived: set[ObservedDrive] = set()
         self._back_s = math.inf
         """When a drive replied again; infinity if none did."""
@@ -365,7 +365,7 @@ class Outage:
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
-        run, observer = self._run, self._wire.observer
+        run, observer = self._run, self._io.observer
         if math.isfinite(observer.returned_s):
             self._back_s, self._asked_s, observer.returned_s = now_s, math.inf, math.inf
         if run.blame(observer.silence()):
@@ -380,41 +380,41 @@ class Outage:
 
     def step(self, now_s: float) -> float:
         """Poll until a drive replies, wait for owed replies, then ask until all have answered."""
-        wire = self._wire
+        io = self._io
         if math.isinf(self._back_s):
             self._polling.poll(now_s)
             return self._polling.due_s
         if math.isinf(self._asked_s):
-            timeout_s = max(drive.ledger.timeout_s for drive in wire.drives)
+            timeout_s = max(drive.ledger.timeout_s for drive in io.drives)
             drained_s, until_s = self._back_s + DRAIN_S, self._back_s + timeout_s
-            if now_s < drained_s or (wire.observer.pending and now_s < until_s):
+            if now_s < drained_s or (io.observer.pending and now_s < until_s):
                 return drained_s if now_s < drained_s else min(now_s + DRAIN_S, until_s)
             self._asked_s, self._polled_s = now_s, -math.inf
         if now_s >= self._due_s:
             self._polled_s = now_s
-            ask_all(wire)  # any reply shows that the outage is over
-        reread_doubtful(wire)
+            ask_all(io)  # any reply shows that the outage is over
+        reread_doubtful(io)
         return self._due_s
 
     @property
     def _due_s(self) -> float:
         """When all positions are asked for next: soon after replies that tell no speed yet."""
-        settings, read_s = self._wire.settings, [drive.read_s for drive in self._wire.drives]
+        settings, read_s = self._io.settings, [drive.read_s for drive in self._io.drives]
         if min(read_s) < self._polled_s:
             return self._polled_s + settings.answer_s
         return self._polled_s + settings.poll_s if self._all_measured else max(read_s) + STOP_POLL_S
 
     @property
     def _all_read(self) -> bool:
-        return all(drive.read_s >= self._asked_s for drive in self._wire.drives)
+        return all(drive.read_s >= self._asked_s for drive in self._io.drives)
 
     @property
     def _all_measured(self) -> bool:
-        return all(drive.measured_speed is not None for drive in self._wire.drives)
+        return all(drive.measured_speed is not None for drive in self._io.drives)
 
     def _displaced(self) -> Verdict | None:
         """Return what is wrong with a drive that had come to its target and has left it."""
-        for drive in self._wire.drives:
+        for drive in self._io.drives:
             if drive in self._arrived and not drive.is_near:
                 return _blocked(drive)
             if drive.is_near:
@@ -426,15 +426,15 @@ class Arriving:
     """All orders have been sent: the drives complete them."""
 
     def __init__(self, run: MotionRun) -> None:
-        self._run, self._wire = run, run.wire
-        self._due_s = self._asked_s = run.wire.now_s
+        self._run, self._io = run, run.io
+        self._due_s = self._asked_s = run.io.now_s
         patience_s = 2.0 * run.expected_s + run.stops.ramp_s + PATIENCE_S
-        self._given_up_s = run.wire.listened.s + patience_s
+        self._given_up_s = run.io.listened.s + patience_s
         self._short: dict[ObservedDrive, int] = {}
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
-        run, observer = self._run, self._wire.observer
+        run, observer = self._run, self._io.observer
         if run.blame(run.reported()):
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s) and observer.outage_s > MAX_DELAY_S:
@@ -443,46 +443,46 @@ class Arriving:
             return Signal.TROUBLE
         if now_s >= observer.rejected_s:
             return Signal.REJECTED
-        if not self._wire.under_way:
+        if not self._io.under_way:
             return Signal.ARRIVED
         return Signal.SHORT if run.short else None
 
     def step(self, now_s: float) -> float:
         """Ask the drives that are under way."""
-        wire = self._wire
+        io = self._io
         if now_s < self._due_s:
-            return min(self._due_s, wire.observer.rejected_s)
+            return min(self._due_s, io.observer.rejected_s)
         self._due_s, self._asked_s = now_s + STOP_POLL_S, now_s
-        left = wire.under_way
-        for drive in (*left, *(wire.witness(left) if len(left) == 1 else ())):
-            wire.put(drive, ReadEncoder())
+        left = io.under_way
+        for drive in (*left, *(io.witness(left) if len(left) == 1 else ())):
+            io.put(drive, ReadEncoder())
         for drive in left:
-            wire.states.pop(drive, None)
-            wire.put(drive, ReadState())
-        wire.notify(Progress(wire.registers()))
-        return min(self._due_s, wire.observer.rejected_s)
+            io.states.pop(drive, None)
+            io.put(drive, ReadState())
+        io.notify(Progress(io.registers()))
+        return min(self._due_s, io.observer.rejected_s)
 
     def _stuck(self, now_s: float) -> Verdict | None:
         """Judge the answers to the last look; return what is wrong with a drive that is stuck.
 
         A drive that is merely behind is not blamed: its last order may be late or lost.
         """
-        for drive in self._wire.under_way:
+        for drive in self._io.under_way:
             if drive.is_elsewhere:
                 return drive.verdict
             if drive.read_s < self._asked_s or drive.ledger.pending:
                 continue
-            if self._wire.states.pop(drive, None) is MotorState.STOPPED:
+            if self._io.states.pop(drive, None) is MotorState.STOPPED:
                 self._stands(drive, now_s)
             if self._short.get(drive, 0) >= SHORT_LOOKS * TRIES:
                 return _blocked(drive)
-        over = self._wire.listened.s >= self._given_up_s
-        late = self._wire.under_way if over else ()
+        over = self._io.listened.s >= self._given_up_s
+        late = self._io.under_way if over else ()
         return _blocked(late[0]) if late else None
 
     def _stands(self, drive: ObservedDrive, now_s: float) -> None:
         if drive.is_near:
-            self._wire.host.settle(drive.node)
+            self._io.host.settle(drive.node)
             drive.rest_at(drive.goal, now_s)
             return
         looks = self._short[drive] = self._short.get(drive, 0) + 1
@@ -490,24 +490,24 @@ class Arriving:
             self._run.short.add(drive)
 
 
-def ask_all(wire: MksWire) -> None:
+def ask_all(io: MksExchange) -> None:
     """Ask every drive for its position, and report the last positions."""
-    for drive in wire.drives:
-        wire.put(drive, ReadEncoder())
-    if any(drive.count is not None for drive in wire.drives):
-        wire.notify(Progress(wire.registers()))
+    for drive in io.drives:
+        io.put(drive, ReadEncoder())
+    if any(drive.count is not None for drive in io.drives):
+        io.notify(Progress(io.registers()))
 
 
-def reread_doubtful(wire: MksWire) -> None:
+def reread_doubtful(io: MksExchange) -> None:
     """Ask the drives whose last reading is in doubt for another one."""
-    for drive in wire.observer.to_reread:
-        wire.put(drive, ReadEncoder())
+    for drive in io.observer.to_reread:
+        io.put(drive, ReadEncoder())
 
 
 def found_off_path(run: MotionRun) -> Verdict | None:
     """Return what is wrong with a drive that is off the path and all its targets, or None."""
     trip = run.trip
-    for motor, drive in enumerate(run.wire.drives):
+    for motor, drive in enumerate(run.io.drives):
         if drive.is_elsewhere:
             return drive.verdict
         if trip is None:
@@ -515,7 +515,7 @@ def found_off_path(run: MotionRun) -> Verdict | None:
         early_s = max(trip.time_s - KEPT_S, 0.0)
         spans = (
             trip.path.span(motor, early_s, trip.sent_s),
-            drive.targets_in_force(run.wire.now_s),
+            drive.targets_in_force(run.io.now_s),
         )
         if min(span.beyond(drive.count or 0) for span in spans) > drive.bounds.corridor:
             return _blocked(drive)

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 
 from armdrive.dialects.bus.observer import MAX_DELAY_S, ObservedDrive
 from armdrive.dialects.bus.paths import KEPT_S, Heading, PlannedPath, SegmentFeed
+from armdrive.dialects.mks.exchange import MksExchange
 from armdrive.dialects.mks.stops import ramp_to, rpm_within, shared_acc
-from armdrive.dialects.mks.wire import MksWire
 from armdrive.tasks import MoveAlong, RequestRejected
 from firmware_protocol.mks import (
     COUNTS_S_PER_RPM,
@@ -115,8 +115,8 @@ class Trip:
 class Steering:
     """Sends the drives their orders along a trip."""
 
-    def __init__(self, wire: MksWire) -> None:
-        self._wire = wire
+    def __init__(self, io: MksExchange) -> None:
+        self._io = io
         self.refused: RequestRejected | None = None
         """Why a target cannot be commanded."""
 
@@ -125,18 +125,18 @@ class Steering:
 
         It would turn there from its new zero. Without orders, all end at their last targets.
         """
-        wire, period_s = self._wire, self._wire.settings.segment_s
-        trip.advance(wire.now_s, apart=wire.observer.apart)
-        if any(drive.may_have_restarted(wire.now_s) for drive in wire.drives):
+        io, period_s = self._io, self._io.settings.segment_s
+        trip.advance(io.now_s, apart=io.observer.apart)
+        if any(drive.may_have_restarted(io.now_s) for drive in io.drives):
             return
         ahead_s = min(trip.time_s + trip.ahead_s, trip.path.end_s)
         trip.sent_s = ahead_s
         last = trip.ending and trip.time_s + trip.rate * period_s >= trip.path.end_s - 1e-9
-        motors = range(len(wire.drives))
+        motors = range(len(io.drives))
         headings = [trip.path.heading(motor, trip.time_s, ahead_s) for motor in motors]
         shares = _shares_of([heading.speed for heading in headings])
-        for motor, (drive, heading) in enumerate(zip(wire.drives, headings, strict=True)):
-            drive.course.advance(wire.now_s)
+        for motor, (drive, heading) in enumerate(zip(io.drives, headings, strict=True)):
+            drive.course.advance(io.now_s)
             share = shares[motor]
             order = self._last(trip, motor) if last else self._next(trip, motor, heading, share)
             if order is None:
@@ -144,7 +144,7 @@ class Steering:
             target, rpm = order
             # These may be farther from their target than their course says, or too slow for it.
             # Each gets a speed, or a nearer target, that it reaches in the announced time.
-            if last or wire.observer.apart or rpm < CREEP_RPM or self._is_unconfirmed(drive):
+            if last or io.observer.apart or rpm < CREEP_RPM or self._is_unconfirmed(drive):
                 target, rpm = self._in_time(trip, motor, target, rpm)
             if (refused := beyond(drive, target)) is not None:
                 self.refused = refused
@@ -153,15 +153,15 @@ class Steering:
                 self._send(drive, target, rpm, share)
         if last:
             trip.time_s = trip.sent_s = trip.path.end_s
-            ends = zip(wire.drives, trip.path.end, strict=True)
+            ends = zip(io.drives, trip.path.end, strict=True)
             trip.sent_all = all(drive.goal == end for drive, end in ends)
 
     def _send(self, drive: ObservedDrive, target: int, rpm: int, share: float) -> None:
-        most = self._wire.settings.acceleration
+        most = self._io.settings.acceleration
         again = drive.moving and target == drive.goal
-        kept = self._wire.orders[drive].acc if again else 0
+        kept = self._io.orders[drive].acc if again else 0
         acc = ramp_to(drive.course, target, most, share, kept)
-        self._wire.send(drive, MoveAbsoluteAxis(target, rpm, acc))
+        self._io.send(drive, MoveAbsoluteAxis(target, rpm, acc))
 
     def _in_time(self, trip: Trip, motor: int, target: int, rpm: int) -> tuple[int, int]:
         """Return a target and speed that a drive reaches in the announced time, by its reading.
@@ -169,7 +169,7 @@ class Steering:
         It turns no faster than the path did within the last second. If that is not enough, its
         target is nearer and the motion takes longer.
         """
-        drive, ahead_s = self._wire.drives[motor], self._ahead_s(trip)
+        drive, ahead_s = self._io.drives[motor], self._ahead_s(trip)
         fastest = trip.path.fastest(motor, trip.time_s - KEPT_S, trip.time_s + ahead_s)
         most = max(rpm, trip.most_rpm(fastest / COUNTS_S_PER_RPM))
         left = self._left(drive, target)
@@ -177,8 +177,8 @@ class Steering:
             return target, max(rpm, min(rpm_within(left, self._left_s(trip)), most))
         ahead = math.copysign(1.0, target - drive.course.place)
         nearer = round(target - ahead * (left - most * COUNTS_S_PER_RPM * ahead_s))
-        read_s = self._wire.now_s - drive.asked_s  # it may have moved as fast as that since
-        brakes_s = most * COUNTS_S_PER_RPM / slope_of(self._wire.settings.acceleration)
+        read_s = self._io.now_s - drive.asked_s  # it may have moved as fast as that since
+        brakes_s = most * COUNTS_S_PER_RPM / slope_of(self._io.settings.acceleration)
         reverses = drive.moving and ahead * (nearer - drive.goal) < 0.0
         if reverses and read_s + brakes_s > ahead_s:  # turning back would take longer than going on
             nearer = drive.goal
@@ -207,14 +207,14 @@ class Steering:
 
     def _has_news(self, drive: ObservedDrive, rpm: int) -> bool:
         """Return whether a drive needs an order: a new speed, or a refresh that it may reject."""
-        refresh_s = drive.course.ordered_s + REFRESH_PERIODS * self._wire.settings.segment_s
-        return rpm * COUNTS_S_PER_RPM != drive.course.max_speed or self._wire.now_s >= refresh_s
+        refresh_s = drive.course.ordered_s + REFRESH_PERIODS * self._io.settings.segment_s
+        return rpm * COUNTS_S_PER_RPM != drive.course.max_speed or self._io.now_s >= refresh_s
 
     def _next(
         self, trip: Trip, motor: int, heading: Heading, share: float
     ) -> tuple[int, int] | None:
         """Return a drive's next target and speed; None if its present order still fits."""
-        drive, period_s = self._wire.drives[motor], self._wire.settings.segment_s
+        drive, period_s = self._io.drives[motor], self._io.settings.segment_s
         if not heading.direction:
             return self._to_rest(drive, heading) if drive.moving else None
         until_s = min(trip.time_s + trip.rate * period_s, heading.until_s)
@@ -230,7 +230,7 @@ class Steering:
             rpm = _whole_rpm(math.ceil(needed / COUNTS_S_PER_RPM), most)
             return (target, rpm) if ahead else None
         rpm = _whole_rpm(round(needed / COUNTS_S_PER_RPM), most)
-        speed, acc = rpm * COUNTS_S_PER_RPM, shared_acc(self._wire.settings.acceleration, share)
+        speed, acc = rpm * COUNTS_S_PER_RPM, shared_acc(self._io.settings.acceleration, share)
         brakes = speed**2 / (2.0 * slope_of(acc))  # else a gentle ramp would begin too early
         sent = speed * (self._ahead_s(trip) - period_s / 2.0) + brakes
         room = min(heading.direction * (heading.end - place), sent)
@@ -238,7 +238,7 @@ class Steering:
 
     def _ahead_s(self, trip: Trip) -> float:
         """Return how long a drive turns at most if no further order reaches it."""
-        return max(trip.ahead_s, 1.5 * self._wire.settings.segment_s)
+        return max(trip.ahead_s, 1.5 * self._io.settings.segment_s)
 
     def _left_s(self, trip: Trip) -> float:
         """Return how long a drive that is behind may take to its target.
@@ -246,7 +246,7 @@ class Steering:
         Where the path ends, that is until its end: a pause is over when the others stand there.
         """
         left_s = trip.path.end_s - trip.time_s if trip.ending else math.inf
-        return max(min(trip.ahead_s, left_s), 1.5 * self._wire.settings.segment_s)
+        return max(min(trip.ahead_s, left_s), 1.5 * self._io.settings.segment_s)
 
     def _to_rest(self, drive: ObservedDrive, heading: Heading) -> tuple[int, int] | None:
         """Return the order that ends at a standing motor's place; None if that is the target."""
@@ -257,7 +257,7 @@ class Steering:
 
     def _last(self, trip: Trip, motor: int) -> tuple[int, int] | None:
         """Return the end of the motion, and the speed that reaches it in time."""
-        drive, path = self._wire.drives[motor], trip.path
+        drive, path = self._io.drives[motor], trip.path
         end = path.end[motor]
         if not drive.moving and drive.goal == end:
             return None
@@ -267,9 +267,9 @@ class Steering:
         return end, min(max(needed, MIN_FINAL_RPM), trip.most_rpm(planned))
 
 
-def path_from_here(wire: MksWire) -> PlannedPath:
+def path_from_here(io: MksExchange) -> PlannedPath:
     """Return a path that begins where the drives stand."""
-    return PlannedPath(Motors(drive.goal for drive in wire.drives))
+    return PlannedPath(Motors(drive.goal for drive in io.drives))
 
 
 def beyond(drive: ObservedDrive, target: int) -> RequestRejected | None:

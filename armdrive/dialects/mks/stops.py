@@ -15,7 +15,7 @@ from armdrive.dialects.bus.ledger import MUTE_POLLS
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
-from armdrive.dialects.mks.wire import MksWire, WireScript
+from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,
@@ -67,7 +67,7 @@ class MksBrakes:
 
     def __init__(
         self,
-        wire: MksWire,
+        io: MksExchange,
         stops: MksStops,
         drives: Collection[ObservedDrive],
         *,
@@ -75,36 +75,36 @@ class MksBrakes:
         judged: bool = False,
         repeats: bool = True,
     ) -> None:
-        self._wire, self._stops = wire, stops
+        self._io, self._stops = io, stops
         self._hard, self._judged, self._repeats = hard, judged, repeats
         self._unconfirmed = tuple(drives) if repeats else ()
-        self._began_s = self._due_s = wire.now_s
+        self._began_s = self._due_s = io.now_s
         self._still: dict[ObservedDrive, tuple[int, float]] = {}
         for drive in drives:
-            wire.states.pop(drive, None)
+            io.states.pop(drive, None)
             drive.ledger.braking = True  # drives that stand are not asked
 
     def step(self, left: Sequence[ObservedDrive], now_s: float) -> float:
         """Send the stop to drives that do not brake, and ask all that do not stand."""
-        wire = self._wire
-        if wire.stop_hard and not self._hard and self._repeats:
+        io = self._io
+        if io.stop_hard and not self._hard and self._repeats:
             self._hard, self._unconfirmed = True, tuple(left)
             self._stops.send(left, hard=True)
         for drive in self._unconfirmed:
-            if wire.states.get(drive) in RUNNING:  # another motor of the same joint brakes already
-                del wire.states[drive]
+            if io.states.get(drive) in RUNNING:  # another motor of the same joint brakes already
+                del io.states[drive]
                 self._stops.send((drive,), hard=self._hard)
-                wire.put(drive, ReadState())
+                io.put(drive, ReadState())
         self._unconfirmed = tuple(
-            drive for drive in self._unconfirmed if drive in left and drive not in wire.states
+            drive for drive in self._unconfirmed if drive in left and drive not in io.states
         )
         if now_s >= self._due_s:
             if self._unconfirmed and now_s > self._began_s:
                 self._stops.send(self._unconfirmed, hard=self._hard)
-            for drive in (*left, *wire.witness(left)):
-                wire.put(drive, ReadState())
-                wire.put(drive, ReadEncoder())
-            wire.notify(Progress(wire.registers()))
+            for drive in (*left, *io.witness(left)):
+                io.put(drive, ReadState())
+                io.put(drive, ReadEncoder())
+            io.notify(Progress(io.registers()))
             self._due_s = now_s + STOP_POLL_S
         return self._due_s
 
@@ -123,17 +123,17 @@ class MksBrakes:
         if first is None or abs(drive.count - first[0]) > drive.bounds.tremble:
             self._still[drive] = drive.count, drive.read_s
             return False
-        stands = self._wire.states.get(drive) is MotorState.STOPPED
+        stands = self._io.states.get(drive) is MotorState.STOPPED
         return stands and drive.asked_s > first[1] and not drive.ledger.pending
 
     def settle(self, drive: ObservedDrive, now_s: float) -> None:
         """Record that a drive stands, and report one that stands off its path."""
-        self._wire.host.settle(drive.node)
+        self._io.host.settle(drive.node)
         if self._judged and drive.course.max_speed:  # a homing drive has no path
             if drive.has_restarted:
-                self._wire.notify(Alert(AlertKind.RESTARTED, restarted_words(drive)))
+                self._io.notify(Alert(AlertKind.RESTARTED, restarted_words(drive)))
             elif drive.is_elsewhere or drive.rests_off_path:
-                self._wire.notify(Alert(AlertKind.OFF_PATH, _off_path_words(drive)))
+                self._io.notify(Alert(AlertKind.OFF_PATH, _off_path_words(drive)))
         drive.rest_at(drive.count or 0, now_s)
 
     def is_mute(self, drive: ObservedDrive) -> bool:
@@ -142,14 +142,14 @@ class MksBrakes:
 
     def absence(self, mute: Sequence[ObservedDrive]) -> Timeout | RequestRejected:
         """Return the reply that names drives that fell silent while they braked."""
-        return self._wire.absence(mute, self._began_s, moved=True)
+        return self._io.absence(mute, self._began_s, moved=True)
 
 
 class MksStops:
     """Sends stops, and relieves drives that stand and push."""
 
-    def __init__(self, wire: MksWire, ramp_s: float) -> None:
-        self._wire = wire
+    def __init__(self, io: MksExchange, ramp_s: float) -> None:
+        self._io = io
         self.ramp_s = ramp_s
         """How long the arm's fastest drive brakes."""
 
@@ -158,44 +158,44 @@ class MksStops:
 
         One that would pass its target brakes harder.
         """
-        wire = self._wire
-        for each in wire.drives:
-            each.course.advance(wire.now_s)
-        fastest = max(abs(each.course.speed) for each in wire.drives)
+        io = self._io
+        for each in io.drives:
+            each.course.advance(io.now_s)
+        fastest = max(abs(each.course.speed) for each in io.drives)
         for drive in drives:
             speed = abs(drive.course.speed)
             immediate = hard and speed / COUNTS_S_PER_RPM <= HARD_STOP_MAX_RPM
-            if immediate and wire.can(Ability.EMERGENCY_STOP):
-                wire.put(drive, EmergencyStop(), "EMERGENCY STOP")
+            if immediate and io.can(Ability.EMERGENCY_STOP):
+                io.put(drive, EmergencyStop(), "EMERGENCY STOP")
             else:
                 share = speed / fastest if speed else 1.0
-                most = wire.settings.acceleration
+                most = io.settings.acceleration
                 ramp = 0 if immediate else ramp_to(drive.course, drive.goal, most, share)
-                wire.put(drive, Stop(Code.ABSOLUTE_AXIS, ramp), "STOP")
+                io.put(drive, Stop(Code.ABSOLUTE_AXIS, ramp), "STOP")
 
     def brake(
         self, drives: Collection[ObservedDrive], *, hard: bool = False, judged: bool = False
     ) -> Braking[ObservedDrive]:
         """Send drives a stop; return the stage that sees to it."""
         for drive in drives:
-            drive.stop(self._wire.now_s)
+            drive.stop(self._io.now_s)
         self.send(drives, hard=hard)
-        return self._braking(drives, MksBrakes(self._wire, self, drives, hard=hard, judged=judged))
+        return self._braking(drives, MksBrakes(self._io, self, drives, hard=hard, judged=judged))
 
-    def halt(self, drives: Collection[ObservedDrive]) -> WireScript[None]:
+    def halt(self, drives: Collection[ObservedDrive]) -> MksScript[None]:
         """Stop drives and wait until they stand. Raises `Obstructed` if that is not known."""
         braking = self.brake(drives, judged=True)
         stages = {Phase.STOPPING: lambda: braking}
         hold = {Act.HOLD: lambda: self.hold(braking, judged=True)}
-        yield from run_phases(self._wire, Phase.STOPPING, stages, hold)
+        yield from run_phases(self._io, Phase.STOPPING, stages, hold)
         if (unstopped := braking.unstopped()) is not None:
             raise Obstructed(unstopped)
 
     def _braking(
         self, drives: Collection[ObservedDrive], brakes: MksBrakes
     ) -> Braking[ObservedDrive]:
-        patience_s = 2.0 * self.ramp_s + 20.0 * self._wire.settings.answer_s + 0.5
-        return Braking(brakes, drives, self._wire.listened, patience_s)
+        patience_s = 2.0 * self.ramp_s + 20.0 * self._io.settings.answer_s + 0.5
+        return Braking(brakes, drives, self._io.listened, patience_s)
 
     # -- drives that push ---------------------------------------------------------------------
     #
@@ -203,46 +203,46 @@ class MksStops:
     # and springs there as soon as the shaft comes free. So a drive that came to rest elsewhere gets
     # its own position as the target. It reports the distance between the two (39).
 
-    def hold(self, braking: Braking[ObservedDrive], *, judged: bool) -> WireScript[None]:
+    def hold(self, braking: Braking[ObservedDrive], *, judged: bool) -> MksScript[None]:
         """Relieve drives that stand and push; report them if they are `judged`."""
         pushing = yield from self.relieve(braking.standing)
         braking.left += yield from self.relieved(pushing)
         for drive, off in pushing.items():
             if judged:
-                self._wire.notify(Alert(AlertKind.OFF_PATH, pushing_words(drive, off)))
+                self._io.notify(Alert(AlertKind.OFF_PATH, pushing_words(drive, off)))
 
-    def relieve(self, drives: Collection[ObservedDrive]) -> WireScript[dict[ObservedDrive, int]]:
+    def relieve(self, drives: Collection[ObservedDrive]) -> MksScript[dict[ObservedDrive, int]]:
         """Send drives that push to where they stand; return how far off each one's target was.
 
         Once only: a shaft that always hangs off its set-point would be followed away.
         """
-        wire, pushing = self._wire, dict[ObservedDrive, int]()
-        found = yield from wire.read(ReadAngleError(), drives, tries=RELIEF_TRIES, patient=False)
+        io, pushing = self._io, dict[ObservedDrive, int]()
+        found = yield from io.read(ReadAngleError(), drives, tries=RELIEF_TRIES, patient=False)
         for drive, answer in found.items():
             if not isinstance(answer, AngleErrorRead):
                 continue
             here = drive.count or 0
             off = round(answer.error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)
-            if abs(off) <= wire.settings.rest_counts:
+            if abs(off) <= io.settings.rest_counts:
                 continue
             if abs(here) > TARGET_MAX:  # no target can be commanded there
                 continue
             pushing[drive] = off
             rpm = min(rpm_within(abs(off), RELIEF_S), RELIEF_MAX_RPM)
             drive.rejections.forget()
-            wire.send(drive, MoveAbsoluteAxis(here, rpm, wire.settings.acceleration))
+            io.send(drive, MoveAbsoluteAxis(here, rpm, io.settings.acceleration))
         return pushing
 
-    def relieved(self, drives: Collection[ObservedDrive]) -> WireScript[list[ObservedDrive]]:
+    def relieved(self, drives: Collection[ObservedDrive]) -> MksScript[list[ObservedDrive]]:
         """Wait until relieved drives stand; return those that do not.
 
         They get no stop, not even an emergency stop: it would leave them pushing.
         """
-        brakes = MksBrakes(self._wire, self, drives, repeats=False)
+        brakes = MksBrakes(self._io, self, drives, repeats=False)
         braking = self._braking(drives, brakes)
         if drives:
             stages = {Phase.STOPPING: lambda: braking}
-            yield from run_phases(self._wire, Phase.STOPPING, stages, {Act.HOLD: lambda: None})
+            yield from run_phases(self._io, Phase.STOPPING, stages, {Act.HOLD: lambda: None})
         return braking.left
 
 

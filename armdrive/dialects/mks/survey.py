@@ -14,8 +14,8 @@ from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.tools import Answers, SeenNodes, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.dialects.mks.contact import UNKNOWN_FIRMWARE, Firmware, firmware_of
+from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.wire import MksWire, WireScript
 from armdrive.dialects.mks.words import read_answer, read_request
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.errors.printable import command_line
@@ -54,8 +54,8 @@ from kinematics.text import counted
 def scripts(ids: Sequence[int]) -> ScriptLoop[Event]:
     """Return a loop for scripts on the wire to these ids, whether or not drives have them."""
     settings = MksSettings(ids=tuple(ids) or (NODE_DEFAULT,), answer_s=ANSWER_S)
-    wire = MksWire(settings, map(str, settings.ids))
-    return ScriptLoop(wire.host, wire)
+    io = MksExchange(settings, map(str, settings.ids))
+    return ScriptLoop(io.host, io)
 
 
 # The data of one drive. Nothing is set and nothing turns.
@@ -120,30 +120,30 @@ class KnownDrive:
         return found if isinstance(found, SetMode) else None
 
 
-def answers(wire: MksWire, node: int) -> WireScript[bool]:
+def answers(io: MksExchange, node: int) -> MksScript[bool]:
     """Return whether a drive answers to an id."""
-    return (yield from wire.reading(wire.drive(node), ReadEncoder())) is not None
+    return (yield from io.reading(io.drive(node), ReadEncoder())) is not None
 
 
-def known(wire: MksWire, node: int) -> WireScript[KnownDrive | None]:
+def known(io: MksExchange, node: int) -> MksScript[KnownDrive | None]:
     """Ask a drive for all its data; None if no drive has the id."""
-    drive, missed = wire.drive(node), 0
-    counts = yield from wire.reading(drive, ReadEncoder(), tries=1)
+    drive, missed = io.drive(node), 0
+    counts = yield from io.reading(drive, ReadEncoder(), tries=1)
     while counts is None:
         missed += 1
         if missed == TRIES:
             return None
-        counts = yield from wire.reading(drive, ReadEncoder(), tries=1)
-    firmware = (yield from firmware_of(wire, (drive,)))[drive]
+        counts = yield from io.reading(drive, ReadEncoder(), tries=1)
+    firmware = (yield from firmware_of(io, (drive,)))[drive]
     settings: dict[Code, Setting] = {}
     for code in _SETTINGS if Ability.READ_SETTINGS in abilities_of(firmware.version) else ():
-        found = yield from wire.setting(drive, code)
+        found = yield from io.setting(drive, code)
         if found is not None:
             settings[code] = found
-    error = yield from wire.reading(drive, ReadAngleError())
-    enabled = yield from wire.reading(drive, ReadEnabled())
-    stalled = yield from wire.reading(drive, ReadStall())
-    state = yield from wire.reading(drive, ReadState())
+    error = yield from io.reading(drive, ReadAngleError())
+    enabled = yield from io.reading(drive, ReadEnabled())
+    stalled = yield from io.reading(drive, ReadStall())
+    state = yield from io.reading(drive, ReadState())
     return KnownDrive(
         node,
         firmware,
@@ -153,7 +153,7 @@ def known(wire: MksWire, node: int) -> WireScript[KnownDrive | None]:
         stalled.on if isinstance(stalled, StallRead) else None,
         state.state if isinstance(state, StateRead) else None,
         settings,
-        (yield from is_shared(wire, node)),
+        (yield from is_shared(io, node)),
         missed,
     )
 
@@ -170,16 +170,16 @@ TELLTALE_READS = 3
 """How often each of them is read."""
 
 
-def is_shared(wire: MksWire, node: int) -> WireScript[bool]:
+def is_shared(io: MksExchange, node: int) -> MksScript[bool]:
     """Find out whether two drives answer to an id, unless all their answers agree."""
     for message in TELLTALES:
-        wire.surplus.clear()
+        io.surplus.clear()
         for _ in range(TELLTALE_READS):
-            yield from wire.reading(wire.drive(node), message, tries=1)
-            yield from wire.pause(wire.now_s + LINGER_S)
-        if wire.surplus.owed:
-            yield from wire.pause(wire.now_s + LAST_REPLY_S)
-        if node in wire.surplus.shared:
+            yield from io.reading(io.drive(node), message, tries=1)
+            yield from io.pause(io.now_s + LINGER_S)
+        if io.surplus.owed:
+            yield from io.pause(io.now_s + LAST_REPLY_S)
+        if node in io.surplus.shared:
             return True
     return False
 
@@ -200,25 +200,25 @@ class Survey:
     garbled: int = 0
 
 
-def ask_round(wire: MksWire) -> WireScript[Survey]:
+def ask_round(io: MksExchange) -> MksScript[Survey]:
     """Ask each id for its position, up to twice; then ask the drives that answer for their data."""
     for _ in range(ROUNDS):
-        for drive in wire.drives:
+        for drive in io.drives:
             if drive.count is None:
-                wire.put(drive, ReadEncoder())
-                yield from wire.pause(wire.now_s + ASK_S)
-    garbled = wire.garbled
+                io.put(drive, ReadEncoder())
+                yield from io.pause(io.now_s + ASK_S)
+    garbled = io.garbled
     found = []
-    for drive in wire.drives:
-        data = (yield from known(wire, drive.node)) if drive.count is not None else None
+    for drive in io.drives:
+        data = (yield from known(io, drive.node)) if drive.count is not None else None
         if data is not None:
             found.append(data)
-    return Survey(wire.settings.ids, tuple(found), garbled)
+    return Survey(io.settings.ids, tuple(found), garbled)
 
 
-def survey_drives(wire: MksWire, ids: Sequence[int], _heard: SeenNodes) -> WireScript[Answers]:
+def survey_drives(io: MksExchange, ids: Sequence[int], _heard: SeenNodes) -> MksScript[Answers]:
     """Survey the ids; return the drives in words and as plain data."""
-    found = (yield from ask_round(wire)) if ids else Survey()
+    found = (yield from ask_round(io)) if ids else Survey()
     there = tuple(each.node for each in found.drives)
     return Answers(
         "mks",

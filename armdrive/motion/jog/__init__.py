@@ -145,31 +145,33 @@ def require_audit(core: Core, *legs: MotionSegment) -> None:
 SHORTER_TRIES = 3  # attempts to shorten a line's burst by solving it again; then cut it in joints
 
 
-def is_held(wire: MotionContext) -> bool:
+def is_held(context: MotionContext) -> bool:
     """Return whether a jog is being held."""
-    hold = wire.core.hold
-    return hold is not None and hold.until_s > wire.now_s and not wire.core.speed_override.paused
+    hold = context.core.hold
+    return (
+        hold is not None and hold.until_s > context.now_s and not context.core.speed_override.paused
+    )
 
 
-def held_burst(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
+def held_burst(context: MotionContext, course: JogCourse) -> TaskBody[bool]:
     """Drive the held jog for a burst; return False if a bound has ended it."""
-    hold = wire.core.hold
-    found = None if hold is None else _fitting(wire, course, hold)
+    hold = context.core.hold
+    found = None if hold is None else _fitting(context, course, hold)
     if found is None:
         return False
-    course.take(found, wire.now_s)
+    course.take(found, context.now_s)
     leg = found.leg
-    yield from paced_move(wire, leg.end, leg.duration_s, lambda: not is_held(wire))
+    yield from paced_move(context, leg.end, leg.duration_s, lambda: not is_held(context))
     return True
 
 
-def held_stream(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
+def held_stream(context: MotionContext, course: JogCourse) -> TaskBody[bool]:
     """Drive the held jog on a device with a queue, for as long as it is held.
 
     Return False if it is not held any more. The motion up to a bound is driven to its end before
     the hold is dropped.
     """
-    core = wire.core
+    core = context.core
     ahead_s = core.config.motion.jog_burst_s
     ended: ContinuousJog | None = None
 
@@ -177,58 +179,60 @@ def held_stream(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
         """Yield points, each computed from the previous one."""
         nonlocal ended
         here, part_s = core.position.coordinates, segment_s(ahead_s)
-        while not wire.stopping and is_held(wire) and (hold := core.hold) is not None:
-            found = _proposed(wire, course, hold, here, part_s)
+        while not context.stopping and is_held(context) and (hold := core.hold) is not None:
+            found = _proposed(context, course, hold, here, part_s)
             if found is None:
                 ended = hold
                 return
-            course.take(found, wire.now_s)
+            course.take(found, context.now_s)
             here = found.leg.end
             yield here, found.leg.duration_s
 
     def released() -> bool:
-        return not is_held(wire) or bool(core.nudges)
+        return not is_held(context) or bool(core.nudges)
 
     streamed = StreamedCourse(core, ways())
-    yield from wire.stream(
+    yield from context.stream(
         MoveAlong(streamed.segments(), ahead_s, jog=True, released=released), streamed
     )
     course.stand()
     if ended is not None:
-        _give_up(wire, ended)
-    return is_held(wire)
+        _give_up(context, ended)
+    return is_held(context)
 
 
-def _fitting(wire: MotionContext, course: JogCourse, hold: ContinuousJog) -> JogProposal | None:
+def _fitting(context: MotionContext, course: JogCourse, hold: ContinuousJog) -> JogProposal | None:
     """Return a leg that the device completes within a burst; None if the jog ends here.
 
     If a line takes too long, it is solved again for a shorter time, because a share of its joint
     motion would not be straight.
     """
-    core, tries = wire.core, SHORTER_TRIES
+    core, tries = context.core, SHORTER_TRIES
     longest_s = time_s = core.config.motion.jog_burst_s
-    while (found := _proposed(wire, course, hold, core.position.coordinates, time_s)) is not None:
-        share, tries = next_share(wire, found.leg, longest_s, 0.0), tries - 1
+    while (
+        found := _proposed(context, course, hold, core.position.coordinates, time_s)
+    ) is not None:
+        share, tries = next_share(context, found.leg, longest_s, 0.0), tries - 1
         if share >= 1.0 or not tries or hold.jog.space is Space.JOINT:
             return found.shortened(share)
         time_s *= share
-    _give_up(wire, hold)
+    _give_up(context, hold)
     return None
 
 
 def _proposed(
-    wire: MotionContext,
+    context: MotionContext,
     course: JogCourse,
     hold: ContinuousJog,
     start: ArmCoordinates,
     time_s: float,
 ) -> JogProposal | None:
     """Return the next leg of the held jog; None if it ends, with the reason in the notice."""
-    core = wire.core
+    core = context.core
     try:
-        found = course.propose(wish_of(core, hold), start, time_s, wire.now_s)
+        found = course.propose(wish_of(core, hold), start, time_s, context.now_s)
         if isinstance(found, JogEnded):
-            show_end(wire, found)
+            show_end(context, found)
             course.note = found.note
             return None
         require_audit(core, found.leg)
@@ -241,19 +245,19 @@ def _proposed(
     return found
 
 
-def show_end(wire: MotionContext, ended: JogEnded) -> None:
+def show_end(context: MotionContext, ended: JogEnded) -> None:
     """Show in the notice why a jog has ended, if there is a reason."""
     if ended.cause is not None:
-        wire.core.notify(ended.note, ended.cause)
+        context.core.notify(ended.note, ended.cause)
     elif ended.note:
-        wire.core.notify(ended.note)
+        context.core.notify(ended.note)
 
 
-def _give_up(wire: MotionContext, hold: ContinuousJog) -> None:
+def _give_up(context: MotionContext, hold: ContinuousJog) -> None:
     """Drop a hold and its renewals, but not another hold that has replaced it."""
-    now = wire.core.hold
+    now = context.core.hold
     if now is not None and now.jog == hold.jog:
-        wire.core.hold = None
+        context.core.hold = None
 
 
 # The session.
@@ -276,37 +280,37 @@ class Jogged:
     note: str = ""
 
 
-def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
+def jog_session(context: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
     """Serve increments and the held jog until neither is left. A stop raises `Stopped`."""
-    core = wire.core
+    core = context.core
     try:
-        with in_motion(wire, or_homing=True):
-            yield from wire.look_before_motion()
-            yield from _serve(wire, speeds)
-            if wire.stopping:
-                yield from wire.verify()
+        with in_motion(context, or_homing=True):
+            yield from context.look_before_motion()
+            yield from _serve(context, speeds)
+            if context.stopping:
+                yield from context.verify()
                 core.notify("the jog was stopped")
     finally:
         core.hold = None
         core.nudges.clear()
-    if wire.stopping:
-        raise wire.stopped("the jog was stopped")
+    if context.stopping:
+        raise context.stopped("the jog was stopped")
     joints, _ = core.transmission.to_joints(core.position.acknowledged)
     return Jogged(joints, core.config.model.arm.fk(joints), core.notice.words)
 
 
-def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
-    core, course = wire.core, course_of(wire.core, speeds)
+def _serve(context: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
+    core, course = context.core, course_of(context.core, speeds)
     held = held_stream if core.controller.abilities.queued_segments else held_burst
-    while not wire.stopping:
+    while not context.stopping:
         if core.speed_override.paused:
             _give_up_paused(core)
         if core.nudges:  # before the hold: an increment is what the key asked for first
             course.stand()
-            yield from _increment(wire, speeds, core.nudges.pop(0))
-        elif not (is_held(wire) and (yield from held(wire, course))):
-            yield from wire.verify()  # another jog may be requested meanwhile
-            if not core.nudges and not is_held(wire):
+            yield from _increment(context, speeds, core.nudges.pop(0))
+        elif not (is_held(context) and (yield from held(context, course))):
+            yield from context.verify()  # another jog may be requested meanwhile
+            if not core.nudges and not is_held(context):
                 return
 
 
@@ -318,13 +322,15 @@ def _give_up_paused(core: Core) -> None:
     core.nudges.clear()
 
 
-def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) -> TaskBody[None]:
+def _increment(
+    context: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog
+) -> TaskBody[None]:
     """Move by a fixed distance, in bursts of jogging length, as far as the bounds allow.
 
     A hold that begins meanwhile replaces the increment, and releasing it ends both.
     """
-    core = wire.core
-    if wire.now_s > nudge.until_s:
+    core = context.core
+    if context.now_s > nudge.until_s:
         core.notify(TOO_LATE)
         return
     speed, known = capped(core, nudge.speed), core.position_known
@@ -337,20 +343,20 @@ def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) 
     except (ArmError, KinematicsError) as refusal:
         core.notify(str(refusal), refusal)
         return
-    show_end(wire, found.ended)
+    show_end(context, found.ended)
     if found.legs:
-        over = _overtaken(wire, core.holds)
-        yield from drive_legs(wire, found.legs, core.config.motion.jog_burst_s, released=over)
+        over = _overtaken(context, core.holds)
+        yield from drive_legs(context, found.legs, core.config.motion.jog_burst_s, released=over)
         if core.speed_override.paused and core.position.coordinates != found.legs[-1].end:
             core.notify(PAUSED)
 
 
-def _overtaken(wire: MotionContext, holds: int) -> Callable[[], bool]:
+def _overtaken(context: MotionContext, holds: int) -> Callable[[], bool]:
     """Return a test whether the rest of an increment is dropped in favour of a new hold.
 
     Without a queue, the device changes to the hold at once. With a queue, it finishes the increment
     while the hold lasts; releasing the hold drops the rest.
     """
-    core = wire.core
+    core = context.core
     queued = bool(core.controller.abilities.queued_segments)
-    return lambda: core.holds != holds and not (queued and is_held(wire))
+    return lambda: core.holds != holds and not (queued and is_held(context))

@@ -55,9 +55,9 @@ def test_an_arm_is_found_by_its_dialect_its_file_or_its_port(tmp_path):
         ("COM3", slow, False, "COM3", "COM3", 1200),
     ):
         found = find(name, **options)
-        wire = found.config.connection
+        connection = found.config.connection
         assert (found.simulated, found.config.name) == (simulated, called)
-        assert (wire.port, wire.baud) == (port, baud)
+        assert (connection.port, connection.baud) == (port, baud)
 
 
 @pytest.mark.parametrize(
@@ -175,13 +175,13 @@ PORT = "/dev/ttyARM"
 
 def connected(dialect: str, port: SimPort, baud: int | None = None) -> Arm:
     config = simulated_config(dialect)
-    wire = replace(config.connection, port=PORT)
-    port.tune(baud or wire.baud)
+    connection = replace(config.connection, port=PORT)
+    port.tune(baud or connection.baud)
     pace = SimulatedPace()
     pace.clock.now_s = port.now
     try:
         recorder = FlightRecorder()
-        with explaining(recorder.ring.entries, wire):
+        with explaining(recorder.ring.entries, connection):
             return Arm(assemble(config, port, pace, simulated=True, tracer=recorder))
     finally:
         port.now = max(port.now, pace.clock.now_s)
@@ -268,13 +268,13 @@ def test_a_banner_in_mid_stream_does_no_harm(asked):
     ],
 )
 def test_an_arm_that_is_found_by_its_number_alone_has_no_port_to_name(port, named):
-    wire = Connection("teachmover", port, usb_serial="A50285BI")
-    assert named in str(explained(DeviceFault("no answer"), b"", wire))
+    connection = Connection("teachmover", port, usb_serial="A50285BI")
+    assert named in str(explained(DeviceFault("no answer"), b"", connection))
 
 
 def test_a_bus_is_looked_at_by_the_survey_of_buses():
-    wire = Connection("mks", "can:slcan:/dev/ttyACM0?bitrate=500000")
-    sentence = str(explained(DeviceFault("no answer"), b"\xc5\x08\x00\x01", wire))
+    connection = Connection("mks", "can:slcan:/dev/ttyACM0?bitrate=500000")
+    sentence = str(explained(DeviceFault("no answer"), b"\xc5\x08\x00\x01", connection))
     assert "baud rate" not in sentence
     assert "`armdrive doctor --can 'slcan:/dev/ttyACM0?bitrate=500000'`" in sentence
 
@@ -311,7 +311,7 @@ def test_other_firmware_is_named_with_the_remedy_and_gets_no_motion(name):
 
 def test_the_doctor_says_what_helps_where_it_knows_the_firmware():
     found = SimPort(TableDevice({}, b"ok\r\n", OLD_GREETING)).examine(115_200)
-    (first, *_) = after.of_examination(found, wire=Connection("grbl"))
+    (first, *_) = after.of_examination(found, connection=Connection("grbl"))
     assert first.grade is Grade.PROBLEM
     assert "Grbl 0.9j" in first.what
     assert "grblHAL" in first.mend

@@ -611,8 +611,8 @@ def looking(port):
     """Return who looks for a wire that was lost a moment ago, and has begun to."""
     engine = SimpleNamespace(link=port)
     core = SimpleNamespace(notify=lambda *_words: None)
-    wire = SimpleNamespace(engine=engine, core=core, now_s=0.0)
-    reconnector = Reconnector(wire, NewLink(port.open_again, in_thread=True))
+    context = SimpleNamespace(engine=engine, core=core, now_s=0.0)
+    reconnector = Reconnector(context, NewLink(port.open_again, in_thread=True))
     reconnector.lost(0.0)
     engine.link = SimpleNamespace(wake=port.woken)
     reconnector.ask(0.0)

@@ -44,17 +44,17 @@ def place(where):
 def followed(arm, act):
     """Do something, and return the tips at the ends of its bursts, as the controller was told."""
     tips = [place(arm.pose)]
-    move = arm.wire.move
+    move = arm.context.move
 
     def noted(target, *rest, **more):
         tips.append(place(arm.config.model.arm.fk(arm.core.transmission.to_joints(target)[0])))
         return move(target, *rest, **more)
 
-    arm.wire.move = noted
+    arm.context.move = noted
     try:
         act()
     finally:
-        arm.wire.move = move
+        arm.context.move = move
     return tips
 
 

@@ -521,7 +521,7 @@ def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):
 def test_a_motion_does_not_wait_behind_work_that_moves_nothing():
     """Otherwise it would begin unexpectedly late."""
     arm = ready_arm()
-    work = arm.runner.submit(set_outputs(arm.wire, 1))
+    work = arm.runner.submit(set_outputs(arm.context, 1))
     arm.sleep(0.001)
     assert arm.status.state is State.STANDBY
     assert not work.done

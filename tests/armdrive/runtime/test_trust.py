@@ -286,9 +286,9 @@ def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall
     word = confirmed_posture(arm.core, there, Evidence.DECLARED, arm.pace.now_s())
     device.power_off()
     device.power_on()
-    run_blocking(arm.runner.perform(arm.wire.look()))
+    run_blocking(arm.runner.perform(arm.context.look()))
     with pytest.raises(DeviceFault, match="confirm its posture again"):
-        run_blocking(arm.runner.perform(take_reference(arm.wire, word)))
+        run_blocking(arm.runner.perform(take_reference(arm.context, word)))
     assert arm.status.trust is Trust.SUSPECT
 
 

@@ -345,7 +345,7 @@ def test_a_suspension_does_not_count_towards_a_devices_timeout():
 
 
 def arm_look(arm: Arm):
-    yield from arm.wire.look()
+    yield from arm.context.look()
 
 
 def test_an_arm_file_that_has_its_device_waited_for_longer_gets_more_time():

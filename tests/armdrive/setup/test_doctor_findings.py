@@ -111,8 +111,8 @@ def test_a_board_that_restarts_is_a_note_with_what_spares_it_the_next_time():
     plain = after.of_examination(found)[-1]
     assert plain.grade is Grade.NOTE
     assert "keep_dtr_on_close = true" in plain.mend
-    wire = Connection("grbl", raise_dtr=True, keep_dtr_on_close=True)
-    spared = after.of_examination(found, wire=wire)[-1]
+    connection = Connection("grbl", raise_dtr=True, keep_dtr_on_close=True)
+    spared = after.of_examination(found, connection=connection)[-1]
     assert "the first opening after plugging in" in spared.what
 
 

@@ -355,10 +355,10 @@ def test_rows_without_an_origin_become_no_points(call, rows):
 def test_ctrl_c_in_the_middle_of_writing_names_the_rows(call, rows, monkeypatch):
     write_row = program_memory._write_row
 
-    def interrupted(wire, row):
+    def interrupted(context, row):
         if row[0] == 2:
             raise KeyboardInterrupt
-        yield from write_row(wire, row)
+        yield from write_row(context, row)
 
     monkeypatch.setattr(program_memory, "_write_row", interrupted)
     said = call("pendant", "write", str(rows), "--yes", code=130)

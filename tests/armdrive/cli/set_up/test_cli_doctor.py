@@ -274,7 +274,9 @@ def test_a_port_with_a_dialect_is_compared_too(call, port, lead_to, monkeypatch)
 
     monkeypatch.setattr(parts, "connect_real", connect)
     call("doctor", str(port), "--dialect", "teachmover", "--yes", code=0)
-    assert [(wire.port, wire.dialect) for wire in connected] == [(str(port), "teachmover")]
+    assert [(connection.port, connection.dialect) for connection in connected] == [
+        (str(port), "teachmover")
+    ]
 
 
 def test_a_connection_that_fails_is_a_problem_and_no_crash(call, port, lead_to, monkeypatch):

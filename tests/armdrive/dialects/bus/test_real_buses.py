@@ -52,8 +52,8 @@ def test_only_frames_from_the_drives_of_the_arm_are_received(
     monkeypatch.setattr(url, "open_link", lambda name, *_words, **_named: opened.append(name))
     config = find(PORT, dialect_name=dialect).config
     device = replace(config.device, ids=ids)
-    wire = replace(config.connection, port=port)
-    PortOpening(replace(config, device=device, connection=wire)).open()
+    connection = replace(config.connection, port=port)
+    PortOpening(replace(config, device=device, connection=connection)).open()
     assert opened == [heard]
 
 

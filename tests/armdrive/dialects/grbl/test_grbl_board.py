@@ -101,7 +101,7 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     from armdrive.motion.device import mend_settings
 
     lines = tuple(each.mend for each in arm.core.differences)
-    run_blocking(arm.runner.perform(mend_settings(arm.wire, lines)))
+    run_blocking(arm.runner.perform(mend_settings(arm.context, lines)))
     assert arm.core.differences == ()
     arm.move_j(base_deg=3)
     assert standing_as_said(arm)
@@ -544,7 +544,7 @@ def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, w
     made = config(device={"homing": True})
     homing = HomingSettings(Joints.of(60.0, 20.0, -90.0, -20.0, 0.0), 60.0, ())
     arm = found(replace(made, homing=homing), firmware=firmware)
-    task = arm.runner.submit(home_device(arm.wire, homing))
+    task = arm.runner.submit(home_device(arm.context, homing))
     arm.sleep(1.0)
     assert arm.twin.device.moving
     if what != "nothing":

@@ -24,7 +24,7 @@ from mks_bench import (
     straight,
 )
 
-from armdrive.dialects.mks.wire import GIVE
+from armdrive.dialects.mks.exchange import GIVE
 from armdrive.tasks import AlertKind, Halted, MoveBy, RequestRejected
 from firmware_protocol.mks import Code, MoveAbsoluteAxis
 from kinematics import Motors

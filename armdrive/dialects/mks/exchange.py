@@ -1,4 +1,4 @@
-"""The wire to MKS drives: requests out, replies in, and what each reply shows to the observer.
+"""Requests to MKS drives out, replies in, and what each reply shows to the observer.
 
 A script sends one request to each of several drives at once and waits for all replies. A request
 that is safe to repeat is sent again if its reply is missing, since frames can be lost.
@@ -69,9 +69,9 @@ from firmware_protocol.mks.requests import answer_code
 from kinematics.spaces import Motors
 
 T = TypeVar("T")
-WireScript: TypeAlias = ExchangeScript[Event, T]
-"""A script on the wire, with its result."""
-Script: TypeAlias = WireScript[Reply]
+MksScript: TypeAlias = ExchangeScript[Event, T]
+"""A script that asks MKS drives, with its result."""
+Script: TypeAlias = MksScript[Reply]
 Answer: TypeAlias = Reading | SettingRead
 """A drive's answer to a question."""
 
@@ -79,7 +79,7 @@ GIVE = COUNTS_PER_TURN // 32
 """How many counts a loaded shaft may give way while its position loop still holds it."""
 
 
-class MksWire(ScriptIO[Event]):
+class MksExchange(ScriptIO[Event]):
     """Sends requests to the drives and passes their replies to the observer."""
 
     look_at = ALL_SILENT
@@ -198,7 +198,7 @@ class MksWire(ScriptIO[Event]):
         tries: int = TRIES,
         text: str = "",
         patient: bool = True,
-    ) -> WireScript[dict[ObservedDrive, Event]]:
+    ) -> MksScript[dict[ObservedDrive, Event]]:
         """Send each drive its request; return the replies that came.
 
         A drive that does not reply is asked again at once. With `patient` the last of several tries
@@ -248,7 +248,7 @@ class MksWire(ScriptIO[Event]):
         *,
         tries: int = TRIES,
         patient: bool = True,
-    ) -> WireScript[dict[ObservedDrive, Answer]]:
+    ) -> MksScript[dict[ObservedDrive, Answer]]:
         """Ask some drives, or all, the same question; return the answers that came."""
         asked = dict.fromkeys(self.drives if drives is None else drives, message)
         found = yield from self.ask(asked, tries=tries, patient=patient)
@@ -256,17 +256,17 @@ class MksWire(ScriptIO[Event]):
 
     def reading(
         self, drive: ObservedDrive, message: Read | ReadSetting, *, tries: int = TRIES
-    ) -> WireScript[Answer | None]:
+    ) -> MksScript[Answer | None]:
         """Ask one drive a question; None if it does not answer."""
         return (yield from self.read(message, (drive,), tries=tries)).get(drive)
 
-    def setting(self, drive: ObservedDrive, code: Code) -> WireScript[Setting | None]:
+    def setting(self, drive: ObservedDrive, code: Code) -> MksScript[Setting | None]:
         """Read one setting of a drive; None if it does not report it."""
         return setting_of((yield from self.reading(drive, ReadSetting(code))))
 
     def look(
         self, drives: Collection[ObservedDrive] | None = None
-    ) -> WireScript[tuple[ObservedDrive, ...]]:
+    ) -> MksScript[tuple[ObservedDrive, ...]]:
         """Read the positions of some drives, or all; return those that do not answer."""
         asked = self.drives if drives is None else tuple(drives)
         found = yield from self.read(ReadEncoder(), asked)
