@@ -126,9 +126,8 @@ MOVING = (State.RUN, State.JOG, State.HOME)
 HELD = (State.HOLD, State.DOOR, State.TOOL)
 LINES_IGNORED = (*HELD, State.SLEEP, State.CHECK)
 """States in which the board executes no lines; a reset leaves them."""
-ABORT_ALARMS = (3, 6, 14)
-"""Alarms that our own reset raises if it ends a motion (3) or homing (6), or a limit alarm of a
-FluidNC board with homing (14)."""
+ABORT_ALARMS = (3, 6)
+"""Alarms that our own reset raises if it ends a motion (3) or homing (6)."""
 
 
 class BoardState:
