@@ -26,7 +26,6 @@ from armdrive.runtime.arm_state import Core, alerted
 from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
 from armdrive.runtime.engine import Engine, Received, call_limit_s
 from armdrive.runtime.states import Event, after
-from armdrive.sim.wire import MemoryLink
 from armdrive.status import State, Status
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock, hold
@@ -451,10 +450,8 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
 
 def _rewiring(twin: SimulatedArm, pace: Pace, *, automatic: bool) -> NewLink | None:
     """Return how to reopen a twin's link; None if a test has replaced the link."""
-    link = twin.link
-    if not isinstance(link, MemoryLink):
-        return None
-    return NewLink(lambda: link.reopen(pace.now_s()), automatic)
+    link = twin.device_link
+    return NewLink(lambda: link.reopen(pace.now_s()), automatic) if twin.link is link else None
 
 
 def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:

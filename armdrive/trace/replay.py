@@ -28,6 +28,7 @@ from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT
 from armdrive.sim.wire import DeviceLine
+from armdrive.sim.world.saved import Json
 from armdrive.status import BELIEVED_WORDS
 from armdrive.tasks import AlertKind
 from armdrive.text.reading import parse_toml
@@ -61,6 +62,7 @@ class ReplayBench:
         self._banners: TimedMessages = deque()
         self.passing: Message | None = None
         self._passed_s = -math.inf
+        self._left: dict[str, Json] | None = None
         self.describer = describer(config.connection.dialect)
         self._splitter = self.describer.splitter()
         self._make(None)
@@ -80,6 +82,20 @@ class ReplayBench:
         world = saved["world"]
         if position is not None and isinstance(world, dict):
             world["motors"] = list(position)
+        self._remake(saved)
+
+    def leave(self) -> None:
+        """Remember the device as it is before entries are missing."""
+        self._left = self.device.to_json()
+
+    def rejoin(self, time_s: float) -> None:
+        """Go on with the device as it was left: it has missed heartbeats, for example."""
+        self.advance(time_s)
+        if self._left is not None:
+            self._remake(self._left)
+            self._left = None
+
+    def _remake(self, saved: dict[str, Json]) -> None:
         self._make({DIALECT: self._config.connection.dialect, **saved})
         self._answers.clear()
         self._banners.clear()
@@ -371,6 +387,10 @@ class _Replay:
 
     def _pass_over(self, entry: TraceEntry) -> None:
         """Send a lasting setting to the simulated device without comparing the answer."""
+        if entry.kind is EntryKind.GAP:
+            self._bench.leave()
+            return
+        self._bench.rejoin(entry.time_s)
         if entry.kind is EntryKind.SENT and isinstance(entry.what, bytes):
             self._bench.send(entry.what, entry.time_s)
 
@@ -379,7 +399,7 @@ class _Replay:
         if answer is None:
             return
         counts = counts_of(answer)
-        self._bench.advance(self._entries[index].time_s)
+        self._bench.rejoin(self._entries[index].time_s)
         self._bench.place(counts, position(counts, offset_at(self._entries, index)))
         self._splitter = self._describer.splitter()  # a message from before the gap is incomplete
         self._request = ""

@@ -132,8 +132,8 @@ class RunTerminal:
 
     def hold(self, text: str, over: Callable[[], bool]) -> None:
         """Wait for Enter, for `armdrive resume` from elsewhere, or until `over()`."""
-        self._shown.pauses(self._arm)
-        with self._keys() if self._keys else contextlib.nullcontext(unpressed) as pressed:
+        keys = self._keys() if self._keys else contextlib.nullcontext(unpressed)
+        with self._shown.paused(self._arm), keys as pressed:
             self._shown.waits(text, enter=self._keys is not None)
             while self._arm.paused and not over():
                 try:

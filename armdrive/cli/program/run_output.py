@@ -197,11 +197,15 @@ class Display:
         with self._lock:
             self._output.show(Result({"event": "say", "text": text}, text))
 
-    def pauses(self, arm: Arm) -> None:
-        """Pause an arm for a wait whose own words say so."""
+    @contextlib.contextmanager
+    def paused(self, arm: Arm) -> Iterator[None]:
+        """Pause an arm for a wait whose own words say so, and tell at its end that it goes on."""
         with self._lock:
             arm.pause()
             self._paused = True
+        yield
+        with self._lock:
+            self._look_once()
 
     def waits(self, text: str, *, enter: bool = True) -> None:
         """Show that the program waits for a person, and how that person answers."""

@@ -86,7 +86,8 @@ SENTENCES: Sentences = MappingProxyType(
 def lines(data: bytes) -> str:
     """Describe the bytes that a host writes: real-time characters first, then each line."""
     urgent, rest = split_realtime(data)
-    return "; ".join((*map(plain, urgent), *_lines(rest.decode("latin-1"))))
+    told = "; ".join((*map(plain, urgent), *_lines(rest.decode("latin-1"))))
+    return told or ("an empty line" if rest else "")
 
 
 def _lines(text: str) -> Iterator[str]:

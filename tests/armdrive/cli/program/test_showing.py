@@ -163,8 +163,10 @@ def test_a_hold_whose_input_has_ended_says_what_continues(arm):
     class Shown:
         say = shown.append
 
-        def pauses(self, arm):
+        @contextlib.contextmanager
+        def paused(self, arm):
             arm.pause()
+            yield
 
         def waits(self, text, *, enter=True):
             shown.append((text, enter))
@@ -184,8 +186,10 @@ def test_what_waits_for_a_person_ends_with_the_run(arm):
 
         waits = say
 
-        def pauses(self, arm):
+        @contextlib.contextmanager
+        def paused(self, arm):
             arm.pause()
+            yield
 
     person = RunTerminal(arm, Shown(), PromptLines(None).keys)
     person.say("hello")
@@ -244,5 +248,4 @@ def test_a_hold_does_not_say_twice_that_the_arm_is_paused(arm, capsys):
             return False
 
         RunTerminal(arm, display, None).hold("turn it", over)
-        display._look_once()
     assert "going on" in capsys.readouterr().out
