@@ -13,16 +13,17 @@ switches on only the motors that make it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.sim.device import Board, Option, Options, lacks
-from armdrive.sim.mechanics.motors import SPEED_ERRORS, MotorDrive, MotorRack, MotorSpeed
+from armdrive.sim.device import Board, Options, lacks, options_from, speed_error
+from armdrive.sim.mechanics.motors import MotorDrive, MotorRack, MotorSpeed
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
-from armdrive.sim.world.saved import Form, Json, whole
+from armdrive.sim.world.saved import Json
+from armdrive.text.toml import setting
 from firmware_protocol.armdroid import (
     RPM_DEFAULT,
     STEPS_MAX,
@@ -71,17 +72,15 @@ As observed, the motion makes no step, and nothing is answered until a reset.
 class ArmdroidQuirks:
     """What differs between boards.
 
-    `character_s` is the time per character, `room_bytes` the size of the buffer, `boot_s` the
-    length of a reset. A board with native USB `greets` the program that opens its port; others
-    reset instead (`resets_on_open`). A `speed_error` of 0.2 makes motions a fifth longer.
+    A board with native USB `greets` the program that opens its port; others reset instead.
     """
 
-    character_s: float = 0.010
-    room_bytes: int = 63
-    boot_s: float = 1.6
-    greets: bool = True
-    resets_on_open: bool = False
-    speed_error: float = 0.0
+    speed_error: float = speed_error("0.2: motors a fifth slower than the sketch says")
+    character_s: float = setting(0.010, "seconds to process a character", low=0.0, high=1.0)
+    room_bytes: int = setting(63, "size of the receive buffer", low=1)
+    boot_s: float = setting(1.6, "duration of a reset in seconds", low=0.0, high=60.0)
+    greets: bool = setting(True, "native USB: sends Welcome when its port is opened")
+    resets_on_open: bool = setting(False, "restarts when its port is opened")
 
     def interval_s(self, rpm: int) -> float:
         """Return the time between two steps: whole milliseconds, by integer division."""
@@ -101,12 +100,19 @@ def by_motor(by_channel: Sequence[int]) -> tuple[int, ...]:
     return tuple(by_channel[channel - 1] for channel in CHANNELS)
 
 
+@dataclass(frozen=True, slots=True)
+class SavedArmdroid:
+    """What is saved of the board."""
+
+    rpm: int = setting(low=STEPS_MIN, high=STEPS_MAX)
+
+
 class ArmdroidBoard(Board):
     """The board with its sketch, and the arm."""
 
     title: ClassVar[str] = "Armdroid"
     input_bits: ClassVar[int] = 0
-    remembered: ClassVar[Mapping[str, Form]] = {"rpm": whole(STEPS_MIN, STEPS_MAX)}
+    saved_as = SavedArmdroid
     drive: MotorDrive[MotorRack]
 
     def __init__(
@@ -266,9 +272,6 @@ class ArmdroidBoard(Board):
         self.rpm, self._greeting = RPM_DEFAULT, False
 
 
-_USUAL = ArmdroidQuirks()
-
-
 def _make(config: ArmConfig, world: World, options: Options) -> ArmdroidBoard:
     """Make the board as a program finds it that has just opened the port."""
     board = ArmdroidBoard(world, ArmdroidQuirks(**options.values), baud=config.connection.baud)
@@ -281,19 +284,5 @@ KIND = SimDeviceKind(
     title="Armdroid",
     board=ArmdroidBoard,
     make=_make,
-    options=(
-        Option(
-            "speed_error",
-            0.0,
-            "0.2: motors a fifth slower than the sketch says",
-            bounds=SPEED_ERRORS,
-        ),
-        Option(
-            "character_s", _USUAL.character_s, "seconds to process a character", bounds=(0.0, 1.0)
-        ),
-        Option("room_bytes", _USUAL.room_bytes, "size of the receive buffer"),
-        Option("boot_s", _USUAL.boot_s, "duration of a reset in seconds", bounds=(0.0, 60.0)),
-        Option("greets", _USUAL.greets, "native USB: sends Welcome when its port is opened"),
-        Option("resets_on_open", _USUAL.resets_on_open, "restarts when its port is opened"),
-    ),
+    options=options_from(ArmdroidQuirks),
 )

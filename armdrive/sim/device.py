@@ -10,26 +10,19 @@ for a board without it.
 from __future__ import annotations
 
 import abc
+import contextlib
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
-from armdrive.errors import BadRequest
-from armdrive.sim.mechanics.motors import MotorDrive, MotorSpeed, SwitchState
+from armdrive.errors import ArmFileError, BadRequest
+from armdrive.sim.mechanics.motors import SPEED_ERRORS, MotorDrive, MotorSpeed, SwitchState
 from armdrive.sim.wire import DeviceLine, TimeQueue, WireDevice
 from armdrive.sim.world import World
-from armdrive.sim.world.saved import (
-    Form,
-    Json,
-    Saved,
-    block_to_json,
-    incident_to_json,
-    read,
-    world_to_json,
-    write,
-)
+from armdrive.sim.world.saved import Json, require_counts, unfit, world_to_json
+from armdrive.text.toml import Rule, checked, plain, rule_of, setting
 from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors
 
@@ -90,6 +83,21 @@ def lacks(board: Board, what: str) -> BadRequest:
 # --- The board: what a dialect writes -----------------------------------------------------------
 
 
+@dataclass(frozen=True, slots=True)
+class SavedDevice:
+    """What is saved of every device. `world` is read by `world_from_json`."""
+
+    world: object
+    powered: bool
+    registers: tuple[int, ...]
+    inputs: int
+
+
+@dataclass(frozen=True, slots=True)
+class SavedBoard:
+    """What is saved of one kind of board in addition: here nothing."""
+
+
 @dataclass(slots=True, eq=False)
 class SharedState:
     """State shared by a board and its device, which sets the time, the power and the inputs.
@@ -116,8 +124,8 @@ class Board(abc.ABC):
     input_bits: ClassVar[int] = 8
     register_range: ClassVar[tuple[int, int]] = (-(1 << 15), (1 << 15) - 1)
     """The smallest and largest value of a position register."""
-    remembered: ClassVar[Mapping[str, Form]] = {}
-    """The attributes saved with the world, each with its form."""
+    saved_as: ClassVar[type[Any]] = SavedBoard
+    """The dataclass of the board's own saved state."""
     byte_gap_s: float = 0.0
     """A pause after each byte that the board sends."""
 
@@ -199,14 +207,14 @@ class Board(abc.ABC):
         """Set the registers to those of a saved controller. Nothing moves."""
         self.drive.set_counts(registers, self.now_s)
 
-    def known(self) -> dict[str, Json]:
-        """Return the board's own state, to be saved with the world."""
-        return write(self, self.remembered)
+    def known(self) -> Any:
+        """Return the board's own state as `saved_as`: by default its attributes of these names."""
+        return self.saved_as(*(getattr(self, each.name) for each in fields(self.saved_as)))
 
-    def recall_known(self, saved: Saved) -> None:
-        """Restore everything that `known` wrote. Raises `StateFileError`."""
-        for name, value in read(saved, self.remembered).items():
-            setattr(self, name, value)
+    def recall_known(self, saved: Any) -> None:
+        """Restore what `known` returned. Raises `StateFileError`."""
+        for each in fields(saved):
+            setattr(self, each.name, getattr(saved, each.name))
 
 
 # --- The device, which is the same for every board ----------------------------------------------
@@ -351,21 +359,20 @@ class SimDevice:
 
         A motion in progress is not saved: the arm stands where it was at that moment.
         """
-        return {
-            "world": world_to_json(self.world),
-            "powered": self.powered,
-            "registers": list(self.registers),
-            "inputs": self._shared.inputs_set,
-            **self.board.known(),
-        }
+        saved = SavedDevice(
+            world_to_json(self.world), self.powered, tuple(self.registers), self._shared.inputs_set
+        )
+        return {**plain(saved), **plain(self.board.known())}
 
-    def recall(self, saved: Saved) -> None:
-        """Restore what `to_json` wrote, except for the world. Raises `StateFileError`."""
+    def recall(self, saved: SavedDevice, known: Any) -> None:
+        """Restore what was saved, except for the world. Raises `StateFileError`."""
         board, shared = self.board, self._shared
-        board.count_from(saved.wholes("registers", len(self.world.motors), *board.register_range))
-        shared.inputs_set = saved.whole("inputs", 0, (1 << board.input_bits) - 1)
-        shared.powered = saved.flag("powered")
-        board.recall_known(saved)
+        require_counts("registers", saved.registers, len(self.world.motors), *board.register_range)
+        if not 0 <= saved.inputs < 1 << board.input_bits:
+            raise unfit(f"the saved board has {board.input_bits} inputs, not {saved.inputs:b}")
+        board.count_from(saved.registers)
+        shared.inputs_set, shared.powered = saved.inputs, saved.powered
+        board.recall_known(known)
 
     # Time.
 
@@ -401,8 +408,7 @@ _FLAGS |= {"no": False, "false": False, "off": False, "0": False}
 class Option:
     """One setting, of the same type as its default.
 
-    `choices` lists the values allowed; numbers without choices are within `bounds`, and with
-    `above` they are above the lower one.
+    `choices` lists the values allowed; numbers without choices are within `bounds`.
     """
 
     name: str
@@ -410,7 +416,6 @@ class Option:
     summary: str
     choices: tuple[Value, ...] = ()
     bounds: tuple[float, float] = (-math.inf, math.inf)
-    above: bool = False
 
     def parse(self, text: str) -> Value:
         """Parse a value typed by a person. Raises `BadRequest`."""
@@ -418,37 +423,35 @@ class Option:
             if text.lower() not in _FLAGS:
                 raise BadRequest(f"{self.name} must be yes or no, not {text!r}")
             return _FLAGS[text.lower()]
-        if isinstance(self.default, str):
-            return self.checked(text)
-        whole = isinstance(self.default, int)
-        try:
-            value = int(text) if whole else float(text)
-        except ValueError:
-            kind = "a whole number" if whole else "a number"
-            raise BadRequest(f"{self.name} must be {kind}, not {text!r}") from None
+        value: Value = text
+        with contextlib.suppress(ValueError):
+            value = type(self.default)(text)
         return self.checked(value)
 
     def checked(self, value: Value) -> Value:
         """Return a value of the right type. Raises `BadRequest`."""
-        if isinstance(self.default, float) and type(value) is int:
-            value = float(value)
-        if type(value) is not type(self.default):
-            raise BadRequest(f"{self.name} must be like {self.default!r}, not {value!r}")
-        if isinstance(value, float) and not math.isfinite(value):
-            raise BadRequest(f"{self.name} must be finite")
-        if self.choices and value not in self.choices:
-            named = ", ".join(map(str, self.choices))
-            raise BadRequest(f"{self.name} is one of {named}, not {value!r}")
-        if not isinstance(value, str):
-            self._check_bounds(value)
-        return value
+        read = checked(type(self.default), Rule(*self.bounds, self.choices))
+        try:
+            found: Value = read(value, self.name)
+        except ArmFileError as error:
+            raise BadRequest(str(error)) from None
+        return found
 
-    def _check_bounds(self, value: float) -> None:
-        low, high = self.bounds
-        if not low <= value <= high or (self.above and value == low):
-            least = f"above {low:g} and at most" if self.above else f"from {low:g} to"
-            within = f"at least {low:g}" if math.isinf(high) else f"{least} {high:g}"
-            raise BadRequest(f"{self.name} is {within}, not {value:g}")
+
+def options_from(kind: type[Any]) -> tuple[Option, ...]:
+    """Return an option for each field of a dataclass that `setting` explains."""
+    explained = [each for each in fields(kind) if rule_of(each).help]
+    return tuple(_option(each.name, each.default, rule_of(each)) for each in explained)
+
+
+def _option(name: str, default: Any, rule: Rule) -> Option:
+    return Option(name, default, rule.help, rule.words, (rule.low, rule.high))
+
+
+def speed_error(means: str) -> Any:
+    """Declare the error of the motors' speed, which is the same option of several devices."""
+    low, high = SPEED_ERRORS
+    return setting(0.0, means, low=low, high=high)
 
 
 class Options:
@@ -541,8 +544,8 @@ def state_json(device: SimDevice) -> dict[str, Json]:
         **device.board.details(),
         "stalled": [motor + 1 for motor in sorted(world.stalled)],
         "held": scene.held,
-        "blocks": [block_to_json(block) for block in scene.blocks.values()],
-        "incidents": [incident_to_json(incident) for incident in world.incidents],
+        "blocks": plain([*scene.blocks.values()]),
+        "incidents": plain(world.incidents),
     }
 
 

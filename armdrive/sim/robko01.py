@@ -12,17 +12,18 @@ firmware lists but does not implement, are dropped silently.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.sim.device import Board, Option, Options
-from armdrive.sim.mechanics.motors import SPEED_ERRORS, MotorDrive
+from armdrive.sim.device import Board, Option, Options, options_from, speed_error
+from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
-from armdrive.sim.world.saved import BYTE, FLAG, Form, Json, Saved
+from armdrive.sim.world.saved import Json
+from armdrive.text.toml import setting
 from firmware_protocol.events import Overrun, Unreadable
 from firmware_protocol.robko01 import (
     AXES,
@@ -194,9 +195,11 @@ class RobkoQuirks:
     board: str = AVR
     acceleration_steps_s2: float = 700.0
     grid_s: float = GRIDS_S[AVR]
-    slowness: float = 0.0
-    watchdog_s: float = 0.0
-    rearms: bool = False
+    speed_error: float = speed_error("0.2: motors a fifth slower than they should be")
+    watchdog_s: float = setting(
+        0.0, "seconds without ping, inputs or position; 0: no watchdog", low=0.0
+    )
+    rearms: bool = setting(False, "any frame switches the motors on again, as over UDP")
     top_speed_hz: float = TOP_SPEEDS_HZ[AVR]
 
     @property
@@ -209,7 +212,7 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
     """Axes that move independently. Without current the counts go on and the arm does not move."""
 
     def __init__(self, world: World, quirks: RobkoQuirks) -> None:
-        stretch = 1.0 + quirks.slowness
+        stretch = 1.0 + quirks.speed_error
         rack = UncoordinatedRack(
             (0,) * len(world.motors),
             acceleration_hz_s=quirks.acceleration_steps_s2 / stretch**2,
@@ -255,11 +258,19 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
             super()._turn(steps, now_s)
 
 
+@dataclass(frozen=True, slots=True)
+class SavedRobko:
+    """What is saved of the board."""
+
+    enabled: bool
+    outputs: int = setting(low=0, high=255)
+
+
 class SimRobkoBoard(Board):
     """The board and the arm; `RobkoQuirks` lists the differences between boards."""
 
     title: ClassVar[str] = "Robko 01"
-    remembered: ClassVar[Mapping[str, Form]] = {"enabled": FLAG, "outputs": BYTE}
+    saved_as = SavedRobko
     drive: RobkoDrive
 
     def __init__(
@@ -313,8 +324,8 @@ class SimRobkoBoard(Board):
         self.drive.rack.restart()
         self._begin()
 
-    def recall_known(self, saved: Saved) -> None:
-        """Restore what `known` wrote. Raises `StateFileError`."""
+    def recall_known(self, saved: SavedRobko) -> None:
+        """Restore what `known` returned: without its motors on, the arm has no current."""
         super().recall_known(saved)
         self.world.energised = self.enabled
 
@@ -454,18 +465,6 @@ KIND = SimDeviceKind(
             "steps/s^2 of every axis; 0: 700 of avr, 75 of esp32",
             bounds=(0.0, math.inf),
         ),
-        Option(
-            "speed_error",
-            0.0,
-            "0.2: motors a fifth slower than they should be",
-            bounds=SPEED_ERRORS,
-        ),
-        Option(
-            "watchdog_s",
-            0.0,
-            "seconds without ping, inputs or position; 0: no watchdog",
-            bounds=(0.0, math.inf),
-        ),
-        Option("rearms", False, "any frame switches the motors on again, as over UDP"),
+        *options_from(RobkoQuirks),
     ),
 )

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Self
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import PostureRequest
-from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.device import Board, Option, Options, SimDevice, Value
+from armdrive.errors import BadRequest
+from armdrive.sim.device import Board, Option, Options, SavedDevice, SimDevice, Value
 from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody, play_of
-from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
+from armdrive.sim.world.saved import Json, restored, unfit, world_from_json
 from armdrive.sim.world.table import Stand, TableBlock
 from kinematics.spaces import Joints, Motors
 
@@ -81,10 +81,15 @@ def recalled(
     what: str = "device",
 ) -> SimDevice:
     """Recreate the world and the device. Raises `StateFileError` if the saved data do not fit."""
-    saved = Saved(data, what)
-    device = SimDevice(make(world_from_json(saved.table("world").data, body)))
-    device.recall(saved)
-    saved.end()
+    if not isinstance(data, Mapping):
+        raise unfit(f"the saved {what} is no table")
+    names = {each.name for each in fields(SavedDevice)}
+    of_device = {key: value for key, value in data.items() if key in names}
+    of_board = {key: value for key, value in data.items() if key not in names}
+    saved = restored(SavedDevice, of_device, what)
+    board = make(world_from_json(saved.world, body))
+    device = SimDevice(board)
+    device.recall(saved, restored(board.saved_as, of_board, what))
     return device
 
 
@@ -200,7 +205,5 @@ def _of_dialect(saved: object, dialect: str) -> object:
         return saved
     spoken = saved.get(DIALECT)
     if spoken != dialect:
-        raise StateFileError(
-            f"the saved arm speaks {spoken!r}, not {dialect!r}: they have nothing in common; {MEND}"
-        )
+        raise unfit(f"the saved arm speaks {spoken!r}, not {dialect!r}: they share nothing")
     return {key: value for key, value in saved.items() if key != DIALECT}

@@ -13,18 +13,19 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
-from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.device import Board, Option, Options
-from armdrive.sim.mechanics.motors import SPEED_ERRORS, CoordinatedDrive, MotorSpeed
+from armdrive.errors import BadRequest
+from armdrive.sim.device import Board, Options, options_from, speed_error
+from armdrive.sim.mechanics.motors import CoordinatedDrive, MotorSpeed
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
-from armdrive.sim.world.saved import BYTE, MEND, Form, Json, Saved
+from armdrive.sim.world.saved import Json, unfit
+from armdrive.text.toml import setting
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.events import Unreadable
 from firmware_protocol.teachmover import (
@@ -57,8 +58,6 @@ STILL = (0, 0, 0, 0, 0, 0)
 _MOVE_KIND = 1
 _WORD = 1 << 16
 _HALF = 1 << 15
-_LARGEST_WORD = _WORD - 1
-_ROW_WORDS = 8
 
 
 # The real rates, from SP to half-steps a second. Deliberately independent of the driver's table: if
@@ -83,14 +82,12 @@ def rate_hz(speed: int, error: float) -> float:
 class TwinSettings:
     """What is unverified about the real arm, or differs between arms.
 
-    A `speed_error` of 0.2 makes motions a fifth longer; `delay_unit_s` is the length of one count
-    of @DELAY; `grip_bit` is the input bit of the grip switch. Bytes that arrive while a command is
-    unanswered are lost unless `keeps_input_while_moving`.
+    `grip_bit` is the input bit of the grip switch, by the arm file; the rest are options.
     """
 
-    speed_error: float = 0.0
-    keeps_input_while_moving: bool = False
-    delay_unit_s: float = 0.001
+    speed_error: float = speed_error("0.2: motors a fifth slower than the driver's table says")
+    keeps_input_while_moving: bool = setting(False, "keep bytes that arrive during a motion")
+    delay_unit_s: float = setting(0.001, "seconds that one count of @DELAY is worth", low=0.0)
     grip_bit: int = 0
 
 
@@ -125,21 +122,14 @@ class StoredProgram:
         """End the run."""
         self._left.clear()
 
-    def to_json(self) -> Json:
-        """Return the rows as they are saved."""
-        return [list(row.words) for row in self.in_order]
 
+@dataclass(frozen=True, slots=True)
+class SavedTeachMover:
+    """What is saved of the controller; `memory` holds the words of each row."""
 
-def _saved_program(saved: Saved, key: str) -> StoredProgram:
-    return StoredProgram(_row(item) for item in saved.items(key))
-
-
-def _row(words: object) -> ProgramRow:
-    row = Saved({"words": words}, "program").wholes("words", _ROW_WORDS, 0, _LARGEST_WORD)
-    try:
-        return ProgramRow.from_words(row)
-    except ProtocolError as error:
-        raise StateFileError(f"a saved program row cannot be read: {error}; {MEND}") from None
+    key: Key
+    memory: tuple[tuple[int, ...], ...]
+    outputs: int = setting(low=0, high=255)
 
 
 class TeachMoverBoard(Board):
@@ -149,11 +139,7 @@ class TeachMoverBoard(Board):
     """
 
     title: ClassVar[str] = "TeachMover"
-    remembered: ClassVar[Mapping[str, Form]] = {
-        "key": Form(lambda saved, key: Key(saved.whole(key, 0, max(Key))), int),
-        "outputs": BYTE,
-        "memory": Form(_saved_program, StoredProgram.to_json),
-    }
+    saved_as = SavedTeachMover
     drive: CoordinatedDrive
 
     def __init__(
@@ -178,6 +164,21 @@ class TeachMoverBoard(Board):
         self.byte_gap_s = 0.0
         self.lost_bytes = 0
         self._codec = Device()
+
+    # The saved world.
+
+    def known(self) -> SavedTeachMover:
+        """Return the key, the outputs and the program."""
+        rows = tuple(row.words for row in self.memory.in_order)
+        return SavedTeachMover(self.key, rows, self.outputs)
+
+    def recall_known(self, saved: SavedTeachMover) -> None:
+        """Restore what `known` returned. Raises `StateFileError`."""
+        self.key, self.outputs = saved.key, saved.outputs
+        try:
+            self.memory = StoredProgram(map(ProgramRow.from_words, saved.memory))
+        except ProtocolError as error:
+            raise unfit(f"the words of a saved program row cannot be read: {error}") from None
 
     # Observable state.
 
@@ -335,14 +336,5 @@ KIND = SimDeviceKind(
     title="TeachMover",
     board=TeachMoverBoard,
     make=_make,
-    options=(
-        Option(
-            "speed_error",
-            0.0,
-            "0.2: motors a fifth slower than the driver's table says",
-            bounds=SPEED_ERRORS,
-        ),
-        Option("keeps_input_while_moving", False, "keep bytes that arrive during a motion"),
-        Option("delay_unit_s", 0.001, "seconds that one count of @DELAY is worth"),
-    ),
+    options=options_from(TwinSettings),
 )

@@ -17,7 +17,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
 
-from armdrive.errors import StateFileError
+from armdrive.errors import ArmFileError, StateFileError
 from armdrive.errors.printable import reason_of
 from armdrive.status import BELIEVED_WORDS, Trust
 from armdrive.storage import files as places
@@ -31,7 +31,7 @@ from armdrive.storage.files import (
     replace_durably,
 )
 from armdrive.text.reading import parse_json
-from armdrive.text.toml import FORMAT_KEY, Problems, TomlTable, setting
+from armdrive.text.toml import FORMAT_KEY, section_of, setting
 
 # A record, and its text: JSON with a checksum, parsed strictly.
 #
@@ -124,10 +124,10 @@ def _checked(entries: dict[str, Any]) -> Record:
         raise _damaged(f"the entry {_CHECK!r} is missing")
     if entries.pop(_CHECK) != checksum({FORMAT_KEY: FORMAT, **entries}):
         raise _damaged("its checksum does not match")
-    problems = Problems()
-    record = TomlTable(entries, "", problems).section(Record)
-    if record is None or problems.found:
-        raise _damaged("; ".join(problems.found))
+    try:
+        record = section_of(Record, entries, whole=False)
+    except ArmFileError as error:
+        raise _damaged(str(error)) from None
     if not 1 <= len(record.offset) == len(record.registers) <= MOST_MOTORS:
         raise _damaged("it has a different number of registers and offsets")
     if not set(record.unsure) <= set(range(len(record.taken))):

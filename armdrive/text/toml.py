@@ -5,6 +5,9 @@ and, where `setting` makes the field, with its bounds and with what it means: th
 a key, writes it and documents it. Tables that hold one value for each joint or motor, and arrays
 of tables, are read by `TomlTable`.
 
+What programs write as JSON is read the same way: `plain` makes plain data of a section, whose
+fields may also be enums and other sections, and `section_of` reads it again.
+
 Reading goes on past a fault as if the key at fault were not there, and notes the fault in
 `Problems`: one reading finds everything that is wrong.
 """
@@ -18,7 +21,8 @@ import re
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from enum import Enum
 from typing import Any, TypeAlias, TypeVar
 
 from armdrive.errors import ArmFileError, BadRequest
@@ -81,7 +85,7 @@ class Rule:
 
     low: float = -math.inf
     high: float = math.inf
-    words: tuple[str, ...] = ()
+    words: tuple[Any, ...] = ()
     hint: str = ""
     help: str = ""
 
@@ -94,7 +98,8 @@ class Rule:
             for index, entry in enumerate(value):
                 self.check(entry, f"{where}[{index}]")
         elif self.words and value not in self.words:
-            raise ArmFileError(f"{where} is one of {', '.join(self.words)}, not {value!r}")
+            words = ", ".join(map(str, self.words))
+            raise ArmFileError(f"{where} is one of {words}, not {value!r:.80}")
         elif isinstance(value, int | float):
             within(where, value, self.low, self.high, self.hint)
 
@@ -201,24 +206,32 @@ class TomlTable:
         return {name: value for name, value in found.items() if value is not None}
 
     def section(
-        self, kind: type[S], own: Mapping[str, Any] | None = None, elsewhere: Iterable[str] = ()
+        self,
+        kind: type[S],
+        own: Mapping[str, Any] | None = None,
+        elsewhere: Iterable[str] = (),
+        *,
+        whole: bool = False,
     ) -> S | None:
         """Read this table as a section; return None if its problems leave none.
 
         `own` are values in the place of the section's defaults. The keys `elsewhere` are known
-        too, and are read by the caller.
+        too, and are read by the caller. Of a `whole` section only keys that default to None may be
+        missing.
         """
-        keys, needed = _keys_of(typing.cast(typing.Hashable, kind))
+        keys, needed = _keys_of(typing.cast(typing.Hashable, kind), whole)
         self.allow([*keys, *elsewhere])
         given = {
-            name: self.value(name, read, None)
+            name: self.value(name, read, MISSING)
             for name, read in keys.items()
             if name in self.entries
         }
-        values = dict(own or {}) | {name: each for name, each in given.items() if each is not None}
+        values = dict(own or {})
+        values |= {name: each for name, each in given.items() if each is not MISSING}
         missing = [name for name in needed if name not in {*values, *given}]
         if missing and self.is_one:
-            self.problems.note(f"[{self.where}] is missing {', '.join(missing)}")
+            name = f"[{self.where}]" if self.where else "it"
+            self.problems.note(f"{name} is missing {', '.join(missing)}")
         if not values.keys() >= set(needed):
             return None
         # A section may check its keys against one another. The key at fault is the one without
@@ -238,12 +251,36 @@ class TomlTable:
         return section
 
 
+def section_of(kind: type[S], data: object, where: str = "", *, whole: bool = True) -> S:
+    """Return plain data as a section. Raises `ArmFileError` for the first problem."""
+    problems = Problems()
+    section = TomlTable(require_table(data, where), where, problems).section(kind, whole=whole)
+    problems.require_none()
+    return typing.cast(S, section)
+
+
+def plain(value: Any) -> Any:
+    """Return what `section_of` reads: a section as a table, an enum's member as its value."""
+    if is_dataclass(value):
+        return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, Mapping):
+        return {str(name): plain(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    return value
+
+
 @functools.cache
-def _keys_of(kind: type[Any]) -> tuple[Mapping[str, Read[Any]], tuple[str, ...]]:
-    """Return what reads each key of a section, and the keys that have no default."""
+def _keys_of(kind: type[Any], whole: bool) -> tuple[Mapping[str, Read[Any]], tuple[str, ...]]:
+    """Return what reads each key of a section, and the keys that it needs."""
     hints = typing.get_type_hints(kind)
-    keys = {each.name: _checked(hints[each.name], rule_of(each)) for each in fields(kind)}
-    return keys, tuple(each.name for each in fields(kind) if each.default is MISSING)
+    keys = {each.name: checked(hints[each.name], rule_of(each)) for each in fields(kind)}
+    optional = [each for each in fields(kind) if each.default is not MISSING]
+    if whole:
+        optional = [each for each in optional if each.default is None]
+    return keys, tuple(each.name for each in fields(kind) if each not in optional)
 
 
 def _made(kind: type[S], values: Mapping[str, Any]) -> tuple[S | None, str]:
@@ -260,7 +297,8 @@ def _made(kind: type[S], values: Mapping[str, Any]) -> tuple[S | None, str]:
 def require_table(table: object, where: str) -> Mapping[str, Any]:
     """Return the table, or say that something else stands there."""
     if not isinstance(table, Mapping):
-        raise ArmFileError(f"{where} must be a table, written [{where}], not {table!r}")
+        place = f"{where} must be a table, written [{where}]" if where else "it must be a table"
+        raise ArmFileError(f"{place}, not {table!r:.80}")
     return table
 
 
@@ -271,7 +309,7 @@ def require_list(value: object, where: str, example: str) -> list[Any]:
     return value
 
 
-def _checked(wanted: Any, rule: Rule) -> Read[Any]:
+def checked(wanted: Any, rule: Rule) -> Read[Any]:
     """Return what reads a value of an annotated type and applies the rule of its key."""
 
     def read(value: object, where: str) -> Any:
@@ -293,19 +331,43 @@ def _convert(wanted: Any, value: object, where: str) -> Any:
         return _convert(float if plain and float in kinds else kinds[0], value, where)
     if origin is tuple:
         return _convert_tuple(inner, value, where)
-    if origin is Mapping:
+    if origin in (Mapping, dict):
         table = require_table(value, where)
-        return {name: _convert(inner[1], one, f"{where}.{name}") for name, one in table.items()}
+        return {
+            _name(inner[0], name, where): _convert(inner[1], one, f"{where}.{name}")
+            for name, one in table.items()
+        }
     if wanted is float:
         return number(value, where)
-    if wanted in (int, str, bool) and type(value) is wanted:
+    if wanted is object or (wanted in (int, str, bool) and type(value) is wanted):
         return value
-    raise ArmFileError(f"{where} must be {_WORDS.get(wanted, wanted)}, not {value!r}")
+    if isinstance(wanted, type) and is_dataclass(wanted):
+        return section_of(wanted, value, where)
+    if isinstance(wanted, type) and issubclass(wanted, Enum):
+        return _member(wanted, value, where)
+    raise ArmFileError(f"{where} must be {_WORDS.get(wanted, wanted)}, not {value!r:.80}")
+
+
+def _name(wanted: Any, name: str, where: str) -> Any:
+    """Return a key of a table that has no fixed keys: text, or a number up to nine digits."""
+    if wanted is str:
+        return name
+    if not re.fullmatch(r"[0-9]{1,9}", name):
+        raise ArmFileError(f"the keys of {where} are whole numbers, not {name!r:.80}")
+    return int(name)
+
+
+def _member(wanted: type[Enum], value: object, where: str) -> Enum:
+    for member in wanted:
+        if type(value) is type(member.value) and value == member.value:
+            return member
+    words = ", ".join(str(member.value) for member in wanted)
+    raise ArmFileError(f"{where} is one of {words}, not {value!r:.80}")
 
 
 def _convert_tuple(inner: tuple[Any, ...], value: object, where: str) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
-        raise ArmFileError(f"{where} must be a list, not {value!r}")
+        raise ArmFileError(f"{where} must be a list, not {value!r:.80}")
     if len(inner) == 2 and inner[1] is Ellipsis:
         inner = (inner[0],) * len(value)
     if len(value) != len(inner):
@@ -346,12 +408,13 @@ def within(where: str, value: float, low: float, high: float, hint: str = "") ->
     """Raise `ArmFileError` for a number out of its bounds."""
     if not low <= value <= high:
         why = f": {hint}" if hint else ""
-        raise ArmFileError(f"{where} must be from {low:.12g} to {high:.12g}, not {value:.12g}{why}")
+        span = f"from {low:.12g} to {high:.12g}" if math.isfinite(high) else f"at least {low:.12g}"
+        raise ArmFileError(f"{where} must be {span}, not {value:.12g}{why}")
 
 
 def between(low: float, high: float, hint: str = "") -> Read[float]:
     """Return what reads a number between these bounds, both included."""
-    return _checked(float, Rule(low, high, hint=hint))
+    return checked(float, Rule(low, high, hint=hint))
 
 
 def joint_range(value: object, where: str) -> JointRange:

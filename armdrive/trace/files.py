@@ -27,7 +27,7 @@ from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.text.reading import read_bytes, read_text
-from armdrive.text.toml import Problems, TomlTable, setting
+from armdrive.text.toml import section_of, setting
 from armdrive.trace.entries import TRAFFIC, EntryKind, TraceEntry
 from kinematics.errors import KinematicsError
 
@@ -214,12 +214,11 @@ def _header(found: Mapping[str, Any]) -> Header:
         raise RecordingError("the file is not a flight recording")
     if type(known) is not int or known != FORMAT:  # neither true nor 1.0 is a format
         raise RecordingError(f"the format is {known!r:.20}, but this armdrive reads {FORMAT}")
-    problems = Problems()
     keys = {name: value for name, value in found.items() if name != MARK}
-    header = TomlTable(keys, "line 1", problems).section(Header)
-    if header is None or problems.found:
-        raise RecordingError("; ".join(problems.found))
-    return header
+    try:
+        return section_of(Header, keys, "line 1")
+    except ArmFileError as error:
+        raise RecordingError(str(error)) from None
 
 
 def _entries(lines: Iterable[bytes]) -> Iterator[TraceEntry]:

@@ -10,14 +10,14 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Any, Generic, TypeVar
 
-from armdrive.errors import BadRequest, StateFileError
+from armdrive.errors import BadRequest
 from armdrive.sim.bus.line import BusLine, Outbox
 from armdrive.sim.bus.node import BusNode
 from armdrive.sim.device import Board
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world import World
-from armdrive.sim.world.saved import MEND, Json, Saved
+from armdrive.sim.world.saved import Json, unfit
 from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 from kinematics.text import counted
@@ -72,23 +72,20 @@ class DrivesBoard(Board, Generic[N]):
         seen: list[Json] = [node.seen(errors[node.motor.index], self.now_s) for node in self.nodes]
         return {"bits_s": self.drives.bits_s, "drives": seen}
 
-    def known(self) -> dict[str, Json]:
+    def known(self) -> Any:
         """Return what is saved of the drives."""
-        return {"drives": [{"powered": node.port.powered, **node.known()} for node in self.nodes]}
+        return self.saved_as(drives=tuple(node.known() for node in self.nodes))
 
-    def recall_known(self, saved: Saved) -> None:
+    def recall_known(self, saved: Any) -> None:
         """Restore what `known` returned. Raises `StateFileError`."""
-        drives = saved.items("drives")
-        if len(drives) != len(self.nodes):
-            raise StateFileError(
-                f"{counted(len(drives), 'drive is', 'drives are')} saved of an arm that has "
-                f"{len(self.nodes)}; {MEND}"
+        if len(saved.drives) != len(self.nodes):
+            raise unfit(
+                f"{counted(len(saved.drives), 'drive is', 'drives are')} saved of an arm that has "
+                f"{len(self.nodes)}"
             )
-        for node, item in zip(self.nodes, drives, strict=True):
-            one = Saved(item, f"drive {node.motor.index + 1}")
-            node.port.powered = one.flag("powered") and self.shared.powered
+        for node, one in zip(self.nodes, saved.drives, strict=True):
+            node.port.powered = one.powered and self.shared.powered
             node.recall(one)
-            one.end()
 
     # What a person does.
 

@@ -9,14 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Option, Value
 from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.world.saved import Json, Saved
+from armdrive.sim.world.saved import Json
 from firmware_protocol.frames import Frame
 from kinematics.text import counted
 
@@ -40,14 +40,14 @@ class Quirk:
     source: str
     choices: tuple[str, ...] = ()
     guess: bool = False
+    least: float = 0.0
     most: float = _LONGEST_MS
-    above_zero: bool = False
 
 
 def options_of(quirks: Iterable[Quirk]) -> tuple[Option, ...]:
     """Return the settings with which a person or a test chooses quirks."""
     return tuple(
-        Option(row.name, row.default, row.does, row.choices, (0.0, row.most), row.above_zero)
+        Option(row.name, row.default, row.does, row.choices, (row.least, row.most))
         for row in quirks
         if row.default is not None
     )
@@ -206,8 +206,8 @@ class BusNode(Protocol):
     def seen(self, error: int, now_s: float) -> dict[str, Json]:
         """Return the data it would report, given its shaft's distance from the set-point."""
 
-    def known(self) -> dict[str, Json]:
-        """Return its state as it is saved, apart from its power."""
+    def known(self) -> Any:
+        """Return its state, and `powered`, as a dataclass to be saved."""
 
-    def recall(self, saved: Saved) -> None:
+    def recall(self, saved: Any) -> None:
         """Restore what `known` returned, once its power is known. Raises `StateFileError`."""

@@ -6,12 +6,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.bus.node import Quirk, motors_of, node_ids, options_of
-from armdrive.sim.cia402.node import Cia402Node
+from armdrive.sim.cia402.node import Cia402Node, SavedCia402Drive
 from armdrive.sim.cia402.objects import dictionary, varied
 from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.shafts import ShaftDrive
@@ -27,9 +28,17 @@ _INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
 _CONSTANT = re.compile(r"([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})=(-?\d{1,10})")
 
 
+@dataclass(frozen=True, slots=True)
+class SavedCia402Drives:
+    """What is saved of the drives."""
+
+    drives: tuple[SavedCia402Drive, ...]
+
+
 class Cia402Board(DrivesBoard[Cia402Node]):
     """Drives that sample their shafts at each SYNC, and report errors of their own."""
 
+    saved_as = SavedCia402Drives
     title = "arm on CiA 402 drives"
 
     def ail(self, drive: int, code: int) -> None:
@@ -131,7 +140,7 @@ QUIRKS: tuple[Quirk, ...] = (
     Quirk("answer_ms", 1.0, "milliseconds until a drive has a frame ready",
           f"{_UNKNOWN}; a late frame describes an older state", guess=True),
     Quirk("boot_s", 0.5, "seconds from power or reset to the boot-up message",
-          _UNKNOWN, guess=True, most=60.0, above_zero=True),
+          _UNKNOWN, guess=True, least=0.001, most=60.0),
     Quirk("reset_ms", 20.0, "milliseconds from a communication reset to the boot-up message",
           _UNKNOWN, guess=True),
     Quirk("late_watch", None, "the master is watched from its first heartbeat on",

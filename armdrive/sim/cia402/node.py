@@ -7,15 +7,15 @@ from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from types import MappingProxyType
-from typing import TypeVar
 
-from armdrive.errors import BadRequest, StateFileError
+from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import NodeMotor, NodePort
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
 from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States
 from armdrive.sim.device import Options
-from armdrive.sim.world.saved import MEND, Json, Saved
+from armdrive.sim.world.saved import Json
+from armdrive.text.toml import setting
 from firmware_protocol import canopen
 from firmware_protocol.canopen import AbortCode, NmtCommand, NodeState, OperationMode, Place
 from firmware_protocol.canopen.pdo import PDO_PARAMETERS, DevicePdos
@@ -323,38 +323,38 @@ class Cia402Node:
             "watch_stops": self.states.watch_stops,
         }
 
-    def known(self) -> dict[str, Json]:
+    def known(self) -> SavedCia402Drive:
         """Return its state, and the objects that differ from their defaults."""
         state, machine = self.states.state, self.states.machine
         state = canopen.DriveState.FAULT if state is canopen.DriveState.FAULT_REACTION else state
         leaves = state is canopen.DriveState.QUICK_STOP and not machine.quick_stop.stays
         booting = self.nmt.state is NodeState.BOOTING
         talks = NodeState.PRE_OPERATIONAL if booting else self.nmt.state
-        return {
-            "id": self.number,
-            "nmt": talks.name.lower(),
-            "state": (canopen.DriveState.DISABLED if leaves else state).name.lower(),
-            "homed": self.motion.homing is Homing.DONE,
-            "ailing": [*sorted(self.states.ailing)],
-            "objects": self.objects.changed(READINGS),
-        }
+        return SavedCia402Drive(
+            powered=self.port.powered,
+            id=self.number,
+            nmt=talks.name.lower(),
+            state=(canopen.DriveState.DISABLED if leaves else state).name.lower(),
+            homed=self.motion.homing is Homing.DONE,
+            ailing=tuple(sorted(self.states.ailing)),
+            objects=self.objects.changed(READINGS),
+        )
 
-    def recall(self, saved: Saved) -> None:
+    def recall(self, saved: SavedCia402Drive) -> None:
         """Restore what `known` returned, once its power is known. Raises `StateFileError`."""
-        number, homed = saved.whole("id", 1, canopen.NODE_MAX), saved.flag("homed")
-        self.states.ailing = {code for code in saved.items("ailing") if isinstance(code, int)}
-        self._renew(number)
-        self.objects.recall(saved.table("objects"))
+        self.states.ailing = set(saved.ailing)
+        self._renew(saved.id)
+        self.objects.recall(saved.objects)
         self.states.mode = self.objects.number_of(canopen.MODE, 0)
         self.states.set_quick_stop()
-        talks = _of(_TALKS, saved.text("nmt"))
+        talks = _TALKS[saved.nmt]
         self.nmt.booted()
         if talks in _ORDERS:
-            self.nmt.receive_frame(canopen.Nmt(_ORDERS[talks], number).frame)
+            self.nmt.receive_frame(canopen.Nmt(_ORDERS[talks], saved.id).frame)
         self.pdos.rebuild()
         self.beat_on(0.0)
-        self._recall_state(_of(_STATES, saved.text("state")))
-        self.motion.homing = Homing.DONE if homed else Homing.NONE
+        self._recall_state(_STATES[saved.state])
+        self.motion.homing = Homing.DONE if saved.homed else Homing.NONE
 
     def _recall_state(self, state: canopen.DriveState) -> None:
         """Restore the saved state; nothing sags, since the saved arm has sagged already."""
@@ -372,8 +372,6 @@ class Cia402Node:
 
 # --- The commands that bring a drive to the state in which it was saved --------------------------
 
-S = TypeVar("S")
-
 _SHUT_DOWN, _ON = canopen.Command.SHUT_DOWN, canopen.Command.SWITCH_ON
 _ENABLE, _STOP = canopen.Command.ENABLE_OPERATION, canopen.Command.QUICK_STOP
 _WAYS: dict[canopen.DriveState, tuple[canopen.Command, ...]] = {
@@ -389,10 +387,17 @@ _STATES = {state.name.lower(): state for state in _WAYS}
 _TALKS = {state.name.lower(): state for state in (NodeState.PRE_OPERATIONAL, *_ORDERS)}
 
 
-def _of(names: Mapping[str, S], text: str) -> S:
-    if text not in names:
-        raise StateFileError(f"a saved drive cannot be {text!r:.60}; {MEND}")
-    return names[text]
+@dataclass(frozen=True, slots=True)
+class SavedCia402Drive:
+    """What is saved of a drive; `objects` are those that differ from the EDS, as bytes."""
+
+    powered: bool
+    homed: bool
+    ailing: tuple[int, ...]
+    objects: Mapping[str, str]
+    id: int = setting(low=1, high=canopen.NODE_MAX)
+    nmt: str = setting(words=tuple(_TALKS))
+    state: str = setting(words=tuple(_STATES))
 
 
 # --- The objects that do more than store a number ------------------------------------------------

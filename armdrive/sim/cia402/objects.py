@@ -7,8 +7,7 @@ from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 
-from armdrive.errors import StateFileError
-from armdrive.sim.world.saved import MEND, Json, Saved
+from armdrive.sim.world.saved import unfit
 from firmware_protocol.canopen import (
     SERIAL_NUMBER,
     Access,
@@ -85,26 +84,25 @@ class DriveObjects:
         if entry := self.dictionary.find(place):
             self.store.put(entry, value)
 
-    def changed(self, apart: Container[Place]) -> dict[str, Json]:
+    def changed(self, apart: Container[Place]) -> dict[str, str]:
         """Return the values that differ from the defaults, encoded as on the bus, to be saved."""
-        changed: dict[str, Json] = {}
+        changed: dict[str, str] = {}
         for entry in self.dictionary:
             place, value = entry.place, self.store.value(entry.place)
             if place not in apart and value is not None and value != entry.initial(self.node):
                 changed[f"{place.index:04X}:{place.sub:02X}"] = entry.type.pack(value).hex()
         return changed
 
-    def recall(self, saved: Saved) -> None:
+    def recall(self, saved: Mapping[str, str]) -> None:
         """Restore what `changed` returned. Raises `StateFileError`."""
-        for key in [*saved.data]:
-            text = saved.text(str(key))
+        for key, text in saved.items():
             try:
-                index, sub = (int(part, 16) for part in str(key).split(":"))
+                index, sub = (int(part, 16) for part in key.split(":"))
                 place = Place(index, sub)
                 entry = self.dictionary.find(place)
                 value = None if entry is None else entry.type.unpack(bytes.fromhex(text))
             except (ProtocolError, ValueError):
                 value = None
             if value is None:
-                raise StateFileError(f"a saved drive's object {key} cannot be {text!r:.60}; {MEND}")
+                raise unfit(f"a saved drive's object {key:.20} cannot be {text!r:.60}")
             self.store.set(place, value)

@@ -17,11 +17,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeAlias, TypeVar
 
-from armdrive.errors import BadRequest, StateFileError
+from armdrive.errors import BadRequest
 from armdrive.sim.device import Board
 from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, MINUTE_S, REPORT, BoardSettings
 from armdrive.sim.grbl.hardware import (
@@ -36,8 +36,9 @@ from armdrive.sim.grbl.hardware import (
 from armdrive.sim.grbl.parser import STORED, GcodeParser
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.world import World
-from armdrive.sim.world.saved import MEND, Json, Saved
+from armdrive.sim.world.saved import Json, require_names, unfit
 from armdrive.status import BITS_A_BYTE
+from armdrive.text.toml import plain, setting
 from firmware_protocol.grbl import (
     GRBLHAL_ONLY,
     Answer,
@@ -419,10 +420,22 @@ _PIN_ORDERS = {"H": Realtime.FEED_HOLD, "S": Realtime.RESUME, "R": Realtime.SOFT
 _LOCKED = (State.ALARM, State.SLEEP)
 
 
+@dataclass(frozen=True, slots=True)
+class SavedGrblBoard:
+    """What is saved of a board: its settings by number, and offsets in units by system."""
+
+    axes: str
+    settings: Mapping[int, float]
+    offsets: Mapping[str, tuple[float, ...]]
+    outputs: BoardOutputs
+    state: str = setting(words=(State.ALARM, State.IDLE))
+
+
 class GrblBoard(Board):
     """The firmware on its board, the arm, and fingers that one of the outputs may move."""
 
     title: ClassVar[str] = "GRBL board"
+    saved_as = SavedGrblBoard
     input_bits: ClassVar[int] = len(PINS)
     register_range: ClassVar[tuple[int, int]] = (-COUNT_MOST, COUNT_MOST)
     drive: BoardDrive
@@ -505,7 +518,7 @@ class GrblBoard(Board):
         return {
             "firmware": self.firmware.name,
             "state": str(self.state),
-            "outputs": self.outputs.to_json(),
+            "outputs": plain(self.outputs),
             "lost_bytes": self.ring.lost,
         }
 
@@ -610,36 +623,30 @@ class GrblBoard(Board):
 
     # The saved world.
 
-    def known(self) -> dict[str, Json]:
+    def known(self) -> SavedGrblBoard:
         """Return the EEPROM contents, the outputs, and whether the board is locked."""
-        settings: dict[str, Json] = {str(key): value for key, value in self.settings.values.items()}
-        offsets: dict[str, Json] = {name: list(self.parser.stored[name]) for name in STORED}
-        return {
-            "axes": self.axes,
-            "state": str(State.ALARM if self.state in _LOCKED else State.IDLE),
-            "settings": settings,
-            "offsets": offsets,
-            "outputs": self.outputs.to_json(),
-        }
+        return SavedGrblBoard(
+            self.axes,
+            self.settings.values,
+            {name: self.parser.stored[name] for name in STORED},
+            self.outputs,
+            str(State.ALARM if self.state in _LOCKED else State.IDLE),
+        )
 
-    def recall_known(self, saved: Saved) -> None:
-        """Restore what `known` wrote. Raises `StateFileError`."""
-        if saved.text("axes") != self.axes:
-            raise StateFileError(f"the saved board has other axes than {self.axes}; {MEND}")
-        state = saved.text("state")
-        if state not in (State.ALARM, State.IDLE):
-            raise StateFileError(f"no board is saved in the state {state!r}; {MEND}")
-        settings, offsets = saved.table("settings"), saved.table("offsets")
-        values = {key: settings.number(str(key)) for key in self.settings.values}
-        stored = {name: offsets.numbers(name, len(self.axes)) for name in STORED}
-        settings.end()
-        offsets.end()
-        self.outputs.recall(saved.table("outputs"))
-        self.settings.values.update(values)
+    def recall_known(self, saved: SavedGrblBoard) -> None:
+        """Restore what `known` returned. Raises `StateFileError`."""
+        if saved.axes != self.axes:
+            raise unfit(f"the saved board has other axes than {self.axes}")
+        require_names("settings", map(str, saved.settings), map(str, self.settings.values))
+        require_names("offsets", saved.offsets, STORED)
+        if any(len(place) != len(self.axes) for place in saved.offsets.values()):
+            raise unfit(f"the saved offsets are of another number of axes than {self.axes}")
+        self.outputs.recall(saved.outputs)
+        self.settings.values.update(saved.settings)
         self.drive.rack.limits = self.settings.limits()
-        self.parser.stored = stored
+        self.parser.stored = dict(saved.offsets)
         self.parser.restart(self.drive.goal_units)
-        self.state = State(state)
+        self.state = State(saved.state)
         if self.build.resets_on_open:
             self.current.cut(self.now_s)
             self.start(0.0)

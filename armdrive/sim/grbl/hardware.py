@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 
 from armdrive.sim.grbl.firmware import BoardSettings, Firmware
 from armdrive.sim.mechanics.motors import LimitSwitch, MotorDrive
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.sim.world import World
-from armdrive.sim.world.saved import FLAG, NUMBER, TEXT, Form, Json, Saved, read, write
 from firmware_protocol.grbl import Modal
 from kinematics.spaces import Motors
 
@@ -110,32 +108,6 @@ class ReceiveRing:
 
 # --- Outputs -------------------------------------------------------------------------------------
 
-_PORT_MOST = 255
-V = TypeVar("V", bool, float)
-
-
-def _ports(value: Callable[[Saved, str], V]) -> Form:
-    """Return the form of output ports, keyed by number."""
-
-    def read_ports(saved: Saved, key: str) -> dict[int, V]:
-        table = saved.table(key)
-        ports = [port for port in range(_PORT_MOST + 1) if table.has(str(port))]
-        values = {port: value(table, str(port)) for port in ports}
-        table.end()
-        return values
-
-    return Form(read_ports, lambda ports: {str(port): on for port, on in sorted(ports.items())})
-
-
-_OUTPUTS = {
-    "spindle": TEXT,
-    "speed": NUMBER,
-    "flood": FLAG,
-    "mist": FLAG,
-    "digital": _ports(Saved.flag),
-    "analog": _ports(Saved.number),
-}
-
 
 @dataclass(slots=True)
 class BoardOutputs:
@@ -198,15 +170,10 @@ class BoardOutputs:
                 return self.analog.get(wiring.port)
         return None
 
-    def to_json(self) -> dict[str, Json]:
-        """Return the outputs as plain data."""
-        return write(self, _OUTPUTS)
-
-    def recall(self, saved: Saved) -> None:
-        """Restore what `to_json` wrote. Raises `StateFileError`."""
-        for name, value in read(saved, _OUTPUTS).items():
-            setattr(self, name, value)
-        saved.end()
+    def recall(self, saved: BoardOutputs) -> None:
+        """Restore saved outputs."""
+        for each in fields(saved):
+            setattr(self, each.name, getattr(saved, each.name))
 
 
 class OutputFingers:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
@@ -15,7 +16,7 @@ from armdrive.sim.bus.node import Quirk, motors_of, node_ids, options_of
 from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks.motion import MAKES_UP, Flash
-from armdrive.sim.mks.node import MksNode
+from armdrive.sim.mks.node import MksNode, SavedMksDrive
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from firmware_protocol import mks
@@ -28,9 +29,17 @@ USUAL_MA, USUAL_MICROSTEPS = 1600, 16
 _FIRMWARE = re.compile(r"\d{1,3}\.\d{1,3}\.\d{1,3}")
 
 
+@dataclass(frozen=True, slots=True)
+class SavedMksDrives:
+    """What is saved of the drives."""
+
+    drives: tuple[SavedMksDrive, ...]
+
+
 class MksBoard(DrivesBoard[MksNode]):
     """The MKS drives of an arm."""
 
+    saved_as = SavedMksDrives
     title = "arm on MKS drives"
 
 
@@ -114,7 +123,7 @@ _UNKNOWN = "not published, and no real drive was measured"
 # fmt: off
 QUIRKS: tuple[Quirk, ...] = (
     Quirk("stall_turns", 0.1, "following error, in turns, at which a drive reports a stall",
-          _UNKNOWN, guess=True, most=1.0, above_zero=True),
+          _UNKNOWN, guess=True, least=0.001, most=1.0),
     Quirk("enabled_on", True, "drives hold their shafts as soon as they are powered",
           "not published; a drive that holds again counts from a new zero", guess=True),
     Quirk("keeps_angle", False, "after power-on a position is the angle within a turn, not 0",

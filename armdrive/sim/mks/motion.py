@@ -10,11 +10,10 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
-from armdrive.errors import StateFileError
 from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.device import Options
 from armdrive.sim.mechanics.shafts import ShaftPoint
-from armdrive.sim.world.saved import MEND, Json, Saved
+from armdrive.sim.world.saved import require_names, unfit
 from firmware_protocol import mks
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Code, Outcome, slope_of
@@ -88,16 +87,20 @@ class Flash:
         top = self.mode.top_rpm
         return min(max(mks.true_rpm(speed_rpm, self.of(mks.SetMicrosteps).microsteps), -top), top)
 
-    def to_json(self) -> dict[str, Json]:
+    def to_json(self) -> dict[str, str]:
         """Return the settings as bytes in hexadecimal, by the names of their codes."""
-        return {code.name.lower(): each.payload.hex() for code, each in self._settings.items()}
+        return {_name(code): each.payload.hex() for code, each in self._settings.items()}
 
-    def recall(self, saved: Saved) -> None:
+    def recall(self, saved: Mapping[str, str]) -> None:
         """Restore what `to_json` returned. Raises `StateFileError`."""
         codes = [each.code for each in FACTORY]
-        codes += [Code.GROUP] if saved.has(Code.GROUP.name.lower()) else []
-        self._settings = {code: _read(code, saved.text(code.name.lower())) for code in codes}
-        saved.end()
+        codes += [Code.GROUP] if _name(Code.GROUP) in saved else []
+        require_names("settings of a drive", saved, map(_name, codes))
+        self._settings = {code: _read(code, saved[_name(code)]) for code in codes}
+
+
+def _name(code: Code) -> str:
+    return code.name.lower()
 
 
 def _read(code: Code, text: str) -> mks.Setting:
@@ -106,7 +109,7 @@ def _read(code: Code, text: str) -> mks.Setting:
     except (ProtocolError, ValueError):
         setting = None
     if setting is None:
-        raise StateFileError(f"a saved drive's {code.name.lower()} cannot be {text!r:.60}; {MEND}")
+        raise unfit(f"a saved drive's {_name(code)} cannot be {text!r:.60}")
     return setting
 
 

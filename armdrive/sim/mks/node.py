@@ -15,7 +15,7 @@ from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import NodeMotor, NodePort
 from armdrive.sim.device import Options
 from armdrive.sim.mks.motion import AGAINST_A_STOP, Flash, MksMotion, stall_counts
-from armdrive.sim.world.saved import Json, Saved
+from armdrive.sim.world.saved import Json
 from firmware_protocol import mks
 from firmware_protocol.errors import BadField
 from firmware_protocol.frames import Frame, pack
@@ -23,6 +23,17 @@ from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Asked, Code
 
 BOARD = 2
 """A SERVO42D on CAN."""
+
+
+@dataclass(frozen=True, slots=True)
+class SavedMksDrive:
+    """What is saved of a drive; `settings` are hexadecimal, by the names of their codes."""
+
+    powered: bool
+    enabled: bool
+    stalled: bool
+    homed: bool
+    settings: Mapping[str, str]
 
 
 class MksNode:
@@ -194,22 +205,19 @@ class MksNode:
             "watchdog_stops": self.motion.watchdog_stops,
         }
 
-    def known(self) -> dict[str, Json]:
+    def known(self) -> SavedMksDrive:
         """Return its settings, and whether it holds its shaft."""
-        return {
-            "enabled": self.enabled,
-            "stalled": self.stalled,
-            "homed": self.motion.homing is mks.HomingState.DONE,
-            "settings": self.flash.to_json(),
-        }
+        homed = self.motion.homing is mks.HomingState.DONE
+        settings = self.flash.to_json()
+        return SavedMksDrive(self.port.powered, self.enabled, self.stalled, homed, settings)
 
-    def recall(self, saved: Saved) -> None:
+    def recall(self, saved: SavedMksDrive) -> None:
         """Restore what `known` returned, once its power is known. Raises `StateFileError`."""
-        self.stalled = saved.flag("stalled")
-        self.motion.homing = mks.HomingState.DONE if saved.flag("homed") else None
-        self.flash.recall(saved.table("settings"))
+        self.stalled = saved.stalled
+        self.motion.homing = mks.HomingState.DONE if saved.homed else None
+        self.flash.recall(saved.settings)
         self.remake()
-        self.enabled = saved.flag("enabled")
+        self.enabled = saved.enabled
         self.motor.recall(self.enabled and self.port.awake)
 
     def _is_for(self, can_id: int) -> bool:

@@ -138,7 +138,7 @@ class TestRequests:
 
     @pytest.mark.parametrize(("fraction", "error"), [(1.0, 0.2), (0.5, 0.0), (0.3, 0.2)])
     def test_a_motion_is_as_fast_as_was_asked_for(self, fraction, error):
-        script = enabled(quirks=RobkoQuirks(slowness=error))
+        script = enabled(quirks=RobkoQuirks(speed_error=error))
         wanted_hz = script.controller.usable_rate_hz(125.0 * fraction)
         for steps in (100, -100):
             began_s = script.now_s

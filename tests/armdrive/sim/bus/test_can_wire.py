@@ -446,7 +446,7 @@ def test_only_an_adapter_that_is_on_the_bus_shows_its_frames(which):
 
 PAGE = page("simulating")
 EACH = [*(("mks", quirk) for quirk in MKS), *(("cia402", quirk) for quirk in CIA402)]
-LIMITED = Quirk("answer_ms", 0.2, "milliseconds", "nobody", above_zero=True, most=50.0)
+LIMITED = Quirk("answer_ms", 0.2, "milliseconds", "nobody", least=0.1, most=50.0)
 
 
 @pytest.mark.parametrize(("kind", "quirk"), EACH, ids=lambda each: getattr(each, "name", each))
@@ -475,5 +475,5 @@ def test_a_number_has_bounds(value, fits):
     if fits:
         assert Options([option], {"answer_ms": value}).number("answer_ms") == value
     else:
-        with pytest.raises(BadRequest, match="answer_ms is above 0 and at most 50"):
+        with pytest.raises(BadRequest, match=r"answer_ms must be from 0\.1 to 50"):
             Options([option], {"answer_ms": value})

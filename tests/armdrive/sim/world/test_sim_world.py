@@ -403,6 +403,20 @@ def test_what_no_arm_has_saved_is_refused_by_name(path, value, named):
         recalled(_changed(path, value), TeachMoverBoard)
 
 
+@pytest.mark.parametrize(
+    ("way", "key"),
+    [((), "powered"), ((), "memory"), (("world",), "held"), (("world", "blocks", 0), "z_mm")],
+)
+def test_what_a_saved_arm_lacks_is_named(way, key):
+    data = SimDevice(TeachMoverBoard(lived_in())).to_json()
+    table = data
+    for each in way:
+        table = table[each]
+    del table[key]
+    with pytest.raises(StateFileError, match=f"missing {key}; .*--fresh"):
+        recalled(data, TeachMoverBoard)
+
+
 @pytest.mark.parametrize("data", [None, [], "world", {}, {"format": 1}])
 def test_what_is_no_world_at_all_is_refused(data):
     with pytest.raises(StateFileError, match="--fresh"):
