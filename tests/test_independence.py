@@ -43,6 +43,7 @@ ALLOWED = {
     "mutants/pytest_server.py": "ends a run that hangs",
     "firmware/avr_bench.py": BENCH,
     "firmware/grbl_setup.py": BENCH,
+    "firmware/native.py": BENCH,
     "armdrive/dialects/mks/can_kernel_bus.py": DEVICE,
     "armdrive/transports/can_served.py": DEVICE,
     "armdrive/sim/cia402/test_sim_cia402_master.py": DEVICE,
