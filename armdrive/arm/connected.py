@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import atexit
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
@@ -13,9 +13,6 @@ from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.tasks import Task
-
-if TYPE_CHECKING:
-    pass
 
 T = TypeVar("T")
 

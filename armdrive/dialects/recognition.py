@@ -94,10 +94,10 @@ class Recognition:
     the dialect's own, which is enough for a device that is switched on and at rest. `details` is
     sent to a board that has just sent its greeting; before that it may hold a half-received line.
     `obeys_letters` means that a single letter can move the arm, so it is probed before bytes of
-    another baud rate can reach it. `greets_visitors` means that a board greets whoever opens its
-    port, so that a greeting is no sign of a restart. `datagrams` means that it can be probed over
-    UDP. `installable` names firmware of this dialect that could replace unsupported firmware on a
-    board.
+    another baud rate can reach it. `greets_on_open` means that a board greets each program that
+    opens its port, so that a greeting is no sign of a restart. `datagrams` means that it can be
+    probed over UDP. `installable` names firmware of this dialect that could replace unsupported
+    firmware on a board.
     """
 
     sign: Callable[[bytes], Identity | None]
@@ -105,7 +105,7 @@ class Recognition:
     probes: tuple[Probe, ...]
     details: Probe | None = None
     obeys_letters: bool = False
-    greets_visitors: bool = False
+    greets_on_open: bool = False
     datagrams: bool = False
     installable: str = ""
 
@@ -162,10 +162,10 @@ class Recogniser:
         known = self.known.get(dialect)
         return None if known is None else known.details
 
-    def greets_visitors(self, dialect: str) -> bool:
-        """Whether a board greets whoever opens its port, also if it did not restart."""
+    def greets_on_open(self, dialect: str) -> bool:
+        """Return whether a board greets when its port is opened, also if it did not restart."""
         known = self.known.get(dialect)
-        return known is not None and known.greets_visitors
+        return known is not None and known.greets_on_open
 
     def recognise(self, received: bytes) -> Identity | None:
         """Identify the firmware that sent some bytes; None if it is unknown. Never raises."""

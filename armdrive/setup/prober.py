@@ -104,7 +104,7 @@ class Examination:
 
         A greeting at another baud rate than its own cannot be read, but shows that it restarted.
         """
-        if self.identity is None or recogniser().greets_visitors(self.identity.dialect):
+        if self.identity is None or recogniser().greets_on_open(self.identity.dialect):
             return False
         first = self.replies[:1] if self.baud is not None else ()
         elsewhere = any(each.data and each.baud != self.baud for each in first)

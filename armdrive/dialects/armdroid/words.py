@@ -153,7 +153,7 @@ RECOGNITION = Recognition(
     (Probe("v", "armdroid", BAUD, _VERSION + b"\r", 0.5, risk=Risk.LINE_END),),
     details=Probe("v", "armdroid", BAUD, _VERSION, 0.5),
     obeys_letters=True,
-    greets_visitors=True,
+    greets_on_open=True,
 )
 
 TOOLS = DeviceTools(TALK, RECOGNITION)

@@ -185,6 +185,10 @@ class Cia402Contact:
         Without object 60A9 it is an increment a second. Nanotec's CL4-E has rpm when it is new (its
         EDS file), and maxon's EPOS4 has rpm and its decimal fractions only.
         """
+        if canopen.SPEED_UNIT in result.refused and canopen.SPEED_UNIT not in result.lacking:
+            raise Obstructed(
+                f"{result.refused[canopen.SPEED_UNIT]}: its unit of speed is not known"
+            )
         word = result.values.get(canopen.SPEED_UNIT)
         increments = result.values.get(canopen.ENCODER_INCREMENTS, 0)
         turns = result.values.get(canopen.ENCODER_TURNS, 1)

@@ -100,12 +100,14 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             raise Refused(f"CiA 402 drives do not support {type(request).__name__}")
         self.give_up()
         self._exchange.began_s = self.io.now_s
-        try:
-            reply = yield from self._carry_out(request)
-        except Obstructed as obstructed:
-            reply = obstructed.reply
-            if self.group.bereft:  # they missed a heartbeat at rest, and then the question
-                reply = yield from self._carry_out_again(request)
+        for _ in range(2):
+            try:
+                reply = yield from self._carry_out(request)
+                break
+            except Obstructed as obstructed:
+                reply = obstructed.reply
+            if not self.group.dropped_out:
+                break  # else they missed a heartbeat at rest, and then the question: ask again
         for drive in self.group.drives:
             self.group.report(drive)
         self.abilities = replace(
@@ -113,21 +115,16 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         )
         return reply
 
-    def _carry_out_again(self, request: Request) -> Script[Reply]:
-        """Set the drives up again and carry out a request of which nothing was done."""
-        try:
-            return (yield from self._carry_out(request))
-        except Obstructed as obstructed:
-            return obstructed.reply
-
     def _carry_out(self, request: Request) -> Script[Reply]:
         """Make contact if necessary, and carry out a request. Raises `Obstructed`.
 
-        Drives that missed a heartbeat may have stopped between two bursts of a motion, so only a
-        request that moves nothing takes them back: at rest, the next reading of the positions.
+        Drives that missed a heartbeat may have stopped between two bursts of a motion, or between
+        two groups that home. So only a request that moves nothing takes them back: at rest, the
+        next reading of the positions.
         """
-        if isinstance(request, MoveBy | MoveAlong) and self.group.on and self.group.bereft:
-            drive = self.group.bereft[0]
+        moves = isinstance(request, MoveBy | MoveAlong | HomeDevice)
+        if moves and self.group.on and self.group.dropped_out:
+            drive = self.group.dropped_out[0]
             words = f"{drive} has stopped by itself, and holds{drive.why}"
             self.group.alarm(drive, Alert(AlertKind.ALARM, words))
             raise Obstructed(words)

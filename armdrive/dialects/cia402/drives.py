@@ -91,7 +91,7 @@ class Cia402Drive:
     """The unit of its speeds and, a second, of its ramps, in increments/s."""
     network: canopen.NodeState | None = None
     """The state in its last heartbeat; None before the first one."""
-    bereft: bool = False
+    missed_heartbeat: bool = False
     """Whether it has missed a heartbeat, and may have left the bus's operation because of that."""
     booted: bool = False
     """Whether it has restarted since it was set up."""
@@ -136,7 +136,7 @@ class Cia402Drive:
     def note(self, report: canopen.DriveReport, now_s: float) -> None:
         """Record its report."""
         self.network = canopen.NodeState.OPERATIONAL  # no other state sends PDOs
-        self.bereft = False
+        self.missed_heartbeat = False
         self.see(report, now_s)
 
     def see(self, report: canopen.DriveReport, now_s: float) -> None:
@@ -184,7 +184,7 @@ class Cia402Drive:
         """Why it has left the bus's operation, as far as it reported that; else empty."""
         if self.booted:
             return f"{self} was reset, or lost its power for a moment"
-        if self.operates or self.network is None or self.bereft:
+        if self.operates or self.network is None or self.missed_heartbeat:
             return ""
         state = self.network.name.lower().replace("_", "-")
         return f"another program has ordered {self} to be {state}"
@@ -287,13 +287,13 @@ class DriveGroup:
                 if state is canopen.NodeState.BOOTING and self.configured:
                     drive.show(None)
                     drive.booted, self.contacted = True, False
-                elif drive.bereft and not drive.operates:
+                elif drive.missed_heartbeat and not drive.operates:
                     self.contacted = False  # the next request sets it up again
             case canopen.Emergency() if drive is not None:
                 words = f"{event.words} (error {event.code:04X})"
                 if not event.over:  # keep the cause even after the error is over
                     drive.error = words
-                drive.bereft = drive.bereft or event.code == canopen.HEARTBEAT_MISSING
+                drive.missed_heartbeat |= event.code == canopen.HEARTBEAT_MISSING
                 self._warn(f"{drive} reports: {words}")
             case canopen.UnreadableFrame(frame, reason):
                 self._warn(f"frame {frame}: {reason}")
@@ -308,9 +308,11 @@ class DriveGroup:
         return all(drive.shaft.read_s >= since_s for drive in self.drives)
 
     @property
-    def bereft(self) -> tuple[Cia402Drive, ...]:
+    def dropped_out(self) -> tuple[Cia402Drive, ...]:
         """The drives that have left the bus's operation because they missed a heartbeat."""
-        return tuple(drive for drive in self.drives if drive.bereft and not drive.operates)
+        return tuple(
+            drive for drive in self.drives if drive.missed_heartbeat and not drive.operates
+        )
 
     def has_answer(self, nodes: Iterable[int]) -> bool:
         """Return whether the transfer with one of some nodes has a result."""

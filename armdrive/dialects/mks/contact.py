@@ -289,7 +289,7 @@ class MksContact:
         io = self._io
         turning = []
         for drive in (yield from io.read(ReadState())):
-            state = io.states[drive]
+            state = io.states.get(drive)
             if state in BUSY:
                 raise Obstructed(
                     f"{drive} is {state.name.lower()}: wait until it has finished. If it does not, "

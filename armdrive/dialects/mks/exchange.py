@@ -322,8 +322,9 @@ class MksExchange(ScriptIO[Event]):
                 self.homing[drive] = HomingState.DONE
                 self.states[drive] = MotorState.STOPPED
             case StoredForStart(_, MoveAbsoluteAxis() as order) if drive.moving:
-                self.put(drive, ArmSynchronous(on=False))
-                self.put(drive, order)
+                self.put(drive, ArmSynchronous(on=False))  # another program has armed it
+                if not drive.ledger.braking:
+                    self.put(drive, order)
 
     def _believed(self, drive: ObservedDrive, state: MotorState) -> MotorState:
         """Return a drive's state, corrected if it reports braking but its count stays."""

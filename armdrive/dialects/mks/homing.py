@@ -45,8 +45,8 @@ def two_zeros_words(drive: ObservedDrive) -> str:
     return (
         f"{drive} has a new zero, but still reads {counted(drive.count or 0, 'count')} there: its "
         "targets count from another place than its readings, so it would turn to a wrong one. "
-        "Switch the drives' supply off and on, which makes both zero, and reference the arm by "
-        "hand (without a section [homing])"
+        "End this program. Switch the drives' supply off and on, which makes both zero. Then "
+        "connect again and reference the arm by hand (without a section [homing])"
     )
 
 

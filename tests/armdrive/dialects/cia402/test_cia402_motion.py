@@ -7,6 +7,7 @@ from cia402_rig import Rig, moving, steps
 from faults import arm_config, driven
 
 from armdrive.dialects.bus.paths import PlannedPath
+from armdrive.dialects.cia402 import exchange
 from armdrive.errors import Refused
 from armdrive.status import State, Trust
 from armdrive.tasks import (
@@ -291,6 +292,17 @@ def test_an_unknown_unit_of_speed_refuses_contact_in_words():
     assert "object 60A9 is 00410300" in reply.reason
 
 
+def test_a_drive_that_lacks_the_unit_of_speed_counts_increments_and_one_that_hides_it_is_refused(
+    monkeypatch,
+):
+    rig = Rig(missing="60A9").ready()
+    assert rig.controller.group.drives[0].speed_unit_hz == 1.0
+    monkeypatch.setattr(exchange, "ABSENT", ())  # as if it had said: not now
+    reply = Rig(missing="60A9").do(ReadPosition())
+    assert isinstance(reply, RequestRejected)
+    assert "unit of speed is not known" in reply.reason
+
+
 def test_drives_with_a_braking_ramp_of_their_own_move_in_bursts():
     rig = Rig({"strategy": "profile"}, constant="6084:00=400000").ready()
     before = rig.positions
@@ -311,6 +323,23 @@ def test_homing_by_a_method_of_the_arm_file_counts_from_the_home():
     assert rig.states() == {DriveState.ENABLED}
     assert rig.along(*LINE) == Done()
     assert rig.do(ReadPosition()).positions[:2] == (12_000, -6000)
+
+
+@pytest.mark.parametrize("group", [0, 1])
+def test_drives_that_missed_a_heartbeat_before_a_group_home_no_further(group):
+    rig = Rig({"homing_methods": (37,) * 6}).ready()
+    if group:
+        assert rig.do(HomeDevice(((0,),))) == Done()
+    rig.dead = True
+    rig.run(1.0)
+    rig.dead = False
+    rig.run(1.0)
+    zeros = [node.motor.zero for node in rig.device.board.nodes]
+    reply = rig.do(HomeDevice(((group,),)))
+    assert "has stopped by itself, and holds" in reply.reason
+    assert [node.motor.zero for node in rig.device.board.nodes] == zeros
+    assert rig.do(ClearFault()) == Done()
+    assert rig.do(HomeDevice(((group,),))) == Done()
 
 
 def test_a_homing_that_fails_is_reported():

@@ -134,7 +134,7 @@ def test_the_reason_why_a_motion_ended_is_reported(reply, evidence, words):
     assert words in why
 
 
-def test_a_mode_that_changes_while_a_burst_is_stored_is_the_reason_that_is_kept():
+def test_a_mode_that_changes_between_bursts_is_the_reason_that_is_kept():
     arm = ready(segment_s=0.0)
     arm.twin.device.at(arm.pace.now_s() + 0.3, lambda: arm.twin.faults.add("drive-mode", "3", "2"))
     with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\)") as failed:

@@ -323,6 +323,36 @@ def test_a_burst_ends_where_it_should_in_the_time_that_was_announced(firmware):
     assert bench.now_s - began_s < lasts_s + 0.15
 
 
+def armed(answer_s: float = 0.001) -> MksBench:
+    """Return a bench whose drives another program has told to store motions."""
+    bench = MksBench(settings=BURSTS)
+    for node in bench.nodes:
+        node.sim.port.answer_s = answer_s
+    bench.ready()
+    for node in bench.nodes:
+        node.sim.motion.armed = True
+    return bench
+
+
+def test_drives_that_another_program_has_armed_move_all_the_same():
+    bench = armed()
+    assert bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000)) == Done()
+    assert bench.positions == Motors((9000, -4500, 300, 0, 20, 0))
+    assert not any(node.sim.motion.armed for node in bench.nodes[:3])
+
+
+@pytest.mark.parametrize("answer_s", [0.001, 0.02])
+@pytest.mark.parametrize("hard", [False, True])
+def test_an_order_that_a_drive_has_only_stored_is_not_sent_again_after_a_stop(answer_s, hard):
+    bench = armed(answer_s)
+    bench.begin(MoveBy(Motors((90_000, -45_000, 300, 0, 20, 0)), 30_000))
+    bench.run(answer_s / 2.0)
+    bench.controller.stop(hard=hard)
+    assert bench.finish() == Halted()
+    bench.run(3.0)
+    assert bench.positions == Motors([0] * 6)
+
+
 @GENTLE
 @given(st.tuples(*[st.integers(-20_000, 20_000)] * 6).filter(any), st.floats(3_000, 60_000),
        st.sampled_from([(1, 0, 9), (1, 0, 4)]))  # fmt: skip

@@ -12,10 +12,14 @@ from faults import arm_config, driven
 
 from armdrive import Arm
 from armdrive.config.sections import HomingSettings
+from armdrive.connect.parts import connect_simulated
 from armdrive.errors import DeviceFault
 from armdrive.moves import Jog
+from armdrive.runtime.clock import SimulatedClock
 from armdrive.status import State, Trust
+from armdrive.trace.entries import EntryKind
 from firmware_protocol import mks
+from firmware_protocol.frames import Unpacker
 from kinematics import Joints
 
 OVER = Joints.of(40.0, 40.0, -80.0, -40.0, 0.0)
@@ -31,6 +35,13 @@ def arm_of(strategy: str = "steered", **options) -> Arm:
     homing = HomingSettings(OVER, 20.0, ((1,), (2,), (0,), (3, 4), (5,)))
     config = arm_config("mks", device=STRATEGIES[strategy])
     return driven(replace(config, homing=homing), **options)
+
+
+def next_program(arm: Arm) -> Arm:
+    """Connect another program to an arm that was closed."""
+    arm.twin.link.reopen()
+    clock = SimulatedClock(arm.twin.device.now_s)
+    return Arm(connect_simulated(arm.config, twin=arm.twin, pace=clock))
 
 
 class TestDrivesThatReportBrakingForEver:
@@ -59,14 +70,25 @@ class TestDrivesThatReportBrakingForEver:
     def test_the_next_program_connects_without_a_stop(self):
         arm = arm_of(brakes_on=True)
         arm.move_j(base_deg=20.0)
-        arm.reset()
-        arm.enable()
-        arm.move_j(base_deg=10.0)
-        assert arm.status.trust is Trust.REFERENCED
+        arm.close()
+        again = next_program(arm)
+        entries = again.tracer.since(0, 10_000, 10_000)[1]
+        sent = [
+            frame
+            for each in entries
+            if each.kind is EntryKind.SENT
+            for frame in Unpacker().feed(each.what)
+        ]
+        assert sent
+        assert not [frame for frame in sent if frame.data[0] == mks.Code.ABSOLUTE_AXIS]
+        before = again.twin.world.joints.deg["base"]
+        again.enable()
+        again.jog_j(base_deg=10.0)
+        assert again.twin.world.joints.deg["base"] == pytest.approx(before + 10.0, abs=0.01)
 
 
 class TestDrivesWhoseReadingIgnoresTheirZero:
-    def test_homing_says_so_and_nothing_moves_until_the_supply_was_off(self):
+    def test_homing_says_so_and_this_program_moves_nothing_more(self):
         arm = arm_of(keeps_count=True)
         with pytest.raises(DeviceFault, match="targets count from another place"):
             arm.home()
@@ -76,6 +98,20 @@ class TestDrivesWhoseReadingIgnoresTheirZero:
         with pytest.raises(DeviceFault, match="Switch the drives' supply off and on"):
             arm.jog_j(base_deg=1.0)
         assert arm.twin.world.motors == before
+
+    def test_after_a_power_cycle_the_next_program_moves_them(self):
+        arm = arm_of(keeps_count=True)
+        with pytest.raises(DeviceFault, match="targets count from another place"):
+            arm.home()
+        arm.close()
+        for on in (False, True):
+            arm.twin.device.set_power(on)
+            arm.twin.link.line.advance(arm.twin.device.now_s + 1.0)
+        again = next_program(arm)
+        again.enable()
+        again.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+        again.jog_j(base_deg=1.0)
+        assert again.twin.world.motors == again.status.acknowledged
 
     def test_without_a_new_zero_they_are_like_any_others(self):
         arm = arm_of(keeps_count=True)
