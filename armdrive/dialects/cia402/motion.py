@@ -147,7 +147,7 @@ class CyclicMotion:
                 lambda: self._judge(trip),
                 self.MODE,
                 REST_CYCLES,
-                lambda: trip.eased,
+                lambda: trip.eased or request.released(),
             )
         finally:
             self.underruns += trip.feed.underruns
@@ -194,13 +194,16 @@ class CyclicMotion:
     def _blocked(self) -> Signal | None:
         """Return TROUBLE if a drive stands short of its target for longer than it may settle.
 
-        Its shaft is blocked, and would spring to the target when it comes free.
+        Its shaft is blocked, and would spring to the target when it comes free. One that has turned
+        meanwhile is not: on a slow bus, each reading is of the time before the last target.
         """
         listened_s = self.lead.io.listened.s
         for drive in self.lead.io.group.drives:
             if not self.lead.stands_short(drive):
                 self.short_s.pop(drive, None)
-            elif listened_s > self.short_s.setdefault(drive, listened_s) + SETTLE_S:
+                continue
+            since_s = self.short_s.setdefault(drive, listened_s)
+            if listened_s > since_s + SETTLE_S and self.lead.still_s(drive) > SETTLE_S:
                 return self.lead.blame(off_target_alert(drive))
         return None
 
