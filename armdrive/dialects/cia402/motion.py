@@ -159,7 +159,8 @@ class CyclicMotion:
         drives, now_s = lead.io.group.drives, lead.io.now_s
         waits = any(drive.missed >= WAIT_CYCLES for drive in drives)
         self.underruns += waits + (now_s > lead.due_s + cycle_s)
-        stands = any(self._misses_targets(drive) for drive in drives)
+        # the sooner the targets stop, the shorter a drive's jump to the next one
+        stands = any(map(lead.stands_short, drives))
         targets = trip.advance(cycle_s, wait=waits, stand=stands)
         if words := beyond_words(zip(drives, targets, strict=True)):
             lead.refused = f"{words}: home it near its zero"
@@ -173,14 +174,6 @@ class CyclicMotion:
             self.lead.io.command(drive, ENABLE, self.MODE, target)  # else a drive might run on
         self.lead.io.last_command = self.lead.io.group.targets
         return max(lead.due_s + cycle_s, now_s + MIN_CYCLE_SHARE * cycle_s)
-
-    def _misses_targets(self, drive: Cia402Drive) -> bool:
-        """Return whether a drive seems to receive no targets.
-
-        The sooner the targets stop, the shorter its jump to the next one. A drive that stands for
-        longer than it may take to settle is blocked.
-        """
-        return self.lead.stands_short(drive) and self.lead.still_s(drive) < SETTLE_S
 
     def _judge(self, trip: CyclicTrip) -> Signal | None:
         """Return whether all targets have been sent."""

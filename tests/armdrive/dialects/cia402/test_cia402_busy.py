@@ -132,6 +132,21 @@ def test_a_motion_that_gets_no_cycle_in_time_goes_on_or_ends_and_blames_no_drive
     assert not rig.alerts()
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("late", LATE)
+def test_a_blocked_drive_gets_no_target_far_ahead_while_its_time_is_not_over(late, seed):
+    rig = BusyRig(late, seed).ready()
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig.run(0.3)
+    rig.twin.world.stalled.add(0)
+    rig.busy = True
+    began_s, stood = rig.now_s, rig.positions[0]
+    reply = rig.finish()
+    assert "it is blocked" in str(reply) or TOO_SLOW in str(reply), reply
+    ahead = max(target for _, target in rig.targets(1, began_s)) - stood
+    assert ahead < rig.config.device.following_window / 2
+
+
 def test_a_motion_in_which_every_cycle_is_late_ends_and_names_the_bus():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE), 0.3))
