@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
+from armdrive.dialects.bus.observer import MAX_DELAY_S
 from armdrive.errors import ArmFileError, Refused
 from armdrive.tasks import (
     ClearFault,
@@ -46,6 +47,9 @@ ALL_SILENT = (
 BUS_REMEDY = "Check the bus's wiring, its load and its adapter"
 """What to check if drives did not answer for a while, and answer again."""
 NONE_HEARD = f"no drive answered for a while. {BUS_REMEDY}"
+SLOW_BUS = (
+    f"the bus is too slow for this arm: answers take more than {MAX_DELAY_S:g} s. {BUS_REMEDY}"
+)
 
 
 def not_heard_words(who: str) -> str:

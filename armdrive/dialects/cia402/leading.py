@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import cycle
 
-from armdrive.dialects.bus.drives import Obstructed, not_heard_words
-from armdrive.dialects.bus.observer import DriveFinding
+from armdrive.dialects.bus.drives import SLOW_BUS, Obstructed, not_heard_words
+from armdrive.dialects.bus.observer import LATE_OUTAGES, DriveFinding
 from armdrive.dialects.bus.phases import Act, Braking, Phase, Signal, Stages, run_phases
 from armdrive.dialects.cia402.drives import Cia402Drive, off_target_alert
 from armdrive.dialects.cia402.exchange import (
@@ -128,6 +128,11 @@ class MotionLead:
     """When the motion began."""
     released: Callable[[], bool] = never
     """Whether the motion is a jog that was released."""
+    late_outages: int = 0
+    """How many outages came since a cycle ended in time, although all drives had reported since the
+    outage before."""
+    outage_s: float = -math.inf
+    """When the last outage began."""
 
     def prepare(self, mode: OperationMode) -> Script[None]:
         """Prepare a motion. Raises `Obstructed` if it cannot begin."""
@@ -163,6 +168,7 @@ class MotionLead:
         """
         self.trouble, self.culprit, self.missing, self.refused = None, None, (), ""
         self.reply, self.began_s, self.released = Done(), self.io.now_s, released
+        self.late_outages, self.outage_s = 0, -math.inf
         self.interrupt()
         moving = CycleStage(self, mode, send, judge)
         arriving = Arriving(self, mode or self.io.group.resting_mode, rest_cycles)
@@ -233,7 +239,8 @@ class MotionLead:
             return Signal.TROUBLE
         if mode is not None:
             if self._may_have_stopped:
-                return Signal.OUTAGE
+                return self._outage()
+            self.late_outages = 0
             for drive in self.io.group.drives:
                 if drive.missed <= 1 and drive.mode != mode:
                     words = f"another program has brought {drive} to mode {drive.mode}"
@@ -264,6 +271,18 @@ class MotionLead:
     def blame(self, alert: Alert, culprit: Cia402Drive | None = None) -> Signal:
         """Record what is wrong, and the drive to ask why."""
         self.trouble, self.culprit = alert, culprit
+        return Signal.TROUBLE
+
+    def _outage(self) -> Signal:
+        """Return that there is an outage; TROUBLE if the bus is too slow for this arm.
+
+        Then reports come after each outage, but always late. If none come, drives are mute in time.
+        """
+        self.late_outages += self.io.group.have_reported(self.outage_s)
+        self.outage_s = self.io.now_s
+        if self.late_outages < LATE_OUTAGES:
+            return Signal.OUTAGE
+        self.missing = self.io.group.drives
         return Signal.TROUBLE
 
     @property
@@ -336,7 +355,8 @@ class MotionLead:
 
     def _lost(self, unstopped: Reply | None) -> RequestRejected:
         """Return the reply that names drives that fell silent; the others were stopped."""
-        words = not_heard_words(", ".join(map(str, self.missing)))
+        late = self.late_outages >= LATE_OUTAGES
+        words = SLOW_BUS if late else not_heard_words(", ".join(map(str, self.missing)))
         if isinstance(unstopped, RequestRejected) and unstopped.silent and unstopped.reason:
             words = unstopped.reason
         away = next(filter(None, (drive.away_words for drive in self.missing)), "")
@@ -350,6 +370,9 @@ class Outage:
     A target that waited in this computer may have set them moving again, so their stop shows for
     one cycle only. A target that waits for a SYNC would do the same, so no SYNC is sent before the
     states of all drives are known.
+
+    A jog that was released does not resume, it is stopped: one outage after the other would have it
+    slow down by one cycle at a time.
     """
 
     lead: MotionLead
@@ -360,9 +383,13 @@ class Outage:
         return self.until_s
 
     def signal(self, now_s: float) -> Signal | None:
-        """Return whether a drive is in trouble; LOCATED if none is known to be."""
+        """Return whether a drive is in trouble; STOP or LOCATED if none is known to be."""
         self.lead.cycling = False
-        return self.lead.signal(None) or (Signal.LOCATED if now_s >= self.until_s else None)
+        if (trouble := self.lead.signal(None)) is not None:
+            return trouble
+        if self.lead.released():
+            return Signal.STOP
+        return Signal.LOCATED if now_s >= self.until_s else None
 
 
 class Arriving:

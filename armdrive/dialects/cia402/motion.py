@@ -147,7 +147,7 @@ class CyclicMotion:
                 lambda: self._judge(trip),
                 self.MODE,
                 REST_CYCLES,
-                lambda: trip.eased,
+                lambda: trip.eased or request.released(),
             )
         finally:
             self.underruns += trip.feed.underruns
@@ -159,7 +159,8 @@ class CyclicMotion:
         drives, now_s = lead.io.group.drives, lead.io.now_s
         waits = any(drive.missed >= WAIT_CYCLES for drive in drives)
         self.underruns += waits + (now_s > lead.due_s + cycle_s)
-        stands = any(self._misses_targets(drive) for drive in drives)
+        # the sooner the targets stop, the shorter a drive's jump to the next one
+        stands = any(map(lead.stands_short, drives))
         targets = trip.advance(cycle_s, wait=waits, stand=stands)
         if words := beyond_words(zip(drives, targets, strict=True)):
             lead.refused = f"{words}: home it near its zero"
@@ -174,14 +175,6 @@ class CyclicMotion:
         self.lead.io.last_command = self.lead.io.group.targets
         return max(lead.due_s + cycle_s, now_s + MIN_CYCLE_SHARE * cycle_s)
 
-    def _misses_targets(self, drive: Cia402Drive) -> bool:
-        """Return whether a drive seems to receive no targets.
-
-        The sooner the targets stop, the shorter its jump to the next one. A drive that stands for
-        longer than it may take to settle is blocked.
-        """
-        return self.lead.stands_short(drive) and self.lead.still_s(drive) < SETTLE_S
-
     def _judge(self, trip: CyclicTrip) -> Signal | None:
         """Return whether all targets have been sent."""
         if self.lead.refused:
@@ -194,13 +187,16 @@ class CyclicMotion:
     def _blocked(self) -> Signal | None:
         """Return TROUBLE if a drive stands short of its target for longer than it may settle.
 
-        Its shaft is blocked, and would spring to the target when it comes free.
+        Its shaft is blocked, and would spring to the target when it comes free. One that has turned
+        meanwhile is not: on a slow bus, each reading is of the time before the last target.
         """
         listened_s = self.lead.io.listened.s
         for drive in self.lead.io.group.drives:
             if not self.lead.stands_short(drive):
                 self.short_s.pop(drive, None)
-            elif listened_s > self.short_s.setdefault(drive, listened_s) + SETTLE_S:
+                continue
+            since_s = self.short_s.setdefault(drive, listened_s)
+            if listened_s > since_s + SETTLE_S and self.lead.still_s(drive) > SETTLE_S:
                 return self.lead.blame(off_target_alert(drive))
         return None
 

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from armdrive.dialects.bus.drives import (
-    BUS_REMEDY,
     NONE_HEARD,
+    SLOW_BUS,
     Obstructed,
     absent_words,
     not_heard_words,
@@ -231,8 +231,7 @@ class MotionRun:
         else:
             words = not_heard_words(", ".join(map(str, self._silent)) or "a drive")
             if verdict.finding is DriveFinding.LATE:
-                slow = f"the bus is too slow for this arm: answers take more than {MAX_DELAY_S:g} s"
-                words = f"{slow}. {BUS_REMEDY}"
+                words = SLOW_BUS
             elif verdict.finding is DriveFinding.SILENT or len(self._silent) == len(io.drives):
                 words = NONE_HEARD
             self._reply = RequestRejected(words, silent=True)

@@ -20,8 +20,7 @@ LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(40))
 LATE_S = (0.02, 0.15)
 TREMBLE = (-1, 0, 1, 2)
 """Increments."""
-LONG_S = 60.0
-"""Some seeds hold every frame and every turn back so often that a motion waits for 20 s."""
+TOO_SLOW = "the bus is too slow for this arm: answers take more than 0.1 s"
 MISSED_BEAT = "has stopped by itself, and holds: a heartbeat or life guard is missing"
 
 
@@ -105,17 +104,63 @@ def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(late, seed, ho
     assert (rig.positions - stood - steps(4000, -2000)).largest <= rig.config.device.rest_window
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", range(amount(10, 40)))
 @pytest.mark.parametrize("late", LATE)
-def test_a_released_jog_reports_drives_that_miss_a_heartbeat(late, seed):
+def test_a_released_jog_stands_soon_and_reports_drives_that_miss_a_heartbeat(late, seed):
     rig, released = BusyRig(late, seed).ready(), []
     rig.begin(MoveAlong(iter(LINE), 0.3, released=lambda: bool(released)))
     rig.run(0.4)
     rig.busy = True
     released.append(True)
-    if not keeps_its_reference(rig, rig.finish(LONG_S), Halted()):
+    rig.run(0.5)
+    stood = rig.positions
+    if not keeps_its_reference(rig, rig.finish(1.5), Halted()):
         assert rig.do(ClearFault()) == Done()
+    assert (rig.positions - stood).largest <= rig.config.device.rest_window
     assert not any(alert.kind is AlertKind.OFF_PATH for alert in rig.alerts())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("late", LATE)
+def test_a_motion_that_gets_no_cycle_in_time_goes_on_or_ends_and_blames_no_drive(late, seed):
+    rig = BusyRig(late, seed).ready()
+    rig.begin(MoveAlong(iter(LINE[:10]), 0.3))
+    rig.run(0.4)
+    rig.busy = True
+    reply = rig.finish()
+    assert reply == Done() or ("program" in late and "wire" in late and TOO_SLOW in str(reply))
+    assert not rig.alerts()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("late", LATE)
+def test_a_blocked_drive_gets_no_target_far_ahead_while_its_time_is_not_over(late, seed):
+    rig = BusyRig(late, seed).ready()
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig.run(0.3)
+    rig.twin.world.stalled.add(0)
+    rig.busy = True
+    began_s, stood = rig.now_s, rig.positions[0]
+    reply = rig.finish()
+    assert "it is blocked" in str(reply) or TOO_SLOW in str(reply), reply
+    ahead = max(target for _, target in rig.targets(1, began_s)) - stood
+    assert ahead < rig.config.device.following_window / 2
+
+
+def test_a_motion_in_which_every_cycle_is_late_ends_and_names_the_bus():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig.run(0.4)
+    rig.waits_s = lambda _frame, host: 0.0 if host else LATE_S[1]
+    began_s, reply = rig.now_s, None
+    while reply is None and rig.now_s < began_s + 20.0:
+        rig.suspend(LATE_S[1])
+        rig.run(1e-6)
+        reply = rig.reply()
+    assert TOO_SLOW in str(reply)
+    assert rig.now_s < began_s + 5.0
+    assert not rig.alerts()
+    rig.check_stands()
 
 
 @pytest.mark.parametrize("late", LATE)
