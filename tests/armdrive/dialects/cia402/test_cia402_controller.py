@@ -140,9 +140,12 @@ def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
         assert node.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0) == 127 << 16 | 200
 
 
+STAYS_OPERATIONAL = "1029:01=1"
+
+
 @pytest.mark.parametrize("delay_s", [0.001, 0.003, 0.006, 0.009])
 def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(delay_s):
-    rig = Rig().ready()
+    rig = Rig(constant=STAYS_OPERATIONAL).ready()
     rig.suspend(0.5)
     rig.begin(SwitchOn())
     rig.run(delay_s)
@@ -241,9 +244,6 @@ def test_a_program_that_falls_silent_has_the_drives_hold_and_nothing_moves_when_
     assert rig.do(ClearFault()) == Done()
     assert rig.along(MOVE) == Done()
     assert rig.positions == there + MOVE.steps
-
-
-STAYS_OPERATIONAL = "1029:01=1"
 
 
 @pytest.mark.parametrize("behaviour", ["", STAYS_OPERATIONAL])
