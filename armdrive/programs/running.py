@@ -70,9 +70,8 @@ class Performer:
     ) -> None:
         self.arm = arm
         self.person = person
-        self._stops = arm.stops if since is None else since
         self._outputs = outputs
-        self.waits = Waits(arm, since=self._stops)
+        self.waits = Waits(arm, since=since)
         self._performers: Mapping[type[Any], Callable[[Any], Answer]] = {
             Go: self._go,
             Home: self._home,
@@ -118,7 +117,7 @@ class Performer:
             return None
 
     def _go(self, act: Go) -> float | None:
-        done = self.arm.start(act.move, stops=self._stops).wait()
+        done = self.arm.start(act.move, stops=self.waits.stops).wait()
         return done.width_mm if isinstance(done, Grasped) else None
 
     def _home(self, _: Home) -> None:

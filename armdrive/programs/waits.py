@@ -18,18 +18,19 @@ BREATH_S = 0.02
 class Waits:
     """The waits of one run on one arm.
 
-    `since` is the arm's count of `stops` when the run was decided on: a later stop ends the run.
+    `since`, then `stops`, is the arm's count of `stops` when the run was decided on: a later stop
+    ends the run.
     """
 
     def __init__(self, arm: Arm, *, since: int | None = None) -> None:
         self._arm = arm
-        self._stops = arm.stops if since is None else since
+        self.stops = arm.stops if since is None else since
         self._absences = self._absent()
 
     @property
     def stopped(self) -> bool:
         """Whether a stop was requested since the run began."""
-        return self._arm.stops != self._stops
+        return self._arm.stops != self.stops
 
     def require_no_stop(self) -> None:
         """Raise `Stopped` after a stop or a suspension since the run began."""

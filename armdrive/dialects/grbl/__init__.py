@@ -10,6 +10,7 @@ Read in this order:
     stops        stopping, and the outputs that a reset switches off
     planner      a model of the board: how long its lines take, and how it stops
     settings     the `[grbl]` section and the board's own settings
+    variants     how the firmwares of the family differ, as a table
     words        messages in words, and recognition
 """
 

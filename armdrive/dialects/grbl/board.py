@@ -6,14 +6,9 @@ import math
 import re
 from dataclasses import replace
 
-from armdrive.dialects.grbl.planner import (
-    FLUIDNC_SLOWEST_HZ,
-    SEGMENTS,
-    SLOWEST_HZ,
-    SegmentBuffer,
-    segments_of,
-)
+from armdrive.dialects.grbl.planner import SegmentBuffer
 from armdrive.dialects.grbl.settings import PINS, BoardAxes, GrblSettings
+from armdrive.dialects.grbl.variants import BEHAVIOURS, Behaviour, cautious
 from armdrive.dialects.words import plain
 from armdrive.tasks import Alert, AlertKind, Event, ProtocolWarning, Registers
 from firmware_protocol.grbl import (
@@ -268,13 +263,16 @@ class BoardState:
         return self._host.dialect.variant
 
     @property
+    def behaviour(self) -> Behaviour:
+        """How its firmware behaves; with the dangers of all firmwares until it has been named."""
+        behaviour = BEHAVIOURS[self.variant]
+        return behaviour if self.recognised else cautious(behaviour)
+
+    @property
     def segment_buffer(self) -> SegmentBuffer:
-        """The board's segment buffer; the largest of all until the firmware is known."""
-        count = segments_of(self.variant, self._planner_blocks)
-        if not self.recognised:
-            count = max(SEGMENTS.values())
-        slowest_hz = FLUIDNC_SLOWEST_HZ if self.variant is Variant.FLUIDNC else SLOWEST_HZ
-        return SegmentBuffer(self._settings.segments or count, slowest_hz)
+        """The board's segment buffer."""
+        segments = self._settings.segments or self.behaviour.segments_of(self._planner_blocks)
+        return SegmentBuffer(segments, self.behaviour.slowest_hz)
 
     def alarm_words(self) -> str:
         """Return a text that names the board's alarm and its remedy."""
@@ -297,12 +295,8 @@ class BoardState:
 
     @property
     def may_keep_line(self) -> bool:
-        """Whether the board may have read a line in its hold that a reset would not drop.
-
-        FluidNC does; so may any board whose firmware is not known yet.
-        """
-        kept = self.variant is Variant.FLUIDNC or not self.recognised
-        return kept and self.state in HELD
+        """Whether the board may have read a line in its hold that a reset would not drop."""
+        return self.behaviour.keeps_line and self.state in HELD
 
     @property
     def in_motion(self) -> bool:

@@ -27,11 +27,11 @@ from armdrive.dialects.grbl.exchange import GrblExchange, refusal
 from armdrive.dialects.grbl.motion import GrblHoming, GrblMotion
 from armdrive.dialects.grbl.planner import InFlightLines, MotionBounds
 from armdrive.dialects.grbl.settings import (
-    FLUIDNC_JUNCTION,
     BoardAxes,
     Comparison,
     GrblSettings,
     idle_key,
+    unlisted,
 )
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.errors import Refused
@@ -62,7 +62,6 @@ from firmware_protocol.grbl import (
     Line,
     QuerySettings,
     Sleep,
-    Variant,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 
@@ -157,20 +156,20 @@ class GrblController(ScriptRunner[HostEvent]):
         """Read the settings until they are complete, and learn the axes' actual limits."""
         message: HostEvent | None = None
         reported, answer_s = self.board.reported_settings, self.settings.answer_s
+        behaviour = self.board.behaviour
         for _ in range(TRIES):
             reported.clear()
             message = yield from self.exchange.ask(QuerySettings(), answer_s)
-            key = idle_key(self.settings, self.board.variant, reported)
-            paths = [key, *[FLUIDNC_JUNCTION] * (self.board.variant is Variant.FLUIDNC)]
-            for path in paths:
-                if isinstance(message, Acknowledged) and isinstance(path, str):
+            key = idle_key(self.settings, behaviour, reported)
+            for path in unlisted(key, behaviour):
+                if isinstance(message, Acknowledged):
                     yield from self.exchange.ask(Line(f"${path}"), answer_s)
             if isinstance(message, Acknowledged) and key in reported:
                 break
         if not isinstance(message, Acknowledged):
             return refusal(message, "the settings could not be read")
         found = Comparison(
-            self.settings, self.axes, self.board.letters, dict(reported), key, self.board.variant
+            self.settings, self.axes, self.board.letters, dict(reported), behaviour, key
         )
         self.limits = found.limits()
         firmware = f"{self.board.variant} {self.board.firmware}".strip()

@@ -50,7 +50,6 @@ from firmware_protocol.grbl import (
     Restarted,
     State,
     StatusReported,
-    Variant,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.spaces import Motors
@@ -350,11 +349,8 @@ class GrblHoming:
         return Done()
 
     def _commands(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:
-        """Return the homing commands: for all axes, or for each one after the other.
-
-        grblHAL's `$H` homes only the axes in $44 to $49, at the factory X, Y and Z.
-        """
-        if not groups and self.board.variant is not Variant.GRBLHAL:
+        """Return the homing commands: for all axes, or for each one after the other."""
+        if not groups and self.board.behaviour.homes_all:
             return [Home()]
         motors = groups or (range(len(self.letters)),)
         return [Home(self.letters[motor]) for group in motors for motor in group]

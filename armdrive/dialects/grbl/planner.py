@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from types import MappingProxyType
 
 from armdrive.abilities import segment_s
 from armdrive.dialects.controller import HOST_DELAY_S, StopPart, Stopping
-from firmware_protocol.grbl import Variant
+from armdrive.dialects.grbl.variants import SLOWEST_HZ
 from kinematics.spaces import Motors
 
 # The time that a board's planner takes for queued lines: trapezoids, with corners passed in motion.
@@ -135,32 +134,10 @@ def trapezoid_s(one: MotorPath, enter: float, leave: float) -> float:
 
 SEGMENT_S = 0.01
 STEPS_A_SEGMENT = 1.25
-SLOWEST_HZ = 16e6 / (8 * 65535)
-"""The slowest step rate of an 8-bit board: its step timer counts 16 bits at 16 MHz, over at most
-eight interrupts a step. 40 steps at 5, 10, 20 and 30 steps/s took 1.278 s each. The driver uses no
-slower rate on any board, because segments would last longer."""
-FLUIDNC_SLOWEST_HZ = 20e6 / (8 * 65535)
-"""The slowest step rate of FluidNC on an ESP32, whose timer counts 16 bits at 20 MHz. Measured: 40
-steps at 5, 10, 20 and 30 steps/s took 1.022 s each."""
 LAST_STEP_S = 1.0 / SLOWEST_HZ
 """A step that has begun is always completed; this is the slowest one."""
 SHORTEST_HZ = STEPS_A_SEGMENT / SEGMENT_S
 """From this rate up, a segment lasts only 10 ms."""
-BLOCKS_328P = 15
-"""Planner size of an ATmega328P. Boards with a larger planner also have more segments."""
-SEGMENTS: Mapping[Variant, int] = MappingProxyType(
-    {Variant.GRBL: 9, Variant.GRBLHAL: 9, Variant.FLUIDNC: 11}
-)
-"""Segments that a firmware computes ahead. The ring buffer of an ATmega2560 has ten places, one of
-which stays free, and so has grblHAL's (`SEGMENT_BUFFER_SIZE`). FluidNC's has twelve
-(`stepping/segments`): measured, it continues for 0.45 s at 39 steps/s and for 0.33 s at 50."""
-SEGMENTS_328P = 5
-
-
-def segments_of(variant: Variant, blocks: int | None) -> int:
-    """Return the segments a board computes ahead, from its firmware and the planner's size."""
-    small = variant is Variant.GRBL and blocks is not None and blocks <= BLOCKS_328P
-    return SEGMENTS_328P if small else SEGMENTS[variant]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,10 +10,25 @@ from datetime import date
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.planner import Limits, MotorPath
+from armdrive.dialects.grbl.variants import (
+    ACCELERATIONS,
+    HARD_LIMITS,
+    HOMING,
+    IDLE,
+    INCHES,
+    JUNCTION,
+    RATES,
+    REPORT,
+    SLEEP,
+    SOFT_LIMITS,
+    STEPS_PER_UNIT,
+    TRAVEL,
+    Behaviour,
+)
 from armdrive.errors import ArmFileError
 from armdrive.tasks import Difference
 from armdrive.text.toml import check_settings, setting
-from firmware_protocol.grbl import AXIS_LETTERS, Variant
+from firmware_protocol.grbl import AXIS_LETTERS
 from firmware_protocol.grbl.dialect import write_number
 from kinematics.spaces import Motors
 from kinematics.text import counted
@@ -278,53 +293,25 @@ ReportedSettings = Mapping[int | str, str]
 """A board's settings by key, as the board reports them."""
 
 ALWAYS_ON = 255
-REPORT_BITS = 3
-"""Machine position and buffers: all that GRBL can leave out of a report."""
-GRBLHAL_REPORT_BITS = REPORT_BITS | 8 | 16 | 64
-"""grblHAL can also leave out speeds, pins and overrides (`$ES`, setting 10)."""
-HOMING_BY_AXIS = 3
-"""grblHAL's homing with its single-axis commands, such as `$HX`: without, it refuses them."""
-STEPS_PER_UNIT, RATES, ACCELERATIONS, TRAVEL = 100, 110, 120, 130
-REPORT, JUNCTION, INCHES, SOFT_LIMITS, HARD_LIMITS, HOMING = 10, 11, 13, 20, 21, 22
-SLEEP = 62
 SETTING_TOLERANCE = 1e-3
 """Settings are reported with three decimals."""
 RATE_TOLERANCE = 0.02
 """An axis that is slower than expected by no more than this share is not reported."""
 
 
-def idle_key(settings: GrblSettings, variant: Variant, reported: ReportedSettings) -> int | str:
-    """Return the key of the setting that keeps the motors on; FluidNC uses a path."""
+def idle_key(settings: GrblSettings, behaviour: Behaviour, reported: ReportedSettings) -> int | str:
+    """Return the key of the setting that keeps the motors on: of the arm file, or the board's."""
     word = settings.idle_key
     if not word:
-        return "/stepping/idle_ms" if variant is Variant.FLUIDNC and 1 not in reported else 1
+        paths = behaviour.paths
+        return IDLE if paths is None or IDLE in reported else paths.idle
     return int(word) if word.isdigit() else word
 
 
-FLUIDNC_JUNCTION = "/junction_deviation_mm"
-FLUIDNC_OF_AXIS: Mapping[int, str] = {
-    STEPS_PER_UNIT: "steps_per_mm",
-    RATES: "max_rate_mm_per_min",
-    ACCELERATIONS: "acceleration_mm_per_sec2",
-    TRAVEL: "max_travel_mm",
-}
-FLUIDNC_BY_NUMBER = (REPORT, INCHES)
-"""The numbered settings that FluidNC changes; it refuses the others with error 162."""
-
-
-def fluidnc_key(key: int, board: str) -> int | str | None:
-    """Return the key by which FluidNC changes a setting; None if only its configuration file does.
-
-    Source: observed on FluidNC 4.0.5; Configuration/*.cpp, SettingsDefinitions.cpp (make_proxies).
-    """
-    if key in FLUIDNC_BY_NUMBER:
-        return key
-    if key == JUNCTION:
-        return FLUIDNC_JUNCTION
-    group = key - key % 10
-    if group in FLUIDNC_OF_AXIS:
-        return f"/axes/{board[key % 10].lower()}/{FLUIDNC_OF_AXIS[group]}"
-    return None
+def unlisted(idle: int | str, behaviour: Behaviour) -> list[str]:
+    """Return the paths of settings that the board's list of settings leaves out."""
+    paths = [] if behaviour.paths is None else [*behaviour.paths.single.values()]
+    return [idle, *paths] if isinstance(idle, str) else paths
 
 
 def _is_other(found: float, wanted: float) -> bool:
@@ -374,8 +361,8 @@ class Comparison:
     axes: BoardAxes
     board: str
     reported: ReportedSettings
-    idle: int | str = 1
-    variant: Variant = Variant.GRBL
+    behaviour: Behaviour
+    idle: int | str = IDLE
 
     def number(self, key: int) -> float | None:
         """Return a setting as a number; None if the board does not report one."""
@@ -427,9 +414,9 @@ class Comparison:
 
     def _expected(self) -> Iterator[ExpectedSetting]:
         expected, settings = self.axes.expected(self.settings), self.settings
-        grblhal = self.variant is Variant.GRBLHAL
+        behaviour = self.behaviour
         # the other parts may stay
-        mask = int(self.number(REPORT) or 0) | (GRBLHAL_REPORT_BITS if grblhal else REPORT_BITS)
+        mask = int(self.number(REPORT) or 0) | behaviour.report_bits
         yield ExpectedSetting(REPORT, mask, "what reports contain", _is_other, must=True)
         yield ExpectedSetting(INCHES, 0, "reports in inches", _is_switched, must=True)
         for index, letter in enumerate(self.axes.letters):
@@ -447,16 +434,16 @@ class Comparison:
         yield ExpectedSetting(JUNCTION, expected.junction, "the corner rounding", _is_far)
         yield ExpectedSetting(SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched)
         yield ExpectedSetting(HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched)
-        if grblhal and settings.homing:
-            bits = int(self.number(HOMING) or 0) | HOMING_BY_AXIS
+        if behaviour.homing_bits is not None and settings.homing:
+            bits = int(self.number(HOMING) or 0) | behaviour.homing_bits
             yield ExpectedSetting(HOMING, bits, "homing, also of single axes", _is_other)
         else:
             yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
-        if grblhal:
+        if behaviour.sleep_switch:
             yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)
 
     def _key(self, key: int) -> int | str | None:
-        return fluidnc_key(key, self.board) if self.variant is Variant.FLUIDNC else key
+        return self.behaviour.key(key, self.board)
 
     def _of_axis(self, group: int, index: int) -> float | None:
         return self.number(group + self.board.index(self.axes.letters[index]))

@@ -24,7 +24,6 @@ from firmware_protocol.grbl import (
     Realtime,
     State,
     StatusReported,
-    Variant,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.text import counted
@@ -197,13 +196,12 @@ class GrblStops:
         return (yield from self.reset_and_restore(moving=not stood)) and stood
 
     def press_brake(self) -> None:
-        """Tell the board to brake: by a feed hold, or in a jog of grblHAL by a jog cancel.
+        """Tell the board to brake: by a feed hold, or by a jog cancel if that does not end a jog.
 
-        grblHAL ignores a feed hold in a jog (state_machine.c, state_set), and every board ignores a
-        jog cancel outside of one. Before a banner or `$I` names the firmware, it may be grblHAL.
+        Every board ignores a jog cancel outside of a jog.
         """
-        grblhal = self.board.variant is Variant.GRBLHAL or not self.board.recognised
-        if self.board.state is State.JOG and grblhal and self.io.now_s >= self._cancel_again_s:
+        cancels = self.board.state is State.JOG and not self.board.behaviour.holds_jogs
+        if cancels and self.io.now_s >= self._cancel_again_s:
             self.exchange.press(Realtime.JOG_CANCEL)
             self._cancel_again_s = self.io.now_s + RESEND_S
         else:

@@ -21,6 +21,7 @@ from armdrive.dialects.grbl.planner import (
 )
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, feed
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
+from armdrive.dialects.grbl.variants import BEHAVIOURS
 from armdrive.errors import Refused
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, Registers, RequestRejected
@@ -390,7 +391,7 @@ def told(variant=Variant.GRBL, **changes):
         values[f"{120 + index}"] = f"{expected.accelerations[index] + 1:.3f}"
     values |= {key.removeprefix("s"): value for key, value in changes.items()}
     numbers = {int(key): value for key, value in values.items() if value is not None}
-    return Comparison(config().device, axes, board, numbers, variant=variant)
+    return Comparison(config().device, axes, board, numbers, BEHAVIOURS[variant])
 
 
 def test_grblhal_needs_more_of_its_reports_homing_and_sleep():
