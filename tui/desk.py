@@ -31,7 +31,7 @@ from tui.app import SUSPENDED_S, KeyApp, Outcome, action_call
 from tui.arm_view import SpaceView, move_cameras
 from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad import EvdevPad, Gamepad
-from tui.jog.jogging import DeskJogging
+from tui.jog.jogging import STOPPED, DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
 from tui.keys.presses import BURST
 from tui.keys.table import PAUSE, SCREENS, STOP, jog_pairs, spoken, summary_of, titled
@@ -79,6 +79,7 @@ class ArmLink:
         """The screen of this desk that paused the arm; empty if another program did."""
         self._desk = desk
         self._was_lost = False
+        self._stops = desk.arm.stops
 
     @property
     def lost(self) -> bool:
@@ -110,6 +111,7 @@ class ArmLink:
         if self.status.paused and not status.paused:
             self.paused_at = ""  # another program may make the next pause
         self.status = status
+        self.follow_stops()
         if self.lost:
             self._note_loss()
         elif self._was_lost:
@@ -117,6 +119,15 @@ class ArmLink:
         hand = self._desk.screens.hand
         if hand is not None and hand.armed and (why := self.why_immobile):
             hand.disarm(why)  # the first key after a reset must not move the arm
+
+    def follow_stops(self, reason: str = STOPPED) -> None:
+        """After a stop, by this desk or another program, let nothing go on that was begun before.
+
+        Keys have to be armed again, and a first press counts no more.
+        """
+        stops, self._stops = self._stops, self._desk.arm.stops
+        if stops != self._stops:
+            self._desk.disarm(reason)
 
     @property
     def pausable(self) -> bool:
@@ -642,7 +653,7 @@ class Desk(KeyApp):
         """Stop the arm before anything else, then disarm and show the screen."""
         # the thread that read the key has done so already, but a click on STOP comes only here
         self.arm.request_stop()
-        self.disarm("stopped")
+        self.link.follow_stops("stopped")
         asked = "STOP requested; the keys are disarmed"
         self.message = without_link(self.link.status, self.keys) if self.link.lost else asked
         self.dialogs.close_all()
@@ -660,8 +671,7 @@ class Desk(KeyApp):
 
     def on_key(self, event: events.Key) -> None:
         """Say that a key means nothing here, as a letter of another keyboard layout does."""
-        chain = self.screen._modal_binding_chain  # noqa: SLF001 - where the framework looks it up
-        bound = any(event.key in bindings.key_to_bindings for _, bindings in chain)
+        bound = any(event.key in row.keys for row in self.keys.at(self.place))
         if event.is_printable and not bound and len(self.screen_stack) == 1:
             help_key = self.keys.label("help")
             self.say(f"{event.character} is no key of this screen: {help_key} shows the keys")

@@ -194,8 +194,9 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_a
     )
     if status.state is State.DISCONNECTED:
         key, leave = keys.label("reconnect"), keys.label("quit")
+        way = f"{leave} leaves" if "`connect()`" in reason else how_to_reconnect(keys)
         trying = f"The desk keeps trying to reconnect: {key} tries at once, {leave} leaves"
-        return f"{reason.rstrip('.')}. {trying if reconnects else how_to_reconnect(keys)}."
+        return f"{reason.rstrip('.')}. {trying if reconnects else way}."
     if status.state is State.ERROR_STOP:
         names_key = "`reset()`" in reason
         resets = "That" if names_key else f"{keys.label('reset')} resets, and"

@@ -42,6 +42,9 @@ def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) 
         words = help_of(row.summary, row.declare)
         action = listed.add_parser(name, help=row.summary, **words)
         row.declare(action)
+        found = examples(parser, f"{action.prog} ")
+        if found and not examples(action, f"{action.prog} "):
+            action.epilog = "\n".join([action.epilog or "", "", "Examples:", *found]).lstrip()
         action.set_defaults(function=row.function)
 
 
@@ -81,6 +84,12 @@ def _is_prose(line: str) -> bool:
     return bool(line) and not line.startswith(" ")
 
 
+def examples(parser: argparse.ArgumentParser, begin: str) -> list[str]:
+    """Return the examples in the help of a command that begin with these words, on one line."""
+    lines = (parser.epilog or "").splitlines()
+    return [line for line in lines if line.strip().startswith(begin) and not line.endswith("\\")]
+
+
 class CommandParser(argparse.ArgumentParser):
     """An argument parser whose errors are exceptions, which the runner prints as any other."""
 
@@ -93,8 +102,15 @@ class CommandParser(argparse.ArgumentParser):
                 raise argparse.ArgumentError(action, str(error.__context__)) from None
             raise
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse words that are left over: the parser of an action knows what it takes."""
+        known, left = super().parse_known_args(args, namespace)
+        if left:
+            self.error(f"unrecognized arguments: {' '.join(left)}")
+        return known, left
+
     def error(self, message: str) -> NoReturn:
-        """Raise `BadRequest` with what is wrong and where to find help."""
+        """Raise `BadRequest` with what is wrong, how the command is typed, and where help is."""
         words = message.removeprefix("argument ")
         if found := re.fullmatch(_UNKNOWN, words):
             word = found[1].partition("=")[0]
@@ -112,7 +128,10 @@ class CommandParser(argparse.ArgumentParser):
         elif (option := self._option_string_actions.get(words.partition(":")[0])) is not None:
             form = option.metavar if isinstance(option.metavar, str) else ""
             words = words.replace(":", f" {form}:" if form else ":", 1)
-        raise BadRequest(f"{words}; see `{self.prog} --help`")
+        form = " ".join(self.format_usage().split()).removeprefix("usage: ")
+        for example in examples(self, f"{self.prog} ")[:1]:
+            form += f"`, as in `{re.split(' {2,}', example.strip())[0]}"
+        raise BadRequest(f"{words}; type `{form}`; see `{self.prog} --help`")
 
 
 def _nearest(word: str, known: Iterable[str]) -> str:

@@ -70,7 +70,9 @@ class TaskRunner:
         `elsewhere`: for another program, so that this one does not know of it yet.
         """
         self.stops += 1
-        if not elsewhere:
+        if elsewhere:
+            self.engine.stop_why = ": another program asked for it"
+        else:
             self.known_stops += 1
         self.core.hold = None
         self.engine.stop_hard = self.engine.stop_hard or hard
@@ -333,6 +335,9 @@ class _Driven:
         self._core.speed_override.end_pause()
         if self._core.state in (State.MOVING, State.HOMING):
             self._core.happen(Event.STOP)
+        elif self._core.state is not State.STOPPING and self.engine.stop_why:
+            # no call is under way that would report it
+            self._core.notify(f"the arm was stopped{self.engine.stop_why}", Stopped())
 
     def _noticed(self, event: Alert | Progress) -> None:
         if isinstance(event, Progress):

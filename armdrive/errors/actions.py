@@ -80,6 +80,9 @@ PHRASES = (
         "run `armdrive resume` in another terminal",
         "run `armdrive resume` in another terminal",
     ),
+    Wording(
+        "call `connect()` again", "run the command again", "type `reconnect`", "press {reconnect}"
+    ),
     Wording("add `overwrite=True`", "add `--force`", "add `over`", "remove it first"),
     Wording("call `moved_to()`", "add `--shift`", "add `--shift`", "add `--shift`"),
     Wording("call `without_origin()`", "add `--as-is`", "add `--as-is`", "add `--as-is`"),

@@ -163,6 +163,7 @@ class Core:
         if self.state is not State.DISCONNECTED:
             self.before_loss = self.state
             self.latched = self.error if self.state is State.ERROR_STOP else Message()
+            self.notify("")  # it was about a link that worked
         self.error = Message(str(lost), code_of(lost))
         self._drop_pending()
         self.happen(Event.LOST)

@@ -307,13 +307,13 @@ class Engine:
                 if frames := self.controller.shutdown_frames():
                     self.tracer.sent(frames)
                     self.link.write(frames, self.now_s)
-            self._end(LinkLost("the connection was closed: connect again"))
+            self._end(LinkLost("the connection was closed: call `connect()` again"))
 
     def take(self, link: Link, controller: Controller) -> None:
         """Replace a lost link. All earlier requests, and a pending stop, are dropped."""
         self.link, self.controller = link, controller
         self._broken, self._proved = None, False
-        self.stop_asked, self.stop_hard, self.stop_why = False, False, ""
+        self._end_stop()
 
     def prove(self) -> None:
         """Confirm that the arm answers on the new link."""
@@ -473,7 +473,7 @@ class Engine:
         if task is None:
             self._wake_s, body = self._idle(self.now_s)
             if body is None:
-                self.stop_asked = self.stop_hard = False  # nothing is left to stop
+                self._end_stop()  # nothing is left to stop
                 return False
             task = Task(body, routine=True, within_s=self.call_limit_s)
         self._task, self._wait = task, SleepUntil(-math.inf)
@@ -509,8 +509,11 @@ class Engine:
         self.tracer.ended(task.error)
         self._task, self._wait = None, None
         if self._next is None:  # a stop also applies to the task that waits
-            self.stop_asked, self.stop_hard, self.stop_why = False, False, ""
+            self._end_stop()
         task.done = True
+
+    def _end_stop(self) -> None:
+        self.stop_asked, self.stop_hard, self.stop_why = False, False, ""
 
     def _break(self, lost: LinkLost) -> None:
         self._end(lost)
@@ -522,7 +525,7 @@ class Engine:
         """End every task with the loss of the link."""
         self._broken = lost
         self._asked = False
-        self.stop_asked = False  # without a link there is nothing left to stop
+        self._end_stop()  # without a link there is nothing left to stop
         if (task := self._task) is not None:
             task.abandon(lost)
             self._finish(task)

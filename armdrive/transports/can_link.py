@@ -492,9 +492,9 @@ class CanLink(Link):
 
     def _check(self) -> None:
         if self._closed:
-            raise LinkLost(f"the wire {self._name} is closed: connect again")
+            raise LinkLost(f"the wire {self._name} is closed: call `connect()` again")
         if self._watch.lost:
             raise LinkLost(
                 f"the CAN bus on {self._name} was lost: {self._watch.lost}. The arm stands once "
-                "its last motion has ended; then connect again"
+                "its last motion has ended; then call `connect()` again"
             )

@@ -114,11 +114,11 @@ class AbsentLink(Link):
 
     def write(self, data: bytes, now_s: float) -> None:  # noqa: ARG002 - as any link
         """Raise `LinkLost`."""
-        raise LinkLost(f"the connection on {self._description} is gone: connect again")
+        raise LinkLost(f"the connection on {self._description} is gone: call `connect()` again")
 
     def read(self, now_s: float) -> bytes:  # noqa: ARG002
         """Raise `LinkLost`."""
-        raise LinkLost(f"the connection on {self._description} is gone: connect again")
+        raise LinkLost(f"the connection on {self._description} is gone: call `connect()` again")
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until `wake` is called, or the timeout."""

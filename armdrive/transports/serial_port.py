@@ -155,7 +155,7 @@ class SerialLink(Link):
         why = reason_of(error)
         return LinkLost(
             f"the connection on {self._name} was lost ({why}). The arm stands once its last "
-            f"burst has ended; {todo} and connect again"
+            f"burst has ended; {todo} and call `connect()` again"
         )
 
 

@@ -85,7 +85,7 @@ class UdpLink(Link):
             why = str(error)
         return LinkLost(
             f"the connection to {self._name} was lost ({why}). The arm stands once its last burst "
-            "has ended; check that the controller is on and connect again"
+            "has ended; check that the controller is on and call `connect()` again"
         )
 
 

@@ -81,6 +81,7 @@ class FakeArm:
     def paused(self):
         return self.status.paused
 
+    stops = 0
     referencing = SimpleNamespace(homes_by_switches=False)
     program = None
     frames = ("base", "tool", "board")
@@ -109,6 +110,7 @@ class FakeArm:
 
     def request_stop(self):
         self.calls.append(("stop",))
+        self.stops += 1
 
     def estop(self):
         self.calls.append(("estop",))

@@ -64,10 +64,6 @@ class PlannerArm(FakeArm):
         pose = CONFIG.model.arm.fk(joints)
         self.set(joints=joints, pose=pose, acknowledged=steps, state=State.STANDBY)
 
-    def request_stop(self):
-        super().request_stop()
-        self.stops += 1
-
     def pose_in(self, frame):
         return pose_in_frame(CONFIG, self.status.pose, frame)
 

@@ -30,6 +30,31 @@ async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
     assert session.desk.return_code == 0
 
 
+async def test_the_banner_says_once_how_to_get_the_arm_back():
+    async with Session() as session:
+        lost = "the cable is unplugged: plug it in and call `connect()` again"
+        session.arm.set(state=State.DISCONNECTED, error=lost, error_code="E407")
+        await session.poll()
+        said = "LINK LOST  [E407] the cable is unplugged: plug it in and press L. ctrl+q leaves."
+        assert said in session.text("banner")
+
+
+async def test_a_stop_by_another_program_disarms_and_takes_back_a_first_press():
+    async with Session() as session:
+        await session.arm_keys()
+        session.desk.confirmation.press("parks", session.arm.home)
+        session.arm.stops += 1
+        session.arm.set(notice="the arm was stopped: another program asked for it")
+        await session.poll()
+        assert not session.desk.screens.current.armed
+        assert "keys disarmed: the arm was stopped" in session.text("messages")
+        assert "another program asked for it" in session.text("messages")
+        session.desk.confirmation.press("parks", session.arm.home)
+        session.clock.now_s += 10.0
+        await session.poll()
+        assert session.arm.asked("home") == []
+
+
 @pytest.mark.parametrize(
     ("screen", "dialect", "sooner"),
     [

@@ -26,6 +26,9 @@ from tui.app import HoldAlarm
 from tui.keys.presses import StaleInput
 from tui.settings import JogSettings
 
+STOPPED = "the arm was stopped"
+"""Why keys disarm after a stop, whichever program asked for it."""
+
 IDLE_DISARMS_S = 60.0
 """Jog keys disarm after this time without one."""
 
@@ -69,6 +72,8 @@ class DeskJogging:
         self._last_event_s = -math.inf
         self._renew_s = math.inf
         self._renewed_s = -math.inf
+        self._stops = arm.stops
+        """The number of stops when the keys were armed."""
         self._stale = StaleInput()
         self._kept_s = 0.0
         self.alarm: HoldAlarm | None = None
@@ -166,6 +171,8 @@ class DeskJogging:
             self.lift()
             self._say(f"let go: the {source} sent nothing for {MOUSE_HOLDS_S:.0f} s")
             return
+        if self._was_stopped():
+            return
         jog, moving = self._aim(), self._renew_s != math.inf
         if jog is None:
             self._renew_s = math.inf
@@ -181,9 +188,19 @@ class DeskJogging:
 
     def arm_keys(self) -> bool:
         """Arm the jog keys; refused while keys are still arriving."""
-        self._active_s = self._clock()
+        self._active_s, self._stops = self._clock(), self._arm.stops
         may = self.armed or not self._stale.is_stale(self._active_s - self._age_s())
         return may and self._deadman.arm(self._active_s)
+
+    def _was_stopped(self) -> bool:
+        """Disarm if there was a stop since the keys were armed, by any program; return whether.
+
+        The desk sees a stop at its next poll, and a key that is held may repeat before that.
+        """
+        stopped = self._arm.stops != self._stops
+        if stopped:
+            self.disarm(STOPPED)
+        return stopped
 
     def disarm(self, reason: str) -> None:
         """End what is held, and let no key have effect."""
@@ -217,6 +234,8 @@ class DeskJogging:
     def carry_out(self, action: Action) -> None:
         """Make the arm follow the dead-man switch."""
         settings = self.settings
+        if isinstance(action, Increment | HeldKey) and self._was_stopped():
+            return
         if isinstance(action, Increment):
             self._arm.nudge(settings.increment_of(action.key), speed=settings.speed)
         elif isinstance(action, HeldKey):

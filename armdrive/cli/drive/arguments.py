@@ -448,7 +448,10 @@ def _points(parser: argparse.ArgumentParser) -> None:
     Examples:
       armdrive points save pick --note "above the block"
       armdrive points list
+      armdrive points show pick
       armdrive points go pick --line --speed 30%
+      armdrive points copy pick place
+      armdrive points delete place
       armdrive points rename pick grip
       armdrive points run stack
       armdrive points mirror stack stack-left             the same on the other side

@@ -289,7 +289,7 @@ def jog_session(context: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]
             yield from _serve(context, speeds)
             if context.stopping:
                 yield from context.verify()
-                core.notify("the jog was stopped")
+                core.notify(str(context.stopped("the jog was stopped")))
     finally:
         core.hold = None
         core.nudges.clear()

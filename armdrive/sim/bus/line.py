@@ -148,7 +148,7 @@ class BusLine(DeviceLine):
             return ""
         return (
             "is bus-off: it saw too many errors and left the bus. Check the cable, its two "
-            "terminating resistors and the bit rate, then connect again"
+            "terminating resistors and the bit rate, then call `connect()` again"
         )
 
     @property

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 import pytest
 from cli_calls import Caller
 
-from armdrive.cli import main, runner
+from armdrive.cli import main, options, runner
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.commands import COMMANDS, EXIT_CODES, GROUPS, INSTEAD, ROWS
 from armdrive.cli.drive import arguments as drive_arguments
@@ -158,15 +158,20 @@ def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
         (["demo", "--nonsense"], "--nonsense"),
         (["move", "--sped=2"], "there is no option --sped (did you mean --speed?)"),
         (["move", "-sped=2"], "there is no option -sped (did you mean --speed?)"),
-        (["doctor", "--fresh"], "there is no option --fresh; see"),
+        (["doctor", "--fresh"], "there is no option --fresh; type"),
         (["replay", "x.jsonl", "--speed=2"], "there is no option --speed"),
         (["move", "now"], "'now' is one too many"),
         (["run", "x.arm", "--put", "A,250"], "write it like A,250,0 or A,250,0,30,20, not 'A,250'"),
         (["move", "--via", "1,2"], "--via X,Y,Z: write it like"),
         (["points", "gow"], "'gow' is none of list, "),
-        (["run"], "required: PROGRAM; see `armdrive run --help`"),
+        (["run"], "required: PROGRAM; type `armdrive run [OPTIONS] PROGRAM"),
+        (["fk", "--shoulder", "40"], "as in `armdrive fk 0 40 -60 -70 0`; see"),
+        (
+            ["points", "go", "pick", "--sped", "1"],
+            "--sped (did you mean --speed?); type `armdrive points go [OPT",
+        ),
         (["points"], "required: ACTION, one of list, show, "),
-        (["points", "go"], "required: NAME; see `armdrive points go --help`"),
+        (["points", "go"], "as in `armdrive points go pick --line --speed 30%`; see"),
         (["points", "gow"], "(did you mean go?)"),
     ],
 )
@@ -176,6 +181,25 @@ def test_a_wrong_option_is_named_with_where_to_find_help(call, words, named):
     if words[0] not in ("fk", "sim") or "required" not in named:  # those two count for themselves
         assert re.search(f"; see `armdrive {words[0]}( go)? --help`$", sentence)
     assert call(*words).out == ""
+
+
+def test_what_has_to_be_typed_has_an_example():
+    """A wrong option is refused with one."""
+
+    def lacking(parser):
+        actions = [each for each in parser._actions if isinstance(each.choices, dict)]
+        typed = [
+            each for each in parser._actions if each.required and not isinstance(each.choices, dict)
+        ]
+        if typed and not options.examples(parser, f"{parser.prog} "):
+            yield parser.prog
+        for each in actions:
+            for action in each.choices.values():
+                yield from lacking(action)
+
+    rows = ((name, function, summary) for name, (function, _, summary) in ROWS.items())
+    parsers = (command_parser(name, summary, function) for name, function, summary in rows)
+    assert [prog for parser in parsers for prog in lacking(parser)] == []
 
 
 def test_the_help_imports_nothing_heavy():

@@ -177,6 +177,27 @@ def test_stop_works_in_every_state_and_twice(state):
     assert arm.status.state.value == state
 
 
+def test_a_stop_by_another_program_is_seen_at_rest_and_named_by_a_motion():
+    arm = ready_arm()
+    arm.runner.request_stop(elsewhere=True)
+    with pytest.raises(Stopped, match="by another program"):
+        arm.sleep(0.1)
+    arm.sleep(0.1)
+    assert arm.status.notice == "the arm was stopped: another program asked for it"
+    arm.nudge(Jog.joint(base=5.0), speed=0.5)
+    arm.sleep(0.1)
+    arm.runner.request_stop(elsewhere=True)
+    with pytest.raises(Stopped, match="by another program"):
+        arm.sleep(1.0)
+    arm.sleep(1.0)
+    assert arm.status.notice == "the jog was stopped: another program asked for it"
+    arm.nudge(Jog.joint(base=5.0), speed=0.5)
+    arm.sleep(0.1)
+    arm.request_stop()
+    arm.sleep(1.0)
+    assert arm.status.notice == "the jog was stopped"
+
+
 def test_a_stop_before_the_first_step_lets_nothing_begin():
     arm = ready_arm()
     handle = arm.move_j(base_deg=30, wait=False)
@@ -219,9 +240,9 @@ def test_closing_ends_a_motion_under_way_and_the_arm_stands():
     assert handle.done
     assert not arm.twin.device.moving
     assert arm.status.state is State.DISCONNECTED
-    with pytest.raises(LinkLost, match="the connection was closed: connect again"):
+    with pytest.raises(LinkLost, match=r"the connection was closed: call `connect\(\)` again"):
         arm.move_j(base_deg=0)
-    with pytest.raises(LinkLost, match="the connection was closed: connect again"):
+    with pytest.raises(LinkLost, match=r"the connection was closed: call `connect\(\)` again"):
         arm.home()
     arm.close()
 

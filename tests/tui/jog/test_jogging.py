@@ -9,7 +9,7 @@ from desk_session import Session
 from textual import events
 
 from armdrive.errors import Refused
-from armdrive.motion.dead_man import HOLD_LONGEST_S
+from armdrive.motion.dead_man import GATE_S, HOLD_LONGEST_S
 from armdrive.moves import Jog, ParkMove, Space
 from armdrive.status import LinkStats, State, Trust
 from kinematics.guards.shapes import Box
@@ -64,6 +64,46 @@ def test_a_mouse_that_is_heard_of_no_more_holds_nothing_after_its_time(held):
     assert "the mouse sent nothing" in said[-1]
     last = arm.asked("hold")[-1]
     assert last[3] <= HOLD_LONGEST_S
+
+
+def test_a_stop_by_another_program_ends_what_is_held_and_disarms(held):
+    hand, arm, clock, said = held
+    arm.calls.clear()
+    arm.stops += 1
+    for _ in range(5):
+        clock.now_s += MOUSE_RENEWS_S
+        hand.tick()
+    assert arm.asked("hold") == []
+    assert not hand.armed
+    assert said == ["keys disarmed: the arm was stopped"]
+
+
+def test_a_key_that_repeats_after_a_stop_by_another_program_moves_nothing():
+    """Also before the desk has looked at the arm again."""
+    arm, clock, said = FakeArm(), Clock(), []
+    hand = DeskJogging(arm, clock=clock, say=said.append, settings=JogSettings)
+    clock.now_s += 10.0
+    hand.arm_keys()
+    clock.now_s += 10.0
+    hand.press("w")
+    clock.now_s += GATE_S
+    hand.tick()
+    assert len(arm.asked("nudge")) == 1
+    arm.stops += 1
+    for _ in range(20):
+        clock.now_s += 0.1
+        hand.press("w")
+        hand.tick()
+    assert arm.asked("hold") == []
+    assert len(arm.asked("nudge")) == 1
+    assert said == ["keys disarmed: the arm was stopped"]
+    clock.now_s += 10.0
+    assert hand.arm_keys()
+    clock.now_s += 10.0
+    hand.press("w")
+    clock.now_s += GATE_S
+    hand.tick()
+    assert len(arm.asked("nudge")) == 2
 
 
 def test_a_nudge_of_the_mouse_goes_on(held):
