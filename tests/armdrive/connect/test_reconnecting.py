@@ -408,6 +408,16 @@ AFTER_A_LOSS = {
 }
 
 
+def test_a_lost_link_takes_back_what_was_noted_about_a_motion(connected):
+    arm = connected()
+    arm.jog_j(shoulder_deg=90)
+    assert "limit" in arm.status.notice
+    unplug(arm)
+    arm.sleep(20.0)
+    assert arm.status.state is State.DISCONNECTED
+    assert "limit" not in arm.status.notice
+
+
 @pytest.mark.parametrize("moving", [False, True])
 def test_every_call_after_a_loss_says_why_the_link_is_lost_and_what_to_do(connected, moving):
     arm = connected()
