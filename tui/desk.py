@@ -58,7 +58,7 @@ from tui.settings import (
     restored,
 )
 from tui.terminal import KeyUp, on_ending_signals, send_changed_spans
-from tui.widgets import KeyLine, PlainText, ScreenTabs
+from tui.widgets import KeyLine, PlainText, ScreenTabs, text_of
 
 POLL_S = 0.05
 """How often the arm's latest status is looked at, however often it changes."""
@@ -400,7 +400,7 @@ class DeskScreen(Screen[None]):
         )
         lost = desk.link.lost
         hint = without_link(status, desk.keys) if lost else self.hint + self._more
-        messages = messages_of(status, desk.message or hint, bannered=bool(state.forbids))
+        messages = messages_of(status, desk.message, hint, bannered=bool(state.forbids))
         idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
@@ -454,7 +454,7 @@ class DeskScreen(Screen[None]):
 
     def text(self, name: str) -> PlainText:
         """Return one of the screen's texts."""
-        return self.query_one(f"#{name}", PlainText)
+        return text_of(self, name)
 
 
 class DeskScreens:

@@ -22,7 +22,7 @@ from tui.keys.table import LETTERS, STOP, DeskKey, JogPair, words
 from tui.settings import INCREMENTS, neighbour
 from tui.terminal import draws_braille
 from tui.theory import TheoryPanel, axis_rows, joint_rows
-from tui.widgets import KeyLine, PlainText
+from tui.widgets import KeyLine, PlainText, text_of
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.
 
@@ -223,8 +223,8 @@ class ModelScreen(Screen[None]):
             return
         desk, width = self.desk, self.size.width
         step = f"step {desk.hand.increment:g}\N{DEGREE SIGN}/mm, keys move {desk.hand.way}"
-        self._text("title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width].ljust(width))
-        self._text("messages").show(f"{step}\n! {desk.message}" if desk.message else step)
+        text_of(self, "title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width].ljust(width))
+        text_of(self, "messages").show(f"{step}\n! {desk.message}" if desk.message else step)
         self.query_one(KeyLine).show_keys(desk.keys.next_keys(PLACE), width)
         self.panel.show(desk.hand.study)
 
@@ -237,9 +237,6 @@ class ModelScreen(Screen[None]):
                 axis_rows(of, hand.axes, keys if hand.cartesian else None, hand.pairs),
             )
         )
-
-    def _text(self, name: str) -> PlainText:
-        return self.query_one(f"#{name}", PlainText)
 
     # -- keys ---------------------------------------------------------------------------------
 

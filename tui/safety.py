@@ -18,7 +18,7 @@ from armdrive.status import State, Status, Trust, bound_words, coded, rounded_up
 from kinematics.text import rounded
 from tui.keys.keyboard import Keyboard, label
 from tui.keys.table import STOP, titled
-from tui.widgets import PlainText, Span
+from tui.widgets import PlainText, Span, text_of
 
 View = Mapping[str, Any]
 """What another program reports about its arm, or about the program it runs, as plain data."""
@@ -244,11 +244,11 @@ def after_reset(status: Status, keys: Keyboard) -> str:
     return "reset: nothing was moved" + more
 
 
-def messages_of(status: Status, message: str, *, bannered: bool) -> str:
-    """Return the messages of the desk and of the arm, each of them once."""
+def messages_of(status: Status, message: str, hint: str, *, bannered: bool) -> str:
+    """Return the messages of the desk and of the arm, each once; the hint if the desk has none."""
     if message and (message in status.notice or (bannered and message in status.error)):
         message = ""  # the arm repeats in its status what it answered the desk
-    messages = (message, status.notice, "" if bannered else status.error)
+    messages = (message or hint, status.notice, "" if bannered else status.error)
     return "\n".join(each for each in dict.fromkeys(messages) if each)
 
 
@@ -301,16 +301,13 @@ class SafetyPanel(Horizontal):
         """Show the arm's state, and how the keys of this screen move it."""
         word, colour = state.badge
         says = state.forbids or state.says
-        self._text("state").show((f" {word} ", f"bold reverse {colour}"), f" {says}")
-        self._text("trust").show((f"{state.dot[0]} ", state.dot[1]), state.position)
+        text_of(self, "state").show((f" {word} ", f"bold reverse {colour}"), f" {says}")
+        text_of(self, "trust").show((f"{state.dot[0]} ", state.dot[1]), state.position)
         facts = [state.stopping, *([settings] if settings else [])]
-        self._text("stopping").show((FACT_GAP.join(facts), "dim"))
+        text_of(self, "stopping").show((FACT_GAP.join(facts), "dim"))
         self.set_class(state.real, "-real")
         self.set_class(bool(state.forbids), "-forbidden")
         if state.arm != self.arm:
             self.arm = state.arm
             colour = " reverse $error" if state.real else ""
             self.border_title = Content.styled(f" {printable(state.arm)} ", f"bold{colour}")
-
-    def _text(self, name: str) -> PlainText:
-        return self.query_one(f"#{name}", PlainText)

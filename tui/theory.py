@@ -37,7 +37,7 @@ from tui.axes import bar
 from tui.desk import DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import JogPair, spoken, words
-from tui.widgets import PlainText
+from tui.widgets import PlainText, text_of
 
 Numbers = Callable[[Study, int], str]
 
@@ -111,7 +111,7 @@ class TheoryPanel(Horizontal):
         view.show_drawing(None if self._walk is None else self._walk.drawing)
         walks = self._walk is not None  # it shows the zero posture, not the present one
         left = self._left_size.width
-        numbers, short = self._text("theory-numbers"), self._text("theory-summary")
+        numbers, short = text_of(self, "theory-numbers"), text_of(self, "theory-summary")
         numbers.display = short.display = not walks
         numbers.show("" if of is None else self._numbers(of, left))
         found = None if of is None else self._found(of)
@@ -174,7 +174,7 @@ class TheoryPanel(Horizontal):
     def _show_columns(self, columns: tuple[Column, ...], first: int, count: int) -> None:
         """Show `count` columns side by side, from column `first` on."""
         for place in range(MOST_COLUMNS):
-            text = self._text(f"theory-page-{place}")
+            text = text_of(self, f"theory-page-{place}")
             text.display = place < count
             at = first + place
             text.show(self._spoken("\n".join(columns[at])) if at < len(columns) else "")
@@ -190,9 +190,6 @@ class TheoryPanel(Horizontal):
 
     def _again(self) -> None:
         self.show(self._study)
-
-    def _text(self, name: str) -> PlainText:
-        return self.query_one(f"#{name}", PlainText)
 
     # -- what takes long ----------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from textual import events
 from textual.content import Content
+from textual.dom import DOMNode
 from textual.widgets import OptionList, Static
 
 from armdrive.errors.printable import printable, printable_lines
@@ -52,6 +53,11 @@ class PlainText(Static):
 def _printable_span(part: str | Span) -> Span:
     text, style = (part, "") if isinstance(part, str) else part
     return printable_lines(text), style
+
+
+def text_of(parent: DOMNode, name: str) -> PlainText:
+    """Return one of the texts of a screen or a panel."""
+    return parent.query_one(f"#{name}", PlainText)
 
 
 class ChoiceList(OptionList, can_focus=False):
