@@ -481,12 +481,16 @@ def stops_as_announced(arm, stop):
 
 
 RESET, HOLD, CANCEL = b"\x18", b"!", b"\x85"
+BYTES = [rb"\?", HOLD, RESET, CANCEL]
+"""What the board reads between the characters of a line."""
+CANCELS = {"mega5x": 1, "grblhal": 2}
+"""How often a jog is cancelled as it is released."""
 LOST = [
     *itertools.product(BEGINNINGS, [RESET, "message"], ["estop"], FIRMWARES[1:2]),
     *itertools.product([begin_planned], [RESET], ["estop"], FIRMWARES),
-    *itertools.product([begin_planned, begin_line], [HOLD, "message"], ["request_stop"],
-                       FIRMWARES[1:2]),
-    *itertools.product([begin_held_jog], [CANCEL, "message"], ["release"], FIRMWARES[1:2]),
+    *itertools.product([begin_planned], [*BYTES, "message"], ["request_stop"], FIRMWARES[1:3]),
+    *itertools.product([begin_line], [HOLD, "message"], ["request_stop"], FIRMWARES[1:2]),
+    *itertools.product([begin_held_jog], [*BYTES, "message"], ["release"], FIRMWARES[1:3]),
 ]  # fmt: skip
 
 
@@ -508,7 +512,8 @@ def test_a_stop_that_is_lost_is_said_again_within_what_was_announced(begin, what
     else:
         assert arm.status.trust is Trust.REFERENCED
         assert standing_as_said(arm)
-        assert arm.twin.link.pressed(CANCEL) == (stop == "release")
+        assert arm.twin.link.pressed(CANCEL) == CANCELS[firmware] * (stop == "release")
+        assert arm.twin.board.details()["state"] == "Idle"
     assert arm.status.state is State.STANDBY
 
 

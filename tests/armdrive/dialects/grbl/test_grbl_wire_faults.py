@@ -89,25 +89,6 @@ def test_a_disturbed_answer_is_survived_and_a_disturbed_motion_at_least_found_ou
     assert not faulty or start in (MOTION, JOG)
 
 
-@pytest.mark.parametrize("firmware", ["mega5x", "grblhal"])
-@pytest.mark.parametrize("byte", [rb"\?", rb"!", rb"\x18", rb"\x85"])
-def test_a_lost_real_time_byte_is_said_again(byte, firmware):
-    arm = ready(firmware=firmware)
-    arm.twin.link.to.append(Rule(byte, lost))
-    arm.move_j(base_deg=40, wait=False)
-    arm.sleep(0.5)
-    arm.stop()
-    assert arm.twin.board.details()["state"] == "Idle"
-    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
-    arm.sleep(0.5)
-    bound_s, released_s = arm.status.stop_time_s, arm.status.time_s
-    arm.release()
-    assert stands(arm) - released_s < bound_s
-    assert arm.twin.board.details()["state"] == "Idle"
-    assert arm.status.trust is Trust.REFERENCED
-    assert arm.twin.world.motors == arm.status.acknowledged
-
-
 @pytest.mark.parametrize("firmware", FIRMWARES)
 def test_what_was_refused_spoils_no_later_motion(firmware):
     """grblHAL refuses all g-code after a refused line, also after the one that follows a jog."""

@@ -202,21 +202,23 @@ def weakened(moves, share):
     return bench
 
 
-def beside(bench, way):
-    """Return how far the first two motors are from every place of their common way, at least."""
-    gone = [bench.node(number).count - 50_000 for number in (1, 2)]
-    places = ([each * tenth / 10.0 for each in way[:2]] for tenth in range(401))
-    return min(max(abs(a - b) for a, b in zip(gone, place, strict=True)) for place in places)
+def beside(bench, end):
+    """Return how far two motors are from the nearest place of their way, which they go oppositely.
+
+    The way ends where the first one has gone to `end`.
+    """
+    first, second = (bench.node(number).count - 50_000 for number in (1, 2))
+    nearest = min(max((first - second) / 2.0, 0.0), end)
+    return max(abs(first - nearest), abs(second + nearest))
 
 
 @pytest.mark.parametrize(("speed", "share"), [(3000, 0.2), (3000, 0.4), (9000, 0.3), (9000, 0.8)])
 def test_a_slow_drive_never_leads_the_arm_far_off_its_path(speed, share):
-    way = (speed, -speed, 0, 0, 0, 0)
-    bench = weakened(straight(40, way), share)
+    bench = weakened(straight(40, (speed, -speed, 0, 0, 0, 0)), share)
     worst = 0.0
     while bench.controller.busy and not bench.alerts():
         bench.run(0.005)
-        worst = max(worst, beside(bench, way))
+        worst = max(worst, beside(bench, 40 * speed))
         bench.reply()
         assert share == 0.8 or bench.now_s < 6.0, "nobody has noticed"
     noticed = speed * 10 * (1.0 - share) * (CONFIRMING_LOOKS + 1) * POLL_S

@@ -179,9 +179,19 @@ def hang(bus):
     bus.server.adapter.faults.dead = True
 
 
+def leave_the_bus(bus):
+    bus.tell("fault bus-off")
+
+
+def be_alone(bus):
+    """Have no node acknowledge what the adapter sends."""
+    bus.tell("fault alone")
+
+
 def mend(bus):
-    """Plug the adapter in again, or have it answer again."""
+    """Plug the adapter in again, or have it answer and its frames acknowledged again."""
     bus.tell("fault replug")
+    bus.tell("fault off")
     bus.server.adapter.faults.dead = False
 
 
@@ -192,6 +202,8 @@ def mend(bus):
         (unplug, LinkLost, "gone|lost", "."),
         (restart, LinkLost, "refuses frames: .* restarted", ""),
         (hang, NoAnswer, "answer", ""),
+        (leave_the_bus, LinkLost, "bus", ""),
+        (be_alone, LinkLost, "no node on the bus receives", ""),
     ],
 )
 def test_a_serial_adapter_that_fails_ends_a_motion_and_goes_on_when_it_is_well(

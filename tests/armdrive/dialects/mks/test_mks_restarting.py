@@ -7,9 +7,12 @@ show it.
 from __future__ import annotations
 
 import random
+import re
 
 import pytest
 from amounts import amount, in_pairs
+from can_fault_bench import check_recovery, fail_in_motion
+from faults import arm_config, driven
 from mks_bench import (
     BURSTS,
     MksBench,
@@ -25,9 +28,10 @@ from mks_bench import (
 )
 
 from armdrive.dialects.mks.exchange import GIVE
+from armdrive.status import Trust
 from armdrive.tasks import AlertKind, Halted, MoveBy, RequestRejected
 from firmware_protocol.mks import Code, MoveAbsoluteAxis
-from kinematics import Motors
+from kinematics import Joints, Motors
 
 TOLD_S = 0.15
 """A look every 0.1 s, another one at once, and their answers."""
@@ -341,3 +345,32 @@ def test_an_outage_after_a_stop_near_zero_blames_no_drive(for_s):
     bench.delay_frames(for_s)
     assert isinstance(bench.finish(), Halted)
     assert not bench.alerts()
+
+
+# -- a whole arm ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("fault", "base_deg"),
+    [("brown-out", -3.0), ("brown-out", 0.0), ("reset", -1.0), ("reset", 0.5)],
+)
+def test_all_drives_that_lose_their_power_near_zero_are_found_out(fault, base_deg):
+    arm = driven(arm_config("mks"), at=Joints.of(base_deg, 0.0, 0.0, 0.0, 0.0))
+    said, _ = fail_in_motion(arm, fault, {"base_deg": 40})
+    assert re.search("reset|power|switched", said), said
+    assert arm.status.trust is Trust.SUSPECT
+    check_recovery(arm)
+
+
+@pytest.mark.parametrize(
+    ("drive", "goal"),
+    [(1, {"shoulder_deg": 60}), (3, {"base_deg": 60}), (6, {"base_deg": 60})],
+)
+def test_a_drive_that_does_not_move_and_is_reset_meanwhile_is_named(drive, goal):
+    """Its firmware keeps the angle within a turn, so that it does not count from zero."""
+    arm = driven(arm_config("mks"), at=Joints.of(30.0, 40.0, -80.0, -40.0, 0.0), keeps_angle=True)
+    said, _ = fail_in_motion(arm, f"drive-reset {drive}", goal)
+    assert f"drive {drive} (" in said
+    assert "reset" in said
+    assert arm.status.trust is Trust.SUSPECT
+    check_recovery(arm)
