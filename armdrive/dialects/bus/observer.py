@@ -322,7 +322,9 @@ class ObservedDrive:
             self.prompt_s = now_s
         self._readings.append(Reading(count, self.asked_s, now_s))
         self.ledger.conclude(now_s)
-        off, reach = self._off(count), self._reach(now_s)
+        off = self._off(count)
+        # its courses lie within its reach, so a drive that is on one of them is within it
+        reach = self._reach(now_s) if off else Interval(count, count)
         if off <= self.bounds.give or reach.beyond(count) <= self.bounds.give:
             # the give is granted once, not from look to look: else a slow runaway would always fit
             self._fit, self._outside = (reach.nearest(count), self.asked_s), 0

@@ -6,6 +6,8 @@ wire. Times are in seconds on the caller's clock. python-can is not used.
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import math
 from collections import defaultdict, deque
 from dataclasses import dataclass
@@ -43,12 +45,17 @@ class FrameBus:
     def __init__(self, bitrate: int) -> None:
         self.bit_s = 1.0 / bitrate
         self._of_host: deque[Frame] = deque()
-        self._of_nodes: list[Frame] = []
+        self._of_nodes: list[tuple[int, int, Frame]] = []
+        """A heap by priority; frames with one id keep their order by their number."""
+        self._number = itertools.count()
         self._now: Transmission | None = None
 
     def push(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Give a frame to its sender's controller, which sends it as soon as the bus allows."""
-        self._waiting(sender).append(frame)
+        if sender is BusSide.HOST:
+            self._of_host.append(frame)
+        else:
+            heapq.heappush(self._of_nodes, (_priority(frame), next(self._number), frame))
         if self._now is None:
             self._begin(now_s)
 
@@ -79,27 +86,23 @@ class FrameBus:
             if self._of_host or self._of_nodes:
                 self._begin(now_s)
 
-    def _waiting(self, sender: BusSide) -> deque[Frame] | list[Frame]:
+    def _waiting(self, sender: BusSide) -> deque[Frame] | list[tuple[int, int, Frame]]:
         return self._of_host if sender is BusSide.HOST else self._of_nodes
 
     def _begin(self, now_s: float) -> None:
         """Give the free bus to the waiting frame with the lowest id."""
         nodes, host = self._of_nodes, self._of_host
-        # `min` takes the first of equals, so that frames with one id keep their order
-        frame = min(nodes, key=_priority) if nodes else host[0]
-        if host and (not nodes or _priority(host[0]) < _priority(frame)):
-            frame, sender = host.popleft(), BusSide.HOST
+        if nodes and not (host and _priority(host[0]) < nodes[0][0]):
+            frame, sender = heapq.heappop(nodes)[2], BusSide.DEVICE
         else:
-            nodes.remove(frame)
-            sender = BusSide.DEVICE
+            frame, sender = host.popleft(), BusSide.HOST
         self._now = Transmission(frame, sender, now_s + frame_bits(frame) * self.bit_s)
 
 
-def _priority(frame: Frame) -> tuple[int, int, int, int]:
-    """Return the key of arbitration: a dominant bit wins, so the lowest goes first."""
-    base = frame.can_id >> 18 if frame.extended else frame.can_id
-    rest = frame.can_id & 0x3FFFF if frame.extended else 0
-    return base, int(frame.extended), rest, int(frame.remote)
+def _priority(frame: Frame) -> int:
+    """Return the bits of arbitration: a dominant one wins, so the lowest number goes first."""
+    base, rest = (frame.can_id, 0) if not frame.extended else divmod(frame.can_id, 1 << 18)
+    return base << 20 | frame.extended << 19 | rest << 1 | frame.remote
 
 
 @dataclass(slots=True)
