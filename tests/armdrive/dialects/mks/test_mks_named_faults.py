@@ -11,8 +11,8 @@ import sys
 import pytest
 from can_fault_bench import ENDED, check_recovery, fail_in_motion
 from faults import arm_config, driven
+from served import Served
 from waiting import until
-from watched_sim import WatchedSim
 
 from armdrive import Arm
 from armdrive.moves import Jog
@@ -52,19 +52,19 @@ def test_a_drive_that_does_not_move_and_is_reset_meanwhile_is_named(drive, goal)
 @pytest.mark.parametrize("fault", ["alone", "bus-off"])
 def test_a_serial_adapter_whose_frames_nobody_takes_ends_a_motion_and_comes_back(fault, tmp_path):
     path = tmp_path / "can0"
-    with WatchedSim(path, "mks") as bus, Arm.connect(bus.port, dialect="mks") as arm:
+    with Served("mks", pty=path) as bus, Arm.connect(bus.port, dialect="mks") as arm:
         arm.enable()
         arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=20.0)
         bus.watch.wait_until_moving()
-        bus.say(f"fault {fault}")
+        bus.tell(f"fault {fault}")
         until(lambda: arm.status.state in ENDED, "the fault was never noticed")
         assert re.search("answer|lost|bus", arm.status.error), arm.status.error
         stood = bus.watch.rest()
-        bus.say("fault off")
+        bus.tell("fault off")
         if arm.status.state is State.DISCONNECTED:
             arm.reconnect()
         arm.reset()
         arm.enable()
-        assert bus.state()["motors"] == stood
+        assert bus.watch.motors == stood
         arm.jog_j(base_deg=-1.0)
-        assert bus.state()["motors"] != stood
+        assert bus.watch.motors != stood
