@@ -1,4 +1,4 @@
-"""A simulated arm in a process of its own, timed by its own clock.
+"""A simulated arm in another thread or process, timed by its own clock.
 
 On a busy computer a test looks late, and a program acts late. So bounds are checked by the clock of
 the simulated device: from the moment by which it has received all that the program sent, to the
@@ -6,15 +6,10 @@ moment at which it was last seen to move.
 """
 
 import math
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from waiting import looks, until
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-from sim_process import SimProcess
 
 QUIET_S = 0.3
 """An arm stands if it has not moved for this long, by its own clock."""
@@ -88,12 +83,3 @@ class Watch:
         heard_s = self.heard_all_s()
         went_on_s = self.last_moved_s() - heard_s
         assert went_on_s <= bound_s, f"it moved on for {went_on_s:.3f} s, not {bound_s:.3f} s"
-
-
-class WatchedSim(SimProcess):
-    """`armdrive sim` as `SimProcess` runs it, observed by the device's own clock."""
-
-    @property
-    def watch(self) -> Watch:
-        """The observer of the arm."""
-        return Watch(self.look)

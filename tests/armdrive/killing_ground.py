@@ -1,4 +1,4 @@
-"""A simulated arm in one process, a mortal program in another, and what a third then believes.
+"""A simulated arm, a mortal program in a process of its own, and what a third then believes.
 
 Used by a test for a handful of kills, and by benchmarks/kill_everywhere.py for a hundred.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from watched_sim import WatchedSim
+from served import Served
 
 from armdrive import Arm
 from armdrive.status import Trust
@@ -46,7 +46,7 @@ class KillingGround:
 
     def __init__(self, folder: Path, dialect: str = "teachmover") -> None:
         self._dialect = dialect
-        self._sim = WatchedSim(folder / "arm", dialect)
+        self._sim = Served(dialect, pty=folder / "arm")
         self._host = subprocess.Popen(
             [sys.executable, str(HOST), self._sim.port, dialect],
             stdin=subprocess.PIPE,
@@ -60,7 +60,7 @@ class KillingGround:
 
     def __exit__(self, *error: object) -> None:
         self._host.communicate()
-        self._sim.__exit__(*error)
+        self._sim.end()
 
     def kill(self, **order: Any) -> Found:
         """Have a program live until it is killed, and another one connect."""
@@ -80,4 +80,4 @@ class KillingGround:
         )
 
     def _motors(self) -> Motors:
-        return Motors(self._sim.state()["motors"])
+        return Motors(self._sim.watch.motors)

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from waiting import LONG_S, until
+from watched_sim import Watch
 
 from armdrive.connect.target import simulated_config
-from armdrive.registry import simulate_device
+from armdrive.registry import DIALECTS, simulate_device
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults import parse_option
 from armdrive.sim.serving import make_server, run_device
@@ -53,7 +54,7 @@ class ServedDevice:
 
 
 class Served(ServedDevice):
-    """The simulated arm of a dialect, as any driver reaches it."""
+    """The simulated arm of a dialect, as any driver reaches it; drives are behind an adapter."""
 
     def __init__(
         self,
@@ -64,12 +65,12 @@ class Served(ServedDevice):
         udp: str | None = None,
     ) -> None:
         device = simulate_device(simulated_config(dialect))
-        super().__init__(make_server(pty=pty, tcp=tcp, udp=udp), device)
-
-    @property
-    def port(self) -> str:
+        can = DIALECTS[dialect].can
+        server = make_server(slcan=pty) if can else make_server(pty=pty, tcp=tcp, udp=udp)
+        super().__init__(server, device)
+        self.port = str(server.can_address if can else server.address)
         """What a driver opens."""
-        return str(self.server.address)
+        self.watch = Watch(self.look)
 
     def tell(self, line: str) -> str:
         """Give a command of the console and return the first line of its answer."""

@@ -36,11 +36,11 @@ from typing import Any, Self
 import pytest
 from cli_calls import TRACEBACK, Called
 from pages import ROOT
+from served import Served
 from waiting import LONG_S
 
 from armdrive.config.sections import is_model_file
 from armdrive.connect.target import FORCE_SIM
-from armdrive.registry import DIALECTS
 from armdrive.storage import files as places
 
 REASONS = frozenset(
@@ -121,7 +121,7 @@ class Terminal(io.StringIO):
         return line
 
 
-class Served:
+class ServedApart:
     """A simulated arm that `armdrive sim` serves in a process of its own."""
 
     def __init__(self, *words: str) -> None:
@@ -154,7 +154,7 @@ class Typist:
         self._folder = folder
         self._places = {"/tmp/": f"{folder}/"}
         self._names: dict[str, Any] = {"__name__": "page"}
-        self._serving: list[Served] = []
+        self._serving: list[Served | ServedApart] = []
         self.printed: str | None = None
         """What the last program printed, None where the last block was none."""
         self.typed = 0
@@ -165,8 +165,8 @@ class Typist:
         return self
 
     def __exit__(self, *error: object) -> None:
-        for process in self._serving:
-            process.end()
+        for arm in self._serving:
+            arm.end()
 
     def do(self, kind: str, text: str) -> None:
         """Carry out one comment or block of a page."""
@@ -195,14 +195,13 @@ class Typist:
 
     def _put_behind(self, port: str, dialect: str) -> None:
         """Serve a simulated controller at a path, and use that path for the port of the page."""
-        path = str(self._folder / Path(port).name)
-        door = "--slcan" if DIALECTS[dialect].can else "--pty"
-        self._serve("sim", dialect, door, path)
-        self._places[port] = path
+        path = self._folder / Path(port).name
+        self._serving.append(Served(dialect, pty=path))
+        self._places[port] = str(path)
         os.environ.pop(FORCE_SIM, None)
 
     def _serve(self, *words: str) -> Called:
-        process = Served(*words)
+        process = ServedApart(*words)
         self._serving.append(process)
         return Called(0, process.first_line, "")
 

@@ -6,11 +6,10 @@ import math
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from faults import ready_arm, sim_config
-from pages import DOCS, page_path
+from pages import DOCS, ROOT, page_path
 
 import armdrive
 from armdrive import Arm, InputTimeout, LinkLost, State, Stopped
@@ -103,9 +102,9 @@ def test_a_type_checker_finds_what_is_wrong_and_nothing_else(tmp_path):
     ended = subprocess.run(
         [
             *(sys.executable, "-m", "mypy", "--config-file", settings),
-            *("--cache-dir", tmp_path, file, shown),
+            *("--cache-dir", ROOT / ".pytest_cache" / "mypy", file, shown),
         ],
-        capture_output=True, text=True, check=False, cwd=Path(__file__).parents[3],
+        capture_output=True, text=True, check=False, cwd=ROOT,
     )  # fmt: skip
     found = {int(line) for line in re.findall(r"program\.py:(\d+): error", ended.stdout)}
     wrong = {

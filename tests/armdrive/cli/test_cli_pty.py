@@ -1,4 +1,4 @@
-"""End to end, each part a process of its own: a simulated arm on a pty, and commands on it."""
+"""End to end, a simulated arm on a pty, and commands on it in processes of their own."""
 
 import signal
 import sys
@@ -13,7 +13,7 @@ from kinematics import Motors
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
 
-from watched_sim import WatchedSim
+from served import Served
 
 SUSPENDED_S = 1.5
 """Longer than what a driver takes for a busy computer."""
@@ -22,7 +22,7 @@ SUSPENDED_S = 1.5
 @pytest.fixture(scope="module")
 def sim(tmp_path_factory):
     """Return one arm for all tests, each of which begins by bringing it to its reference."""
-    with WatchedSim(tmp_path_factory.mktemp("pty") / "arm") as sim:
+    with Served("teachmover", pty=tmp_path_factory.mktemp("pty") / "arm") as sim:
         yield sim
 
 
@@ -34,7 +34,7 @@ def arm_on(sim) -> tuple[str, ...]:
 class Moving:
     """`armdrive move` in a process of its own, on a way of many seconds, seen to move."""
 
-    def __init__(self, sim: WatchedSim) -> None:
+    def __init__(self, sim: Served) -> None:
         words = ["move", "--base", "80", "--speed", "20%", "--allow-restored", *arm_on(sim)]
         self.process = started(*words)
         sim.watch.wait_until_moving()
@@ -74,10 +74,10 @@ def status_of(call, sim):
 def test_a_move_on_the_wire_turns_the_physical_motors_by_as_much(call, sim):
     homed = call("home", "--yes", *arm_on(sim), "--json", code=0).json
     assert homed["simulated"] is False
-    before = sim.state()["motors"]
+    before = sim.watch.motors
     moved = call("move", "--z", "10", *arm_on(sim), "--allow-restored", "--json", code=0).json
     told = Motors(moved["acknowledged_steps"]) - Motors(homed["acknowledged_steps"])
-    made = Motors(sim.state()["motors"]) - Motors(before)
+    made = Motors(sim.watch.motors) - Motors(before)
     assert told.largest > 0
     assert made == told
     assert status_of(call, sim)["trust"] == "restored"
@@ -87,7 +87,7 @@ def test_a_restored_position_of_a_real_arm_wants_to_be_confirmed(call, sim):
     call("home", "--yes", *arm_on(sim), code=0)
     called = call("move", "--z", "10", *arm_on(sim), code=3)
     assert "--allow-restored" in called.err
-    assert not sim.state()["moving"]
+    assert not sim.look()[1]["moving"]
 
 
 def test_a_stop_from_another_terminal_ends_a_move(call, sim, moving):
@@ -115,8 +115,9 @@ def test_a_move_that_is_ended_by_a_signal_leaves_a_still_arm(call, sim, moving, 
 
 
 def test_an_arm_that_vanishes_in_mid_move_is_reported(call, tmp_path):
-    with WatchedSim(tmp_path / "arm") as sim, under_way(call, sim) as moving:
-        sim.process.kill()
+    sim = Served("teachmover", pty=tmp_path / "arm")
+    with under_way(call, sim) as moving:
+        sim.end()
         code, err = moving.end()
     assert code == 4
     assert err.startswith("armdrive: ")
@@ -132,4 +133,4 @@ def test_a_move_that_was_suspended_does_not_go_on_when_it_wakes(call, sim, movin
     code, err = moving.end()
     assert code == 5
     assert "was suspended for" in err
-    assert sim.state()["motors"] == stood
+    assert sim.watch.motors == stood

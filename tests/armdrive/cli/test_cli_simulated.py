@@ -6,14 +6,13 @@ import sys
 
 import pytest
 from cli_calls import Terminal, state_files, write_arm_file
-from served import ServedDevice
+from served import Served
 
 import tui
 from armdrive.cli.chosen_arm import world_file
 from armdrive.cli.drive import jog
-from armdrive.connect.target import simulated_config, state_file
-from armdrive.registry import DIALECTS, simulate_device
-from armdrive.sim.serving import make_server
+from armdrive.connect.target import state_file
+from armdrive.registry import DIALECTS
 from armdrive.status import Trust
 from armdrive.storage import files as places
 
@@ -176,7 +175,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 PATIENT = {
     "teachmover": "",
     "armdroid": "",
-    "mks": "[mks]\nanswer_s = 2.0\nwatchdog_s = 60.0\n",
+    "mks": "[mks]\nanswer_s = 0.3\nwatchdog_s = 60.0\n",
 }
 """Sections of an arm file whose drives may be late: a busy computer serves them in real time."""
 
@@ -187,14 +186,11 @@ def served(request, tmp_path):
 
     The conformance table has every dialect restore a record; this is about the words.
     """
-    row, wire = DIALECTS[request.param], tmp_path / "wire"
-    server = make_server(slcan=wire) if row.can else make_server(pty=wire)
-    device = ServedDevice(server, simulate_device(simulated_config(row.name)))
-    port = server.can_address if row.can else server.address
-    wire_keys = f'dialect = "{row.name}"\nport = "{port}"\n'
-    write_arm_file("bench", f'model = "{row.preset}"\n[connection]\n{wire_keys}{PATIENT[row.name]}')
-    yield device.device
-    device.end()
+    row = DIALECTS[request.param]
+    with Served(row.name, pty=tmp_path / "wire") as arm:
+        keys = f'dialect = "{row.name}"\nport = "{arm.port}"\n{PATIENT[row.name]}'
+        write_arm_file("bench", f'model = "{row.preset}"\n[connection]\n{keys}')
+        yield arm.device
 
 
 # drives on a bus are judged in motion by when they answer, which a busy computer decides here

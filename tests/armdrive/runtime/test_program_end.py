@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 from pages import page
+from served import Served
 from waiting import suspended, until
-from watched_sim import WatchedSim
 
 from armdrive import Arm
 from armdrive.runtime import clock
@@ -36,7 +36,7 @@ class Ground:
     """A simulated arm, and a program that drives it in a child for each way to end."""
 
     def __init__(self, folder: Path, dialect: str) -> None:
-        self.sim = WatchedSim(folder / "arm", dialect)
+        self.sim = Served(dialect, pty=folder / "arm")
         self._child = 0
         self._host = subprocess.Popen(
             [sys.executable, str(HOST), self.sim.port, dialect],
@@ -51,7 +51,7 @@ class Ground:
         if self._child:
             os.kill(self._child, signal.SIGKILL)
         self._host.communicate()
-        self.sim.__exit__()
+        self.sim.end()
 
     def begin(self, **order) -> tuple[int, float]:
         """Have a child set out; return its number and the time within which the arm shall stand."""
@@ -66,7 +66,7 @@ class Ground:
 
     @property
     def motors(self) -> list[int]:
-        return list(self.sim.state()["motors"])
+        return self.sim.watch.motors
 
     def told(self) -> dict:
         told = json.loads(self._host.stdout.readline())
@@ -157,7 +157,7 @@ FORGOTTEN = (
 
 
 def test_a_script_that_forgets_to_close_its_arm_ends_as_the_page_says(tmp_path):
-    with WatchedSim(tmp_path / "arm", "teachmover") as sim:
+    with Served("teachmover", pty=tmp_path / "arm") as sim:
         for text, number, code, trust in FORGOTTEN:
             script = subprocess.Popen(
                 [sys.executable, "-c", text, sim.port, "teachmover"],

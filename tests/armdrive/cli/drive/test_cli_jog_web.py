@@ -18,7 +18,6 @@ import pytest
 from cli_calls import write_arm_file
 from served import Served
 from waiting import LONG_S, ends, tried, until, until_seen
-from watched_sim import Watch
 
 from armdrive.cli.drive import jog
 from armdrive.cli.drive.jog import HOST, Door, Visit, guard, runner_of
@@ -120,7 +119,7 @@ class Browsed:
 
     def __init__(self):
         self.served = Served("teachmover", tcp=f"{HOST}:0")
-        self.watch = Watch(self.served.look)
+        self.watch = self.served.watch
         text = f'model = "teachmover"\n[connection]\nport = "{self.served.port}"\n'
         write_arm_file("bench", text + 'dialect = "teachmover"\n')
         places.states().mkdir(parents=True, exist_ok=True)
@@ -205,6 +204,7 @@ class Browsed:
             self.process.stdin.close()
         self._reader.join()
         self.process.stdout.close()
+        self.served.end()
 
 
 ENDS = {

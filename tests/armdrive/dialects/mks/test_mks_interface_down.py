@@ -13,15 +13,12 @@ import sys
 import can
 import pytest
 from can_kernel_bus import Interface
-from served import ServedDevice
+from served import Served
 from waiting import FOREVER_S, at_last, looks, until
 from watched_sim import Watch
 
 from armdrive import Arm
-from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, PortUnavailable
-from armdrive.registry import simulate_device
-from armdrive.sim.serving import make_server
 from armdrive.status import State, Trust
 from armdrive.transports import ports as can_refusals
 
@@ -151,19 +148,11 @@ def test_an_interface_that_falls_away_ends_a_motion_and_is_found_when_it_is_up(
 # -- an adapter with slcan firmware ---------------------------------------------------------------
 
 
-class SerialBus(ServedDevice):
-    """Drives behind a serial adapter in a thread of this process."""
-
-    def __init__(self, path) -> None:
-        super().__init__(make_server(slcan=path), simulate_device(simulated_config("mks")))
-        self.port = self.server.can_address
-
-
 @pytest.fixture
 def bus(tmp_path):
-    served = SerialBus(tmp_path / "can0")
-    yield served
-    served.end()
+    """Drives behind a serial adapter in a thread of this process."""
+    with Served("mks", pty=tmp_path / "can0") as served:
+        yield served
 
 
 def unplug(bus):
