@@ -16,8 +16,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from measuring import Row, Section
-from reporting import report
+from measuring import Row, Section, report
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive"))
 from backlash_bench import DIALECTS, PLAY, arm_with_play
@@ -33,13 +32,19 @@ ARMS = {"no play": (0, 0), "play": (PLAY, 0), "play, compensated": (PLAY, PLAY)}
 """By name: the play of the physical arm, and the backlash that the driver takes up."""
 
 
+def tip(arm: Arm) -> Point:
+    """Return where the physical tip is."""
+    assert arm.twin is not None
+    return arm.twin.world.tip
+
+
 def after_moves_mm(arm: Arm) -> float:
     """Return how far the tip was at most from where it was said to be."""
     luck, worst_mm = random.Random(5), 0.0
     for _ in range(MOVES):
         goal = {f"{name}_deg": deg + luck.uniform(-5.0, 5.0) for name, deg in POSTURE.items()}
-        arm.move_j(speed=1.0, **goal)
-        worst_mm = max(worst_mm, math.dist(arm.twin.world.tip, place(arm.pose)))
+        arm.move_j(goal, speed=1.0)
+        worst_mm = max(worst_mm, math.dist(tip(arm), place(arm.pose)))
     return worst_mm
 
 
@@ -54,15 +59,15 @@ def beside_lines(arm: Arm) -> tuple[float, float]:
         handle = arm.move_l(start if number % 2 else end, speed=0.5, wait=False)
         while not handle.done:
             arm.sleep(LOOK_S)
-            way_mm = max(way_mm, beside_mm(arm.twin.world.tip, place(start)))
+            way_mm = max(way_mm, beside_mm(tip(arm), place(start)))
         handle.wait()
-        ends_mm = max(ends_mm, math.dist(arm.twin.world.tip, place(arm.pose)))
+        ends_mm = max(ends_mm, math.dist(tip(arm), place(arm.pose)))
     return way_mm, ends_mm
 
 
-def beside_mm(tip: Point, start: Point) -> float:
+def beside_mm(point: Point, start: Point) -> float:
     """Return the distance from a line along y."""
-    return math.hypot(tip[0] - start[0], tip[2] - start[2])
+    return math.hypot(point[0] - start[0], point[2] - start[2])
 
 
 def measured(dialect: str) -> Iterator[Row]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from measuring import Row, Section, interleaved, timing
@@ -132,7 +133,7 @@ def canopen(rounds: int = ROUNDS) -> Section:
         bus.receive_data(heard)
         assert isinstance(bus.next_event(), DriveReport)
 
-    def read_by_hand() -> int:
+    def read_by_hand() -> object:
         assert len(data_told) == _PDO.size
         _, _, position = _PDO.unpack(data_told)
         return position
@@ -144,7 +145,7 @@ def canopen(rounds: int = ROUNDS) -> Section:
         assert isinstance(event, Transferred)
         assert isinstance(event.event, Uploaded)
 
-    def transferred_by_hand() -> int:
+    def transferred_by_hand() -> object:
         assert _SDO.pack(0x40, 0x6064, 0, 0)
         command, index, sub, value = _SDO.unpack(exchange.answered.data)
         assert (command, index, sub) == (0x43, 0x6064, 0)
@@ -163,14 +164,14 @@ def canopen(rounds: int = ROUNDS) -> Section:
             _PDO.unpack(data_told)
 
     data_told = told(NODE).data
-    by_hand = {
+    by_hand: dict[str, Callable[[], object]] = {
         "target": lambda: _PDO.pack(WORD.value, MODE, COUNTS), "read": read_by_hand,
         "transfer": transferred_by_hand, "turn": turned_by_hand,
     }  # fmt: skip
     ours = {"target": targeted, "read": read, "transfer": transferred, "turn": turned}
     cases = {f"{name} by hand": case for name, case in by_hand.items()} | ours
     taken = interleaved(cases, rounds)
-    assert by_hand["target"]() in targeted()
+    assert _PDO.pack(WORD.value, MODE, COUNTS) in targeted()
     whats = {
         "target": "a target (an RPDO)",
         "read": "a position (a TPDO)",

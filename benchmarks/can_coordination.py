@@ -103,9 +103,9 @@ def goal_from(start: Joints, luck: Random) -> dict[str, float]:
 
 def joint_motions(bench: DenseMemoryBench, times: int) -> list[tuple[Beside, float]]:
     """Drive motions straight in joint space; return how far each was beside, and its allowance."""
-    arm, found = bench.arm, []
+    arm, luck = bench.arm, chance("joints")
     assert arm is not None
-    luck = chance("joints")
+    found: list[tuple[Beside, float]] = []
     while len(found) < times:
         start = posture(arm, luck)
         bench.bring(start)

@@ -16,8 +16,7 @@ from pathlib import Path
 
 import can
 from can_codecs import NODE, ROUNDS, Exchange, canopen, mks, mks_answer, row, sdo
-from measuring import Row, Section, interleaved, own_home
-from reporting import report
+from measuring import Row, Section, interleaved, own_home, report
 
 from armdrive.transports.address import CanAddress
 from armdrive.transports.can_health import frame_bits

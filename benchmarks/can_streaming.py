@@ -77,7 +77,8 @@ class BareThread:
     def end(self) -> list[float]:
         """End it, and return its periods."""
         told, _ = self._process.communicate("\n", timeout=30.0)
-        return json.loads(told)
+        periods_s: list[float] = json.loads(told)
+        return periods_s
 
 
 def measure(options: Options, rate: str) -> Iterator[Figures]:

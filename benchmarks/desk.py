@@ -19,10 +19,8 @@ from pathlib import Path
 from desk_child import SHOWN
 from desk_ends import KEYS, held
 from desk_terminal import CHILD, LinedTerminal, Terminal, desk_of, instructed
-from measuring import Row, Section, interleaved, own_home, timing
-from reporting import report
+from measuring import Row, Section, command, interleaved, own_home, report, timing
 from sim_process import SimProcess
-from starting import command
 
 from tui.desk import POLL_S
 

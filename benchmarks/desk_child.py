@@ -126,12 +126,12 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
             "message": shown.message,
         }
 
-    tui.startup.Desk = LinedDesk  # type: ignore[misc]
+    tui.startup.Desk = LinedDesk  # type: ignore[attr-defined]
     if rate_hz:
         tui.desk.POLL_S = 1.0 / rate_hz
     try:
         with _signals(), ready(port, dialect, Motors(motors)) as arm:
-            arm.move_j(**{f"{name}_deg": angle for name, angle in MIDDLE.items()})
+            arm.move_j(MIDDLE)
             line = Line(number, {"look": look, "sweep": lambda: sweep(arm)})
             tap(arm, lambda data: line.say(wrote_s=time.monotonic(), head=data.decode("latin-1")))
             return tui.run_desk(arm).code
@@ -148,7 +148,7 @@ def sweep(arm: Arm) -> dict[str, Any]:
     def swing() -> None:
         with contextlib.suppress(ArmError):
             for sign in itertools.cycle((1.0, -1.0)):
-                arm.move_j(**{f"{name}_deg": here[name] + sign * SWEEP_DEG for name in SWEPT})
+                arm.move_j({f"{name}_deg": here[name] + sign * SWEEP_DEG for name in SWEPT})
 
     threading.Thread(target=swing, daemon=True).start()
     return {}

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from statistics import median
 from types import MappingProxyType
 
-from measuring import own_home, p99
-from reporting import machine
+from measuring import machine, own_home, p99
 
 from armdrive.registry import DIALECTS
 
@@ -102,9 +101,9 @@ def _used(each: Measured) -> float:
     return math.inf if each.value else 0.0
 
 
-def padded(cells: Sequence[str]) -> str:
+def padded(cells: Sequence[str], widths: Sequence[int] = WIDTHS) -> str:
     """Return cells in columns."""
-    return "".join(f"{cell:<{width}}" for cell, width in zip(cells, WIDTHS, strict=True)).rstrip()
+    return "".join(f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=True)).rstrip()
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The desk at work on an arm: on simulated time without its screen, in real time headless.
+"""The desk at work on an arm: whole, or on simulated time without its screen.
 
 Both are tui's own hand on the keys. On simulated time only its timer is another one, since nobody
 runs an event loop there.
@@ -22,7 +22,13 @@ from tui.jog.screen import JogScreen
 from tui.keys.table import JogPair, jog_pairs
 from tui.settings import JogSettings
 
-MIDDLE = {"base": 0.0, "shoulder": 40.0, "elbow": -80.0, "wrist_pitch": -40.0, "wrist_roll": 0.0}
+MIDDLE = {
+    "base_deg": 0.0,
+    "shoulder_deg": 40.0,
+    "elbow_deg": -80.0,
+    "wrist_pitch_deg": -40.0,
+    "wrist_roll_deg": 0.0,
+}
 """From here each joint can turn for 2 s either way; degrees."""
 FAR_DEG, FAR_MM = 12.0, 40.0
 """So far from the middle a jog leads back to it."""
@@ -36,7 +42,7 @@ class Increments:
     def __init__(self) -> None:
         self.under_way = False
         self._inner = jogging._increment
-        jogging._increment = self._seen
+        jogging._increment = self._seen  # type: ignore[assignment]
 
     def _seen(self, *words: Any) -> TaskBody[None]:
         self.under_way = True
@@ -91,14 +97,6 @@ class TappingDesk(Desk):
     def _tapped(self) -> None:
         self.tapped_s = self.clock()
 
-    def action_mode(self) -> None:
-        """Switch between joint and Cartesian mode."""
-        self.jog.adjustments.switch_mode()
-
-    def action_faster(self) -> None:
-        """Jog faster."""
-        self.jog.adjustments.change_speed(1)
-
 
 class SimulatedDesk:
     """The desk's hand on the arm's own clock, without a screen: who lets time pass calls `tick`."""
@@ -113,7 +111,7 @@ class SimulatedDesk:
         self.hand = DeskJogging(
             arm, clock=arm.pace.now_s, say=lambda _: None, settings=lambda: self.settings
         )
-        self.hand.alarm = self.deadline
+        self.hand.alarm = self.deadline  # type: ignore[assignment]
         note_taps(self.hand, self._tapped)
 
     def _tapped(self) -> None:
@@ -130,21 +128,18 @@ class SimulatedDesk:
         self.settings = self.settings.with_speed(1)
 
 
-AnyDesk = TappingDesk | SimulatedDesk
-
-
-def set_up(desk: AnyDesk) -> None:
+def set_up(desk: SimulatedDesk) -> None:
     """Set the full speed, which is the worst."""
     for _ in range(5):
         desk.action_faster()
 
 
-def choose(desk: AnyDesk, arm: Arm, home: Joints, luck: Random, *, lines: bool) -> str:
+def choose(desk: SimulatedDesk, arm: Arm, home: Joints, luck: Random) -> str:
     """Choose mode and key by chance, of the axes that sweep the tip; return the key.
 
     An arm that has gone far from its middle is led back.
     """
-    if lines and luck.random() < 0.5:
+    if luck.random() < 0.5:
         desk.action_mode()
     pair = luck.choice(desk.settings.rows[:SWEEPING])
     off = _off(desk, arm, home, pair)
@@ -152,10 +147,11 @@ def choose(desk: AnyDesk, arm: Arm, home: Joints, luck: Random, *, lines: bool) 
     return pair.plus if sign > 0.0 else pair.minus
 
 
-def _off(desk: AnyDesk, arm: Arm, home: Joints, pair: JogPair) -> float:
+def _off(desk: SimulatedDesk, arm: Arm, home: Joints, pair: JogPair) -> float:
     """Return how far an axis is from its middle; beyond 1 it is far."""
     axis = pair.axis(cartesian=desk.settings.cartesian)
     if desk.settings.cartesian:
         here, there = arm.pose, arm.model.arm.fk(home)
-        return (getattr(here, f"{axis}_mm") - getattr(there, f"{axis}_mm")) / FAR_MM
+        off_mm: float = getattr(here, f"{axis}_mm") - getattr(there, f"{axis}_mm")
+        return off_mm / FAR_MM
     return (arm.joints.deg[axis] - home.deg[axis]) / FAR_DEG

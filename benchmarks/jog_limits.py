@@ -22,11 +22,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
-from measuring import own_home, p99
-from reporting import asked, machine
+from feel import padded
+from measuring import asked, machine, own_home, p99
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive" / "motion" / "jog"))
-from jog_trials import Ground, Outcome, trials
+from jog_bench import Ground, Outcome, trials
 
 from armdrive.registry import DIALECTS
 from armdrive.status import State
@@ -45,7 +45,7 @@ WIDTHS = (12, 16, 6, 8, 8, 9, 7, 9, 9, 9, 9, 9, 7)
 def kind_of(one: Outcome) -> str:
     """Return what ended a jog: a limit, a guard, the reach, or nothing within the time."""
     if one.what == "over the base":
-        return one.what
+        return str(one.what)
     if one.left_steps is None:
         return "(not reached)"
     if "stopped at the limit" in one.ended:
@@ -77,12 +77,7 @@ def line(dialect: str, kind: str, found: Sequence[Outcome], ordinary: tuple[floa
         f"{1e3 * max(stall_s, 0.0):.0f} ms",
         str(errors),
     )
-    return padded(cells)
-
-
-def padded(cells: Sequence[str]) -> str:
-    """Return cells in columns."""
-    return "".join(f"{cell:<{width}}" for cell, width in zip(cells, WIDTHS, strict=True)).rstrip()
+    return padded(cells, WIDTHS)
 
 
 def measure(dialect: str, count: int, seed: int) -> bool:
@@ -120,7 +115,7 @@ def main(argv: list[str] | None = None) -> int:
         seed={"type": int, "default": SEED},
     )
     count = options.count or (QUICK if options.quick else EACH)
-    print(machine(), padded(HEAD), sep="\n")
+    print(machine(), padded(HEAD, WIDTHS), sep="\n")
     with own_home():
         kept = [measure(each, count, options.seed) for each in options.names]
     return 0 if all(kept) else 1

@@ -1,29 +1,22 @@
 """Print what a jog cycle costs: `python benchmarks/jogging.py [--json]`.
 
 One cycle of a Cartesian jog of the five-axis arm is: the ramp, the joints' rates, their scale
-under the joints' speeds and stopping distances, and the posture where the line leads next. Beside
-it stands the same of pinocchio (`pip install pin`): its Jacobian, a least-squares solve of the same
-five rows and its integration, with the same ramp and limits in numpy, which is how one writes it
-there. Below, the driver's own course with its guards, for the arms it drives.
+under the joints' speeds and stopping distances, and the posture where the line leads next. Below,
+the driver's own course with its guards.
 """
 
 from __future__ import annotations
 
-import importlib
 import math
 import sys
 from collections.abc import Callable
-from types import ModuleType
-from typing import Any
 
-import numpy as np
-from measuring import Section, interleaved, timing
-from reporting import report
+from measuring import Section, interleaved, report, timing
 
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
 from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish
-from armdrive.motion.jog.rates import ramped, share_of_limits, shares_to_stop
+from armdrive.motion.jog.rates import Rates, ramped, share_of_limits, shares_to_stop
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import Jog
 from armdrive.registry import dialect
@@ -37,11 +30,9 @@ CYCLES = 200
 CYCLE_S = 0.05
 RAMP_S = 0.2
 START = (0.3, 0.7, -1.4, -0.6, 0.2)
-WISH = (60.0, -40.0, 30.0, 0.1, 0.0)
-STILL = (0.0,) * 5
+WISH: Rates = (60.0, -40.0, 30.0, 0.1, 0.0)
+STILL: Rates = (0.0, 0.0, 0.0, 0.0, 0.0)
 SLOPE = 100.0 / RAMP_S
-LEAST = 4.0
-MOST_US = 10.0
 
 
 def own() -> Callable[[], object]:
@@ -80,78 +71,11 @@ def own() -> Callable[[], object]:
     return cycles
 
 
-def pinocchio_arm(pin: ModuleType) -> tuple[Any, int]:
-    """Return pinocchio's model of the arm in m, and its frame at the tip."""
-    height, upper, fore, hand = (length / 1000.0 for length in preset("teachmover").arm.lengths)
-    model = pin.Model()
-    turns, down = np.eye(3), pin.JointModelRY
-    lengths = ((0.0, height), (0.0, 0.0), (upper, 0.0), (fore, 0.0))
-    kinds = (pin.JointModelRZ(), down(), down(), down())
-    parent = 0
-    for index, ((x, z), kind) in enumerate(zip(lengths, kinds, strict=True)):
-        place = pin.SE3(turns, np.array([x, 0.0, z]))
-        parent = model.addJoint(parent, kind, place, f"joint {index}")
-    place = pin.SE3(turns, np.array([hand, 0.0, 0.0]))
-    parent = model.addJoint(parent, pin.JointModelRX(), place, "roll")
-    frame = pin.Frame("tip", parent, pin.SE3.Identity(), pin.FrameType.OP_FRAME)
-    return model, model.addFrame(frame)
-
-
-def pinocchios(pin: ModuleType) -> Callable[[], object]:
-    """Return the same run of cycles in pinocchio's way."""
-    model, frame = pinocchio_arm(pin)
-    data = model.createData()
-    limits = np.array(preset("teachmover").joint_speeds_rad_s)
-    ranges = preset("teachmover").arm.limits
-    lows = np.array([one.low_rad for one in ranges])
-    highs = np.array([one.high_rad for one in ranges])
-    turn = np.array([1.0, -1.0, -1.0, -1.0, 1.0])  # its y axis turns downwards
-    start = np.array(START) * turn
-    lows, highs = np.minimum(lows * turn, highs * turn), np.maximum(lows * turn, highs * turn)
-    aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    slope = SLOPE * CYCLE_S
-    rolls = np.array([0.0, 0.0, 0.0, 0.0, 1.0])  # the roll is the hand's own
-
-    def cycles() -> None:
-        q, now = start.copy(), np.zeros(5)
-        wish = np.array(WISH)
-        for cycle in range(CYCLES):
-            if cycle % 20 == 0:
-                wish = -wish
-            gap = wish - now
-            most = np.abs(gap).max()
-            now = now + gap * min(1.0, slope / most) if most else now
-            pin.computeJointJacobians(model, data, q)
-            jacobian = pin.getFrameJacobian(model, data, frame, aligned)
-            c, s = math.cos(q[0]), math.sin(q[0])
-            rows = np.vstack((jacobian[:3], s * jacobian[3] - c * jacobian[4], rolls))
-            tip = now.copy()
-            tip[:3] /= 1000.0
-            rates = np.linalg.solve(rows, tip)
-            share = min(1.0, (limits / np.maximum(np.abs(rates), 1e-9)).min())
-            rates = rates * share
-            room = np.where(rates > 0.0, highs - q, q - lows)
-            ways = np.maximum(room, 0.0) / np.maximum(np.abs(rates), 1e-9)
-            braked = 2.0 * ways / (CYCLE_S + np.sqrt(CYCLE_S**2 + 2.0 * RAMP_S * ways))
-            q = pin.integrate(model, q, rates * min(1.0, braked.min()) * CYCLE_S)
-
-    return cycles
-
-
 def cycle() -> Section:
-    """Measure one cycle's arithmetic, beside pinocchio's where it is installed."""
-    cases = {"own": own()}
-    try:
-        cases["pinocchio"] = pinocchios(importlib.import_module("pinocchio"))
-        note = f"at most {MOST_US:g} us, at least {LEAST:g} times as fast as pinocchio"
-    except ImportError:
-        note = "pinocchio is not installed: pip install pin"
-    taken = interleaved(cases, ROUNDS)
-    rows = []
-    for name, values in taken.items():
-        beside = {} if name == "own" else {"own": taken["own"]}
-        rows.append(timing(f"{name}: a jog cycle", values, "us", per=CYCLES, beside=beside))
-    return Section("the arithmetic of a jog cycle", tuple(rows), note)
+    """Measure one cycle's arithmetic."""
+    taken = interleaved({"own": own()}, ROUNDS)["own"]
+    row = timing("a jog cycle", taken, "us", per=CYCLES)
+    return Section("The arithmetic of a jog cycle", (row,), f"medians of {ROUNDS} rounds")
 
 
 def terms() -> tuple[ArmConfig, SpeedLimits, Terms]:

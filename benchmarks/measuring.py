@@ -1,14 +1,21 @@
-"""Measuring things side by side: every case in turn, round after round, then medians and ratios."""
+"""Measuring things side by side: every case in turn, round after round, then medians and ratios.
+
+And how a benchmark of such sections is called and prints. Those that hold values against announced
+bounds are called and print by feel.py.
+"""
 
 from __future__ import annotations
 
+import argparse
 import contextlib
+import json
 import os
+import platform
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from statistics import median
 from types import MappingProxyType
@@ -43,20 +50,6 @@ class Section:
     title: str
     rows: tuple[Row, ...]
     note: str = ""
-
-
-def each(call: Callable[[Any], object], values: Sequence[Any]) -> Callable[[], object]:
-    """Return a case that makes a call for every value.
-
-    Each answer is dropped at once: thousands of postures that are kept would have the garbage
-    collector measured too.
-    """
-
-    def run() -> None:
-        for value in values:
-            call(value)
-
-    return run
 
 
 def interleaved(cases: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
@@ -119,3 +112,69 @@ def own_home() -> Iterator[Path]:
                     os.environ.pop(name, None)
                 else:
                     os.environ[name] = value
+
+
+def command() -> list[str]:
+    """Return how people call it: the script beside this interpreter, or the module."""
+    script = Path(sys.executable).with_name("armdrive")
+    return [str(script)] if script.is_file() else [sys.executable, "-m", "armdrive"]
+
+
+# -- how a benchmark of sections is called and prints ---------------------------------------------
+
+JSON = {"action": "store_true", "help": "print JSON lines"}
+
+
+def asked(
+    argv: list[str] | None,
+    description: str | None,
+    known: Iterable[str],
+    what: str = "section",
+    usual: Iterable[str] | None = None,
+    **flags: Mapping[str, Any],
+) -> argparse.Namespace:
+    """Return the options: `names` of what is asked for, or of what is `usual`, and the flags.
+
+    Usual is all that is known if nothing is said of it. The flags are as `add_argument` takes them.
+    """
+    known = list(known)
+    parser = argparse.ArgumentParser(description=(description or "").partition("\n")[0])
+    parser.add_argument("names", nargs="*", metavar=what.upper(), help=", ".join(known))
+    for name, flag in flags.items():
+        parser.add_argument(f"--{name}", **flag)
+    options = parser.parse_args(argv)
+    unknown = set(options.names) - set(known)
+    if unknown:
+        parser.error(f"no {what} is called {min(unknown)}; there are {', '.join(known)}")
+    options.names = options.names or list(usual or known)
+    return options
+
+
+def machine() -> str:
+    """Say what the figures were measured on."""
+    return (
+        f"Python {platform.python_version()} on {platform.system()} {platform.machine()}, "
+        f"{os.cpu_count()} processors"
+    )
+
+
+def show(name: str, section: Section, *, as_json: bool) -> None:
+    """Print a section for people or for programs."""
+    if as_json:
+        print(json.dumps({"section": name, **asdict(section)}), flush=True)
+        return
+    print(f"\n{section.title}: {section.note}")
+    for row in section.rows:
+        print(f"  {row}")
+    sys.stdout.flush()
+
+
+def report(
+    argv: list[str] | None, description: str | None, sections: Mapping[str, Callable[[], Section]]
+) -> int:
+    """Run the sections that are asked for, or all of them, and print each as it ends."""
+    options = asked(argv, description, sections, json=JSON)
+    print(json.dumps({"machine": machine()}) if options.json else machine())
+    for name in options.names:
+        show(name, sections[name](), as_json=options.json)
+    return 0

@@ -15,9 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
 
-from measuring import Row, Section, interleaved, own_home, ratio, timing
-from reporting import report
-from starting import command
+from measuring import Row, Section, command, interleaved, own_home, ratio, report, timing
 
 from armdrive import Arm, AsyncArm, Pose, PoseMove
 from armdrive.programs.program import ArmProgram, read_program

@@ -12,10 +12,9 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from statistics import median
+from typing import cast
 
-from measuring import Row, Section, interleaved, own_home, ratio, timing
-from reporting import report
-from sim_process import SimProcess
+from measuring import Row, Section, interleaved, own_home, ratio, report
 
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
@@ -50,7 +49,7 @@ class Swapped:
         """Do something while this one looks."""
         arm = self.arm
         with arm.pace.lock:
-            arm.tracer = arm.core.tracer = arm.engine.tracer = tracer
+            arm.tracer = arm.core.tracer = arm.engine.tracer = cast(FlightRecorder, tracer)
         call()
 
     def move(self) -> None:
@@ -106,23 +105,6 @@ def cpu(rounds: int = 30, dialects: Iterable[str] = tuple(DIALECTS)) -> Section:
     )
 
 
-def latency(rounds: int = 150) -> Section:
-    """Measure a READ over a pseudo-terminal to another process."""
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        SimProcess(Path(folder) / "arm") as sim,
-        Arm.connect(sim.port, dialect="teachmover") as arm,
-    ):
-        swapped = Swapped(arm)
-        taken = interleaved(swapped.cases(arm.read_inputs), rounds)
-    rows = (
-        timing("READ without the recorder", taken[BARE]),
-        timing("READ with it", taken["with"], beside={"without it": taken[BARE]}),
-        Row("added", (median(taken["with"]) - median(taken[BARE])) * 1e3, "ms"),
-    )
-    return Section("Latency of an exchange", rows, f"a pty, {rounds} exchanges each")
-
-
 def writing(seconds: float = 400.0) -> Section:
     """Measure a full ring: how long it keeps the wire's thread, and how long writing takes."""
     with _simulated("grbl") as swapped, tempfile.TemporaryDirectory() as folder:
@@ -149,7 +131,6 @@ def writing(seconds: float = 400.0) -> Section:
 
 SECTIONS: Mapping[str, Callable[[], Section]] = {
     "cpu": cpu,
-    "latency": latency,
     "writing": writing,
 }
 

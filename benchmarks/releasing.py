@@ -10,16 +10,15 @@ An increment is bounded by its own distance, and goes on to its end whoever lets
 stand in rows of their own whose first increment was still under way, and those of which a stall
 left a single repeat, which is a tap to whoever sees it alone.
 
-`--simulated` (the usual): the desk without its screen, on simulated time, the same in every run.
-`--real`: the whole desk on a headless terminal, a twin in another process, over a pty; `--quick` of
-it takes 10 s a dialect. Exit code 1 where a bound is broken.
+The desk works without its screen here, on simulated time: the same in every run. The whole desk in
+real time is in desk.py and desk_ends.py. Exit code 1 where a bound is broken.
 """
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
 
@@ -35,7 +34,6 @@ from tests.conformance.bench import Bench
 from tests.conformance.observation import Observation
 
 TIMES, QUICK_TIMES = 1000, 5
-REAL_TIMES, QUICK_REAL_TIMES = 12, 1
 QUIET_S = 0.6
 SELDOM_S = 0.02
 NOTHING_COMES_S = 0.4
@@ -118,22 +116,19 @@ class Seeing:
         )
 
 
-# -- on simulated time --------------------------------------------------------------------------
-
-
-class SimulatedHand:
-    """Presses keys of a desk on simulated time."""
+class Hand:
+    """Presses keys of a desk."""
 
     def __init__(self, bench: DenseMemoryBench, arm: Arm, home: Joints, luck: Random) -> None:
         self._bench, self._arm, self._home, self._luck = bench, arm, home, luck
 
-    def press(self, way: Press, *, lines: bool) -> Released:
+    def press(self, way: Press) -> Released:
         """Hold a key of a new desk, and watch what the arm does after it."""
         desk = SimulatedDesk(self._arm)
         set_up(desk)
         desk.hand.arm_keys()
         self._bench.sleep(NOTHING_COMES_S)
-        key = choose(desk, self._arm, self._home, self._luck, lines=lines)
+        key = choose(desk, self._arm, self._home, self._luck)
         start_s = self._arm.pace.now_s()
         lifted_s = start_s + way.lifted_s
         seeing: Seeing | None = None
@@ -163,40 +158,19 @@ class SimulatedHand:
                 seeing.take(self._bench.look())
 
 
-def simulated(dialect: str, times: int) -> Iterator[Figures]:
-    """Press so many keys of each kind, on simulated time."""
-    with DenseMemoryBench(dialect) as bench:
-        arm, home = at_home(bench)
-        for what, rate_hz, stalls in kinds(RATES_HZ):
-            luck = chance(dialect, what)
-            hand = SimulatedHand(bench, arm, home, luck)
-            draw = pressing(luck, rate_hz, stalls=stalls)
-            yield from figures(
-                dialect, what, [hand.press(draw(), lines=True) for _ in range(times)]
-            )
-
-
-# -- what both have in common -------------------------------------------------------------------
-
-
-def at_home(bench: Bench) -> tuple[Arm, Joints]:
+def at_home(bench: DenseMemoryBench) -> tuple[Arm, Joints]:
     """Connect, and bring the arm to the middle of where it will be jogged."""
     arm = bench.ready()
-    arm.move_j(**{f"{name}_deg": angle for name, angle in MIDDLE.items()})
+    arm.move_j(MIDDLE)
     return arm, arm.joints
 
 
-def kinds(rates_hz: Sequence[int]) -> Iterator[tuple[str, float, bool]]:
+def kinds() -> Iterator[tuple[str, float, bool]]:
     """Give each keyboard, without and with the stall."""
     for stalls in (False, True):
-        for rate_hz in rates_hz:
+        for rate_hz in RATES_HZ:
             words = ", the link stalls" if stalls else ""
             yield f"{rate_hz} Hz, {JITTER_S * 1e3:.0f} ms of jitter{words}", rate_hz, stalls
-
-
-def pressing(luck: Random, rate_hz: float, *, stalls: bool) -> Callable[[], Press]:
-    """Return what draws a press."""
-    return lambda: press(luck, rate_hz, stalls=stalls)
 
 
 def figures(dialect: str, what: str, found: list[Released]) -> Iterator[Figures]:
@@ -211,26 +185,20 @@ def figures(dialect: str, what: str, found: list[Released]) -> Iterator[Figures]
 
 
 def measure(options: Options, dialect: str) -> Iterator[Figures]:
-    """Measure one dialect on one clock."""
-    if options.simulated:
-        yield from simulated(dialect, options.times)
-        return
-    from feel_headless import real
-
-    most = QUICK_REAL_TIMES if options.quick else REAL_TIMES
-    rates_hz = RATES_HZ[-1:] if options.quick else RATES_HZ
-    yield from real(dialect, min(options.times, most), rates_hz)
+    """Press so many keys of each kind on one dialect."""
+    with DenseMemoryBench(dialect) as bench:
+        arm, home = at_home(bench)
+        for what, rate_hz, stalls in kinds():
+            luck = chance(dialect, what)
+            hand = Hand(bench, arm, home, luck)
+            found = [hand.press(press(luck, rate_hz, stalls=stalls)) for _ in range(options.times)]
+            yield from figures(dialect, what, found)
 
 
 def main(argv: list[str] | None = None) -> int:
     """Measure every dialect, or those that are asked for."""
     return report(
-        argv,
-        __doc__,
-        measure,
-        times=TIMES,
-        quick_times=QUICK_TIMES,
-        clocks=("simulated", "real"),
+        argv, __doc__, measure, times=TIMES, quick_times=QUICK_TIMES, clocks=("simulated",)
     )
 
 

@@ -6,8 +6,8 @@ In real time, on a twin in another process over a pty. Of a device that obeys a 
 `arm.request_stop()`, called in another thread than the engine's, to the return of the write that
 carried the stop; while the device's queue is full, where it has one, its position is asked for as
 often as the arm file may have it, and another thread reads the status all the time. Of all of them:
-from the call to the physical stand-still. The bound of both is what the status announced for the
-stand-still. Exit code 1 where it is broken.
+how long and how far the physical arm goes on when a motion is stopped, a jog is let go and the
+program is killed. The bound is what the status announced for it. Exit code 1 where one is broken.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from collections.abc import Callable, Iterator
 
 from feel import Figures, Measured, Options, report
 from feel_benches import DensePtyBench, chance
-from stopping import figures
 from tapping import tap
 
 from armdrive.abilities import Abort
@@ -30,7 +29,7 @@ from armdrive.blocking import run_blocking
 from armdrive.errors import ArmError
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
-from armdrive.tasks import MoveAlong, MoveBy
+from armdrive.tasks import MoveAlong, MoveBy, Reply, TaskBody
 from firmware_protocol.canopen import COMMAND_PDO, Command, Service, service_of
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker
@@ -39,7 +38,7 @@ from firmware_protocol.mks import Stop as DriveStop
 from firmware_protocol.robko01 import Device, Stop
 from kinematics import Motors
 from tests.conformance.motions import begin_sweep
-from tests.conformance.overrun import ENDINGS
+from tests.conformance.overrun import ENDINGS, StopMeasurement
 from tests.conformance.overrun import measure as overruns
 
 TIMES, QUICK_TIMES = 1000, 5
@@ -142,7 +141,7 @@ class Stream:
         with contextlib.suppress(ArmError):
             run_blocking(self._arm.runner.perform(self._flow(), within_s=PATIENCE_S))
 
-    def _flow(self):
+    def _flow(self) -> TaskBody[Reply]:
         ahead_s = self._arm.config.motion.planned_burst_s
         return (yield from self._arm.context.request(MoveAlong(self._segments(), ahead_s)))
 
@@ -229,12 +228,19 @@ def to_the_wire(dialect: str, times: int) -> Iterator[Figures]:
         yield Figures(dialect, "  segments that the device had queued", "", queued)
 
 
+def figures(dialect: str, what: str, found: list[StopMeasurement]) -> Iterator[Figures]:
+    """Give times and ways, each beside what was announced."""
+    times = [Measured(each.time_s * 1e3, each.announced_s * 1e3) for each in found]
+    yield Figures(dialect, what, "ms", times)
+    yield Figures(dialect, what, "mm", [Measured(each.way_mm, each.announced_mm) for each in found])
+
+
 def to_stand_still(dialect: str, times: int) -> Iterator[Figures]:
-    """Stop a planned motion, and watch the physical arm."""
-    ending = next(each for each in ENDINGS if each.what == "a motion is stopped")
+    """End motions in every way, and watch the physical arm."""
     portions = [min(PORTION, times - done) for done in range(0, times, PORTION)]
-    found = [each for portion in portions for each in overruns(dialect, ending, portion)]
-    yield from figures(dialect, "from a stop to stand-still", found)
+    for ending in ENDINGS:
+        found = [each for portion in portions for each in overruns(dialect, ending, portion)]
+        yield from figures(dialect, ending.what, found)
 
 
 def measure(options: Options, dialect: str) -> Iterator[Figures]:

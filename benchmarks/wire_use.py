@@ -20,7 +20,6 @@ from typing import ClassVar
 
 from feel import Figures, Measured, Options, report
 from feel_benches import DenseMemoryBench, DensePtyBench, knows_lines
-from wire import Counted
 
 from armdrive.abilities import BITS_A_CHARACTER, Budget
 from armdrive.arm import Arm
@@ -47,6 +46,26 @@ class Trip:
     bursts: int
 
 
+class Counted:
+    """Counts the bytes that pass a driver's wire, each way."""
+
+    def __init__(self, arm: Arm) -> None:
+        self.sent = self.heard = 0
+        link = arm.engine.link
+        write, read = link.write, link.read
+
+        def counted_write(data: bytes, now_s: float) -> None:
+            self.sent += len(data)
+            write(data, now_s)
+
+        def counted_read(now_s: float) -> bytes:
+            data = read(now_s)
+            self.heard += len(data)
+            return data
+
+        link.write, link.read = counted_write, counted_read  # type: ignore[method-assign]
+
+
 class QuickBench(DenseMemoryBench):
     """Looked at every ms, lest a short pause is missed."""
 
@@ -55,7 +74,10 @@ class QuickBench(DenseMemoryBench):
 
 def path() -> list[PathPart]:
     """Return a long path from a pose over the table, and back to it."""
-    at = lambda x, y, z, pitch=-70.0: Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch)  # noqa: E731
+
+    def at(x_mm: float, y_mm: float, z_mm: float, pitch_deg: float = -70.0) -> Pose:
+        return Pose.of(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm, pitch_deg=pitch_deg)
+
     return [
         LinePart(at(250, 120, 120), BLEND_MM),
         LinePart(at(180, 120, 150), BLEND_MM),

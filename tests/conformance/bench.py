@@ -6,7 +6,7 @@ import abc
 import contextlib
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from armdrive.abilities import Abilities, Switching
 from armdrive.arm import Arm
@@ -176,7 +176,7 @@ class Bench(abc.ABC):
         """Close the driver, and release what the bench uses."""
         self.disconnect()
 
-    def __enter__(self) -> Bench:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
