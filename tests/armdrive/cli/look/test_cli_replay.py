@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from recorder_bench import recorded_arm
+from served import Served
 
 from armdrive import Arm, ArmError
 from armdrive.cli.chosen_arm import connect_remembered
@@ -93,12 +94,10 @@ def test_a_recording_that_cannot_be_written_says_why(call):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 def test_a_fault_on_a_real_port_leaves_a_file_whose_replay_shows_it(call, tmp_path):
-    from sim_process import SimProcess
-
-    with SimProcess(tmp_path / "arm") as sim:
+    with Served("teachmover", pty=tmp_path / "arm") as sim:
         with Arm.connect(sim.port, dialect="teachmover") as arm:
             arm.confirm_reference()
-            sim.say("fault mute")
+            sim.tell("fault mute")
             with pytest.raises(ArmError):
                 arm.jog_j(base_deg=2)
         (file,) = recordings().glob("*error-stop*")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from cli_calls import write_arm_file
+from served import Served
 from waiting import looks
 
 from armdrive import Arm
@@ -90,8 +91,8 @@ def test_a_bus_is_looked_at_and_connected_to_and_nothing_changes(call, tmp_path,
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
     path = tmp_path / "can0"
     port = f"can:slcan:{path}?bitrate=500000"
-    with SimProcess(path, "cia402") as bus:
-        before = bus.state()
+    with Served("cia402", pty=path) as bus:
+        before = bus.look()[1]
         called = looked_at(call, "--can", port, "--ids", "1-7", "--json", drives=6)
         assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
         assert {each["protocol"] for each in called.json["drives"]} == {"canopen"}
@@ -99,12 +100,12 @@ def test_a_bus_is_looked_at_and_connected_to_and_nothing_changes(call, tmp_path,
         write_arm_file("bench", ARM.format(port=port))
         said = looked_at(call, "--arm", "bench", "--ids", "1-6").out
         assert "every drive of the arm file answers" in said
-        assert bus.state() == before
+        assert bus.look()[1] == before
         said = looked_at(call, "--arm", "bench", "--ids", "1-6", "--mend", "--yes").out
         assert "the controller's settings are what the arm file expects" in said
         with Arm.connect(port, dialect="cia402") as arm:
             assert arm.status.state is State.STANDBY
-        assert not bus.state()["moving"]
+        assert not bus.look()[1]["moving"]
 
 
 @needs_pty
@@ -133,16 +134,16 @@ def read_often(arm, times):
 @needs_pty
 def test_an_adapter_that_left_the_bus_comes_back_within_the_same_program(tmp_path):
     path = tmp_path / "can0"
-    with SimProcess(path, "mks") as bus, Arm.connect(bus.port, dialect="mks") as arm:
-        before = bus.state()["motors"]
-        bus.say("fault bus-off")
+    with Served("mks", pty=path) as bus, Arm.connect(bus.port, dialect="mks") as arm:
+        before = bus.watch.motors
+        bus.tell("fault bus-off")
         with pytest.raises(ArmError):
             read_often(arm, 200)
         assert arm.status.trust is not Trust.REFERENCED
-        bus.say("fault off")
+        bus.tell("fault off")
         if arm.status.state is State.DISCONNECTED:  # at once: the adapter is let go of before
             arm.reconnect()
         arm.reset()
         arm.enable()
         assert arm.status.state is State.STANDBY
-        assert bus.state()["motors"] == before
+        assert bus.watch.motors == before
