@@ -238,7 +238,8 @@ def _slow_note(context: MotionContext) -> str:
         return ""
     slowest_hz = context.core.controller.usable_rate_hz(0.0)
     return (
-        f"driven with stops: this controller turns a motor no slower than {slowest_hz:.1f} steps/s"
+        "driven with stops: armdrive turns a motor of this controller no slower than "
+        f"{slowest_hz:.1f} steps/s"
     )
 
 

@@ -164,7 +164,7 @@ def switches_of(config: ArmConfig) -> tuple[WiredSwitch, ...]:
         raise Refused(
             f"the arm file of {config.name} does not say that its controller stops at limit "
             f"switches: write hard_limits = true under [{config.connection.dialect}], then run "
-            f"`{mend}`, which writes the board's setting"
+            f"`{mend}`, which writes the board's setting or says where to change it"
         )
     transmission = config.model.transmission
     motors = () if transmission is None else transmission.motors
@@ -180,9 +180,10 @@ def make_ready(arm: Arm) -> None:
     for each in arm.core.differences:
         if "hard limits" in each.setting:
             mend = command_line("doctor", "--arm", arm.config.name, "--mend")
+            todo = f"`{mend}` writes it" if each.mend else "change it in the board's own file"
             raise SettingsDiffer(
                 f"{each.setting} is {each.found} in the controller, expected {each.expected}: "
-                f"`{mend}` writes it"
+                f"{todo}"
             )
     arm.reset()
 

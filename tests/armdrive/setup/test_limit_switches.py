@@ -111,9 +111,16 @@ def test_an_arm_that_counts_on_no_switches_is_refused():
         switches_of(simulated_config("teachmover"))
 
 
-def test_a_board_without_the_setting_is_to_be_mended_first():
-    arm = found(config(LIMITED), factory=True)
-    with pytest.raises(SettingsDiffer, match=r"\$21.*doctor --arm"):
+@pytest.mark.parametrize(
+    ("firmware", "todo"),
+    [
+        ("mega5x", r"\$21.*doctor --arm .* writes it"),
+        ("fluidnc", "change it in the board's own file"),
+    ],
+)
+def test_a_board_without_the_setting_is_to_be_mended_first(firmware, todo):
+    arm = found(config(LIMITED), firmware=firmware, factory=True)
+    with pytest.raises(SettingsDiffer, match=todo):
         make_ready(arm)
 
 
