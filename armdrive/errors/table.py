@@ -209,11 +209,17 @@ def _actions() -> Iterator[str]:
         "|---|---|---|---|\n"
     )
     for row in ACTIONS:
-        key = row.desk.strip("{}")
-        yield f"| `{row.python}` | `{row.command_line}` | `{row.shell}` | {key} |\n"
+        yield (
+            f"| `{row.python}` | `{row.command_line}` | `{row.shell}` | {_key_names(row.desk)} |\n"
+        )
     for phrase in PHRASES:
-        key = re.sub(r"press \{([a-z-]+)\}", r"\1", phrase.desk)
-        yield f"| {phrase.python} | {phrase.command_line} | {phrase.shell} | {key} |\n"
+        desk = _key_names(phrase.desk)
+        yield f"| {phrase.python} | {phrase.command_line} | {phrase.shell} | {desk} |\n"
+
+
+def _key_names(desk: str) -> str:
+    """Return the desk's words with the names of its keys, not with the keys themselves."""
+    return re.sub(r"(?:press )?\{([a-z-]+)\}", r"\1", desk)
 
 
 def _plain(text: str) -> str:

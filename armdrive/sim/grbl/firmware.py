@@ -1,7 +1,8 @@
 """The boards of the GRBL family as data: firmware quirks and settings.
 
 Unknown figures are guessed on the harsher side. Times are in seconds. Those of the 8-bit boards
-were measured on the real firmware in a processor simulator; the others were not measured.
+were measured on the real firmware in a processor simulator. Where another board was observed, the
+docstring says so.
 """
 
 from __future__ import annotations
