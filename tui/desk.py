@@ -70,7 +70,10 @@ _SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
 
 
 class ArmLink:
-    """Holds the latest status. The jog keys disarm in a state in which nothing can move the arm."""
+    """Holds the latest status.
+
+    The jog keys disarm after a stop, and in a state in which nothing can move the arm.
+    """
 
     def __init__(self, desk: Desk) -> None:
         self.status: Status = desk.arm.status

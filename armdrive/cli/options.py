@@ -42,8 +42,8 @@ def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) 
         words = help_of(row.summary, row.declare)
         action = listed.add_parser(name, help=row.summary, **words)
         row.declare(action)
-        found = examples(parser, f"{action.prog} ")
-        if found and not examples(action, f"{action.prog} "):
+        found = examples(parser, action.prog)
+        if found and not examples(action, action.prog):  # the command shows them for its actions
             action.epilog = "\n".join([action.epilog or "", "", "Examples:", *found]).lstrip()
         action.set_defaults(function=row.function)
 
@@ -84,10 +84,14 @@ def _is_prose(line: str) -> bool:
     return bool(line) and not line.startswith(" ")
 
 
-def examples(parser: argparse.ArgumentParser, begin: str) -> list[str]:
-    """Return the examples in the help of a command that begin with these words, on one line."""
+def examples(parser: argparse.ArgumentParser, prog: str) -> list[str]:
+    """Return the lines of a parser's help that show how `prog` is typed, and what it then does.
+
+    An example that goes on on the next line is left out.
+    """
     lines = (parser.epilog or "").splitlines()
-    return [line for line in lines if line.strip().startswith(begin) and not line.endswith("\\")]
+    shown = [line for line in lines if line.strip().startswith(f"{prog} ")]
+    return [line for line in shown if not line.endswith("\\")]
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -128,10 +132,12 @@ class CommandParser(argparse.ArgumentParser):
         elif (option := self._option_string_actions.get(words.partition(":")[0])) is not None:
             form = option.metavar if isinstance(option.metavar, str) else ""
             words = words.replace(":", f" {form}:" if form else ":", 1)
-        form = " ".join(self.format_usage().split()).removeprefix("usage: ")
-        for example in examples(self, f"{self.prog} ")[:1]:
-            form += f"`, as in `{re.split(' {2,}', example.strip())[0]}"
-        raise BadRequest(f"{words}; type `{form}`; see `{self.prog} --help`")
+        usage = " ".join(self.format_usage().split()).removeprefix("usage: ")
+        typed = f"type `{usage}`"
+        if shown := examples(self, self.prog):
+            command = re.split(" {2,}", shown[0].strip())[0]  # what it does stands behind it
+            typed += f", as in `{command}`"
+        raise BadRequest(f"{words}; {typed}; see `{self.prog} --help`")
 
 
 def _nearest(word: str, known: Iterable[str]) -> str:

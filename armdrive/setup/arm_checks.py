@@ -180,7 +180,7 @@ def make_ready(arm: Arm) -> None:
     for each in arm.core.differences:
         if "hard limits" in each.setting:
             mend = command_line("doctor", "--arm", arm.config.name, "--mend")
-            todo = f"`{mend}` writes it" if each.mend else "change it in the board's own file"
+            todo = f"`{mend}` writes it" if each.mend else "change it there"
             raise SettingsDiffer(
                 f"{each.setting} is {each.found} in the controller, expected {each.expected}: "
                 f"{todo}"

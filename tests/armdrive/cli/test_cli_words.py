@@ -191,7 +191,7 @@ def test_what_has_to_be_typed_has_an_example():
         typed = [
             each for each in parser._actions if each.required and not isinstance(each.choices, dict)
         ]
-        if typed and not options.examples(parser, f"{parser.prog} "):
+        if typed and not options.examples(parser, parser.prog):
             yield parser.prog
         for each in actions:
             for action in each.choices.values():

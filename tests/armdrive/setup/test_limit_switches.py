@@ -115,7 +115,7 @@ def test_an_arm_that_counts_on_no_switches_is_refused():
     ("firmware", "todo"),
     [
         ("mega5x", r"\$21.*doctor --arm .* writes it"),
-        ("fluidnc", "change it in the board's own file"),
+        ("fluidnc", r"\$21.*in the board's configuration file.*: change it there"),
     ],
 )
 def test_a_board_without_the_setting_is_to_be_mended_first(firmware, todo):

@@ -180,6 +180,18 @@ def test_axes_are_counted_in_a_report_until_contact_is_made():
     assert not parts.board.lacking
 
 
+def test_a_poll_before_which_one_was_unanswered_may_have_left_a_character():
+    parts = Parts()
+    parts.board.polls.ask(1.0)
+    assert not parts.board.polls.stray
+    parts.board.polls.ask(1.2)
+    assert parts.board.polls.stray
+    assert parts.board.polls.since_s == 1.0
+    parts.hear_line(IDLE, at_s=1.3)
+    assert parts.board.polls.since_s == math.inf
+    assert parts.board.polls.stray  # it may still be in the board's input line
+
+
 def test_the_segment_buffer_is_the_largest_until_the_firmware_is_known():
     board = Parts().board
     assert board.segment_buffer == SegmentBuffer(11)
