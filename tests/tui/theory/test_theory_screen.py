@@ -17,9 +17,8 @@ from tui.theory import LOOK_S, READ_ONLY, UNKNOWN_BUILD
 
 
 async def opened(session):
-    await session.press("f6")
-    await session.pilot.pause()
-    await session.poll()
+    await session.keys("f6")
+    await session.poll()  # in the room that it has once it is laid out
     assert session.desk.screens.current.place == "theory"
 
 
