@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.sim.device import Board, Options, lacks, options_from, speed_error
+from armdrive.sim.device import Board, lacks, speed_error
 from armdrive.sim.mechanics.motors import MotorDrive, MotorRack, MotorSpeed
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
@@ -272,9 +272,9 @@ class ArmdroidBoard(Board):
         self.rpm, self._greeting = RPM_DEFAULT, False
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> ArmdroidBoard:
+def _make(config: ArmConfig, world: World, quirks: ArmdroidQuirks) -> ArmdroidBoard:
     """Make the board as a program finds it that has just opened the port."""
-    board = ArmdroidBoard(world, ArmdroidQuirks(**options.values), baud=config.connection.baud)
+    board = ArmdroidBoard(world, quirks, baud=config.connection.baud)
     if board.quirks.greets:
         board.opened()
     return board
@@ -284,5 +284,5 @@ KIND = SimDeviceKind(
     title="Armdroid",
     board=ArmdroidBoard,
     make=_make,
-    options=options_from(ArmdroidQuirks),
+    settings=ArmdroidQuirks,
 )

@@ -14,13 +14,13 @@ from __future__ import annotations
 import itertools
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Board, Options, options_from, speed_error
+from armdrive.sim.device import Board, speed_error
 from armdrive.sim.mechanics.motors import CoordinatedDrive, MotorSpeed
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
@@ -82,7 +82,7 @@ def rate_hz(speed: int, error: float) -> float:
 class TwinSettings:
     """What is unverified about the real arm, or differs between arms.
 
-    `grip_bit` is the input bit of the grip switch, by the arm file; the rest are options.
+    `grip_bit` is the input bit of the grip switch, by the arm file; the rest can be chosen.
     """
 
     speed_error: float = speed_error("0.2: motors a fifth slower than the driver's table says")
@@ -326,9 +326,9 @@ def signed(count: int) -> int:
     return (count + _HALF) % _WORD - _HALF
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> TeachMoverBoard:
+def _make(config: ArmConfig, world: World, settings: TwinSettings) -> TeachMoverBoard:
     device: TeachMoverSettings = config.device
-    settings = TwinSettings(grip_bit=device.grip_bit, **options.values)
+    settings = replace(settings, grip_bit=device.grip_bit)
     return TeachMoverBoard(world, settings, baud=config.connection.baud)
 
 
@@ -336,5 +336,5 @@ KIND = SimDeviceKind(
     title="TeachMover",
     board=TeachMoverBoard,
     make=_make,
-    options=options_from(TwinSettings),
+    settings=TwinSettings,
 )

@@ -13,9 +13,10 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulate_device, simulated_kind
 from armdrive.sim.bus import DrivesBoard
-from armdrive.sim.device import Options, Value
+from armdrive.sim.device import parse_settings, settings_of
 from armdrive.sim.faults import check_faults, faults_of, parse_option
 from armdrive.sim.simulated_arm import SimDeviceKind
+from armdrive.text.toml import Rule, rule_of
 from armdrive.transports.address import BITRATE
 
 
@@ -52,7 +53,7 @@ def _serve(options: argparse.Namespace) -> int:
     config = simulated_config(options.dialect)
     if options.baud is not None:
         config = replace(config, connection=replace(config.connection, baud=options.baud))
-    settings = Options.parse(simulated_kind(options.dialect).options, options.set)
+    settings = parse_settings(simulated_kind(options.dialect).settings, options.set)
     if options.speed_error is not None:
         settings["speed_error"] = options.speed_error
     device = simulate_device(config, play=options.play, settings=settings)
@@ -96,8 +97,8 @@ def _listing(kinds: Mapping[str, SimDeviceKind]) -> str:
 
 def _one(dialect: str, kind: SimDeviceKind) -> str:
     settings = [
-        (f"{row.name}={_shown(row.default)}", _with_choices(row.summary, row.choices))
-        for row in kind.options
+        (f"{name}={_shown(row.default)}", _with_choices(rule_of(row)))
+        for name, row in settings_of(kind.settings).items()
     ]
     faults = [(row.usage, row.summary) for row in faults_of(kind.board)]
     width = max(len(usage) for usage, _ in [*settings, *faults])
@@ -112,5 +113,5 @@ def _shown(value: object) -> str:
     return ("yes" if value else "no") if isinstance(value, bool) else str(value)
 
 
-def _with_choices(summary: str, choices: tuple[Value, ...]) -> str:
-    return f"{summary} ({', '.join(map(str, choices))})" if choices else summary
+def _with_choices(rule: Rule) -> str:
+    return f"{rule.help} ({', '.join(map(str, rule.words))})" if rule.words else rule.help

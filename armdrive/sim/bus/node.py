@@ -1,4 +1,4 @@
-"""One drive on a simulated CAN bus: its quirks, its motor, its supply and its cable.
+"""One drive on a simulated CAN bus: its motor, its supply and its cable.
 
 These are the parts of every kind of drive. `BusNode` is what a kind adds: which frames it obeys and
 sends, and when it acts by itself.
@@ -7,50 +7,26 @@ sends, and when it acts by itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Option, Value
 from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.saved import Json
+from armdrive.text.toml import setting
 from firmware_protocol.frames import Frame
 from kinematics.text import counted
 
-# --- Quirks --------------------------------------------------------------------------------------
+# --- Settings ------------------------------------------------------------------------------------
 
-_LONGEST_MS = 1000.0  # the greatest value of a quirk in milliseconds
-
-
-@dataclass(frozen=True, slots=True)
-class Quirk:
-    """A peculiarity of real drives, or a point on which no source says what they do.
-
-    `source` is a manual with its version, a standard with its section, a project's source or an
-    observation. A `guess` was never measured: its default is the behaviour that is harder for a
-    driver, if there is one. A quirk without a default cannot be switched off.
-    """
-
-    name: str
-    default: Value | None
-    does: str
-    source: str
-    choices: tuple[str, ...] = ()
-    guess: bool = False
-    least: float = 0.0
-    most: float = _LONGEST_MS
+_LONGEST_MS = 1000.0
 
 
-def options_of(quirks: Iterable[Quirk]) -> tuple[Option, ...]:
-    """Return the settings with which a person or a test chooses quirks."""
-    return tuple(
-        Option(row.name, row.default, row.does, row.choices, (row.least, row.most))
-        for row in quirks
-        if row.default is not None
-    )
+def milliseconds(default: float, means: str, source: str) -> Any:
+    """Declare how long a drive takes for something, which is a quirk: up to a second."""
+    return setting(default, means, low=0.0, high=_LONGEST_MS, source=source)
 
 
 def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:

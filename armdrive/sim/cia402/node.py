@@ -12,8 +12,8 @@ from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import NodeMotor, NodePort
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
 from armdrive.sim.cia402.objects import DriveObjects
+from armdrive.sim.cia402.quirks import Cia402Quirks
 from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States
-from armdrive.sim.device import Options
 from armdrive.sim.world.saved import Json
 from armdrive.text.toml import setting
 from firmware_protocol import canopen
@@ -37,10 +37,10 @@ class Cia402Node:
         number: int,
         dictionary: canopen.Dictionary,
         modes: Collection[OperationMode],
-        quirks: Options,
+        quirks: Cia402Quirks,
     ) -> None:
         self.motor = motor
-        self.port = NodePort(quirks.number("answer_ms") / 1000)
+        self.port = NodePort(quirks.answer_ms / 1000)
         self._modes, self._quirks = modes, quirks
         self.objects = DriveObjects(dictionary, number, serial=motor.index + 1)
         self.motion = Cia402Motion(motor, self.objects, quirks)
@@ -250,8 +250,8 @@ class Cia402Node:
     def begin(self, now_s: float) -> None:
         """Start after power has returned; the boot-up message follows later."""
         self._renew(self.number)
-        self.port.boots_s = now_s + self._quirks.number("boot_s")
-        if not self._quirks.flag("keeps_position"):
+        self.port.boots_s = now_s + self._quirks.boot_s
+        if not self._quirks.keeps_position:
             self.motor.count_from(0)
 
     def restart(self, now_s: float) -> None:
@@ -274,7 +274,7 @@ class Cia402Node:
         self.states.forsaken = False
         self.objects.renew_communication(number)
         self._forget_talk()
-        self.port.boots_s = now_s + self._quirks.number("reset_ms") / 1000
+        self.port.boots_s = now_s + self._quirks.reset_ms / 1000
 
     def _forget_talk(self) -> None:
         self.nmt, self.sdo = canopen.NmtNode(self.number), canopen.SdoServer(self.number)

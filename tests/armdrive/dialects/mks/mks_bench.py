@@ -14,11 +14,12 @@ from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
 from armdrive.sim.bus import switch_power
 from armdrive.sim.bus.node import NodeMotor
-from armdrive.sim.device import Options, SimDevice
+from armdrive.sim.device import SimDevice
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.mks import KIND, MksBoard
+from armdrive.sim.mks import MksBoard
 from armdrive.sim.mks.motion import MAKES_UP, Flash
 from armdrive.sim.mks.node import MksNode
+from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
@@ -184,7 +185,7 @@ class MksBench(BusBench):
         config = ArmConfig(
             "bench", "bench", preset("minimover5-mks"), Connection("grbl"), device=device
         )
-        count, quirks = len(device.ids), Options(KIND.options, {"enabled_on": False})
+        count, quirks = len(device.ids), MksQuirks(enabled_on=False)
         versions = firmware if isinstance(firmware, list) else [firmware] * count
         shafts, nodes = FreeShafts(count), []
         for index, node in enumerate(device.ids):
