@@ -102,13 +102,13 @@ class SavedBoard:
 class SharedState:
     """State shared by a board and its device, which sets the time, the power and the inputs.
 
-    `outgoing` holds the bytes waiting to be sent. Boards append to it and never replace it.
+    `outgoing` holds what waits to be sent: bytes, or on a bus frames. Boards only append to it.
     """
 
     now_s: float = 0.0
     powered: bool = True
     inputs_set: int = 0
-    outgoing: bytearray = field(default_factory=bytearray)
+    outgoing: Any = field(default_factory=bytearray)
 
 
 class Board(abc.ABC):
@@ -126,6 +126,8 @@ class Board(abc.ABC):
     """The smallest and largest value of a position register."""
     saved_as: ClassVar[type[Any]] = SavedBoard
     """The dataclass of the board's own saved state."""
+    message: ClassVar[type[Any]] = bytes
+    """What arrives or leaves at once: bytes, or on a bus a tuple of frames."""
     byte_gap_s: float = 0.0
     """A pause after each byte that the board sends."""
 
@@ -166,8 +168,8 @@ class Board(abc.ABC):
     # Bytes and time.
 
     @abc.abstractmethod
-    def receive(self, data: bytes) -> None:
-        """Receive bytes that arrive now. Called only while the power is on."""
+    def receive(self, message: Any) -> None:
+        """Receive bytes (or frames) that arrive now. Called only while the power is on."""
 
     def due_s(self) -> float:
         """Return when the board next acts on its own; by default when the motion ends."""
@@ -250,18 +252,16 @@ class SimDevice:
         """The pause after each byte that the device sends."""
         return self.board.byte_gap_s
 
-    def receive(self, data: bytes, now_s: float) -> None:
-        """Receive bytes that have arrived by now. Without power they are lost."""
+    def receive(self, message: Any, now_s: float) -> None:
+        """Receive a message that has arrived by now. Without power it is lost."""
         self._advance(now_s)
         if self.powered:
-            self.board.receive(data)
+            self.board.receive(message)
 
-    def transmit(self, now_s: float) -> bytes:
+    def transmit(self, now_s: float) -> Any:
         """Advance the arm to now and return what the board has sent since the last call."""
         self._advance(now_s)
-        if not self._shared.outgoing:
-            return b""
-        sent = bytes(self._shared.outgoing)
+        sent = self.board.message(self._shared.outgoing)
         self._shared.outgoing.clear()
         return sent
 

@@ -38,8 +38,6 @@ from armdrive.sim.wire import (
     Share,
     WireDirection,
     changed,
-    frame_doubled,
-    frame_lost,
     late,
     lost,
     overtaken,
@@ -387,7 +385,7 @@ def replug(bench: FaultBench, request: FaultRequest) -> Fault:
     bench.cable.replug(words[0] if words else None)
 
 
-# --- A CAN bus and its drives: frames lost or overtaken, drives mute or reset --------------------
+# --- A CAN bus and its drives: frames overtaken, drives mute or reset ------------------------------
 # These faults need a board that is `DrivesBoard`; some need one that `SaysEmergencies`.
 
 _CODE = re.compile(r"[0-9A-Fa-f]{4}")
@@ -502,13 +500,11 @@ def _drives(bench: FaultBench) -> DriveControls:
 AMOUNT = "P|#N|next"
 """How much: each byte with a probability, the n-th byte from now, or all of the next message.
 
-For frames: each with a probability, the one with the n-th byte from now, or the next.
+On a bus frames take the place of bytes.
 """
 _ON_BUS = tuple(
     replace(kind, needs=DrivesBoard)
     for kind in (
-        FaultKind("lose-frame", AMOUNT, "frames are lost", on_wire(lambda _: frame_lost)),
-        FaultKind("double-frame", AMOUNT, "frames arrive twice", on_wire(lambda _: frame_doubled)),
         FaultKind(
             "overtake",
             AMOUNT,
@@ -569,14 +565,16 @@ _OF_DRIVES = tuple(
 )
 """Faults of drives that have error codes."""
 _ON_ANY = (
-    FaultKind("drop", AMOUNT, "bytes are lost", on_wire(lambda _: lost)),
+    FaultKind("drop", AMOUNT, "bytes, or frames of a bus, are lost", on_wire(lambda _: lost)),
     FaultKind(
         "corrupt",
         AMOUNT,
-        "bytes have a bit flipped",
+        "bytes have a bit flipped; such a frame is lost",
         on_wire(lambda request: changed(draw(request, 2))),
     ),
-    FaultKind("duplicate", AMOUNT, "bytes arrive twice", on_wire(lambda _: repeated)),
+    FaultKind(
+        "duplicate", AMOUNT, "bytes, or frames of a bus, arrive twice", on_wire(lambda _: repeated)
+    ),
     FaultKind("delay", f"SECONDS [{AMOUNT}]", "messages are late", on_wire(delaying, 1, "1")),
     FaultKind("mute", "", "the device sends nothing", mute),
     FaultKind("garbage", "[COUNT]", "the device sends noise (8 bytes)", garbage),

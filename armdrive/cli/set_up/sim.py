@@ -84,7 +84,7 @@ def _serve(options: argparse.Namespace) -> int:
 # The tables of what people can choose: settings and faults of each dialect's device.
 
 _FAULT_NOTE = (
-    "P is a probability for each byte, #N the N-th byte from now, next the whole\n"
+    "P is a probability for each byte (of a bus: frame), #N the N-th from now, next the whole\n"
     "next message; wire faults take from=host or from=device, and seed=N;\n"
     "for=SECONDS limits the duration; --fault drop:0.01,from=host@5 begins after 5 s."
 )

@@ -18,7 +18,7 @@ from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, unfit
-from firmware_protocol.frames import Unpacker
+from firmware_protocol.frames import Frame
 from kinematics.spaces import Motors
 from kinematics.text import counted
 
@@ -27,13 +27,14 @@ N = TypeVar("N", bound=BusNode)
 
 
 class DrivesBoard(Board, Generic[N]):
-    """All drives of an arm in the place of one board: packed frames go in and come out.
+    """All drives of an arm in the place of one board: frames go in and come out.
 
     Input bit n is the switch of drive n. Drives do not receive each other's frames: that would
     matter only if two drives shared an id, or a group had the id of a drive.
     """
 
     register_range = (-COUNT_MOST, COUNT_MOST)
+    message = tuple
 
     def __init__(self, world: World, shafts: ShaftDrive, nodes: Sequence[N], bits_s: int) -> None:
         super().__init__(world, shafts, None)
@@ -43,7 +44,7 @@ class DrivesBoard(Board, Generic[N]):
         self._dues = [math.inf for _ in self.nodes]
         self._nodes_due_s = self._due_s = math.inf
         """When a drive acts next or its shaft is due; and the same, or when a frame is ready."""
-        self._unpacker = Unpacker()
+        self.shared.outgoing = []
         self.drives = DriveControls(self, bits_s)
         """What can be done to single drives."""
         self.line = partial(BusLine, bitrate=bits_s)
@@ -114,10 +115,10 @@ class DrivesBoard(Board, Generic[N]):
 
     # Time.
 
-    def receive(self, data: bytes) -> None:
+    def receive(self, message: tuple[Frame, ...]) -> None:
         """Pass the frames that have arrived to the drives that listen for them."""
         now_s = self.now_s
-        for frame in self._unpacker.feed(data):
+        for frame in message:
             ears = [node for node in self.nodes if node.listens(frame.can_id)]
             for node in ears:
                 node.receive(frame, now_s)
@@ -140,8 +141,8 @@ class DrivesBoard(Board, Generic[N]):
             port, index = node.port, node.motor.index
             self._dues[index] = node.due_s()
             if port.outgoing:
-                for data in port.outgoing:
-                    self._outbox.put(self.now_s + port.answer_s, (index, data))
+                for frame in port.outgoing:
+                    self._outbox.put(self.now_s + port.answer_s, (index, frame))
                 port.outgoing.clear()
         self._nodes_due_s = min(*self._dues, self._shafts.look_s)
         self._due_s = min(self._nodes_due_s, self._outbox.next_s)
@@ -169,7 +170,6 @@ class DrivesBoard(Board, Generic[N]):
             switch_power(node, False, self.now_s)
         self._outbox.clear()  # what a drive had ready to send dies with its supply
         self._due_s = self._nodes_due_s
-        self._unpacker = Unpacker()
 
     def reset(self) -> None:
         """Restart every drive; until it has started, its shaft is free."""

@@ -119,7 +119,7 @@ class NodePort:
         """Whether it does not report the end of a motion."""
         self.boots_s = -math.inf
         """When its firmware has started; minus infinity once it has."""
-        self.outgoing: list[bytes] = []
+        self.outgoing: list[Frame] = []
         """The frames that the board has to put on the bus."""
 
     @property
@@ -132,10 +132,10 @@ class NodePort:
         """Whether it has power and has started."""
         return self.powered and not self.booting
 
-    def say(self, data: bytes) -> None:
-        """Put bytes on the bus."""
-        if data and self.powered and self.plugged and not self.mute:
-            self.outgoing.append(data)
+    def say(self, frame: Frame | None) -> None:
+        """Put a frame on the bus, if there is one."""
+        if frame is not None and self.powered and self.plugged and not self.mute:
+            self.outgoing.append(frame)
 
 
 class BusNode(Protocol):

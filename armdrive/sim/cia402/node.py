@@ -20,7 +20,7 @@ from firmware_protocol import canopen
 from firmware_protocol.canopen import AbortCode, NmtCommand, NodeState, OperationMode, Place
 from firmware_protocol.canopen.pdo import PDO_PARAMETERS, DevicePdos
 from firmware_protocol.errors import BadField, RemoteProtocolError
-from firmware_protocol.frames import Frame, pack
+from firmware_protocol.frames import Frame
 
 NMT, SYNC = canopen.cob_id(canopen.Service.NMT), canopen.cob_id(canopen.Service.SYNC)
 _SDO, _HEARTBEAT = 0x600, 0x700
@@ -46,7 +46,7 @@ class Cia402Node:
         self.motion = Cia402Motion(motor, self.objects, quirks)
         self.states = Cia402States(motor, self.motion, self.objects, self.say_emcy)
         self.pdos = DevicePdos(
-            dictionary, self.objects.number_of, self.reader, self._act, self._say
+            dictionary, self.objects.number_of, self.reader, self._act, self.port.say
         )
         self._forget_talk()
         self.nmt.booted()  # its boot-up message was sent long ago
@@ -88,14 +88,11 @@ class Cia402Node:
             self.silent_s = now_s + watch.silence_ms / 1000
             self.states.take_back()
 
-    def _say(self, frame: Frame | None) -> None:
-        self.port.say(b"" if frame is None else pack(frame))
-
     def say_emcy(self, code: int) -> None:
         """Send an EMCY with an error code."""
         if self.nmt.takes("emcy"):
             register = self.objects.number_of(canopen.ERROR_REGISTER, 0)
-            self._say(canopen.Emergency(self.number, code, register).frame)
+            self.port.say(canopen.Emergency(self.number, code, register).frame)
 
     def _tell_changes(self, now_s: float) -> None:
         if self._by_pdo:
@@ -129,7 +126,7 @@ class Cia402Node:
             elif isinstance(event, canopen.WriteAsked):
                 answers.append(self._write(event, now_s))
         for each in answers:
-            self._say(each)
+            self.port.say(each)
 
     def _write(self, ask: canopen.WriteAsked, now_s: float) -> Frame | None:
         entry = self.objects.dictionary.find(ask.place)
@@ -211,12 +208,12 @@ class Cia402Node:
             return
         if self.port.booting and self.port.boots_s <= now_s:
             self.port.boots_s = -math.inf
-            self._say(self.nmt.booted())
+            self.port.say(self.nmt.booted())
             for code in sorted(self.states.ailing):
                 self.states.fault(code, now_s)
         if self.beat_s <= now_s:
             self.beat_on(self.beat_s)
-            self._say(self.nmt.heartbeat.frame)
+            self.port.say(self.nmt.heartbeat.frame)
         if self.silent_s <= now_s:
             self.silent_s = math.inf
             self.states.forsake(now_s)

@@ -18,7 +18,7 @@ from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.world.saved import Json
 from firmware_protocol import mks
 from firmware_protocol.errors import BadField
-from firmware_protocol.frames import Frame, pack
+from firmware_protocol.frames import Frame
 from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Asked, Code, Outcome
 
 BOARD = 2
@@ -85,7 +85,7 @@ class MksNode:
             return
         self.motion.feed_watchdog(now_s)
         if self._is_for(frame.can_id):
-            self.device.receive_data(pack(frame))
+            self.device.receive_frame(frame)
         while (event := self.device.next_event()) is not None:
             if isinstance(event, Asked):
                 if event.request.code is not Code.ABSOLUTE_AXIS:  # streamed targets need no reading
@@ -126,7 +126,7 @@ class MksNode:
         """Report the outcome of a request; the end of a motion only if the quirks allow that."""
         withheld = self.port.withheld or not self.quirks.says_done
         quiet = withheld and outcome is Outcome.DONE and asked is self.motion.under_way
-        self.port.say(b"" if quiet else self.device.tell(asked, outcome))
+        self.port.say(None if quiet else self.device.tell(asked, outcome))
 
     # Power.
 

@@ -361,7 +361,7 @@ def test_ctrl_c_in_motion_stops_the_motor():
 @pytest.mark.parametrize("seed", range(amount(3, 20)))
 def test_lost_frames_turn_nothing_farther_than_was_announced(seed):
     bench = Bench()
-    bench.twin.faults.add("lose-frame", 0.04, seed=seed)
+    bench.twin.faults.add("drop", 0.04, seed=seed)
     most, start = [0], bench.twin.world.motors
 
     def watched():

@@ -384,7 +384,7 @@ def test_two_drives_with_one_id_are_reported_and_a_late_answer_is_not():
     assert [each.doubled for each in found.drives] == [False, True]
     assert "two drives have this id" in words(mks.of_answers(found, BusHealth()))
     late = bus_bench()
-    late.twin.faults.add("double-frame", 0.02, seed=3)
+    late.twin.faults.add("duplicate", 0.02, seed=3)
     assert not any(each.doubled for each in late.survey((1, 2, 3)).drives)
 
 
@@ -444,7 +444,7 @@ def test_a_bus_that_was_left_is_a_problem_and_one_that_warns_a_note():
 
 def test_answers_that_get_lost_point_to_the_wiring():
     on = bus_bench()
-    on.twin.faults.add("lose-frame", 0.2, seed=5)
+    on.twin.faults.add("drop", 0.2, seed=5)
     found = on.survey((1, 2, 3))
     assert found.drives
     missed = sum(each.missed for each in found.drives)

@@ -11,7 +11,18 @@ from hypothesis import strategies as st
 from armdrive.errors import LinkLost
 from armdrive.sim.bus.line import BusLine, BusSide, FrameBus
 from armdrive.sim.serving.servers import Adapter
-from armdrive.sim.wire import MemoryLink, Next, Rule, Share, frame_lost, late, lost, overtaken
+from armdrive.sim.wire import (
+    MemoryLink,
+    Next,
+    Nth,
+    Rule,
+    Share,
+    changed,
+    late,
+    lost,
+    overtaken,
+    repeated,
+)
 from armdrive.transports.can_health import frame_bits
 from firmware_protocol.frames import (
     LONGEST_LINE,
@@ -218,15 +229,22 @@ class TestLink:
         assert [each for _, each in bench.run()] == [Frame(6, b"\r\n\r\n")]
 
     def test_a_lost_frame_is_lost_and_the_next_is_not(self):
-        for effect in (frame_lost, lost):
+        for effect in (lost, changed(random.Random(1))):
             bench = Bench()
             bench.link.line.faults.host.rules.append(Rule(effect, Next()))
             bench.write(Frame(1), Frame(3))
             assert [each.can_id for _, each in bench.run()] == [4]
 
+    @pytest.mark.parametrize(("amount", "there"), [(Nth(2), [4, 4, 2]), (Next(), [2, 2, 4])])
+    def test_faults_count_frames(self, amount, there):
+        bench = Bench()
+        bench.link.line.faults.host.rules.append(Rule(repeated, amount))
+        bench.write(Frame(1), Frame(3))
+        assert sorted(each.can_id for _, each in bench.run()) == sorted(there)
+
     def test_a_lost_answer_was_heard_by_the_drive(self):
         bench = Bench()
-        bench.link.line.faults.device.rules.append(Rule(frame_lost, Next()))
+        bench.link.line.faults.device.rules.append(Rule(lost, Next()))
         bench.write(Frame(1))
         assert bench.run() == []
         assert len(bench.drive.heard) == 1
