@@ -18,7 +18,7 @@ from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.sim.mechanics.motors import SPEED_ERRORS, MotorDrive, MotorSpeed, SwitchState
+from armdrive.sim.mechanics.motors import MotorDrive, SwitchState
 from armdrive.sim.wire import DeviceLine, TimeQueue, WireDevice
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, require_counts, unfit, world_to_json
@@ -36,13 +36,6 @@ class HasPendant(Protocol):
 
     def return_control(self) -> bool:
         """Return control to the host. Returns False if the host already has it."""
-
-
-@runtime_checkable
-class HasSpeedError(Protocol):
-    """A board whose motors can turn faster or slower than its registers assume."""
-
-    motor_speed: MotorSpeed
 
 
 @runtime_checkable
@@ -434,9 +427,8 @@ def parse_settings(kind: type[Any], words: Iterable[str]) -> dict[str, Value]:
 
 
 def speed_error(means: str) -> Any:
-    """Declare the error of the motors' speed, which is the same setting of several devices."""
-    low, high = SPEED_ERRORS
-    return setting(0.0, means, low=low, high=high)
+    """Declare how much longer motions last than the board assumes: 0.2 is a fifth longer."""
+    return setting(0.0, means, low=-0.95, high=100.0)
 
 
 def _row(kind: type[Any], name: str) -> Field[Any]:

@@ -76,8 +76,7 @@ class SimulatedOperator:
 def recalled(
     data: object,
     make: Callable[[World], Board],
-    body: ArmBody | None = None,
-    *,
+    body: ArmBody,
     what: str = "device",
 ) -> SimDevice:
     """Recreate the world and the device. Raises `StateFileError` if the saved data do not fit."""
@@ -196,7 +195,7 @@ class SimDeviceKind:
             raise BadRequest("a saved world has a table of its own: it cannot be put on another")
         known = _of_dialect(saved, config.connection.dialect)
         what = f"simulated {self.title}"
-        return recalled(known, lambda world: self.make(config, world, own), body, what=what)
+        return recalled(known, lambda world: self.make(config, world, own), body, what)
 
 
 def _of_dialect(saved: object, dialect: str) -> object:

@@ -65,7 +65,7 @@ def main(path: str, *words: str) -> None:
         tcp=address if where == "--tcp" else None,
         slcan=Path(address) if where == "--slcan" else None,
     )
-    offered = server.can_address if isinstance(server, SlcanServer) else server.address
+    offered = server.can_addresses[0] if isinstance(server, SlcanServer) else server.address
     sys.stdout.write(f"it speaks {config.connection.dialect} at {offered}; and waits\n")
     sys.stdout.flush()
     say = partial(print, flush=True)

@@ -54,8 +54,6 @@ def _serve(options: argparse.Namespace) -> int:
     if options.baud is not None:
         config = replace(config, connection=replace(config.connection, baud=options.baud))
     settings = parse_settings(simulated_kind(options.dialect).settings, options.set)
-    if options.speed_error is not None:
-        settings["speed_error"] = options.speed_error
     device = simulate_device(config, play=options.play, settings=settings)
     board = device.board
     faults = [parse_option(text) for text in options.fault]
@@ -66,9 +64,11 @@ def _serve(options: argparse.Namespace) -> int:
         udp=options.udp,
         slcan=Path(options.slcan) if options.slcan else None,
         beside=Path(options.beside) if options.beside else None,
-        bits_s=board.drives.bits_s if isinstance(board, DrivesBoard) else BITRATE,
+        bits_s=board.bits_s if isinstance(board, DrivesBoard) else BITRATE,
     )
-    where = server.can_address if isinstance(server, servers.SlcanServer) else server.address
+    where = server.address
+    if isinstance(server, servers.SlcanServer):
+        where = server.can_addresses[0]
     say(
         f"a simulated {config.title} speaks {options.dialect} at {where}; "
         "Ctrl-C ends it, help lists commands"

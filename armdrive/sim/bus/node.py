@@ -163,6 +163,14 @@ class BusNode(Protocol):
     def forget(self, now_s: float) -> None:
         """Release the shaft, and forget what is lost without power."""
 
+    def switch_power(self, on: bool, now_s: float) -> None:
+        """Switch the supply off or on."""
+        if not on:
+            self.forget(now_s)
+        self.port.powered = on
+        if on:
+            self.begin(now_s)
+
     def begin(self, now_s: float) -> None:
         """Start after power has returned."""
 

@@ -9,7 +9,7 @@ from functools import lru_cache, partial
 from types import MappingProxyType
 
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import NodeMotor, NodePort
+from armdrive.sim.bus.node import BusNode, NodeMotor, NodePort
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
 from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.cia402.quirks import Cia402Quirks
@@ -28,8 +28,8 @@ _HEARTBEATS = range(0x701, 0x780)
 _ROUNDING = 1e-6
 
 
-class Cia402Node:
-    """A drive on one motor (a `BusNode`); `number` is its node id."""
+class Cia402Node(BusNode):
+    """A drive on one motor; `number` is its node id."""
 
     def __init__(
         self,

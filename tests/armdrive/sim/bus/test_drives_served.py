@@ -88,7 +88,7 @@ def test_its_adapter_leaves_the_bus_until_it_is_opened_anew(served):
         served.tell("fault bus-off")
         say(bus, ask)
         assert hear(bus, 0.1) is None
-        assert served.server.adapter.refused == 1
+        assert served.server.adapters[0].refused == 1
     with served.open() as bus:
         say(bus, ask)
         assert answer(bus).code is mks.Code.ENCODER
@@ -96,7 +96,7 @@ def test_its_adapter_leaves_the_bus_until_it_is_opened_anew(served):
         served.tell("fault alone")
         say(bus, ask)
         assert hear(bus, 0.1) is None
-        assert served.server.adapter.refused == 1
+        assert served.server.adapters[0].refused == 1
         served.tell("fault off")
         say(bus, ask)
         assert answer(bus).code is mks.Code.ENCODER
