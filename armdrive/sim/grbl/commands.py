@@ -33,7 +33,6 @@ from armdrive.sim.grbl.parser import STORED
 from firmware_protocol.grbl import (
     Bracketed,
     CheckMode,
-    Feedback,
     Help,
     Home,
     Parameter,
@@ -92,7 +91,8 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
             return _STILL_PRESSED
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
     _set_position(board, axes)
-    board.state = State.IDLE
+    board.unhomed -= set(axes)
+    board.state = State.ALARM if board.unhomed else State.IDLE
     board.current.release_at_rest(board.now_s)
     board.limits.forget(board)
     return 0
@@ -229,7 +229,7 @@ def _help(board: GrblBoard, _: Help) -> int:
 
 def _settings(board: GrblBoard, _: QuerySettings) -> int:
     texts = dict(board.settings.written())
-    if board.firmware.has_paths:
+    if board.firmware.fluidnc:
         texts = {number: texts[number] for number in _told_by_fluidnc(texts)}
     for number, text in texts.items():
         board.say(Setting(number, text))
@@ -263,19 +263,20 @@ def _build(board: GrblBoard, _: QueryBuildInfo) -> int:
 
 def _unlock(board: GrblBoard, _: Unlock) -> int:
     if board.state is State.ALARM:
-        board.say(Feedback("Caution: Unlocked"))
+        board.tell("Caution: Unlocked")
         board.state = State.IDLE
+        board.unhomed.clear()
     return 0
 
 
 def _check(board: GrblBoard, _: CheckMode) -> Steps:
     if board.state is State.CHECK:
-        board.say(Feedback("Disabled"))
+        board.tell("Disabled")
         board.routines.order(board, Realtime.SOFT_RESET)
         yield math.inf
     elif board.state is not State.IDLE:
         return NOT_IDLE
-    board.say(Feedback("Enabled"))
+    board.tell("Enabled")
     board.state = State.CHECK
     return 0
 
@@ -286,7 +287,7 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
         return UNKNOWN
 
     def fall_asleep() -> None:
-        board.say(Feedback("Sleeping"))
+        board.tell("Sleeping")
         board.outputs.off()
         board.fingers.follow_output(board.now_s)
         board.state, board.cycle.stands = State.SLEEP, True
@@ -304,8 +305,8 @@ def _home(board: GrblBoard, command: Home) -> Steps:
     for axes in _cycles(board, command.axes):
         code = yield from home(board, axes)
         if code:
-            board.routines.fail(board, code)
-            yield math.inf
+            yield from board.routines.fail(board, code)
+            return 0
     return 0
 
 
@@ -324,10 +325,10 @@ def _cycles(board: GrblBoard, letters: str) -> list[list[int]]:
 
 
 def _set(board: GrblBoard, command: SetSetting) -> Steps:
-    if board.firmware.has_paths and command.setting not in _CHANGEABLE:
+    if board.firmware.fluidnc and command.setting not in _CHANGEABLE:
         told = command.setting in _told_by_fluidnc(board.settings.values)
         return READ_ONLY if told else UNKNOWN
-    if board.firmware.has_paths and command.value > _CHANGEABLE[command.setting]:
+    if board.firmware.fluidnc and command.value > _CHANGEABLE[command.setting]:
         return OUT_OF_RANGE
     code = board.settings.store(command.setting, command.value)
     if code:

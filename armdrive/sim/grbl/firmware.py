@@ -95,6 +95,11 @@ class Firmware:
     """Whether a reset out of a hold leaves the line that has been fetched meanwhile: it is carried
     out after the banner. Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
     """
+    reads_every_s: float = 0.0
+    """How late real-time commands may be read while a line is executed, homing included. FluidNC
+    then looks at its input every 51st time that its task runs (Serial.cpp, pollChannels). Observed:
+    0.04 to 0.06 s from 0x18 in homing to `ALARM:6`.
+    """
     edits_lines: bool = False
     """Whether a control character makes the board echo what it hears, until 0x0C. Observed on
     FluidNC (lineedit.cpp).
@@ -119,7 +124,7 @@ class Firmware:
     deaf_in_eeprom: bool = True
     """Whether bytes that arrive meanwhile are lost."""
     alarm_s: float = 0.5
-    """After an alarm its messages are sent before the board restarts ..."""
+    """After an alarm its messages are sent before the board restarts, or FluidNC goes on ..."""
     start_s: float = 5e-3
     """... and this is how long the restart takes."""
     boot_s: float = 1.5
@@ -186,8 +191,8 @@ class Firmware:
         return self.variant is Variant.GRBLHAL
 
     @property
-    def has_paths(self) -> bool:
-        """Whether its settings have names, like FluidNC's, and `$$` lists only some of them."""
+    def fluidnc(self) -> bool:
+        """Whether it is FluidNC: settings have names, refusals have words, events queue up."""
         return self.variant is Variant.FLUIDNC
 
     @property
@@ -295,6 +300,7 @@ _FIRMWARES = (
         letters_to_home=1,
         keeps_line=True,
         edits_lines=True,
+        reads_every_s=0.051,
         stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),
         parse_s=1e-3,
         plan_s=0.2e-3,

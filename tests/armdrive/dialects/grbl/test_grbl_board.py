@@ -169,10 +169,14 @@ def homing_config(groups=()):
         ("mega5x", ((3,), *ONE_BY_ONE)),
         ("grblhal", ()),
         ("grblhal", ((3,), *ONE_BY_ONE)),
+        ("fluidnc", ()),
+        ("fluidnc", ((3,), *ONE_BY_ONE)),  # it would stay locked, because axis C is not homed
     ],
 )
 def test_homing_ends_where_the_arm_file_says(firmware, groups):
     arm = found(homing_config(groups), firmware=firmware)
+    if arm.status.state is State.ERROR_STOP:  # it boots locked
+        arm.reset()
     arm.home()
     assert arm.status.trust is Trust.REFERENCED
     if not groups:
@@ -182,6 +186,8 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
     one_by_one = "ZYXAB" if groups else "".join(arm.config.device.axes[:6])
     named = [f"$H{letter}\n".encode() for letter in one_by_one]
     assert homed == (named if groups or firmware == "grblhal" else [b"$H\n"])
+    arm.move_j(base_deg=50)
+    assert arm.status.joints.deg["base"] == pytest.approx(50, abs=0.1)
 
 
 def test_a_grblhal_board_that_must_not_sleep_says_so_when_its_motors_are_to_be_released():
@@ -554,6 +560,10 @@ def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, w
     assert arm.twin.device.moving
     if what != "nothing":
         lose(arm, what)
+    stop_homing(arm, task)
+
+
+def stop_homing(arm, task):
     status = arm.status
     arm.request_stop()
     assert stands(arm) - status.time_s <= status.stop_time_s
@@ -561,6 +571,20 @@ def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, w
     assert task.done
     assert arm.status.trust is not Trust.REFERENCED
     assert arm.status.state is State.STANDBY
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("waited_s", [0.0, 0.1, 0.2, 0.24])
+def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s):
+    made = homing_config()
+    arm = found(made, firmware=firmware)
+    task = arm.runner.submit(home_device(arm.context, made.homing))
+    arm.sleep(1.0)
+    while arm.twin.device.moving:
+        arm.sleep(0.001)
+    arm.sleep(waited_s)
+    assert not arm.twin.device.moving
+    stop_homing(arm, task)
 
 
 def at_zeros(**options):
