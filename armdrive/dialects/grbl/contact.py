@@ -121,7 +121,8 @@ class GrblContact:
         """Return whether a reset may open the gripper.
 
         It cannot if two reports show that everything a reset switches off is off already. Only
-        reports with the overrides show that: every tenth or twentieth one.
+        reports with the overrides show that: every tenth or twentieth one. The speed shows nothing:
+        FluidNC goes on to report it after `M5`.
         """
         if not (self.outputs.reset_lets_go and self.outputs.reported):
             return self.outputs.reset_lets_go
@@ -132,7 +133,7 @@ class GrblContact:
                 break
             report = self.board.reported.report
             confirmations += report.overrides is not None
-            if report.accessories or report.speed:
+            if report.accessories:
                 break
             if confirmations == CONFIRMING_REPORTS:
                 return False

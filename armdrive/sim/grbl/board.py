@@ -461,6 +461,8 @@ class UnreadCommands:
 _PICKED = re.compile(rb"[\x18!?~\x80-\xff]")
 _PICKED_BY_GRBLHAL = re.compile(rb"[\x18\x19!?~\x80-\xff]")
 
+READ_AT_ONCE = 64
+"""Bytes put into the ring before the main loop runs: fewer than the smallest ring holds."""
 COUNT_MOST = (1 << 31) - 1
 PINS = "PDHSR"
 """The input bits: probe, door, feed hold, cycle start, reset."""
@@ -608,16 +610,23 @@ class GrblBoard(Board):
         self.main_loop.run(self)
 
     def _put(self, data: bytes) -> None:
-        """Put characters into the ring; a board that edits lines may echo them and drop some."""
+        """Put characters into the ring. The board reads meanwhile, so a line may be longer."""
+        for start in range(0, len(data), READ_AT_ONCE):
+            self.ring.put(self._edited(data[start : start + READ_AT_ONCE]))
+            self.main_loop.run(self)
+
+    def _edited(self, data: bytes) -> bytes:
+        """Return what gets into a line: a board that edits lines may echo characters, or drop them."""
         if not self.firmware.edits_lines:
-            self.ring.put(data)
-            return
+            return data
+        kept = b""
         for sign in (data[at : at + 1] for at in range(len(data))):
             control = sign < b" " and sign not in b"\r\n"
             self.echoes = (self.echoes or control) and sign != b"\f"
             if not control:
-                self.ring.put(sign)
+                kept += sign
                 self.shared.outgoing += sign if self.echoes else b""
+        return kept
 
     # Time.
 

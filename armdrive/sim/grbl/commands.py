@@ -207,7 +207,7 @@ def _number(board: GrblBoard, path: str) -> int | None:
     return _OF_AXIS[found[2]] + board.axes.index(found[1].upper())
 
 
-NOT_IDLE, NO_HOMING = 8, 5
+NOT_IDLE, NO_HOMING, NOT_BY_AXIS = 8, 5, 19
 _HELP = "$$ $# $G $I $x=val $J=line $SLP $C $X $H ~ ! ? ctrl-x"
 
 
@@ -299,7 +299,7 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
 
 def _home(board: GrblBoard, command: Home) -> Steps:
     if not board.settings.on(HOMING):
-        return NO_HOMING
+        return NOT_BY_AXIS if command.axes and board.firmware.fluidnc else NO_HOMING
     if command.axes and board.firmware.grblhal and not board.settings.mask(HOMING, 1):
         return NO_HOMING
     for axes in _cycles(board, command.axes):

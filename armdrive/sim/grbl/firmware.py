@@ -80,7 +80,7 @@ class Firmware:
     blocks: int = 15
     """How many lines the planner queues."""
     max_line: int = 79
-    """The longest line in characters. Observed: the Mega takes more than 200."""
+    """The longest line in characters. Observed: the Mega takes more than 200, FluidNC 127."""
     stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
@@ -106,6 +106,8 @@ class Firmware:
     """
     outputs: bool = False
     """Whether it knows M62 to M68. Observed: the Mega and the 328p refuse them with error 20."""
+    keeps_speed: bool = False
+    """Whether reports tell the last speed of a spindle that stands (M5). Observed on FluidNC."""
     unknown: frozenset[str] = frozenset()
     """Words that its build refuses with error 20. Observed: M7 on the 328p."""
     letters_to_home: int = 0
@@ -295,10 +297,11 @@ _FIRMWARES = (
         name="fluidnc",
         variant=Variant.FLUIDNC,
         ring_bytes=256,
-        max_line=255,
+        max_line=127,
         outputs=True,
         letters_to_home=1,
         keeps_line=True,
+        keeps_speed=True,
         edits_lines=True,
         reads_every_s=0.051,
         stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),

@@ -120,9 +120,16 @@ class BoardOutputs:
     digital: dict[int, bool] = field(default_factory=dict)
     analog: dict[int, float] = field(default_factory=dict)
 
-    def spin(self, modal: Modal, least_speed: float, most_speed: float) -> None:
-        """Switch the spindle according to the modes, within the speeds `$31` and `$30`."""
+    def spin(
+        self, modal: Modal, least_speed: float, most_speed: float, *, keeps: bool = False
+    ) -> None:
+        """Switch the spindle according to the modes, within the speeds `$31` and `$30`.
+
+        A board that `keeps` the speed of a spindle that stands goes on to report it.
+        """
         self.spindle = modal.spindle
+        if keeps and modal.spindle == "M5":
+            return
         turns = modal.spindle != "M5" and modal.speed > 0.0
         self.speed = min(max(modal.speed, least_speed), most_speed) if turns else 0.0
 

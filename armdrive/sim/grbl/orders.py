@@ -11,7 +11,14 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from types import MappingProxyType
 
-from armdrive.sim.grbl.board import HARD_LIMIT, SOFT_LIMIT, Boot, FirmwareRoutines, GrblBoard, Script
+from armdrive.sim.grbl.board import (
+    HARD_LIMIT,
+    SOFT_LIMIT,
+    Boot,
+    FirmwareRoutines,
+    GrblBoard,
+    Script,
+)
 from armdrive.sim.grbl.commands import Steps, Waits, named_path, run_path, run_system, write_eeprom
 from armdrive.sim.grbl.firmware import (
     HOMING,
@@ -29,6 +36,7 @@ from firmware_protocol.grbl import (
     Block,
     Empty,
     Error,
+    Feedback,
     GcodeError,
     LineReceived,
     Ok,
@@ -36,6 +44,7 @@ from firmware_protocol.grbl import (
     Rejected,
     State,
     alarm_code,
+    error_code,
 )
 
 LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
@@ -52,7 +61,18 @@ def run_line(board: GrblBoard, line: LineReceived) -> Script:
     unlooked = gcode and board.firmware.refuses_on and board.state not in (State.ALARM, State.JOG)
     code = (loop.refused if unlooked else 0) or (yield from _run(board, line))
     loop.refused = code
+    if code and board.firmware.fluidnc:
+        _explain(board, line.text, code)
     return Error(code) if code else Ok()
+
+
+def _explain(board: GrblBoard, line: str, code: int) -> None:
+    """Put a refusal into words, as FluidNC does, before and after it; the words are not its own."""
+    if not line.startswith("$") and code != LOCKED:
+        text = "".join(sign if " " <= sign <= "~" else "." for sign in line)
+        board.say(Feedback(f"ERR: Bad GCode: {text}"))
+    meaning = error_code(code, board.firmware.variant).meaning
+    board.main_loop.afterwards = lambda: board.say(Feedback(f"ERR: {meaning}"))
 
 
 def _run(board: GrblBoard, line: LineReceived) -> Steps:
@@ -61,6 +81,7 @@ def _run(board: GrblBoard, line: LineReceived) -> Steps:
         return 0
     jogging = line.text.startswith("$")
     if not jogging and board.state in (State.ALARM, State.JOG):
+        # FluidNC looks at the length only after that: observed
         too_long = isinstance(content, Rejected) and content.code == _TOO_LONG
         return _TOO_LONG if too_long else LOCKED
     if isinstance(content, Rejected):
@@ -114,7 +135,7 @@ def _serve(board: GrblBoard, work: Work) -> Waits:
         yield from until_still(board)
     if work.spindle:
         least, most = board.settings[LEAST_SPEED], board.settings[MOST_SPEED]
-        board.outputs.spin(work.after, least, most)
+        board.outputs.spin(work.after, least, most, keeps=board.firmware.keeps_speed)
     if work.coolant:
         board.outputs.cool(work.after.coolant)
     if work.output:
@@ -184,7 +205,7 @@ def _end(board: GrblBoard, work: Work) -> Waits:
     if work.end:
         board.outputs.off()
         board.fingers.follow_output(board.now_s)
-        board.tell("Pgm End")
+        board.tell("Program End" if board.firmware.fluidnc else "Pgm End")
 
 
 # --- Real-time commands, alarms, and how the board restarts ---------------------------------------

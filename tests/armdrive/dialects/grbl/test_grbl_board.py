@@ -587,6 +587,17 @@ def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s
     stop_homing(arm, task)
 
 
+def test_a_stop_of_fluidnc_before_a_slow_approach_is_announced_in_full():
+    made = homing_config()
+    arm = found(made, firmware="fluidnc")
+    arm.twin.board.settings.values[24] = 600.0  # its motors turn no slower than 38 steps/s
+    task = arm.runner.submit(home_device(arm.context, made.homing))
+    for moves in (True, False, True, False):  # to the switch, off it, and then slowly on again
+        while arm.twin.device.moving is not moves:
+            arm.sleep(0.001)
+    stop_homing(arm, task)
+
+
 def at_zeros(**options):
     """Return an arm whose counts are zero, so that only the greeting shows a reset."""
     arm = found(**options)

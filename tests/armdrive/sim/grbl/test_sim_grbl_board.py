@@ -230,7 +230,7 @@ def test_fluidnc_names_its_settings():
         ("$10=7", "error:80"),
         ("$10=3", "ok"),
     ):
-        assert bench.say(line) == [answer]
+        assert bench.say(line)[0] == answer
     for value in ("x", "nan"):
         said = bench.say(f"$/axes/x/steps_per_mm={value}")
         assert said == ["[MSG:ERR: Bad numeric value]", "ok"]
@@ -370,6 +370,40 @@ def test_fluidnc_carries_out_one_line_that_it_read_in_a_hold():
     assert bench.ask().state is State.HOLD
     bench.say(RESET, 1.0)
     assert (bench.ask().state, bench.x) == (State.IDLE, 5.0)
+
+
+FLUIDNC_SAID = (
+    (f"G1X{'1' * 299}", ["Bad GCode", "error:14", "the line is too long"]),
+    ("XX", ["Bad GCode: XX", "error:2", "a number is missing"]),
+    ("))GG", ["Bad GCode: GG", "error:2", "a number is missing"]),
+    ("$foo", ["error:3", "not known"]),
+    ("$HX", ["error:19", "single axis"]),
+    ("$C", ["INFO: Enabled", "ok"]),
+    ("$C", ["INFO: Disabled", "Grbl 4.0 [FluidNC"]),
+    ("M3S500", ["ok"]),
+    ("M5", ["ok"]),
+    ("?", ["FS:0,500"]),
+    ("S200", ["ok"]),
+    ("?", ["FS:0,500"]),
+    ("M30", ["INFO: Program End", "ok"]),
+    ("$SLP", ["ok", "INFO: Sleeping"]),
+    ("\x18", ["INFO: ALARM: ", "ALARM:3", "Grbl 4.0 [FluidNC"]),
+    (f"G1X{'1' * 299}", ["error:9", "locked"]),
+    ("$X", ["INFO: Caution: Unlocked", "ok"]),
+    ("$X", ["ok"]),
+    ("G4P3", []),
+    ("\x18", ["Grbl 4.0 [FluidNC"]),  # no ok for the line that it ended
+)
+"""Lines to FluidNC 4.0.5 and parts of its answers, as its native build gave them."""
+
+
+def test_fluidnc_answers_as_observed():
+    bench = Bench(firmware="fluidnc")
+    for line, parts in FLUIDNC_SAID:
+        said = bench.say(line, 0.7)
+        assert len(said) == len(parts), (line, said)
+        for heard, part in zip(said, parts, strict=True):
+            assert part in heard, line
 
 
 def test_fluidnc_echoes_lines_once_it_has_heard_a_control_character():

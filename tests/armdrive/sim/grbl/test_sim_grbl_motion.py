@@ -411,7 +411,9 @@ def answers(bench):
 FLUIDNC = "Grbl 4.0 [FluidNC v4.0.5-pre2 (esp32-wifi) '$' for help]"
 
 
-@pytest.mark.parametrize(("resets", "wanted"), [(1, ["ALARM:6", FLUIDNC]), (2, ["ALARM:6", FLUIDNC] * 2)])
+@pytest.mark.parametrize(
+    ("resets", "wanted"), [(1, ["ALARM:6", FLUIDNC]), (2, ["ALARM:6", FLUIDNC] * 2)]
+)
 def test_fluidnc_reads_two_resets_together_while_it_homes_and_answers_both(resets, wanted):
     bench = homing_fluidnc()
     bench.say("$HX", 0.3)
