@@ -348,7 +348,7 @@ class GrblHoming:
                 return refusal(message, f"`{command.text}`", moved=True)
         yield from self.exchange.look(self.settings.answer_s)
         if self.board.state is State.ALARM:
-            # FluidNC stays locked while an axis that homes has not: one that the arm file leaves out
+            # FluidNC stays locked while an axis that could home has not: the arm file leaves it out
             return (yield from self.contact.clear())
         return Done()
 

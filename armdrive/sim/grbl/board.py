@@ -421,8 +421,8 @@ class UnreadCommands:
     """The real-time commands that wait for the board to read them; most boards do so at once.
 
     Observed on FluidNC: while it executes a line it reads them late, and while it waits at a switch
-    in homing not at all. Then it first starts the next motion and fills its segment buffer; `waited`
-    says that the commands being obeyed come after that.
+    in homing not at all. Then it first starts the next motion and fills its segment buffer, and
+    `waited` says that the commands being obeyed come after that.
     """
 
     def __init__(self) -> None:
@@ -616,7 +616,7 @@ class GrblBoard(Board):
             self.main_loop.run(self)
 
     def _edited(self, data: bytes) -> bytes:
-        """Return what gets into a line: a board that edits lines may echo characters, or drop them."""
+        """Return what gets into a line; a board that edits lines echoes characters or drops them."""
         if not self.firmware.edits_lines:
             return data
         kept = b""
