@@ -546,6 +546,7 @@ class GrblBoard(Board):
         self.booting.end()
         self.critical = self.holds_next = False
         self.unread.forget()
+        self.switches.unwatched.clear()
         self.again = []
         self.unhomed = set()
         self.cycle.forget()
@@ -616,7 +617,7 @@ class GrblBoard(Board):
             self.main_loop.run(self)
 
     def _edited(self, data: bytes) -> bytes:
-        """Return what gets into a line; a board that edits lines echoes characters or drops them."""
+        """Return what gets into a line; a board that edits it echoes characters or drops them."""
         if not self.firmware.edits_lines:
             return data
         kept = b""

@@ -52,13 +52,15 @@ from firmware_protocol.grbl import (
 # --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
 # All axes that are homed move together, each at the homing rate, and drop out as their switches are
 # pressed. The real firmware stops only that axis dead; here the others pause while it drops out.
+# FluidNC does not look at a switch again until the axis has backed off. Observed: homing that ends
+# before leaves it pressed until the board restarts, and with `limit_all_pin` all homing refused.
 # Source: gnea/grbl grbl/limits.c (limits_go_home).
 
 SEARCH = 1.5
 """How far to search for a switch, in multiples of the travel."""
 LOCATE = 5.0
 """How far to search when the switch is located again, in multiples of the pull-off."""
-_STILL_PRESSED, _NOT_FOUND = 8, 9
+_STILL_PRESSED, _NOT_FOUND, _AMBIGUOUS = 8, 9, 12
 
 Steps = Generator[float, None, int]
 """A part of a script; it returns 0, or an error number."""
@@ -87,6 +89,7 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
             return _NOT_FOUND
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
         yield from _go(board, axes, -back, seek)
+        board.switches.unwatched.clear()
         if any(board.switches.pressed(axis) for axis in axes):
             return _STILL_PRESSED
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
@@ -111,6 +114,8 @@ def _approach(
         yield from _go(board, left, way, rate)
         search -= way
         left = [axis for axis in left if not board.switches.pressed(axis)]
+        if board.firmware.fluidnc:
+            board.switches.unwatched.update(set(axes) - set(left))
     return True
 
 
@@ -303,7 +308,8 @@ def _home(board: GrblBoard, command: Home) -> Steps:
     if command.axes and board.firmware.grblhal and not board.settings.mask(HOMING, 1):
         return NO_HOMING
     for axes in _cycles(board, command.axes):
-        code = yield from home(board, axes)
+        ambiguous = board.firmware.fluidnc and board.switches.mask()
+        code = _AMBIGUOUS if ambiguous else (yield from home(board, axes))
         if code:
             yield from board.routines.fail(board, code)
             return 0

@@ -218,19 +218,23 @@ class OutputFingers:
 
 
 class Switches:
-    """The limit switches, by the number of their axis; an axis without a motor has none."""
+    """The limit switches, by the number of their axis; an axis without a motor has none.
+
+    `unwatched` are the axes whose switch was pressed, and at which the board does not look again.
+    """
 
     def __init__(self, by_axis: Mapping[int, LimitSwitch]) -> None:
         self.by_axis = by_axis
+        self.unwatched: set[int] = set()
 
     def pressed(self, axis: int) -> bool:
         """Return whether the board sees a switch pressed."""
         one = self.by_axis.get(axis)
-        return one is not None and one.pressed
+        return one is not None and (one.pressed or axis in self.unwatched)
 
     def mask(self) -> int:
         """Return a bit for each switch seen pressed, the first axis in the lowest bit."""
-        return sum(one.pressed << axis for axis, one in self.by_axis.items())
+        return sum(self.pressed(axis) << axis for axis in self.by_axis)
 
     def steps_to(self, axis: int, way: int) -> int | None:
         """Return how many steps in a direction press the switch; None if none ever do."""

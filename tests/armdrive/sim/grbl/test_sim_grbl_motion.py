@@ -436,6 +436,13 @@ def test_fluidnc_obeys_a_reset_only_after_its_wait_at_a_switch_and_starts_to_pul
     assert "ALARM:6" in bench.wait(0.03)
     bench.wait(2.0)
     assert 1.0 < at_switch - bench.x < 5.0  # what its segment buffer holds of the pull-off
+    bench.say("$X")
+    bench.say("G91G1X-50F3000", 3.0)
+    assert bench.ask().pins == "X"  # it does not look at the switch again
+    assert "ALARM:12" in bench.say("$HX", 1.0)
+    bench.board.reset()
+    bench.wait(2.0)
+    assert bench.ask().pins is None
 
 
 def test_a_fluidnc_board_stays_locked_while_an_axis_that_homes_has_not():
