@@ -284,6 +284,11 @@ class BoardState:
         segments = self._settings.segments or self.behaviour.segments_of(self._planner_blocks)
         return SegmentBuffer(segments, self.behaviour.slowest_hz)
 
+    def firmware_words(self) -> str:
+        """Return the firmware and its version; FluidNC's version names it already."""
+        named = str(self.variant) in self.firmware
+        return (self.firmware if named else f"{self.variant} {self.firmware}").strip()
+
     def alarm_words(self) -> str:
         """Return a text that names the board's alarm and its remedy."""
         if self.alarm is None:

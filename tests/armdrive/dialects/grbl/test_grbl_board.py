@@ -107,6 +107,18 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     assert standing_as_said(arm)
 
 
+@pytest.mark.parametrize(
+    ("firmware", "named"),
+    [
+        ("mega5x", "Grbl 1.1q.20210103"),
+        ("grblhal", "GrblHAL 1.1f.20260817"),
+        ("fluidnc", "4.0 FluidNC v4.0.5-pre2 (esp32-wifi)"),
+    ],
+)
+def test_the_settings_of_a_board_that_was_already_running_name_its_firmware(firmware, named):
+    assert found(firmware=firmware).mend_settings([]).firmware == named
+
+
 def test_a_fluidnc_board_from_the_factory_is_mended_by_paths():
     arm = found(factory=True, firmware="fluidnc")
     lines = [each.mend for each in arm.core.differences]
