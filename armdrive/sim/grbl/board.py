@@ -544,7 +544,7 @@ class GrblBoard(Board):
         """Clear what is lost with the power, and with a reset of the whole board."""
         self.main_loop.forget()
         self.booting.end()
-        self.critical = self.holds_next = False
+        self.critical = self.holds_next = self.stalls = False
         self.unread.forget()
         self.switches.unwatched.clear()
         self.again = []

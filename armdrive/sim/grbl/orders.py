@@ -43,6 +43,7 @@ from firmware_protocol.grbl import (
     Realtime,
     Rejected,
     State,
+    Variant,
     alarm_code,
     error_code,
 )
@@ -245,8 +246,8 @@ def hold(board: GrblBoard) -> None:
 
 
 def resume(board: GrblBoard) -> None:
-    """Resume from a completed hold; a board that hangs reads lines again, but for grblHAL."""
-    board.main_loop.hung = board.main_loop.hung and board.firmware.grblhal
+    """Resume from a completed hold; GRBL reads lines again if it hangs."""
+    board.main_loop.hung = board.main_loop.hung and board.firmware.variant is not Variant.GRBL
     if board.state in (State.HOLD, State.DOOR) and board.cycle.stands:
         board.cycle.stands = False
         board.state = State.IDLE
@@ -277,8 +278,8 @@ def soft_reset(board: GrblBoard) -> None:
         code = _ABORTED
     elif board.critical and board.unhomed:
         code = _UNHOMED
-    elif board.main_loop.hung and board.firmware.grblhal:
-        code = _ABORTED  # observed: it still believes that it brakes
+    elif board.main_loop.hung and board.firmware.variant is not Variant.GRBL:
+        code = _ABORTED  # observed: it still believes that it moves
     # observed: a motion of homing that is about to start is started by FluidNC after the reset
     runs_on = code == _HOMING_ABORTED and board.unread.waited
     runs_on |= code == _ABORTED and board.firmware.killed is Killed.RUNS_ON
@@ -290,6 +291,7 @@ def soft_reset(board: GrblBoard) -> None:
 def raise_critical(board: GrblBoard, code: int) -> None:
     """Lock the board after a limit alarm: motion stops dead, and the motors go off."""
     _outputs_off(board)
+    board.stalls = board.firmware.fluidnc and board.drive.moving
     if board.drive.moving:
         board.cycle.kill(board)
         _lose_current(board, restarts=False)
@@ -351,11 +353,17 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
             yield board.drive.rack.computed_s(board.now_s)
             board.cycle.kill(board)
         yield said_s + board.firmware.alarm_s
+    elif board.critical and board.firmware.fluidnc:
+        board.state = State.IDLE
     # a board that executes a line has not fetched another one
     kept = board.ring.take_line() if _keeps_a_line(board) else b""
     board.main_loop.drop_line(board)
     yield board.now_s + board.firmware.start_s
     _start(board)
+    if board.stalls:
+        # observed on FluidNC: it takes up the motion that the alarm ended, and makes no step of it
+        board.stalls, stalled = False, board.state is State.IDLE
+        board.state, board.main_loop.hung = State.RUN if stalled else board.state, stalled
     while board.again:
         code = board.again.pop(0)
         if code:

@@ -68,6 +68,22 @@ def test_a_fluidnc_board_with_homing_raises_another_alarm_as_it_is_reset_after_a
     assert arm.status.trust is Trust.SUSPECT
 
 
+def test_a_fluidnc_board_without_homing_reports_a_motion_after_a_limit_alarm_until_it_is_reset():
+    arm = ready(config(device={"hard_limits": True}), firmware="fluidnc")
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.6)
+    arm.twin.board.set_switch(0, SwitchState.CLOSED)
+    with pytest.raises(DeviceFault, match="alarm 1"):
+        handle.wait(8.0)
+    arm.twin.board.set_switch(0, SwitchState.FREE)
+    motors = arm.twin.world.motors
+    arm.reset()
+    assert [each for each in arm.twin.link.messages if each == b"\x18"] == [b"\x18"] * 2
+    assert arm.twin.world.motors == motors
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.SUSPECT
+
+
 def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
     arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
     arm.twin.board.set_switch(0, SwitchState.CLOSED)

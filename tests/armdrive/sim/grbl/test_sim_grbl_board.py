@@ -406,6 +406,25 @@ def test_fluidnc_answers_as_observed():
             assert part in heard, line
 
 
+@pytest.mark.parametrize(("goes", "after"), [(True, State.RUN), (False, State.IDLE)])
+def test_fluidnc_without_homing_comes_out_of_a_limit_alarm_unlocked_or_hung(goes, after):
+    bench = with_switches_ahead(Bench({**MACHINE, 21: 1}, firmware="fluidnc"))
+    if goes:
+        bench.say("G91G1X50F3000", 0.3)
+    bench.board.set_switch(0, SwitchState.CLOSED)
+    assert "ALARM:1" in bench.wait(1.0)
+    bench.board.set_switch(0, SwitchState.FREE)
+    bench.say(RESET, 1.0)
+    assert bench.ask().state is after
+    if goes:
+        assert bench.say("G4P0", 1.0) == []
+        bench.say(HOLD)
+        assert (bench.ask().state, bench.reports[-1].sub_state) == (State.HOLD, 1)
+        assert "ALARM:3" in bench.say(RESET, 1.0)
+        bench.say("$X")
+        assert bench.ask().state is State.IDLE
+
+
 def test_fluidnc_echoes_lines_once_it_has_heard_a_control_character():
     bench = Bench(firmware="fluidnc")
     assert bench.say("\x0b$G")[0].startswith("$G\n[GC:")
