@@ -121,7 +121,8 @@ class GrblContact:
         """Return whether a reset may open the gripper.
 
         It cannot if two reports show that everything a reset switches off is off already. Only
-        reports with the overrides show that: every tenth or twentieth one.
+        reports with the overrides show that: every tenth or twentieth one. The speed shows nothing:
+        FluidNC goes on to report it after `M5`.
         """
         if not (self.outputs.reset_lets_go and self.outputs.reported):
             return self.outputs.reset_lets_go
@@ -132,7 +133,7 @@ class GrblContact:
                 break
             report = self.board.reported.report
             confirmations += report.overrides is not None
-            if report.accessories or report.speed:
+            if report.accessories:
                 break
             if confirmations == CONFIRMING_REPORTS:
                 return False
@@ -143,14 +144,17 @@ class GrblContact:
         began_s = self.io.now_s
         message = yield from self.exchange.look(self.settings.answer_s)
         critical = self.board.alarm is not None and self.board.alarm.code in CRITICAL_ALARMS
-        if message and self.board.state in MOVING:
-            yield from self.stops.hold()
-        else:
+        moves = message and self.board.state in MOVING
+        if not moves:
             may_read = message and not critical and self.board.state not in LINES_IGNORED
             reads = may_read and (yield from self.exchange.spoil())
             if not reads and not (yield from self.exchange.soft_reset()):
                 return self.io.silence(began_s)
-        yield from self.exchange.look(self.settings.answer_s)
+            yield from self.exchange.look(self.settings.answer_s)
+        # FluidNC may report a motion after the reset that ends a limit alarm; nothing moves
+        if moves or self.board.state in MOVING:
+            yield from self.stops.hold()
+            yield from self.exchange.look(self.settings.answer_s)
         if self.board.state is State.ALARM:
             answer = yield from self.exchange.ask(Unlock(), self.settings.answer_s)
             if not isinstance(answer, Acknowledged):
