@@ -17,8 +17,10 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from functools import cache
 from inspect import signature
+from pathlib import Path
 from typing import Any
 
 LOADED = (
@@ -45,11 +47,13 @@ class Forked(subprocess.Popen):
             ours, theirs = socket.socketpair()
             streams = (call["p2cread"], call["c2pwrite"], call["errwrite"])
             numbers = [own if given < 0 else given for own, given in enumerate(streams)]
-            socket.send_fds(_nursery()[0], [b"."], [*numbers, theirs.fileno()])
+            with _one_at_a_time:
+                way, _ = _nursery()
+            socket.send_fds(way, [b"."], [*numbers, theirs.fileno()])
             theirs.close()
             wanted = {name: call[name] for name in ("cwd", "env", "start_new_session")}
             wanted["env"] = dict(os.environ if call["env"] is None else call["env"])
-            wanted["cwd"] = str(call["cwd"] or os.getcwd())
+            wanted["cwd"] = str(call["cwd"] or Path.cwd())
             ours.sendall(json.dumps([args[1:], wanted]).encode() + b"\n")
             self.pid, self._ended = int(_line(ours)), ours
             self._child_created = True
@@ -68,6 +72,9 @@ class Forked(subprocess.Popen):
                 self.returncode = int(_line(self._ended))
                 self._ended.close()
             return self.returncode
+
+
+_one_at_a_time = threading.Lock()
 
 
 @cache
@@ -119,6 +126,8 @@ def main(requests: socket.socket) -> None:
             words, wanted = json.loads(_line(asker))
             pid = os.fork()
             if pid == 0:
+                for each in (requests, woken, wakes, asker, *children.values()):
+                    each.detach()  # `settle` closes them
                 settle(streams, **wanted)
                 run(words)
                 return
@@ -128,9 +137,7 @@ def main(requests: socket.socket) -> None:
             asker.sendall(b"%d\n" % pid)
 
 
-def settle(
-    streams: list[int], cwd: str, env: dict[str, str], *, start_new_session: bool
-) -> None:
+def settle(streams: list[int], cwd: str, env: dict[str, str], *, start_new_session: bool) -> None:
     """Give a fork what a new Python has: its signals, files, folder and environment."""
     signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
@@ -145,10 +152,9 @@ def settle(
     os.environ.update(env)
     at_once = bool(env.get("PYTHONUNBUFFERED"))
     sys.stdin = sys.__stdin__ = open(0, closefd=False)  # noqa: SIM115
+    buffer = open(1, "wb", 0 if at_once else -1, closefd=False)  # noqa: SIM115
     sys.stdout = sys.__stdout__ = io.TextIOWrapper(
-        open(1, "wb", 0 if at_once else -1, closefd=False),
-        line_buffering=os.isatty(1),
-        write_through=at_once,
+        buffer, line_buffering=os.isatty(1), write_through=at_once
     )
     sys.stderr = sys.__stderr__ = open(  # noqa: SIM115
         2, "w", buffering=1, errors="backslashreplace", closefd=False
@@ -160,14 +166,14 @@ def run(words: list[str]) -> None:
     first, *rest = words
     if first == "-m":
         module, *sys.argv[1:] = rest
-        sys.path[0] = os.getcwd()
+        sys.path[0] = str(Path.cwd())
         runpy.run_module(module, run_name="__main__", alter_sys=True)
     elif first == "-c":
         code, *more = rest
         sys.argv, sys.path[0] = ["-c", *more], ""
         exec(compile(code, "<string>", "exec"), {"__name__": "__main__"})
     else:
-        sys.argv, sys.path[0] = words, os.path.dirname(os.path.abspath(first))  # noqa: PTH
+        sys.argv, sys.path[0] = words, str(Path(first).resolve().parent)
         runpy.run_path(first, run_name="__main__")
 
 
