@@ -31,7 +31,7 @@ from textual.timer import Timer
 from armdrive.errors import ArmError
 from armdrive.errors.printable import in_words
 from kinematics.errors import KinematicsError
-from tui.dialogs import HelpScreen, StillPalette
+from tui.dialogs import HelpScreen, PostureScreen, StillPalette
 from tui.keys.keyboard import Keyboard
 from tui.keys.presses import (
     BURST,
@@ -365,6 +365,11 @@ class Dialogs:
     def close_all(self) -> None:
         """Close whatever lies over the current screen; no question in it is answered."""
         while len(self._app.screen_stack) > 1:
+            self._app.pop_screen()
+
+    def close_questions(self) -> None:
+        """Close a question that lies on top; it is not answered."""
+        while isinstance(self._app.screen, PostureScreen):
             self._app.pop_screen()
 
     def help(self) -> None:

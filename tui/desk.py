@@ -39,7 +39,6 @@ from tui.safety import (
     SafetyPanel,
     after_reset,
     link_back,
-    messages_of,
     progress_of,
     safety_state,
     why_immobile,
@@ -83,6 +82,8 @@ class ArmLink:
         self._desk = desk
         self._was_lost = False
         self._stops = desk.arm.stops
+        self._heard = ""
+        self._asked = False
 
     @property
     def lost(self) -> bool:
@@ -122,15 +123,29 @@ class ArmLink:
         hand = self._desk.screens.hand
         if hand is not None and hand.armed and (why := self.why_immobile):
             hand.disarm(why)  # the first key after a reset must not move the arm
+        self._hear(status.notice)
 
     def follow_stops(self, reason: str = STOPPED) -> None:
         """After a stop, by this desk or another program, let nothing go on that was begun before.
 
-        Keys have to be armed again, and a first press counts no more.
+        Keys have to be armed again, a first press counts no more, and a question is void.
         """
         stops, self._stops = self._stops, self._desk.arm.stops
         if stops != self._stops:
+            self._desk.message = reason
             self._desk.disarm(reason)
+            self._desk.dialogs.close_questions()
+
+    def expect_answer(self) -> None:
+        """Take what the arm says next for new: it may refuse a jog again in the same words."""
+        self._asked = True
+
+    def _hear(self, notice: str) -> None:
+        """Make what the arm says the message of the desk when it is new, also that it is over."""
+        before, self._heard = self._heard, notice
+        new, self._asked = self._asked or notice != before, False
+        if new and (notice or self._desk.message == before):
+            self._desk.message = notice
 
     @property
     def pausable(self) -> bool:
@@ -157,7 +172,7 @@ class ArmLink:
         if not self._was_lost:
             self._was_lost = True
             self._desk.say("")  # the last message was about a link that worked
-            self._desk.dialogs.close_all()
+            self._desk.dialogs.close_questions()
 
     def _note_return(self) -> None:
         """Say in which state the link came back; in other states the check still runs."""
@@ -265,9 +280,11 @@ class ArmControl:
         asked: str = "Does the arm stand exactly like this?",
     ) -> None:
         """Draw a posture with a question, and make the call if the answer to `asked` is yes."""
-        desk = self._desk
+        desk, stops = self._desk, self._arm.stops
 
         def answered(yes: bool | None) -> None:
+            if self._arm.stops != stops:
+                return  # void, although the desk has not seen the stop yet
             if yes:
                 desk.calls.make(agreed, done)
             else:
@@ -401,13 +418,15 @@ class DeskScreen(Screen[None]):
             program=progress_of(tells() if (tells := desk.arm.program) else {}),
             spoken=desk.spoken,
         )
-        lost = desk.link.lost
-        hint = without_link(status, desk.keys) if lost else self.hint + self._more
-        messages = messages_of(status, desk.message, hint, bannered=bool(state.forbids))
+        lost, message = desk.link.lost, desk.spoken(desk.message)
+        if message.rstrip(".") in state.forbids:
+            message = ""
+        if lost:
+            message = f"{without_link(status, desk.keys)}\n{message}".rstrip()
         idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
-        self.text("messages").show(desk.spoken(messages))
+        self.text("messages").show(message or self.hint + self._more)
         footer.show_keys(rows, footer.content_size.width)
         self.show_body(status)
 
@@ -657,8 +676,7 @@ class Desk(KeyApp):
         # the thread that read the key has done so already, but a click on STOP comes only here
         self.arm.request_stop()
         self.link.follow_stops("stopped")
-        asked = "STOP requested; the keys are disarmed"
-        self.message = without_link(self.link.status, self.keys) if self.link.lost else asked
+        self.message = "" if self.link.lost else "STOP requested; the keys are disarmed"
         self.dialogs.close_all()
         self.show()
 

@@ -244,14 +244,6 @@ def after_reset(status: Status, keys: Keyboard) -> str:
     return "reset: nothing was moved" + more
 
 
-def messages_of(status: Status, message: str, hint: str, *, bannered: bool) -> str:
-    """Return the messages of the desk and of the arm, each once; the hint if the desk has none."""
-    if message and (message in status.notice or (bannered and message in status.error)):
-        message = ""  # the arm repeats in its status what it answered the desk
-    messages = (message or hint, status.notice, "" if bannered else status.error)
-    return "\n".join(each for each in dict.fromkeys(messages) if each)
-
-
 def progress_of(program: View) -> str:
     """Name a program, and how far it has come: a share, else steps; empty without a program."""
     if not program:

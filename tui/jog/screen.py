@@ -122,6 +122,7 @@ class JogScreen(DeskScreen):
             clock=desk.clock,
             say=desk.say,
             settings=lambda: self.desk.settings,
+            asked=desk.link.expect_answer,
             age_s=app.input.key_age_s,
         )
         self.hand.alarm = HoldAlarm(app, self.hand.tick)
