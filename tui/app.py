@@ -28,7 +28,7 @@ from textual.message import Message
 from textual.screen import ModalScreen
 from textual.timer import Timer
 
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import in_words
 from kinematics.errors import KinematicsError
 from tui.dialogs import HelpScreen, PostureScreen, StillPalette
@@ -241,20 +241,21 @@ NO_PART = object()
 """Stands for a part that a node does not have at all."""
 
 
-def _do_nothing() -> None:
-    """Do nothing: the part that a key is for is not there now."""
+def _refuse() -> None:
+    """Refuse what a key asks for: the part that it is for is not there now."""
+    raise BadRequest("there is nothing here for this key")
 
 
 def action_call(action: str | ActionParseResult, node: object) -> Callable[[], object] | None:
     """Return the call for an action of a node, None if there is none.
 
     `name(1)` is the node's own `action_name`, `part.name(1)` is `name` of one of its parts. A part
-    may be None at times, as the line that is typed into: a key for it then does nothing.
+    may be None at times, as the line that is typed into: a key for it is then refused.
     """
     part, name, words = actions.parse(action) if isinstance(action, str) else action
     holder = getattr(node, part, NO_PART) if part else node
     if holder is None:
-        return _do_nothing
+        return _refuse
     found = getattr(holder, name if part else f"action_{name}", None)
     return partial(found, *words) if callable(found) else None
 

@@ -38,6 +38,7 @@ from tui.keys.table import PAUSE, SCREENS, STOP, jog_pairs, spoken, summary_of, 
 from tui.safety import (
     SafetyPanel,
     after_reset,
+    can_reference,
     link_back,
     progress_of,
     safety_state,
@@ -339,7 +340,10 @@ class DeskScreen(Screen[None]):
     @property
     def says(self) -> str:
         """The words after the badge of the arm's state, while nothing forbids motion."""
-        return f"{self.desk.keys.label(STOP)} stops the arm" if self.desk.link.moves else ""
+        keys, link = self.desk.keys, self.desk.link
+        if link.status.state is State.DISABLED:
+            return f"{keys.label('motors')} switches the motors on"
+        return f"{keys.label(STOP)} stops the arm" if link.moves else ""
 
     @property
     def settings_text(self) -> str:
@@ -437,8 +441,10 @@ class DeskScreen(Screen[None]):
 
     @property
     def _resting(self) -> tuple[str, ...]:
-        """The rows that would do nothing while the arm moves, or while it stands."""
-        return (f"{self.place}-go",) if self.desk.link.pausable else self._pauses
+        """The rows that would do nothing in the present state of the arm."""
+        link = self.desk.link
+        going = (f"{self.place}-go",) if link.pausable or link.why_immobile else ()
+        return going if link.pausable else (*going, *self._pauses)
 
     @property
     def _more(self) -> str:
@@ -453,9 +459,10 @@ class DeskScreen(Screen[None]):
             State.ERROR_STOP: ("reset",),
             State.DISABLED: ("motors",),
         }
+        reference = ("reference",) if can_reference(status.state) else ()
         by_trust = {
-            Trust.UNKNOWN: ("reference",),
-            Trust.SUSPECT: ("reference",),
+            Trust.UNKNOWN: reference,
+            Trust.SUSPECT: reference,
             Trust.RESTORED: ("confirm",),
         }
         pauses = self._pauses if self.desk.link.pausable else ()

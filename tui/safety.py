@@ -116,25 +116,33 @@ def badge_of(state: object, *, paused: bool) -> Span:
 
 
 def which(status: Status) -> str:
-    """Say whether the arm is real, and which it is."""
-    kind = "SIMULATED" if status.simulated else "REAL ARM"
+    """Say whether the arm is real, which it is, and how a real one is linked."""
+    if status.simulated:
+        return f"SIMULATED: {status.arm} ({status.title})"
     named_by_port = status.link.startswith(status.arm.partition("?")[0])
     name = status.title if named_by_port else f"{status.arm} ({status.title})"
-    return f"{kind}: {name} on {status.link}"
+    return f"REAL ARM: {name} on {status.link}"
 
 
 def position_text(status: Status, keys: Keyboard) -> str:
-    """Say how far the position can be trusted, and which key makes it trusted."""
-    age = status.trust_age.removeprefix("for ")
-    reference = f"{keys.label('reference')} references the arm"
-    if status.state is State.DISCONNECTED:  # no key makes it trusted now
-        return f"position {status.trust.value}: {status.trust_reason}"
-    if status.trust is Trust.REFERENCED:
-        return f"position referenced {age} ago"
-    if status.trust is Trust.UNKNOWN:
+    """Say how far the position can be trusted, and which key makes it trusted now, if one does."""
+    trust, linked = status.trust, status.state is not State.DISCONNECTED
+    if trust is Trust.REFERENCED and linked:
+        return f"position referenced {status.trust_age.removeprefix('for ')} ago"
+    if trust is Trust.UNKNOWN and can_reference(status.state):
         return f"position unknown: press {keys.label('reference')} to reference the arm"
-    way = f"{keys.label('confirm')} confirms it" if status.trust is Trust.RESTORED else reference
-    return f"position {status.trust.value}: {way} ({status.trust_reason})"
+    way = ""
+    if trust is Trust.RESTORED and linked:
+        way = f"{keys.label('confirm')} confirms it"
+    elif can_reference(status.state):
+        way = f"{keys.label('reference')} references the arm"
+    reason = f"{way} ({status.trust_reason})" if way else status.trust_reason
+    return f"position {trust.value}: {reason}"
+
+
+def can_reference(state: State) -> bool:
+    """Return whether a key references the arm in this state."""
+    return state.value not in IMMOBILE and state is not State.HOMING
 
 
 NO_STOP = "no stop reaches the arm: use its own stop or power switch"

@@ -13,7 +13,7 @@ from armdrive.abilities import OUTPUTS
 from armdrive.errors import ArmError
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.registry import DIALECTS
-from armdrive.status import LinkStats, Status, Trust, rounded_up
+from armdrive.status import LinkStats, State, Status, Trust, rounded_up
 from kinematics.guards import Reading
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
@@ -161,7 +161,8 @@ def near_lines(
     Nothing ends a jog at a limit or a guard before the position is trusted.
     """
     if not limits_hold(status):
-        yield "NO LIMITS before it is referenced: watch the arm", "$text-warning"
+        if status.state is not State.DISCONNECTED:
+            yield "NO LIMITS before it is referenced: watch the arm", "$text-warning"
     else:
         found = [*_near_limit(joints)]
         if status.pose is not None:

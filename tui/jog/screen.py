@@ -29,7 +29,7 @@ from tui.jog.panels import (
     quicker,
 )
 from tui.keys.keyboard import bindings
-from tui.safety import FACT_GAP
+from tui.safety import FACT_GAP, can_reference
 from tui.settings import JogSettings
 from tui.widgets import panels
 
@@ -139,11 +139,9 @@ class JogScreen(DeskScreen):
     @property
     def says(self) -> str:
         """What the jog keys do now."""
-        keys, state = self.desk.keys, self.desk.link.status.state
-        if self.desk.link.moves:
-            return super().says
-        if state is State.DISABLED:
-            return f"{keys.label('motors')} switches the motors on"
+        keys = self.desk.keys
+        if state_says := super().says:
+            return state_says
         if not self.armed:
             return f"keys DISARMED: {keys.label('arm')} arms them"
         if limits_hold(self.desk.link.status):
@@ -165,18 +163,19 @@ class JogScreen(DeskScreen):
     def idle(self) -> tuple[str, ...]:
         """Keys that are armed need no arming; keys that are not grasp nothing."""
         frame = () if self.desk.settings.cartesian else ("frame",)
-        if self.desk.link.why_immobile:
+        link = self.desk.link
+        if link.why_immobile or link.status.state is State.HOMING:
             return ("arm", "grasp", "park", *frame)
         if not self.armed:
             return ("grasp", *frame)
-        able = can_grasp(self.desk.link.status.dialect)
+        able = can_grasp(link.status.dialect)
         return ("arm", *frame) if able else ("arm", "grasp", *frame)
 
     @property
     def hint(self) -> str:
         """How jogging begins, and how it ends."""
-        keys = self.desk.keys
-        if self.desk.link.status.trust is Trust.UNKNOWN:
+        keys, status = self.desk.keys, self.desk.link.status
+        if status.trust is Trust.UNKNOWN and can_reference(status.state):
             reference = keys.label("reference")
             return f"{reference} references the arm: only then does the desk know where it is"
         return f"{keys.label('stop')} stops at any time; {keys.label('help')} explains the keys"

@@ -18,6 +18,7 @@ from kinematics.guards.path import Clearance
 from kinematics.spaces import Joints
 from tui.desk import Desk
 from tui.keys.keyboard import Keyboard
+from tui.keys.table import STOP
 from tui.move.form import GoalForm
 
 MOVES = "MOVES THE ARM"
@@ -248,7 +249,7 @@ class PlannedMove:
         desk = self._desk
         desk.link.require_motion()
         if self.under_way:
-            raise BadRequest("the arm is on its way: space stops it")
+            raise BadRequest(f"the arm is on its way: {desk.keys.label(STOP)} stops it")
         if self.preview is None or not self._fresh(desk.link.status):
             desk.confirmation.refuse()
             raise BadRequest(

@@ -21,7 +21,7 @@ from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.table import words
+from tui.keys.table import STOP, words
 from tui.move.planned import MOVES, PlannedMove, short_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
 from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
@@ -65,34 +65,36 @@ class SequenceRun:
     def require_standstill(self) -> None:
         """Raise `BadRequest` while the arm is under way."""
         if self.busy:
-            raise BadRequest("the arm is under way: space stops it")
+            raise BadRequest(f"the arm is under way: {self._desk.keys.label(STOP)} stops it")
 
     def switch_stepping(self) -> None:
         """Let the step keys move the arm, or no longer."""
-        if self.stepper is None:
-            raise BadRequest("choose a sequence to step through")
+        self._require_stepper()
         self.stepping = not self.stepping
 
     def forward(self) -> None:
         """Carry out the next step."""
-        if self.stepper is not None:
-            self._press("goes on", self.stepper.forward)
+        self._press("goes on", self._require_stepper().forward)
 
     def backward(self) -> None:
         """Go back to the point before."""
-        if self.stepper is not None:
-            self._press("goes back", self.stepper.backward)
+        self._press("goes back", self._require_stepper().backward)
 
     def finish(self) -> None:
         """Carry out all steps that are left."""
-        if self.stepper is not None:
-            self._begin(self.stepper.run, self._desk.arm.stops)
+        self._begin(self._require_stepper().run, self._desk.arm.stops)
 
     def rewind(self) -> None:
         """Start the sequence over. Moves nothing."""
-        if self.stepper is not None:
-            self.require_standstill()
-            self.stepper.rewind()
+        stepper = self._require_stepper()
+        self.require_standstill()
+        stepper.rewind()
+
+    def _require_stepper(self) -> Stepper:
+        """Return what goes through the chosen sequence; raises `BadRequest` without one."""
+        if self.stepper is None:
+            raise BadRequest("choose a sequence to step through")
+        return self.stepper
 
     def _press(self, effect: str, step: StepCall) -> None:
         """Take one press of a step key.
@@ -254,9 +256,11 @@ class PointsScreen(DeskScreen):
         """The name that is asked for."""
         return None if self.selection.naming is None else self.selection.naming.line
 
-    def disarm(self, reason: str) -> None:  # noqa: ARG002 - as every screen
+    def disarm(self, reason: str) -> None:
         """Let nothing go on that is not under way; a sequence ends after its step."""
-        self.selection.naming = None
+        if self.selection.naming is not None:
+            self.selection.naming = None
+            self.desk.say(f"what you typed was dropped: {reason}")
         self.sequence.disarm()
 
     def _selection_changed(self, before: PointList) -> None:

@@ -195,7 +195,7 @@ class PointEdits:
         elif steps is not None:
             change = partial(points.remove_sequence, name, instead_of=steps)
         else:
-            return
+            raise BadRequest("there is nothing to delete")
         self._confirm(f"deletes {name}", change, f"{name} is deleted")
 
     def teach_again(self) -> None:

@@ -20,6 +20,7 @@ from kinematics.text import counted
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
+from tui.keys.table import STOP
 from tui.move.planned import progress_bar
 from tui.program.running import DeskRun, ProgramFiles, ProgramRehearsal, reason
 from tui.widgets import ChoiceList, LinesToShow, ProgramLines, Span, panels
@@ -129,9 +130,11 @@ class ProgramStart:
         self._run.forget()
 
     def rehearse(self) -> None:
-        """Rehearse the chosen program. Nothing moves."""
+        """Rehearse the chosen program from where the arm stands. Nothing moves."""
         self._run.require_idle()
         program = self._files.require_program()
+        if self._desk.link.moves:
+            raise BadRequest("the arm moves: wait until it stands")
         self._run.forget()
         self.rehearsal.begin(program)
 
@@ -200,13 +203,15 @@ class ProgramScreen(DeskScreen):
     @property
     def says(self) -> str:
         """What the running program needs of the person."""
-        keys = self.desk.keys
-        return f"a program moves the arm: {keys.label('stop')} stops it" if self.run.busy else ""
+        stop = self.desk.keys.label(STOP)
+        return f"a program moves the arm: {stop} stops it" if self.run.busy else super().says
 
     @property
     def idle(self) -> tuple[str, ...]:
-        """What only acts on a running program, or only on one that does not run."""
-        names = ("next", "rehearse") if self.run.busy else ("forward",)
+        """What only acts on a program, on a running one, or on one that does not run."""
+        names: tuple[str, ...] = ("next", "rehearse") if self.run.busy else ("forward",)
+        if not self.files.paths:
+            names = ("go", "next", "rehearse", "stepping")
         asks = () if self.run.asks else ("forward",)
         return tuple(f"program-{name}" for name in (*names, *asks))
 

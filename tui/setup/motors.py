@@ -12,6 +12,7 @@ from armdrive.setup.filing import file_of, propose
 from armdrive.status import State, Trust
 from kinematics.text import counted
 from tui.desk import Desk
+from tui.keys.table import STOP
 from tui.setup.stages import Correction, Go, SetupStage, StageText
 
 ANSWERS = ("setup-yes", "setup-reversed", "setup-nothing", "setup-another", "setup-double",
@@ -46,7 +47,7 @@ class MotorsStage(SetupStage):
         """Say what the key that turns the motor does now."""
         turn = self.desk.keys.label("setup-turn")
         if self._turning:
-            return "IT TURNS. space stops it"
+            return f"IT TURNS. {self.desk.keys.label(STOP)} stops it"
         if self.check.away:
             return f"{turn}: TURN IT BACK by {counted(steps, 'step')}"
         return f"{turn}: TURN IT by {counted(steps, 'step')}; once more brings it back"

@@ -23,6 +23,7 @@ from armdrive.storage.files import arm_files, require_writable
 from kinematics.errors import KinematicsError
 from tui.app import TypedText
 from tui.desk import Desk
+from tui.keys.table import STOP
 
 RISK = OPENING_RISK.format(port="it")
 
@@ -94,9 +95,10 @@ class SetupStage:
         raise BadRequest(FOR_MOTORS)
 
     def back(self) -> None:
-        """Go back."""
-        if self.before is not None:
-            self.go(self.before)
+        """Go back. Raises `BadRequest` at the first stage."""
+        if self.before is None:
+            raise BadRequest("this is the first step")
+        self.go(self.before)
 
     def forget(self) -> None:
         """Let nothing be half chosen."""
@@ -343,17 +345,14 @@ class InterviewAsking(SetupStage):
         if question is None:
             return StageText("")
         offered = self.describing.line or "(type an answer)"
-        hint = (
-            "Type _ for a space: the space bar stops."
-            if self.describing.is_free_text
-            else "Separate numbers with commas."
-        )
+        stop = keys.label(STOP)
+        hint = f"Type _ for a space: {stop} stops." if self.describing.is_free_text else ""
         below = (
             question.why,
             "",
             *([f"answer: {self.describing.typed}_"] if self.describing.typed else []),
             f"{keys.label('setup-enter')}: {offered}",
-            f"{keys.label('setup-back')}: the question before. {hint}",
+            f"{keys.label('setup-back')}: the question before. {hint}".rstrip(),
         )
         width = max((len(word) for word, _ in question.choices), default=0)
         rows = tuple(f"{word:<{width}}  {meaning}".rstrip() for word, meaning in question.choices)
