@@ -637,7 +637,7 @@ class Desk(KeyApp):
         if self._first in self._modes:
             self.switch_mode(self._first)
         if not self._left.instructed:
-            self.push_screen(FirstScreen(self.keys, self.link.status), self._instructed)
+            self.dialogs.open(FirstScreen(self.keys, self.link.status), self._instructed)
 
     def _instructed(self, understood: bool | None) -> None:
         self._left = replace(self._left, instructed=bool(understood))

@@ -16,7 +16,7 @@ from armdrive.errors.printable import printable
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Status, Trust, bound_words, coded, rounded_up, trust_words
 from kinematics.text import rounded
-from tui.keys.keyboard import Keyboard, label
+from tui.keys.keyboard import Keyboard
 from tui.keys.table import STOP, titled
 from tui.widgets import PlainText, Span, text_of
 
@@ -169,7 +169,7 @@ def stopping_text(
 
 def without_link(status: Status, keys: Keyboard) -> str:
     """Say what the arm does while no key reaches it, and what stops it sooner."""
-    stop, row = label(keys.of(STOP)[0]).upper(), DIALECTS.get(status.dialect)
+    stop, row = keys.label(STOP).upper(), DIALECTS.get(status.dialect)
     ends = bound_words(status.silent_time_s, status.silent_distance_mm)
     return (
         f"No key reaches the arm, not even {stop}: what was sent ends by itself within {ends}. "
@@ -276,8 +276,7 @@ class StopButton(Static, can_focus=False):
     """Stops the arm. The app takes a mouse button that is pressed on it before anything else."""
 
     def __init__(self, keys: Keyboard) -> None:
-        stop = label(keys.of(STOP)[0])
-        super().__init__(Content(f"   STOP   \n          \n{stop:^10}"), id="stop")
+        super().__init__(Content(f"   STOP   \n          \n{keys.label(STOP):^10}"), id="stop")
 
 
 class SafetyPanel(Horizontal):
