@@ -13,6 +13,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Protocol, TypeVar, runtime_checkable
@@ -264,6 +265,13 @@ Outcome = Callable[[], object]
 """A call that takes a moment. Text that it returns is the message about it."""
 
 
+@dataclass(slots=True)
+class Job:
+    """Work in a thread: busy until it has ended, and until what it has found is kept."""
+
+    busy: bool = False
+
+
 class Calls:
     """Does what keys ask for, and reports how it went."""
 
@@ -298,15 +306,16 @@ class Calls:
             confirmation.forget()
         self._app.show()
 
-    def in_thread(self, work: Callable[[], object]) -> None:
+    def _in_thread(self, work: Callable[[], object]) -> None:
         """Do work that takes a moment, without keeping the stop key waiting."""
         self._app.run_worker(work, thread=True, exit_on_error=False)
 
-    def work_out(self, work: Callable[[], Found], keep: Callable[[Found | None], bool]) -> None:
+    def work_out(self, work: Callable[[], Found], keep: Callable[[Found | None], bool]) -> Job:
         """Work something out in a thread; keep it, or None after an error, and show what follows.
 
         `keep` is called in the app's own thread, and returns whether it is still of interest.
         """
+        job = Job(busy=True)
 
         def working() -> None:
             found, message = None, ""
@@ -318,23 +327,29 @@ class Calls:
                 self._app.call_from_thread(kept, found, message)
 
         def kept(found: Found | None, message: str) -> None:
+            job.busy = False
             if keep(found) and message:
                 self._app.message = message
             self._app.show()
 
-        self.in_thread(working)
+        self._in_thread(working)
+        return job
 
-    def make(self, call: Outcome, done: str = "") -> None:
+    def make(self, call: Outcome, done: str = "") -> Job:
         """Make a call in a thread, then show `done`, the text that the call returns, or its error.
 
         With neither, the status shows enough.
         """
+        job = Job(busy=True)
 
         def work() -> None:
-            if message := self._outcome(call, done):
+            message = self._outcome(call, done)
+            job.busy = False
+            if message:
                 self._app.call_from_thread(self._app.say, message)
 
-        self.in_thread(work)
+        self._in_thread(work)
+        return job
 
     def _outcome(self, call: Outcome, done: str) -> str:
         """Make a call; return the message about it, if there is one."""

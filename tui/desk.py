@@ -651,6 +651,11 @@ class Desk(KeyApp):
             with self.calls.acting():
                 act()
 
+    def say(self, message: str) -> None:
+        """Show a message. A stop is seen before what came of it is said."""
+        self.link.follow_stops()
+        super().say(message)
+
     def show(self) -> None:
         """Show the latest status on the current screen."""
         if self.is_running and self.screen_stack:  # else the screens are being taken down

@@ -17,7 +17,7 @@ from armdrive.status import Status
 from armdrive.storage.points import Point, StepList
 from kinematics.geometry import ArmGeometry
 from kinematics.text import counted
-from tui.app import TypedText
+from tui.app import Job, TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
@@ -39,8 +39,8 @@ class SequenceRun:
         """Goes through the chosen sequence; None where a point or nothing is chosen."""
         self.stepping = False
         """Whether the step keys move the arm."""
-        self.busy = False
-        """Whether the arm is under way."""
+        self.going = Job()
+        """The steps that are being carried out."""
         self._desk = desk
         self._name = ""
 
@@ -50,7 +50,7 @@ class SequenceRun:
         stepper, steps = self.stepper, listed.sequence
         if stepper is not None and steps is not None and same_row and stepper.steps == steps.steps:
             stepper.points = listed.taught.points
-        elif not self.busy:
+        elif not self.going.busy:
             none = steps is None or not steps.steps
             points = listed.taught.points
             self.stepper = None if none or steps is None else Stepper(self._desk.arm, steps, points)
@@ -64,7 +64,7 @@ class SequenceRun:
 
     def require_standstill(self) -> None:
         """Raise `BadRequest` while the arm is under way."""
-        if self.busy:
+        if self.going.busy:
             raise BadRequest(f"the arm is under way: {self._desk.keys.label(STOP)} stops it")
 
     def switch_stepping(self) -> None:
@@ -102,7 +102,7 @@ class SequenceRun:
         Raises `BadRequest` where the step keys do not move the arm.
         """
         self._desk.link.require_motion()
-        if self.busy:
+        if self.going.busy:
             self._desk.confirmation.refuse()  # it may still be held when the arm stands
         self.require_standstill()
         if not self.stepping:
@@ -112,16 +112,14 @@ class SequenceRun:
         self._desk.confirmation.press(effect, begin, needed=1)
 
     def _begin(self, step: StepCall, stops: int) -> None:
-        self.busy = True
         if self.stepper is not None:
             self._desk.arm.program = partial(_program, self._name, self.stepper)
-        self._desk.calls.make(partial(self._carry_out, step, stops))
+        self.going = self._desk.calls.make(partial(self._carry_out, step, stops))
 
     def _carry_out(self, step: StepCall, stops: int) -> str:
         try:
             step(since=stops)  # a stop may come while this is on its way to the arm
         finally:
-            self.busy = False
             self._desk.arm.program = None
         following = None if self.stepper is None else self.stepper.next
         return "the sequence is at its end" if following is None else f"next: {following}"
@@ -289,7 +287,7 @@ class PointsScreen(DeskScreen):
         """Return the chosen point, or that of the next step of the chosen sequence."""
         listed, stepper = self.selection.listed, self.sequence.stepper
         point, line, speed = listed.point, self.motion.line, self.motion.speed
-        step = stepper.next if stepper is not None and not self.sequence.busy else None
+        step = stepper.next if stepper is not None and not self.sequence.going.busy else None
         if step is not None and step.point:
             point = listed.taught.points[step.point]
             line, speed = step.how == "line", step.speed
@@ -337,7 +335,7 @@ class PointsScreen(DeskScreen):
         keys = self.desk.keys
         if self.selection.naming is not None:
             return naming_text(self.selection.naming, keys)
-        if self.sequence.busy:
+        if self.sequence.going.busy:
             pause = keys.label("points-pause")
             pauses = f"PAUSED: {pause} resumes" if status.paused else f"UNDER WAY: {pause} pauses"
             return f"{pauses}, {keys.label('stop')} stops"

@@ -162,7 +162,7 @@ class ProgramStart:
         program, status = self._files.require_program(), self._desk.link.status
         if status.state is not State.STANDBY:
             raise BadRequest(f"the arm is {status.state.value}: wait until it stands")
-        if self.rehearsal.working:
+        if self.rehearsal.job.busy:
             raise BadRequest("it is being rehearsed: wait until that is done")
         found = self.rehearsal.fresh(program, status)
         if found is not None and found.refusal is not None:
@@ -284,7 +284,7 @@ class ProgramScreen(DeskScreen):
                 file, failed = file_name(checked.path, self.files.folder), run.failed
                 yield from ended_lines(run.outcome, file, failed=failed)
             found = self.start.rehearsal.fresh(checked.program, status)
-            if self.start.rehearsal.working:
+            if self.start.rehearsal.job.busy:
                 yield from rehearsing_lines(self.start.rehearsal.far)
             elif found is not None:
                 yield from rehearsed_lines(found, keys, half=bool(self.desk.confirmation.effect))

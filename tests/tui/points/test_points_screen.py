@@ -207,7 +207,7 @@ async def test_steps_that_another_program_has_changed_are_not_overwritten():
         assert session.arm.points.sequence("stack") == other
         await session.settle()
         assert session.screen.selection.marked is None, "what was marked is another step by now"
-        session.screen.sequence.busy = True
+        session.screen.sequence.going.busy = True
         await session.press("pagedown", "J")
         session.shows("under way", messages="under way")
         assert session.arm.points.sequence("stack") == other
@@ -398,7 +398,7 @@ async def test_a_stop_ends_a_run_and_the_step_is_the_next_one_again():
         await session.twice("enter")
         session.shows("a stop", messages="stopped")
         assert session.screen.sequence.stepper.at == 0
-        assert not session.screen.sequence.busy
+        assert not session.screen.sequence.going.busy
         assert len(arm.asked_for) == 1
 
 
