@@ -122,11 +122,12 @@ class TypingScreen(Protocol):
         """The line that is typed into now, if there is one."""
 
 
-class InputFilter:
-    """Decides which keys and mouse events an app acts on, and how old each key is.
+class AppInput:
+    """The way of keys and clicks into an app: which count, in which order, and what takes them.
 
-    Dropped are keys typed before a stop that has already acted, and whatever was waiting while
-    the program was suspended.
+    The stop keys come before every widget. Dropped are keys typed before a stop that has already
+    acted, and whatever was waiting while the program was suspended. A key that is typed into a line
+    goes there; all others go on to the framework, which finds their action.
     """
 
     def __init__(self, app: KeyApp) -> None:
@@ -141,7 +142,7 @@ class InputFilter:
         self._app = app
         self._bursts = BurstDetector()
         self._waiting: events.Key | None = None
-        self._alarm = HoldAlarm(app, lambda: app.call_later(app.act_on_waiting))
+        self._alarm = HoldAlarm(app, lambda: app.call_later(self.act_on_waiting))
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
         self._key: events.Key | None = None
@@ -173,13 +174,38 @@ class InputFilter:
         elif absent_s > self.starved_s:
             self._app.starved(absent_s)
 
-    def take(self, key: events.Key, *, at_once: bool) -> list[events.Key]:
+    async def takes(self, event: events.Event) -> bool:
+        """Take an event of the app; return whether the framework is not to see it any more."""
+        if isinstance(event, events.Key):
+            if event.is_forwarded:  # no widget wanted it
+                return self._types(event)
+            for key in self._due(event):
+                await self._act_on(key)
+            return True
+        if isinstance(event, events.MouseEvent) and not event.is_forwarded:
+            if isinstance(event, events.MouseDown) and self._is_on_stop(event):
+                self._app.action_stop_arm()
+                return True
+            self.alive()
+            return self._stale.is_stale(event.time, of_keyboard=False)
+        return False
+
+    def key_age_s(self) -> float:
+        """Return the age of the key that the app acts on; 0 while there is none.
+
+        A busy app acts on keys later than they came, and further apart.
+        """
+        return 0.0 if self._key is None else max(self.monotonic_s() - self._key.time, 0.0)
+
+    # -- which keys count, and when -----------------------------------------------------------
+
+    def _due(self, key: events.Key) -> list[events.Key]:
         """Take a key from the terminal; return the keys that the app acts on now, in order.
 
         Of keys that came together none does anything, nor does what follows them, until there is
-        a silence. Those that act `at_once` only type, or go to the dead-man, which judges them.
+        a silence. Those that act at once only type, or go to the dead-man, which judges them.
         """
-        waited = self.waited()
+        waited, at_once = self._waited(), self._acts_at_once(key)
         together = self._bursts.came_together(key.key, key.time, self.person_s)
         if key.key in self._app.stop_keys:
             return [key]  # what was typed before a stop begins nothing
@@ -194,28 +220,40 @@ class InputFilter:
         self._alarm.after(max(key.time + self.person_s - self.monotonic_s(), 0.0))
         return waited
 
-    def waited(self) -> list[events.Key]:
+    def _acts_at_once(self, key: events.Key) -> bool:
+        """Return whether a key types a letter or jogs: people type faster than they command."""
+        if not self._app.screen_stack:
+            return True  # the screens are already being taken down
+        line, widget = self._line, self._app.focused
+        types = line is not None and line.takes(key.character)
+        consumed = widget is not None and widget.check_consume_key(key.key, key.character)
+        return types or consumed or self._app.jogs(key.key)
+
+    def _waited(self) -> list[events.Key]:
         """Return the key that has waited, if there is one; no other one has followed it so far."""
         waiting, self._waiting = self._waiting, None
         return [] if waiting is None else [waiting]
 
-    @contextlib.contextmanager
-    def acting_on(self, key: events.Key) -> Iterator[None]:
-        """Remember which key the app acts on, and so how old it is."""
-        self._key = key
+    async def act_on_waiting(self) -> None:
+        """Act on a key that no other one has followed."""
+        for key in self._waited():
+            await self._act_on(key)
+
+    async def _act_on(self, key: events.Key) -> None:
+        """Act on a key, unless it has come too late to count."""
+        self._key = key  # and so how old it is
         try:
-            yield
+            dropped, stops = self._drops(key), key.key in self._app.stop_keys
+            if stops or dropped:
+                key.stop().prevent_default()
+                if stops:
+                    self._app.action_stop_arm()
+            else:
+                await self._app.hand_on(key)
         finally:
             self._key = None
 
-    def key_age_s(self) -> float:
-        """Return the age of the key that the app acts on; 0 while there is none.
-
-        A busy app acts on keys later than they came, and further apart.
-        """
-        return 0.0 if self._key is None else max(self.monotonic_s() - self._key.time, 0.0)
-
-    def drops_key(self, key: events.Key) -> bool:
+    def _drops(self, key: events.Key) -> bool:
         """Return whether a key has come too late to count."""
         self.alive()
         came_s = self.monotonic_s() - self.key_age_s()
@@ -226,10 +264,31 @@ class InputFilter:
             self._app.key_dropped(self._why_stale)
         return stale
 
-    def drops_mouse(self, event: events.MouseEvent) -> bool:
-        """Return whether a mouse event has come too late to count."""
-        self.alive()
-        return self._stale.is_stale(event.time, of_keyboard=False)
+    # -- what takes them ----------------------------------------------------------------------
+
+    @property
+    def _line(self) -> TypedText | None:
+        """The line that is typed into, if there is one."""
+        screen = self._app.screen
+        return screen.typing if isinstance(screen, TypingScreen) else None
+
+    def _types(self, key: events.Key) -> bool:
+        """Type a key into the line that is typed into, if there is one; return whether."""
+        line, character = self._line, key.character
+        if line is None or character is None or not line.takes(character):
+            return False
+        key.stop().prevent_default()
+        with self._app.calls.acting():
+            line.type(character)
+        return True
+
+    def _is_on_stop(self, event: events.MouseDown) -> bool:
+        """Return whether the mouse is on the STOP button, which no dialog covers."""
+        try:
+            widget, _ = self._app.screen_stack[0].get_widget_at(int(event.x), int(event.y))
+        except (NoWidget, IndexError):
+            return False
+        return isinstance(widget, StopButton)
 
 
 # The keys of the table act through the framework's actions. It looks for them on the app and on
@@ -450,7 +509,7 @@ class KeyApp(App[int], inherit_bindings=False):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Without `braille` everything is drawn in plain letters."""
-        self.input = InputFilter(self)
+        self.input = AppInput(self)
         self.clock = clock
         self.keys = keys
         self.stop_keys: Collection[str] = keys.of(STOP)
@@ -560,71 +619,16 @@ class KeyApp(App[int], inherit_bindings=False):
 
     async def on_event(self, event: events.Event) -> None:
         """Take the stop keys before anything else sees them, and drop what is stale."""
-        if isinstance(event, events.Key):
-            new = not event.is_forwarded
-            taken = self.input.take(event, at_once=self.acts_at_once(event)) if new else [event]
-            await self._act_on(taken)
-            return
-        if isinstance(event, events.MouseEvent) and not event.is_forwarded:
-            if isinstance(event, events.MouseDown) and self._is_on_stop(event):
-                self.action_stop_arm()
-                return
-            if self.input.drops_mouse(event):
-                return
+        if not await self.input.takes(event):
+            await self.hand_on(event)
+
+    async def hand_on(self, event: events.Event) -> None:
+        """Let the framework act on an event."""
         await super().on_event(event)
 
-    def _is_on_stop(self, event: events.MouseDown) -> bool:
-        """Return whether the mouse is on the STOP button, which no dialog covers."""
-        try:
-            widget, _ = self.screen_stack[0].get_widget_at(int(event.x), int(event.y))
-        except (NoWidget, IndexError):
-            return False
-        return isinstance(widget, StopButton)
-
-    def acts_at_once(self, key: events.Key) -> bool:
-        """Return whether a key only types a letter: people type faster than they command."""
-        if not self.screen_stack:
-            return True  # the screens are already being taken down
-        line, widget = self._typing, self.focused
-        types = line is not None and line.takes(key.character)
-        return types or (widget is not None and widget.check_consume_key(key.key, key.character))
-
-    async def act_on_waiting(self) -> None:
-        """Act on a key that no other one has followed."""
-        await self._act_on(self.input.waited())
-
-    async def _act_on(self, keys: Sequence[events.Key]) -> None:
-        for key in keys:
-            with self.input.acting_on(key):
-                await self._on_key_event(key)
-
-    @property
-    def _typing(self) -> TypedText | None:
-        """The line that is typed into, if there is one."""
-        return self.screen.typing if isinstance(self.screen, TypingScreen) else None
-
-    async def _on_key_event(self, event: events.Key) -> None:
-        """Take a key that has come, or that no widget wanted."""
-        if not event.is_forwarded:
-            dropped, stops = self.input.drops_key(event), event.key in self.stop_keys
-            if stops or dropped:
-                event.stop().prevent_default()
-                if stops:
-                    self.action_stop_arm()
-                return
-        elif self._takes_typed(event.character):
-            event.stop().prevent_default()
-            return
-        await super().on_event(event)
-
-    def _takes_typed(self, character: str | None) -> bool:
-        """Type a character into the line that is typed into, if there is one; return whether."""
-        line = self._typing
-        if line is None or character is None or not line.takes(character):
-            return False
-        with self.calls.acting():
-            line.type(character)
-        return True
+    def jogs(self, key: str) -> bool:  # noqa: ARG002 - for apps whose keys jog
+        """Return whether a key goes to a dead-man, which judges by itself which presses count."""
+        return False
 
 
 BUSY_S = 0.02

@@ -608,10 +608,10 @@ class Desk(KeyApp):
         if self.screen_stack:  # else the screens are already being taken down
             self.screens.current.disarm(reason)
 
-    def acts_at_once(self, key: events.Key) -> bool:
-        """Return whether a key only types a letter, or jogs: the dead-man judges those itself."""
-        jogs = self.screens.hand is not None and self.keys.jog_key(key.key) is not None
-        return (jogs and len(self.screen_stack) == 1) or super().acts_at_once(key)
+    def jogs(self, key: str) -> bool:
+        """Return whether a key goes to the dead-man, which judges by itself which presses count."""
+        shown = self.screens.hand is not None and len(self.screen_stack) == 1
+        return shown and self.keys.jog_key(key) is not None
 
     def came_together(self) -> None:
         """Disarm as well: some of the keys may be on their way to the dead-man."""
