@@ -7,10 +7,9 @@ alive on a screen that is not shown: `disarm` is called before another screen or
 
 from __future__ import annotations
 
-import contextlib
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import ClassVar, cast
 
@@ -45,18 +44,7 @@ from tui.safety import (
     why_immobile,
     without_link,
 )
-from tui.settings import (
-    REAL_SPEED,
-    SIMULATED_SPEED,
-    DeskMemory,
-    JogSettings,
-    MoveSettings,
-    move_settings,
-    recall,
-    remember,
-    remembered,
-    restored,
-)
+from tui.settings import DeskSettings
 from tui.terminal import KeyUp, on_ending_signals, send_changed_spans
 from tui.widgets import KeyLine, PlainText, ScreenTabs, text_of
 
@@ -553,28 +541,18 @@ class Desk(KeyApp):
         `find_pad` opens a gamepad, or returns None; without it none is looked for. `program` is
         the file that the program screen begins with.
         """
-        left = DeskMemory(instructed=True) if memory is None else recall(memory)
-        super().__init__(keys, braille=braille, look=left.look, clock=clock)
+        geometry = arm.model.arm
+        self.pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
+        self._joint_names = geometry.joint_names
+        self.settings = DeskSettings(memory, arm.status, self.pairs, arm.frames)
+        super().__init__(keys, braille=braille, look=self.settings.look, clock=clock)
         for place, screen in screens.items():
             self.add_mode(place, screen)
         self.screens: DeskScreens = DeskScreens(self)
         self.arm = arm
         self._handle_signals = handle_signals
-        self._memory = memory
-        self._left = left
-        settings = left.of(arm.status)
         # a desk without a position begins at the screen on which the arm is referenced
-        self._first = first or ("" if arm.status.trust is Trust.UNKNOWN else settings.screen)
-        geometry = arm.model.arm
-        self.pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
-        self._joint_names = geometry.joint_names
-        speed = SIMULATED_SPEED if arm.status.simulated else REAL_SPEED
-        new = JogSettings(pairs=self.pairs, frames=arm.frames, speed=speed)
-        self.settings = restored(new, settings)
-        self.move_settings = move_settings(
-            settings, MoveSettings() if arm.status.simulated else MoveSettings(speed=0.25)
-        )
-        """How the move screen's goals are given, and how the arm goes to them."""
+        self._first = first or ("" if arm.status.trust is Trust.UNKNOWN else self.settings.screen)
         self.goal: Joints | None = None
         """A posture that one screen has left for the move screen."""
         self.program = program
@@ -636,11 +614,9 @@ class Desk(KeyApp):
             self.pad.start()
         if self._first in self._modes:
             self.switch_mode(self._first)
-        if not self._left.instructed:
-            self.dialogs.open(FirstScreen(self.keys, self.link.status), self._instructed)
-
-    def _instructed(self, understood: bool | None) -> None:
-        self._left = replace(self._left, instructed=bool(understood))
+        if not self.settings.instructed:
+            first = FirstScreen(self.keys, self.link.status)
+            self.dialogs.open(first, partial(setattr, self.settings, "instructed"))
 
     def poll(self) -> None:
         """Take the latest status, show what changed, then do what was confirmed by two presses."""
@@ -697,11 +673,6 @@ class Desk(KeyApp):
         self.arm.request_stop()
         self.exit(0)
 
-    def open_next(self, path: Path) -> None:
-        """Leave this arm, for a desk on the arm of a file."""
-        self.opens = path
-        self.action_leave()
-
     def on_key(self, event: events.Key) -> None:
         """Say that a key means nothing here, as a letter of another keyboard layout does."""
         bound = any(event.key in row.keys for row in self.keys.at(self.place))
@@ -729,13 +700,8 @@ class Desk(KeyApp):
         self.arm.request_stop()
         if self.pad is not None:
             self.pad.close()
-        if self._memory is None:
-            return
-        look = self._left.look if self.no_color else self.looks.name
-        arm = remembered(self.settings, self.move_settings, self.current_mode)
-        left = replace(self._left.with_arm(self.link.status, arm), look=look)
-        with contextlib.suppress(OSError):  # losing these settings does no harm
-            remember(self._memory, left)
+        look = self.settings.look if self.no_color else self.looks.name
+        self.settings.keep(self.link.status, self.current_mode, look)
 
     def _end_by_signal(self, number: int) -> None:
         """Leave the arm standing and closed before the framework tidies up."""

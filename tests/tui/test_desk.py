@@ -198,7 +198,7 @@ async def test_mode_increment_and_speed_follow_their_keys_or_a_click_on_them():
         for key, step_deg in (("]", 2.0), ("[", 1.0)):
             await session.pilot.click("#footer", offset=(footer.index(key) + 1, 0))
             await session.poll()
-            assert session.desk.settings.step_deg == step_deg
+            assert session.desk.settings.jog.step_deg == step_deg
 
 
 async def test_a_small_terminal_shows_presets_what_is_near_and_the_next_keys():

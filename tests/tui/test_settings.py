@@ -252,7 +252,7 @@ async def test_a_new_real_arm_starts_slowly_whatever_was_set_on_the_simulated_on
         async with Session(FakeArm(simulated=False), memory=memory) as session:
             assert "speed 10%   step [2°] 2 mm" in session.text("stopping")
             assert session.title("joints") == "Joints"
-            assert session.desk.move_settings.speed == 0.25
+            assert session.desk.settings.move.speed == 0.25
             await session.press("ctrl+q")
     async with Session(memory=memory) as session:
         assert "speed 100%   step 2° [5 mm]" in session.text("stopping")

@@ -332,7 +332,7 @@ class AxisPanels:
 
     def show(self, status: Status) -> tuple[AxisRow, ...]:
         """Show a status; return the rows of the joints."""
-        settings, model = self._desk.settings, self._desk.arm.model
+        settings, model = self._desk.settings.jog, self._desk.arm.model
         held = self._hand.held_button not in ("", PAD)
         pose, limits = self._pose(status)
         joints = joint_rows(status, model, settings, self._changed)
@@ -351,7 +351,7 @@ class AxisPanels:
 
     def show_only_driven(self, *, only: bool) -> None:
         """Hide the panel of the axes that no key moves in this mode, or show it again."""
-        cartesian = self._desk.settings.cartesian
+        cartesian = self._desk.settings.jog.cartesian
         self._tip.display = cartesian or not only
         self._joints.display = not (cartesian and only)
 
@@ -378,7 +378,7 @@ class AxisPanels:
 
         A jog in the tool's frame is shown in the base's, since the tool is always at its own zero.
         """
-        settings, limits = self._desk.settings, self._limits
+        settings, limits = self._desk.settings.jog, self._limits
         if (
             status.pose is None
             or not settings.cartesian

@@ -36,7 +36,7 @@ class MoveScreen(DeskScreen):
         self.form = GoalForm(
             geometry.joint_names,
             desk.arm.frames,
-            desk.move_settings,
+            desk.settings.move,
             self._present,
             has_yaw=geometry.has_yaw,
         )

@@ -170,9 +170,14 @@ class Closing(SetupStage):
     def enter(self) -> None:
         """Take a press towards the other desk; without one, go back to the steps."""
         if self.desk.reopens:
-            self.desk.confirmation.press("opens it", lambda: self.desk.open_next(self.path))
+            self.desk.confirmation.press("opens it", self._open)
         else:
             self.go(first_of(self))
+
+    def _open(self) -> None:
+        """Leave this arm, for a desk on the arm of the file."""
+        self.desk.opens = self.path
+        self.desk.action_leave()
 
 
 class Written(Closing):
