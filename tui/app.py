@@ -122,6 +122,16 @@ class TypingScreen(Protocol):
         """The line that is typed into now, if there is one."""
 
 
+class Hand(Protocol):
+    """What jogs by keys. Its dead-man judges by itself which presses count."""
+
+    def disarm(self, reason: str) -> None:
+        """Let no key move anything."""
+
+    def doubt(self, time_s: float) -> None:
+        """Note that keys may have waited for this long."""
+
+
 class AppInput:
     """The way of keys and clicks into an app: which count, in which order, and what takes them.
 
@@ -139,6 +149,8 @@ class AppInput:
         """An app that did nothing for this long has kept its keys waiting."""
         self.person_s = 0.0
         """A key waits this long, and does nothing if another one comes meanwhile."""
+        self.hand: Callable[[], Hand | None] = _no_hand
+        """Returns the hand on the jog keys, where the current screen has those."""
         self._app = app
         self._bursts = BurstDetector()
         self._waiting: events.Key | None = None
@@ -171,8 +183,8 @@ class AppInput:
             self._stale.begin(now_s)
             self._why_stale = f"this program was suspended for {absent_s:.1f} s"
             self._app.disarm(self._why_stale)
-        elif absent_s > self.starved_s:
-            self._app.starved(absent_s)
+        elif absent_s > self.starved_s and (hand := self.hand()) is not None:
+            hand.doubt(absent_s)
 
     async def takes(self, event: events.Event) -> bool:
         """Take an event of the app; return whether the framework is not to see it any more."""
@@ -212,7 +224,10 @@ class AppInput:
         if together and (waited or not at_once):
             self._stale.begin(key.time)
             self._why_stale = BURST
-            self._app.came_together()
+            if (hand := self.hand()) is not None:
+                hand.disarm(BURST)  # some of the keys may be on their way to the dead-man
+            self._app.confirmation.refuse()  # nor do they confirm anything
+            self._app.say(f"{BURST}: they were dropped")
             return []
         if at_once or not self.person_s:
             return [*waited, key]
@@ -227,7 +242,8 @@ class AppInput:
         line, widget = self._line, self._app.focused
         types = line is not None and line.takes(key.character)
         consumed = widget is not None and widget.check_consume_key(key.key, key.character)
-        return types or consumed or self._app.jogs(key.key)
+        jogs = self.hand() is not None and self._app.keys.jog_key(key.key) is not None
+        return types or consumed or (jogs and len(self._app.screen_stack) == 1)
 
     def _waited(self) -> list[events.Key]:
         """Return the key that has waited, if there is one; no other one has followed it so far."""
@@ -260,8 +276,8 @@ class AppInput:
         if self._urgent_keys.overtook(key):
             return True
         stale = self._stale.is_stale(came_s)
-        if stale and key.key not in self.urgent:
-            self._app.key_dropped(self._why_stale)
+        if stale and key.key not in self.urgent:  # without a word, it would seem broken
+            self._app.say(f"a key was dropped: {self._why_stale}; press again")
         return stale
 
     # -- what takes them ----------------------------------------------------------------------
@@ -289,6 +305,11 @@ class AppInput:
         except (NoWidget, IndexError):
             return False
         return isinstance(widget, StopButton)
+
+
+def _no_hand() -> Hand | None:
+    """Return no hand."""
+    return None
 
 
 # The keys of the table act through the framework's actions. It looks for them on the app and on
@@ -548,18 +569,6 @@ class KeyApp(App[int], inherit_bindings=False):
         """Let no key of the current screen move anything."""
         self.confirmation.forget()
 
-    def came_together(self) -> None:
-        """Say that keys were dropped that no person has pressed; they confirm nothing either."""
-        self.confirmation.refuse()
-        self.say(f"{BURST}: they were dropped")
-
-    def starved(self, time_s: float) -> None:
-        """Note that keys may have waited for the app for this long."""
-
-    def key_dropped(self, why: str) -> None:
-        """Say why a key had no effect: a key that is dropped without a word seems broken."""
-        self.say(f"a key was dropped: {why}; press again")
-
     def run_or_raise(self) -> None:
         """Run until the user leaves. Raises the error that ended the app, if one did."""
         self.run()
@@ -625,10 +634,6 @@ class KeyApp(App[int], inherit_bindings=False):
     async def hand_on(self, event: events.Event) -> None:
         """Let the framework act on an event."""
         await super().on_event(event)
-
-    def jogs(self, key: str) -> bool:  # noqa: ARG002 - for apps whose keys jog
-        """Return whether a key goes to a dead-man, which judges by itself which presses count."""
-        return False
 
 
 BUSY_S = 0.02

@@ -32,7 +32,6 @@ from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import STOPPED, DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
-from tui.keys.presses import BURST
 from tui.keys.table import PAUSE, SCREENS, STOP, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
     SafetyPanel,
@@ -566,7 +565,7 @@ class Desk(KeyApp):
         # from the thread that reads the keys, so that a stop waits for no picture
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
-        self.input.person_s = GATE_S
+        self.input.person_s, self.input.hand = GATE_S, lambda: self.screens.hand
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
         self.control = ArmControl(self)
@@ -585,22 +584,6 @@ class Desk(KeyApp):
         super().disarm(reason)
         if self.screen_stack:  # else the screens are already being taken down
             self.screens.current.disarm(reason)
-
-    def jogs(self, key: str) -> bool:
-        """Return whether a key goes to the dead-man, which judges by itself which presses count."""
-        shown = self.screens.hand is not None and len(self.screen_stack) == 1
-        return shown and self.keys.jog_key(key) is not None
-
-    def came_together(self) -> None:
-        """Disarm as well: some of the keys may be on their way to the dead-man."""
-        super().came_together()
-        if self.screens.hand is not None:
-            self.screens.hand.disarm(BURST)
-
-    def starved(self, time_s: float) -> None:
-        """Note that keys may have waited for the desk for this long; those move nothing."""
-        if self.screens.hand is not None:
-            self.screens.hand.doubt(time_s)
 
     # -- what is shown ------------------------------------------------------------------------
 
