@@ -538,7 +538,7 @@ class KeyApp(App[int], inherit_bindings=False):
         self.looks = Looks(self, look)
         self.dialogs = Dialogs(self)
         self.calls = Calls(self)
-        self.confirmation = Confirmation(clock)
+        self.confirmation = Confirmation(clock, keys.label)
         """What the last key does after a second press, or a pause."""
         self.message = ""
         """The last message: about the last key, or about what has happened since."""

@@ -125,11 +125,11 @@ def _reason(refusal: Exception) -> str:
     return reason.split("; nearest pose")[0]
 
 
-def ready_text(preview: Preview | None, keys: Keyboard) -> str:
-    """Say how the motion is begun; nothing where it would be refused."""
+def ready_text(preview: Preview | None, key: str) -> str:
+    """Say by which key the motion is begun; nothing where it would be refused."""
     if preview is None or preview.refusal is not None:
         return ""
-    return f"{keys.label('move-go')} twice moves the arm like this"
+    return f"{key} twice moves the arm like this"
 
 
 def progress_text(share: float, keys: Keyboard) -> str:
@@ -209,9 +209,12 @@ class PlannedMove:
         keys = self._desk.keys
         if self.going.busy and self._progress is not None:
             return progress_text(self._progress.seen(status.joints), keys)
-        if effect := self._desk.confirmation.effect:
-            return f"{keys.label('move-go')} AGAIN {effect}; any other key cancels"
-        return ready_text(fresh, keys)
+        return self._desk.confirmation.again or ready_text(fresh, keys.label(self._row))
+
+    @property
+    def _row(self) -> str:
+        """The row of the key that moves the arm, on the screen that shows the motion."""
+        return f"{self._desk.place}-go"
 
     # -- the preview --------------------------------------------------------------------------
 
@@ -255,7 +258,7 @@ class PlannedMove:
         if self.preview.refusal is not None:
             desk.confirmation.refuse()
             raise BadRequest(str(self.preview.refusal))
-        desk.confirmation.press(MOVES, self._go)
+        desk.confirmation.press(MOVES, self._go, row=self._row)
 
     def _go(self) -> None:
         """Move as it is shown, unless what is shown is no longer so."""

@@ -22,7 +22,7 @@ from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import STOP, words
-from tui.move.planned import MOVES, PlannedMove, short_text
+from tui.move.planned import PlannedMove, short_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
 from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
 from tui.widgets import CURRENT_STYLE, DONE_STYLE, ChoiceList, Span, panels
@@ -339,9 +339,8 @@ class PointsScreen(DeskScreen):
             pause = keys.label("points-pause")
             pauses = f"PAUSED: {pause} resumes" if status.paused else f"UNDER WAY: {pause} pauses"
             return f"{pauses}, {keys.label('stop')} stops"
-        effect = self.desk.confirmation.effect
-        if effect and effect != MOVES:
-            return f"AGAIN {effect}"
+        if again := self.desk.confirmation.again:
+            return again
         if self.sequence.stepper is not None:
             return f"{keys.label('points-go')} twice runs the remaining steps"
         return self.planned.text(status, self.planned.preview if fresh else None)
@@ -375,7 +374,8 @@ class PointsScreen(DeskScreen):
         else:
             self.desk.link.require_motion()
             self.sequence.require_standstill()
-            self.desk.confirmation.press("RUNS THE REMAINING STEPS", self.sequence.finish)
+            effect = "RUNS THE REMAINING STEPS"
+            self.desk.confirmation.press(effect, self.sequence.finish, row="points-go")
 
 
 def _shown(listed: PointList) -> tuple[str, Point | None, StepList | None]:

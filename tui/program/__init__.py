@@ -58,19 +58,18 @@ def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
         yield f"line {far.mark.line}, {acts}, {took} of the arm's time", ""
 
 
-def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator[Span]:
-    """Say what a rehearsal found; `half` means that one press of two has been made."""
+def rehearsed_lines(found: Rehearsal, keys: Keyboard, again: str) -> Iterator[Span]:
+    """Say what a rehearsal found; `again` asks for the second press of the key that runs it."""
     if found.refusal is not None:
         where = "" if found.at is None else f" IN LINE {found.at.line}"
         yield f"REFUSED{where}: {reason(found.refusal)}", WRONG
     else:
         acts = counted(sum(map(len, found.loops)), "act")
         yield f"rehearsed: {duration(found.took_s)}, {acts}{found.end_words}", "$text-success"
-        go = keys.label("program-go")
-        if half:
-            yield f"{go} AGAIN RUNS IT; any other key cancels", WARN
+        if again:
+            yield again, WARN
         else:
-            yield f"{go} twice runs it: THE ARM MOVES", ""
+            yield f"{keys.label('program-go')} twice runs it: THE ARM MOVES", ""
     for each in found.assumptions:
         yield f"assumed: {each}", "dim"
 
@@ -147,7 +146,7 @@ class ProgramStart:
             self._desk.confirmation.refuse()  # it may still be held when there is something to run
             raise
         if found is not None:
-            self._desk.confirmation.press("RUNS IT", self._begin)
+            self._desk.confirmation.press("RUNS IT", self._begin, row="program-go")
             return
         self._desk.confirmation.refuse()
         self.rehearse()
@@ -287,7 +286,7 @@ class ProgramScreen(DeskScreen):
             if self.start.rehearsal.job.busy:
                 yield from rehearsing_lines(self.start.rehearsal.far)
             elif found is not None:
-                yield from rehearsed_lines(found, keys, half=bool(self.desk.confirmation.effect))
+                yield from rehearsed_lines(found, keys, self.desk.confirmation.again)
             elif not run.outcome:
                 yield from checked_lines(keys)
         if run.stepping:
