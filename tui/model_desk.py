@@ -18,7 +18,7 @@ from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
 from tui.keys.remap import checked
-from tui.keys.table import LETTERS, STOP, DeskKey, JogPair, words
+from tui.keys.table import LETTERS, STOP, VIEW_KEYS, DeskKey, JogPair, words
 from tui.settings import INCREMENTS, neighbour
 from tui.terminal import draws_braille
 from tui.theory import TheoryPanel, axis_rows, joint_rows
@@ -29,14 +29,13 @@ from tui.widgets import KeyLine, PlainText, text_of
 PLACE = "theory"
 """Where all rows of a model's keyboard count."""
 
-KEPT = (STOP, "help", "quit", "help-close", "mode", "finer", "coarser")
+KEPT = ("mode", "finer", "coarser", *(row.id for row in VIEW_KEYS))
 """Rows by id; those that jog, and those of the theory, are kept too."""
 
 NOTHING_TO_STOP = "Close a dialog. There is nothing to stop: no arm is connected."
 
 _ARROWS = (("left", "right", 0, "y"), ("up", "down", 1, "z"))
 _OWN_PLACES = ("theory", "model")
-_OWN_ACTIONS = ("jog(", "view(")
 
 
 class ModelKeyboard(Keyboard):
@@ -85,7 +84,7 @@ def _rows(keys: Keyboard) -> Iterator[DeskKey]:
             yield replace(row, tooltip="Leave the model.")
         elif row.id in ("help", "help-close"):
             yield row
-        elif row.id in KEPT or row.place in _OWN_PLACES or row.action.startswith(_OWN_ACTIONS):
+        elif row.id in KEPT or row.place in _OWN_PLACES or row.jogs:
             yield replace(row, place=PLACE)
 
 

@@ -16,7 +16,7 @@ from armdrive.errors.printable import printable
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Status, Trust, bound_words, coded, rounded_up, trust_words
 from kinematics.text import rounded
-from tui.keys.keyboard import Keyboard, label
+from tui.keys.keyboard import Keyboard
 from tui.keys.table import STOP, titled
 from tui.widgets import PlainText, Span, text_of
 
@@ -116,25 +116,33 @@ def badge_of(state: object, *, paused: bool) -> Span:
 
 
 def which(status: Status) -> str:
-    """Say whether the arm is real, and which it is."""
-    kind = "SIMULATED" if status.simulated else "REAL ARM"
+    """Say whether the arm is real, which it is, and how a real one is linked."""
+    if status.simulated:
+        return f"SIMULATED: {status.arm} ({status.title})"
     named_by_port = status.link.startswith(status.arm.partition("?")[0])
     name = status.title if named_by_port else f"{status.arm} ({status.title})"
-    return f"{kind}: {name} on {status.link}"
+    return f"REAL ARM: {name} on {status.link}"
 
 
 def position_text(status: Status, keys: Keyboard) -> str:
-    """Say how far the position can be trusted, and which key makes it trusted."""
-    age = status.trust_age.removeprefix("for ")
-    reference = f"{keys.label('reference')} references the arm"
-    if status.state is State.DISCONNECTED:  # no key makes it trusted now
-        return f"position {status.trust.value}: {status.trust_reason}"
-    if status.trust is Trust.REFERENCED:
-        return f"position referenced {age} ago"
-    if status.trust is Trust.UNKNOWN:
+    """Say how far the position can be trusted, and which key makes it trusted now, if one does."""
+    trust, linked = status.trust, status.state is not State.DISCONNECTED
+    if trust is Trust.REFERENCED and linked:
+        return f"position referenced {status.trust_age.removeprefix('for ')} ago"
+    if trust is Trust.UNKNOWN and can_reference(status.state):
         return f"position unknown: press {keys.label('reference')} to reference the arm"
-    way = f"{keys.label('confirm')} confirms it" if status.trust is Trust.RESTORED else reference
-    return f"position {status.trust.value}: {way} ({status.trust_reason})"
+    way = ""
+    if trust is Trust.RESTORED and linked:
+        way = f"{keys.label('confirm')} confirms it"
+    elif can_reference(status.state):
+        way = f"{keys.label('reference')} references the arm"
+    reason = f"{way} ({status.trust_reason})" if way else status.trust_reason
+    return f"position {trust.value}: {reason}"
+
+
+def can_reference(state: State) -> bool:
+    """Return whether a key references the arm in this state."""
+    return state.value not in IMMOBILE and state is not State.HOMING
 
 
 NO_STOP = "no stop reaches the arm: use its own stop or power switch"
@@ -161,7 +169,7 @@ def stopping_text(
 
 def without_link(status: Status, keys: Keyboard) -> str:
     """Say what the arm does while no key reaches it, and what stops it sooner."""
-    stop, row = label(keys.of(STOP)[0]).upper(), DIALECTS.get(status.dialect)
+    stop, row = keys.label(STOP).upper(), DIALECTS.get(status.dialect)
     ends = bound_words(status.silent_time_s, status.silent_distance_mm)
     return (
         f"No key reaches the arm, not even {stop}: what was sent ends by itself within {ends}. "
@@ -244,14 +252,6 @@ def after_reset(status: Status, keys: Keyboard) -> str:
     return "reset: nothing was moved" + more
 
 
-def messages_of(status: Status, message: str, hint: str, *, bannered: bool) -> str:
-    """Return the messages of the desk and of the arm, each once; the hint if the desk has none."""
-    if message and (message in status.notice or (bannered and message in status.error)):
-        message = ""  # the arm repeats in its status what it answered the desk
-    messages = (message or hint, status.notice, "" if bannered else status.error)
-    return "\n".join(each for each in dict.fromkeys(messages) if each)
-
-
 def progress_of(program: View) -> str:
     """Name a program, and how far it has come: a share, else steps; empty without a program."""
     if not program:
@@ -276,8 +276,7 @@ class StopButton(Static, can_focus=False):
     """Stops the arm. The app takes a mouse button that is pressed on it before anything else."""
 
     def __init__(self, keys: Keyboard) -> None:
-        stop = label(keys.of(STOP)[0])
-        super().__init__(Content(f"   STOP   \n          \n{stop:^10}"), id="stop")
+        super().__init__(Content(f"   STOP   \n          \n{keys.label(STOP):^10}"), id="stop")
 
 
 class SafetyPanel(Horizontal):

@@ -47,7 +47,7 @@ from tui.safety import (
 )
 from tui.settings import memory_file, neighbour, recall
 from tui.terminal import draws_braille
-from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLines, panels
+from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLines, panels, text_of
 
 # What the screen says about the arm, made from the plain data of its status.
 
@@ -203,8 +203,8 @@ class WatchScreen(Screen[None]):
         app, width = self.watching, self.size.width
         self.query_one(SafetyPanel).show(watched_state(app.arm_name, view, ended))
         self.query_one(ProgramLines).show_program(self._program.lines(view.get("program")))
-        self.query_one("#watched", PlainText).show(lines(view))
-        self.query_one("#messages", PlainText).show(message)
+        text_of(self, "watched").show(lines(view))
+        text_of(self, "messages").show(message)
         self.query_one(KeyLine).show_keys(app.keys.next_keys("watch"), width)
         self.query_one(SpaceView).show(moment(view, app.model))
 

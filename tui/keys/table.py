@@ -33,6 +33,11 @@ class DeskKey:
     everywhere: bool = False
     also: str = ""
 
+    @property
+    def jogs(self) -> str:
+        """The key that jogs in this table, wherever a file of keys has put it; empty for others."""
+        return self.action[len("jog('") : -len("')")] if self.action.startswith("jog(") else ""
+
 
 # Every screen of the desk, and its dialogs.
 
