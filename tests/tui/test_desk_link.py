@@ -192,8 +192,8 @@ async def test_a_lost_link_closes_a_question_and_refuses_what_needs_an_arm():
 @pytest.mark.parametrize(
     ("state", "why"),
     [
-        (State.ERROR_STOP, "the arm is in error-stop: look at it, then press R"),
-        (State.DISABLED, "the motors are off: P switches them on"),
+        (State.ERROR_STOP, "the arm is in error-stop: look at it, then R resets"),
+        (State.DISABLED, "the motors are off: P switches the motors on"),
     ],
 )
 async def test_a_state_in_which_nothing_can_move_disarms_and_says_how_to_leave_it(state, why):
