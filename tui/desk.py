@@ -122,7 +122,7 @@ class ArmLink:
         """
         stops, self._stops = self._stops, self._desk.arm.stops
         if stops != self._stops:
-            self._desk.message = reason
+            self._desk.message = "" if self.lost else reason
             self._desk.disarm(reason)
             self._desk.dialogs.close_questions()
 
@@ -186,7 +186,7 @@ class ArmControl:
         try:
             self._arm.estop()
         finally:
-            self._desk.disarm("emergency stop")
+            self._desk.link.follow_stops("emergency stop")
 
     def reset(self) -> None:
         """Leave the error state."""
