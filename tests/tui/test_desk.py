@@ -101,6 +101,7 @@ SILENT = [
     ("f4 delete", "nothing to delete"),
     ("f5 left", "the first step"),
     ("f5 backspace", "nothing here for this key"),
+    ("f5 v", "no arm is drawn here"),
 ]
 
 
