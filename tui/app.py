@@ -16,7 +16,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeVar, runtime_checkable
+from typing import Protocol, TypeVar
 
 from textual import _time, actions, events, on
 from textual.actions import ActionParseResult
@@ -62,7 +62,7 @@ def is_printable(character: str) -> bool:
 
 
 class TypedText:
-    """A line of text that a person types on a screen or in a dialog.
+    """A line of text that a person types on a screen or in a dialog, which has it as its `typing`.
 
     No widget has the focus meanwhile: the app hands over each key that no row of the table takes
     first. So a stop key is never a letter, and a burst of keys is taken in the order in which they
@@ -113,15 +113,6 @@ class TypedText:
             self._changed(text)
 
 
-@runtime_checkable
-class TypingScreen(Protocol):
-    """A screen or dialog that a person can type into."""
-
-    @property
-    def typing(self) -> TypedText | None:
-        """The line that is typed into now, if there is one."""
-
-
 class Hand(Protocol):
     """What jogs by keys. Its dead-man judges by itself which presses count."""
 
@@ -149,7 +140,7 @@ class AppInput:
         """An app that did nothing for this long has kept its keys waiting."""
         self.person_s = 0.0
         """A key waits this long, and does nothing if another one comes meanwhile."""
-        self.hand: Callable[[], Hand | None] = _no_hand
+        self.hand: Callable[[], Hand | None] = lambda: None
         """Returns the hand on the jog keys, where the current screen has those."""
         self._app = app
         self._bursts = BurstDetector()
@@ -285,8 +276,8 @@ class AppInput:
     @property
     def _line(self) -> TypedText | None:
         """The line that is typed into, if there is one."""
-        screen = self._app.screen
-        return screen.typing if isinstance(screen, TypingScreen) else None
+        line: TypedText | None = getattr(self._app.screen, "typing", None)
+        return line
 
     def _types(self, key: events.Key) -> bool:
         """Type a key into the line that is typed into, if there is one; return whether."""
@@ -305,11 +296,6 @@ class AppInput:
         except (NoWidget, IndexError):
             return False
         return isinstance(widget, StopButton)
-
-
-def _no_hand() -> Hand | None:
-    """Return no hand."""
-    return None
 
 
 # The keys of the table act through the framework's actions. It looks for them on the app and on
