@@ -16,7 +16,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeVar, runtime_checkable
+from typing import Protocol, TypeVar
 
 from textual import _time, actions, events, on
 from textual.actions import ActionParseResult
@@ -62,7 +62,7 @@ def is_printable(character: str) -> bool:
 
 
 class TypedText:
-    """A line of text that a person types on a screen or in a dialog.
+    """A line of text that a person types on a screen or in a dialog, which has it as its `typing`.
 
     No widget has the focus meanwhile: the app hands over each key that no row of the table takes
     first. So a stop key is never a letter, and a burst of keys is taken in the order in which they
@@ -113,15 +113,6 @@ class TypedText:
             self._changed(text)
 
 
-@runtime_checkable
-class TypingScreen(Protocol):
-    """A screen or dialog that a person can type into."""
-
-    @property
-    def typing(self) -> TypedText | None:
-        """The line that is typed into now, if there is one."""
-
-
 class Hand(Protocol):
     """What jogs by keys. Its dead-man judges by itself which presses count."""
 
@@ -149,7 +140,7 @@ class AppInput:
         """An app that did nothing for this long has kept its keys waiting."""
         self.person_s = 0.0
         """A key waits this long, and does nothing if another one comes meanwhile."""
-        self.hand: Callable[[], Hand | None] = _no_hand
+        self.hand: Callable[[], Hand | None] = lambda: None
         """Returns the hand on the jog keys, where the current screen has those."""
         self._app = app
         self._bursts = BurstDetector()
@@ -285,8 +276,8 @@ class AppInput:
     @property
     def _line(self) -> TypedText | None:
         """The line that is typed into, if there is one."""
-        screen = self._app.screen
-        return screen.typing if isinstance(screen, TypingScreen) else None
+        line: TypedText | None = getattr(self._app.screen, "typing", None)
+        return line
 
     def _types(self, key: events.Key) -> bool:
         """Type a key into the line that is typed into, if there is one; return whether."""
@@ -305,11 +296,6 @@ class AppInput:
         except (NoWidget, IndexError):
             return False
         return isinstance(widget, StopButton)
-
-
-def _no_hand() -> Hand | None:
-    """Return no hand."""
-    return None
 
 
 # The keys of the table act through the framework's actions. It looks for them on the app and on
@@ -345,6 +331,15 @@ Outcome = Callable[[], object]
 """A call that takes a moment. Text that it returns is the message about it."""
 
 
+REFUSALS = (ArmError, KinematicsError, OSError)
+"""Errors that answer a request, with a sentence for the person who made it."""
+
+
+def words_of(error: BaseException) -> str:
+    """Return the sentence of an error."""
+    return str(in_words(error) if isinstance(error, OSError) else error)
+
+
 @dataclass(slots=True)
 class Job:
     """Work in a thread: busy until it has ended, and until what it has found is kept."""
@@ -359,16 +354,6 @@ class Calls:
         self._app = app
 
     @contextlib.contextmanager
-    def reporting_refusals(self) -> Iterator[None]:
-        """Show in the next picture why the request is refused."""
-        try:
-            yield
-        except (ArmError, KinematicsError) as error:
-            self._app.message = str(error)
-        except OSError as error:
-            self._app.message = str(in_words(error))
-
-    @contextlib.contextmanager
     def acting(self, *, repeats: bool = False) -> Iterator[None]:
         """Do what a key or a click asks for; show what came of it, or why it is refused.
 
@@ -380,66 +365,63 @@ class Calls:
         presses = confirmation.taken
         if not repeats:
             self._app.message = ""
-        with self.reporting_refusals():
+        try:
             yield
+        except REFUSALS as error:
+            self._app.message = words_of(error)
         if confirmation.taken == presses:
             confirmation.forget()
         self._app.show()
-
-    def _in_thread(self, work: Callable[[], object]) -> None:
-        """Do work that takes a moment, without keeping the stop key waiting."""
-        self._app.run_worker(work, thread=True, exit_on_error=False)
 
     def work_out(self, work: Callable[[], Found], keep: Callable[[Found | None], bool]) -> Job:
         """Work something out in a thread; keep it, or None after an error, and show what follows.
 
         `keep` is called in the app's own thread, and returns whether it is still of interest.
         """
-        job = Job(busy=True)
 
-        def working() -> None:
-            found, message = None, ""
-            try:
-                found = work()
-            except (ArmError, KinematicsError) as error:
-                message = str(error)
-            finally:
-                self._app.call_from_thread(kept, found, message)
-
-        def kept(found: Found | None, message: str) -> None:
-            job.busy = False
-            if keep(found) and message:
-                self._app.message = message
+        def ended(found: Found | None, wrong: str) -> None:
+            if keep(found) and wrong:
+                self._app.message = wrong
             self._app.show()
 
-        self._in_thread(working)
-        return job
+        return self._begin(work, ended)
 
     def make(self, call: Outcome, done: str = "") -> Job:
         """Make a call in a thread, then show `done`, the text that the call returns, or its error.
 
         With neither, the status shows enough.
         """
+
+        def ended(found: object, wrong: str) -> None:
+            if message := wrong or done or (found if isinstance(found, str) else ""):
+                self._app.say(message)
+
+        return self._begin(call, ended)
+
+    def _begin(self, work: Callable[[], Found], ended: Callable[[Found | None, str], None]) -> Job:
+        """Do work in a thread, without keeping the stop key waiting.
+
+        Then `ended` is called in the app's own thread, with what the work has found, or with the
+        words of its error.
+        """
         job = Job(busy=True)
 
-        def work() -> None:
-            message = self._outcome(call, done)
+        def working() -> None:
+            found, wrong = None, ""
+            try:
+                found = work()
+            except REFUSALS as error:
+                wrong = words_of(error)
+            except Exception as flaw:  # the desk and its stop key must live on
+                wrong = f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
+            self._app.call_from_thread(took, found, wrong)
+
+        def took(found: Found | None, wrong: str) -> None:
             job.busy = False
-            if message:
-                self._app.call_from_thread(self._app.say, message)
+            ended(found, wrong)
 
-        self._in_thread(work)
+        self._app.run_worker(working, thread=True, exit_on_error=False)
         return job
-
-    def _outcome(self, call: Outcome, done: str) -> str:
-        """Make a call; return the message about it, if there is one."""
-        try:
-            found = call()
-        except (ArmError, KinematicsError) as error:
-            return str(error)
-        except Exception as flaw:  # the desk and its stop key must live on
-            return f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
-        return done or (found if isinstance(found, str) else "")
 
 
 class Dialogs:

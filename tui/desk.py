@@ -34,12 +34,14 @@ from tui.jog.jogging import STOPPED, DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
 from tui.keys.table import PAUSE, SCREENS, STOP, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
+    WAYS_OUT,
     SafetyPanel,
     after_reset,
     can_reference,
     link_back,
     progress_of,
     safety_state,
+    way_out,
     why_immobile,
     without_link,
 )
@@ -120,7 +122,7 @@ class ArmLink:
         """
         stops, self._stops = self._stops, self._desk.arm.stops
         if stops != self._stops:
-            self._desk.message = reason
+            self._desk.message = "" if self.lost else reason
             self._desk.disarm(reason)
             self._desk.dialogs.close_questions()
 
@@ -184,7 +186,7 @@ class ArmControl:
         try:
             self._arm.estop()
         finally:
-            self._desk.disarm("emergency stop")
+            self._desk.link.follow_stops("emergency stop")
 
     def reset(self) -> None:
         """Leave the error state."""
@@ -328,9 +330,8 @@ class DeskScreen(Screen[None]):
     def says(self) -> str:
         """The words after the badge of the arm's state, while nothing forbids motion."""
         keys, link = self.desk.keys, self.desk.link
-        if link.status.state is State.DISABLED:
-            return f"{keys.label('motors')} switches the motors on"
-        return f"{keys.label(STOP)} stops the arm" if link.moves else ""
+        stops = f"{keys.label(STOP)} stops the arm" if link.moves else ""
+        return way_out(link.status.state, keys) or stops
 
     @property
     def settings_text(self) -> str:
@@ -441,11 +442,6 @@ class DeskScreen(Screen[None]):
 
     def first_keys(self, status: Status) -> tuple[str, ...]:
         """Return the rows, by id, that pause a moving arm, or make a blocked one drivable again."""
-        by_state = {
-            State.DISCONNECTED: ("reconnect",),
-            State.ERROR_STOP: ("reset",),
-            State.DISABLED: ("motors",),
-        }
         reference = ("reference",) if can_reference(status.state) else ()
         by_trust = {
             Trust.UNKNOWN: reference,
@@ -453,7 +449,8 @@ class DeskScreen(Screen[None]):
             Trust.RESTORED: ("confirm",),
         }
         pauses = self._pauses if self.desk.link.pausable else ()
-        return by_state.get(status.state, pauses) or by_trust.get(status.trust, ())
+        leads_out = WAYS_OUT[status.state][:1] if status.state in WAYS_OUT else ()
+        return leads_out or pauses or by_trust.get(status.trust, ())
 
     def action_pause(self) -> None:
         """Pause the arm after its next burst, or resume it."""

@@ -42,7 +42,14 @@ BADGES: Mapping[str, Span] = {
 }
 """The one word for each state, and its colour."""
 
-IMMOBILE = (State.DISCONNECTED.value, State.ERROR_STOP.value, State.DISABLED.value)
+WAYS_OUT: Mapping[State, tuple[str, str]] = {
+    State.DISCONNECTED: ("reconnect", "reconnects"),
+    State.ERROR_STOP: ("reset", "resets"),
+    State.DISABLED: ("motors", "switches the motors on"),
+}
+"""The states in which nothing can move the arm: the row whose key leads out, and what it does."""
+
+IMMOBILE = tuple(state.value for state in WAYS_OUT)
 
 ARMED: Span = ("ARMED", CAREFUL)
 PAUSED: Span = ("PAUSED", CAREFUL)
@@ -177,20 +184,23 @@ def without_link(status: Status, keys: Keyboard) -> str:
     )
 
 
-def how_to_reconnect(keys: Keyboard) -> str:
-    """Say how to reconnect, and how to leave without a link."""
-    return f"{keys.label('reconnect')} reconnects, {keys.label('quit')} leaves"
+def way_out(state: State, keys: Keyboard) -> str:
+    """Say which key leads out of a state in which nothing can move the arm; empty in others."""
+    if state not in WAYS_OUT:
+        return ""
+    row, does = WAYS_OUT[state]
+    leave = f", {keys.label('quit')} leaves" if state is State.DISCONNECTED else ""
+    return f"{keys.label(row)} {does}{leave}"
 
 
 def why_immobile(state: State, keys: Keyboard) -> str:
     """Say why no key can move the arm in this state, and what to do; empty if one can."""
-    if state is State.DISCONNECTED:
-        return f"there is no link to the arm, and no key moves it: {how_to_reconnect(keys)}"
-    if state is State.ERROR_STOP:
-        return f"the arm is in error-stop: look at it, then press {keys.label('reset')}"
-    if state is State.DISABLED:
-        return f"the motors are off: {keys.label('motors')} switches them on"
-    return ""
+    why = {
+        State.DISCONNECTED: "there is no link to the arm, and no key moves it: ",
+        State.ERROR_STOP: "the arm is in error-stop: look at it, then ",
+        State.DISABLED: "the motors are off: ",
+    }
+    return why.get(state, "") + way_out(state, keys)
 
 
 def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_at: str = "") -> str:
@@ -202,12 +212,12 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_a
     )
     if status.state is State.DISCONNECTED:
         key, leave = keys.label("reconnect"), keys.label("quit")
-        way = f"{leave} leaves" if "`connect()`" in reason else how_to_reconnect(keys)
+        way = f"{leave} leaves" if "`connect()`" in reason else way_out(status.state, keys)
         trying = f"The desk keeps trying to reconnect: {key} tries at once, {leave} leaves"
         return f"{reason.rstrip('.')}. {trying if reconnects else way}."
     if status.state is State.ERROR_STOP:
         names_key = "`reset()`" in reason
-        resets = "That" if names_key else f"{keys.label('reset')} resets, and"
+        resets = "That" if names_key else f"{way_out(status.state, keys)}, and"
         return f"{reason.rstrip('.')}. {resets} moves nothing."
     if status.paused:
         return _paused(keys, paused_at)
@@ -229,10 +239,7 @@ def _paused(keys: Keyboard, paused_at: str) -> str:
 
 def link_back(status: Status, keys: Keyboard) -> str:
     """Say that the link is back, whether the position can be trusted, and what to do next."""
-    first = {
-        State.ERROR_STOP: f"{keys.label('reset')} resets, then ",
-        State.DISABLED: f"{keys.label('motors')} switches the motors on, then ",
-    }
+    first = f"{way}, then " if (way := way_out(status.state, keys)) else ""
     restored = status.trust is Trust.RESTORED
     then = (
         f"{keys.label('confirm')} compares it"
@@ -241,15 +248,14 @@ def link_back(status: Status, keys: Keyboard) -> str:
     )
     return (
         f"The link is back, and nothing was moved. The position is {status.trust.value}: "
-        f"{status.trust_reason}. Look at the arm: {first.get(status.state, '')}{then}"
+        f"{status.trust_reason}. Look at the arm: {first}{then}"
     )
 
 
 def after_reset(status: Status, keys: Keyboard) -> str:
     """Say what a reset has led to."""
-    off = status.state is State.DISABLED
-    more = f"; {keys.label('motors')} switches the motors on" if off else ""
-    return "reset: nothing was moved" + more
+    way = way_out(status.state, keys)
+    return "reset: nothing was moved" + (f"; {way}" if way else "")
 
 
 def progress_of(program: View) -> str:

@@ -86,7 +86,7 @@ class JogSettings:
     @property
     def rows(self) -> tuple[JogPair, ...]:
         """The pairs that have a row of the screen: those of letters."""
-        return tuple(pair for pair in self.pairs if len(pair.plus) == 1)
+        return tuple(pair for pair in self.pairs if not pair.is_arrow)
 
     def pair_of(self, key: str) -> JogPair | None:
         """Return the pair that a key belongs to, None where this arm has no such axis."""

@@ -346,7 +346,7 @@ def _keys(keys: Keyboard | None, pairs: Sequence[JogPair], name: str, *, cartesi
     """Return the letters that move an axis, or as much room."""
     if keys is None:
         return ""
-    letters = (pair for pair in pairs if len(pair.plus) == 1)
+    letters = (pair for pair in pairs if not pair.is_arrow)
     pair = next((one for one in letters if one.axis(cartesian=cartesian) == name), None)
     return NO_KEYS if pair is None else f"{keys.jog(pair.plus)}/{keys.jog(pair.minus)}"
 

@@ -60,10 +60,12 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
     if not view:
         badge = ("LOST", WRONG) if ended else ("WAITING", QUIET)
         return SafetyState(f"WATCHING {name}", False, badge, "", ended, DOTS["unknown"], "", "")
-    kind = "SIMULATED" if view.get("simulated") else "REAL ARM"
+    kind, on = "SIMULATED", ""  # as in the title of a desk, it has no link
+    if not view.get("simulated"):
+        kind, on = "REAL ARM", f" on {view.get('link', '?')}"
     running = view.get("program")
     program = progress_of(running) if isinstance(running, Mapping) else ""
-    arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}) on {view.get('link', '?')}"
+    arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}){on}"
     badge = badge_of(view.get("state"), paused=bool(view.get("paused")))
     return SafetyState(
         arm="  ".join(filter(None, (arm, program))),

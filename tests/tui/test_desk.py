@@ -10,9 +10,10 @@ from types import SimpleNamespace
 import pytest
 from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_position
 from desk_logged import busy_arm
-from desk_planner import CONFIG
+from desk_planner import CONFIG, at_rest
 from desk_session import Session
 from textual import events
+from textual.widget import Widget
 from textual.widgets import Input
 from waiting import until_seen
 
@@ -100,6 +101,7 @@ SILENT = [
     ("f4 delete", "nothing to delete"),
     ("f5 left", "the first step"),
     ("f5 backspace", "nothing here for this key"),
+    ("f5 v", "no arm is drawn here"),
 ]
 
 
@@ -603,6 +605,18 @@ async def test_the_drawing_follows_the_arm_and_repaints_only_then():
         session.arm.set(joints=joints.replace(shoulder=1.5))
         await session.poll()
         assert view.rows != before
+
+
+async def test_a_poll_of_an_arm_that_stands_updates_no_widget(monkeypatch):
+    updated = []
+    async with Session(everywhere_arm()) as session:
+        for entry in SCREENS:
+            await session.keys(entry.key)
+            await at_rest(session.pilot)
+            with monkeypatch.context() as watched:
+                watched.setattr(Widget, "refresh", lambda self, *_, **__: updated.append(self))
+                session.desk.poll()
+            assert updated == [], entry.id
 
 
 async def test_nothing_that_matters_is_said_by_colour_alone():

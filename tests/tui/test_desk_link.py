@@ -192,8 +192,8 @@ async def test_a_lost_link_closes_a_question_and_refuses_what_needs_an_arm():
 @pytest.mark.parametrize(
     ("state", "why"),
     [
-        (State.ERROR_STOP, "the arm is in error-stop: look at it, then press R"),
-        (State.DISABLED, "the motors are off: P switches them on"),
+        (State.ERROR_STOP, "the arm is in error-stop: look at it, then R resets"),
+        (State.DISABLED, "the motors are off: P switches the motors on"),
     ],
 )
 async def test_a_state_in_which_nothing_can_move_disarms_and_says_how_to_leave_it(state, why):
@@ -350,10 +350,27 @@ async def test_a_referenced_position_is_trusted_again_once_it_was_compared(arm):
         assert arm.status.trust is Trust.REFERENCED
 
 
-async def test_an_emergency_stop_that_cannot_reach_the_arm_says_so(arm):
+@pytest.mark.parametrize("armed", [True, False])
+async def test_an_emergency_stop_that_cannot_reach_the_arm_says_so(arm, armed):
     async with Session(arm) as session:
-        await session.arm_keys()
+        if armed:
+            await session.arm_keys()
         unplug(arm)
         await session.press("X")
         assert "the stop did not reach the arm" in session.text("messages")
         assert not session.desk.screens.hand.armed
+        arm.request_stop()  # by another program
+        await session.poll()
+        assert "the arm was stopped" not in session.text("messages")
+
+
+async def test_an_emergency_stop_that_is_not_confirmed_is_not_called_a_stop():
+    class DeafArm(FakeArm):
+        def estop(self):
+            self.request_stop()
+            raise Refused("the arm did not confirm that it has stopped: look at it")
+
+    async with Session(DeafArm()) as session:
+        await session.press("X")
+        await session.poll()
+        assert "the arm did not confirm" in session.text("messages")

@@ -73,7 +73,7 @@ class DeskJogging:
         self._active_s = clock()
         self.held_button = ""
         """The jog key whose on-screen button is held, or `PAD`; empty if nothing is held."""
-        self._aim: Aim = _nowhere
+        self._aim: Aim = lambda: None
         self._last_event_s = -math.inf
         self._renew_s = math.inf
         self._renewed_s = -math.inf
@@ -255,8 +255,3 @@ class DeskJogging:
     def _hold(self, jog: Jog, for_s: float) -> None:
         self._asked()
         self._arm.hold(jog, speed=self.settings.speed, for_s=for_s)
-
-
-def _nowhere() -> Jog | None:
-    """Return no jog."""
-    return None

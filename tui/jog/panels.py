@@ -409,6 +409,6 @@ def _arrows(settings: JogSettings) -> str:
     axes = {
         pair.plus: words(pair.axis(cartesian=settings.cartesian))
         for pair in settings.pairs
-        if len(pair.plus) > 1
+        if pair.is_arrow
     }
     return f"arrows: {axes['left']}, {axes['up']}"

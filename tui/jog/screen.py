@@ -10,10 +10,10 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 
 from armdrive.errors import BadRequest
-from armdrive.moves import GripperMove
+from armdrive.moves import GraspMove, GripperMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
-from tui.app import HoldAlarm, KeyApp, Outcome
+from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import DEGREE
 from tui.desk import Desk, DeskScreen
@@ -77,29 +77,32 @@ class Fingers:
 
     def preset(self, share: float) -> None:
         """Bring the fingers to a share of their range: 1 is open, 0 is closed."""
-        self._require_armed()
-        arm = self._desk.arm
-        low_mm, high_mm = arm.model.gripper_range_mm
-        goal = GripperMove(low_mm + share * (high_mm - low_mm), self._desk.settings.jog.speed)
-        self._press(f"opens to {share:.0%}", partial(self._open, goal, arm.stops))
-
-    def _open(self, goal: GripperMove, stops: int) -> str:
-        self._desk.arm.start(goal, stops=stops).wait()
-        return opened(self._desk.arm.status.gripper_mm)
+        low_mm, high_mm = self._desk.arm.model.gripper_range_mm
+        opening_mm = low_mm + share * (high_mm - low_mm)
+        move = GripperMove(opening_mm, self._desk.settings.jog.speed)
+        self._press(f"opens to {share:.0%}", move)
 
     def grasp(self) -> None:
         """Close the fingers on what is between them."""
-        self._require_armed()
-        self._press("grasps", lambda: grasped(self._desk.arm.gripper.feel()))
+        self._press("grasps", GraspMove())
 
-    def _press(self, effect: str, call: Outcome) -> None:
+    def _press(self, effect: str, move: GripperMove | GraspMove) -> None:
         """Take one press of such a key: the fingers move once no other key has followed."""
-        self._desk.confirmation.press(effect, partial(self._begin, call), needed=1)
+        self._require_armed()
+        begin = partial(self._begin, move, self._desk.arm.stops)
+        self._desk.confirmation.press(effect, begin, needed=1)
 
-    def _begin(self, call: Outcome) -> None:
+    def _begin(self, move: GripperMove | GraspMove, stops: int) -> None:
         self._require_armed()  # the keys may have been disarmed since
         self._hand.disarm("the fingers move by themselves")
-        self._desk.calls.make(call)
+        self._desk.calls.make(partial(self._carry_out, move, stops))
+
+    def _carry_out(self, move: GripperMove | GraspMove, stops: int) -> str:
+        arm = self._desk.arm
+        if isinstance(move, GraspMove):
+            return grasped(arm.start(move, stops=stops).wait())
+        arm.start(move, stops=stops).wait()
+        return opened(arm.status.gripper_mm)
 
     def _require_armed(self) -> None:
         self._desk.link.require_motion()

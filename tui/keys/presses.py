@@ -152,7 +152,7 @@ class Confirmation:
         self._label = label
         self._row = ""
         self._effect = ""
-        self._act: Callable[[], object] = _do_nothing
+        self._act: Callable[[], object] = lambda: None
         self._needed = 2
         self._count = 0
         self._held = False
@@ -214,7 +214,3 @@ class Confirmation:
             return None
         self._count = 0  # what is pressed of the same key next may be the press that has acted
         return None if self._held else self._act
-
-
-def _do_nothing() -> None:
-    """Do nothing: no key was pressed yet."""

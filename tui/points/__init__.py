@@ -229,7 +229,7 @@ OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")
 OF_SEQUENCES = ("step-next", "grip", "wait", "stepping", "forward", "backward", "rewind")
 """Rows of the table of keys that are about the one alone, or mostly."""
 
-OF_NONE = ("teach", "slower", "faster", "line", "pause")
+OF_NONE = ("teach", "pause")
 """Rows that do something although nothing has been saved yet."""
 
 
