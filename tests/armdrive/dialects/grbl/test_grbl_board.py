@@ -84,6 +84,21 @@ def test_a_fluidnc_board_without_homing_reports_a_motion_after_a_limit_alarm_unt
     assert arm.status.trust is Trust.SUSPECT
 
 
+@in_pairs("firmware, later_s", FIRMWARES, [0.001, 0.003, 0.005, 0.007, 0.009])
+def test_a_late_feed_hold_does_not_keep_the_arm_in_its_error(firmware, later_s):
+    arm = ready(firmware=firmware)
+    arm.estop()
+    arm.sleep(2.0)
+    arm.twin.device.set_input(HOLD_PIN, on=True)
+    assert arm.twin.board.state == "Hold"
+    resets = 2 if firmware == "fluidnc" else 1  # the last one is followed by the hold
+    late = Rule(rb"\x18", lambda message: [(0.0, message), (later_s, b"!")], skip=resets - 1)
+    arm.twin.link.to.append(late)
+    arm.reset()
+    assert not late.times
+    assert arm.status.state is State.STANDBY
+
+
 def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
     arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
     arm.twin.board.set_switch(0, SwitchState.CLOSED)
