@@ -336,6 +336,7 @@ class GrblHoming:
                 f"the board's state is {self.board.state}; `reset()` leaves it", moved=False
             )
         yield from self.exchange.clean_line()
+        before = self.board.alarm  # any other one is reported, and stays
         for command in self._commands(groups):
             self.exchange.speak(command)
             message = yield from self._answer()
@@ -347,7 +348,7 @@ class GrblHoming:
             if not isinstance(message, Acknowledged):
                 return refusal(message, f"`{command.text}`", moved=True)
         yield from self.exchange.look(self.settings.answer_s)
-        if self.board.state is State.ALARM:
+        if self.board.state is State.ALARM and self.board.alarm is before:
             # FluidNC stays locked while an axis that could home has not: the arm file leaves it out
             return (yield from self.contact.clear())
         return Done()
