@@ -54,6 +54,8 @@ BAUD = 9600
 MEMORY_ROWS = 50
 CLOSE_RATE_HZ = 277.0
 """At this rate, closing over the full 76 mm takes about 4 s."""
+DELAY_UNIT_S = 0.001
+"""What one count of @DELAY is worth: a guess."""
 STILL = (0, 0, 0, 0, 0, 0)
 _MOVE_KIND = 1
 _WORD = 1 << 16
@@ -87,7 +89,6 @@ class TwinSettings:
 
     speed_error: float = speed_error("0.2: motors a fifth slower than the driver's table says")
     keeps_input_while_moving: bool = setting(False, "keep bytes that arrive during a motion")
-    delay_unit_s: float = setting(0.001, "seconds that one count of @DELAY is worth", low=0.0)
     grip_bit: int = 0
 
 
@@ -288,7 +289,7 @@ class TeachMoverBoard(Board):
                 self._answer(Status.DONE if self.memory.keep(row) else Status.FAILED)
             case Delay(count):
                 self._answer(Status.DONE)
-                self.byte_gap_s = count * self.settings.delay_unit_s
+                self.byte_gap_s = count * DELAY_UNIT_S
             case Arm():
                 self._answer(Status.DONE)
             case Unreadable():
