@@ -44,7 +44,7 @@ class DrivesBoard(Board, Generic[N]):
         self._dues = [math.inf for _ in self.nodes]
         self._nodes_due_s = self._due_s = math.inf
         """When a drive acts next or its shaft is due; and the same, or when a frame is ready."""
-        self.shared.outgoing = []
+        self.outgoing = []
         self.bits_s = bits_s
         """The bit rate of the bus."""
         self.line = partial(BusLine, bitrate=bits_s)
@@ -85,7 +85,7 @@ class DrivesBoard(Board, Generic[N]):
                 f"{len(self.nodes)}"
             )
         for node, one in zip(self.nodes, saved.drives, strict=True):
-            node.port.powered = one.powered and self.shared.powered
+            node.port.powered = one.powered and self.powered
             node.recall(one)
 
     # What a person does.
@@ -132,7 +132,7 @@ class DrivesBoard(Board, Generic[N]):
         """Let every drive do what is due, and send the frames that are ready."""
         if self._nodes_due_s <= self.now_s:
             self._live()
-        self.shared.outgoing += self._outbox.take(self.now_s)
+        self.outgoing += self._outbox.take(self.now_s)
         self._due_s = min(self._nodes_due_s, self._outbox.next_s)
 
     def collect(self, nodes: Iterable[N] | None = None) -> None:
@@ -149,7 +149,7 @@ class DrivesBoard(Board, Generic[N]):
 
     def _live(self) -> None:
         """Let every drive do what is due."""
-        if self.shared.powered:
+        if self.powered:
             self._shafts.look(self.now_s)
             for node in self.nodes:
                 node.live(self.now_s)
@@ -173,7 +173,7 @@ class DrivesBoard(Board, Generic[N]):
 
     def reset(self) -> None:
         """Restart every drive; until it has started, its shaft is free."""
-        if self.shared.powered:
+        if self.powered:
             self._shafts.release_all(self.now_s)
             for node in self.nodes:
                 if node.port.powered:
@@ -192,7 +192,7 @@ class DrivesBoard(Board, Generic[N]):
     def switch_drive(self, drive: int, on: bool) -> None:
         """Switch a drive's supply off, so that its load sags; or on again."""
         node = self.node(drive)
-        if not on or (self.shared.powered and not node.port.powered):
+        if not on or (self.powered and not node.port.powered):
             node.switch_power(on, self.now_s)
         self.collect()
 

@@ -356,7 +356,7 @@ def test_a_device_comes_back_with_what_it_knew():
     again = recalled(saved, TeachMoverBoard, BODY)
     assert again.registers == (12, 0, 0, 0, 0, 0)
     known = again.board
-    assert (known.key, known.outputs, known.shared.inputs_set) == (Key.FREE, 9, 32)
+    assert (known.key, known.outputs, known.inputs_set) == (Key.FREE, 9, 32)
     assert known.memory.rows == bench.board.memory.rows
     assert again.to_json() == saved
 
