@@ -137,12 +137,6 @@ def test_a_world_of_another_dialect_is_refused():
         simulate(simulated_config("teachmover"), saved)
 
 
-def test_a_world_from_before_there_were_dialects_is_a_teachmovers():
-    saved = simulate(simulated_config("teachmover")).save()
-    del saved["dialect"]
-    assert simulate(simulated_config("teachmover"), saved).save()["dialect"] == "teachmover"
-
-
 def test_a_dialect_without_a_device_is_refused_with_the_nearest():
     with pytest.raises(BadRequest, match="did you mean 'teachmover'"):
         simulated_kind("teachmoover")
