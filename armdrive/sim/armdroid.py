@@ -112,7 +112,7 @@ class ArmdroidBoard(Board):
     """The board with its sketch, and the arm."""
 
     title: ClassVar[str] = "Armdroid"
-    input_bits: ClassVar[int] = 0
+    input_bits = 0
     saved_as = SavedArmdroid
     drive: MotorDrive[MotorRack]
 

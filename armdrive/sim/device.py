@@ -101,7 +101,7 @@ class Board(abc.ABC):
 
     title: ClassVar[str]
     """The name shown to people, for example `TeachMover`."""
-    input_bits: ClassVar[int] = 8
+    input_bits: int = 8
     register_range: ClassVar[tuple[int, int]] = (-(1 << 15), (1 << 15) - 1)
     """The smallest and largest value of a position register."""
     saved_as: ClassVar[type[Any]] = SavedBoard

@@ -39,6 +39,7 @@ class DrivesBoard(Board, Generic[N]):
     def __init__(self, world: World, shafts: ShaftDrive, nodes: Sequence[N], bits_s: int) -> None:
         super().__init__(world, shafts, None)
         self.nodes = tuple(nodes)
+        self.input_bits = len(self.nodes)
         self._shafts = shafts
         self._outbox = Outbox()
         self._dues = [math.inf for _ in self.nodes]
@@ -97,11 +98,8 @@ class DrivesBoard(Board, Generic[N]):
 
     def set_input(self, bit: int, on: bool) -> None:
         """Press or release the limit switch of a drive. Raises `BadRequest`."""
-        if not 0 <= bit < len(self.nodes):
-            raise BadRequest(f"inputs are numbered 1 to {len(self.nodes)}, not {bit + 1}")
-        self.nodes[bit].motor.switch.held = on
-        self._live()
         super().set_input(bit, on)
+        self.set_switch(bit, SwitchState.CLOSED if on else SwitchState.FREE)
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
         """Make the limit switch of a motor (counted from 0) stick, or free it."""

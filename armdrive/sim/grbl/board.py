@@ -436,7 +436,7 @@ class GrblBoard(Board):
 
     title: ClassVar[str] = "GRBL board"
     saved_as = SavedGrblBoard
-    input_bits: ClassVar[int] = len(PINS)
+    input_bits = len(PINS)
     register_range: ClassVar[tuple[int, int]] = (-COUNT_MOST, COUNT_MOST)
     drive: BoardDrive
 
