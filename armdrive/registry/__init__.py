@@ -111,7 +111,7 @@ def simulate(
     **options: Value,
 ) -> SimulatedArm:
     """Build the simulated counterpart of an arm, as `SimDeviceKind.simulate` says."""
-    kind, saved = simulated_kind(config.connection.dialect), _with_dialect(saved)
+    kind = simulated_kind(config.connection.dialect)
     device = kind.simulate(config, saved, blocks=blocks, play=play, stand=stand, settings=options)
     return kind.twin(config, device)
 
@@ -125,9 +125,4 @@ def simulate_device(
 ) -> SimDevice:
     """Build the simulated device of an arm alone, for a process of its own."""
     kind = simulated_kind(config.connection.dialect)
-    return kind.simulate(config, _with_dialect(saved), play=play, settings=settings)
-
-
-def _with_dialect(saved: object) -> object:
-    """Return a saved world with its dialect: those of the first versions do not name it."""
-    return {"dialect": DEFAULT, **saved} if isinstance(saved, Mapping) else saved
+    return kind.simulate(config, saved, play=play, settings=settings)

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.sim.device import Board, lacks, speed_error
+from armdrive.errors import BadRequest
+from armdrive.sim.device import Board, speed_error
 from armdrive.sim.mechanics.motors import MotorDrive, MotorRack
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
@@ -111,7 +112,7 @@ class ArmdroidBoard(Board):
     """The board with its sketch, and the arm."""
 
     title: ClassVar[str] = "Armdroid"
-    input_bits: ClassVar[int] = 0
+    input_bits = 0
     saved_as = SavedArmdroid
     drive: MotorDrive[MotorRack]
 
@@ -158,7 +159,7 @@ class ArmdroidBoard(Board):
 
     def set_input(self, bit: int, on: bool) -> None:  # noqa: ARG002
         """Refuse: the board has no inputs."""
-        raise lacks(self, "input bits")
+        raise BadRequest("the simulated Armdroid has no input bits")
 
     def opened(self) -> None:
         """Open the port, as every connecting program does.
@@ -199,7 +200,7 @@ class ArmdroidBoard(Board):
             super().happen()
         elif self._greeting:
             self._greeting = False
-            self.shared.outgoing += self._codec.send(Welcome())
+            self.outgoing += self._codec.send(Welcome())
         else:
             self._codec.receive_data(bytes([self._waiting.pop(0)]))
             if (event := self._codec.next_event()) is not None:
@@ -243,9 +244,9 @@ class ArmdroidBoard(Board):
             case ReportArguments():
                 self._answer(ArgumentsReported(self._codec.arguments, self._codec.accumulator))
             case Version():
-                self.shared.outgoing += self._codec.send(VersionReported())
+                self.outgoing += self._codec.send(VersionReported())
             case InterfaceKind():
-                self.shared.outgoing += self._codec.send(InterfaceReported())
+                self.outgoing += self._codec.send(InterfaceReported())
 
     def _turn(self, steps: Sequence[int]) -> None:
         if any(steps):
@@ -256,7 +257,7 @@ class ArmdroidBoard(Board):
     def _answer(
         self, answer: OffsetsReported | SpeedReported | TorqueReported | ArgumentsReported
     ) -> None:
-        self.shared.outgoing += self._codec.send(answer)
+        self.outgoing += self._codec.send(answer)
         self._turn_s = self.now_s + self.quirks.character_s
 
     def boot(self) -> None:

@@ -3,8 +3,7 @@
 A `WireDevice` (wire.py) consumes and produces bytes on a clock that its caller sets. A `SimDevice`
 adds the physical arm and the person at the arm. It holds a `Board`, the dialect's controller: to
 add a dialect, write a subclass of `Board`. Only some boards have a pendant, limit switches and so
-on. Each such ability is a protocol that callers test with `isinstance`; `lacks` returns the error
-for a board without it.
+on. Each such ability is a protocol, and callers get a board that has it from `able`.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import abc
 import contextlib
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, fields
 from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar, runtime_checkable
 
@@ -68,9 +67,11 @@ class SaysEmergencies(Protocol):
         """Make a drive send an error code and carry on."""
 
 
-def lacks(board: Board, what: str) -> BadRequest:
-    """Return the error for a board without the requested ability."""
-    return BadRequest(f"the simulated {board.title} has no {what}")
+def able(board: Board, ability: Any, what: str) -> Any:
+    """Return a board that has an ability. Raises `BadRequest` if it has no such thing (`what`)."""
+    if not isinstance(board, ability):
+        raise BadRequest(f"the simulated {board.title} has no {what}")
+    return board
 
 
 # --- The board: what a dialect writes -----------------------------------------------------------
@@ -91,30 +92,16 @@ class SavedBoard:
     """What is saved of one kind of board in addition: here nothing."""
 
 
-@dataclass(slots=True, eq=False)
-class SharedState:
-    """State shared by a board and its device, which sets the time, the power and the inputs.
-
-    `outgoing` holds what waits to be sent: bytes, or on a bus frames. Boards only append to it.
-    """
-
-    now_s: float = 0.0
-    powered: bool = True
-    inputs_set: int = 0
-    outgoing: Any = field(default_factory=bytearray)
-
-
 class Board(abc.ABC):
     """A dialect's controller: how its electronics and firmware react to bytes and time.
 
-    A board controls the arm (`world`) through its motors (`drive`) and shares state with its
-    device. `baud` sets the speed of the serial line; None means that bytes arrive at once, as on a
-    network.
+    A board controls the arm (`world`) through its motors (`drive`). `baud` sets the speed of the
+    serial line; None means that bytes arrive at once, as on a network.
     """
 
     title: ClassVar[str]
     """The name shown to people, for example `TeachMover`."""
-    input_bits: ClassVar[int] = 8
+    input_bits: int = 8
     register_range: ClassVar[tuple[int, int]] = (-(1 << 15), (1 << 15) - 1)
     """The smallest and largest value of a position register."""
     saved_as: ClassVar[type[Any]] = SavedBoard
@@ -128,14 +115,14 @@ class Board(abc.ABC):
         self.world = world
         self.drive = drive
         self.baud = baud
-        self.shared = SharedState()
+        self.now_s = 0.0
+        """The current time, which the device sets; and so are the power and the inputs."""
+        self.powered = True
+        self.inputs_set = 0
+        self.outgoing: Any = bytearray()
+        """What waits to be sent: bytes, or on a bus frames. Boards only append to it."""
         self.line: Callable[[WireDevice], DeviceLine] = partial(DeviceLine, baud=baud)
         """Makes the line to the device: by default a serial line at the board's baud rate."""
-
-    @property
-    def now_s(self) -> float:
-        """The current time."""
-        return self.shared.now_s
 
     # Observable state.
 
@@ -152,7 +139,7 @@ class Board(abc.ABC):
     @property
     def inputs(self) -> int:
         """The input bits as the host reads them."""
-        return self.shared.inputs_set
+        return self.inputs_set
 
     def details(self) -> dict[str, Json]:
         """Return extra state that only this kind of board reports."""
@@ -191,7 +178,7 @@ class Board(abc.ABC):
         """Set an input bit, which survives a loss of power."""
         if not 0 <= bit < self.input_bits:
             raise BadRequest(f"inputs are numbered 1 to {self.input_bits}, not {bit + 1}")
-        self.shared.inputs_set = self.shared.inputs_set & ~(1 << bit) | on << bit
+        self.inputs_set = self.inputs_set & ~(1 << bit) | on << bit
 
     def moved_by_hand(self, *, counted: bool) -> None:  # noqa: B027 - most boards see nothing of it
         """React to motors turned by a person: at the controls (counted) or by force."""
@@ -231,7 +218,6 @@ class SimDevice:
     def __init__(self, board: Board) -> None:
         self.board = board
         self.world = board.world
-        self._shared = board.shared
         self._agenda: TimeQueue[Action] = TimeQueue()
 
     # The wire's side.
@@ -254,16 +240,16 @@ class SimDevice:
     def transmit(self, now_s: float) -> Any:
         """Advance the arm to now and return what the board has sent since the last call."""
         self._advance(now_s)
-        sent = self.board.message(self._shared.outgoing)
-        self._shared.outgoing.clear()
+        sent = self.board.message(self.board.outgoing)
+        self.board.outgoing.clear()
         return sent
 
     def next_s(self) -> float:
         """Return when a motion ends or an agenda item is due; infinity if nothing is pending."""
-        shared = self._shared
-        if shared.outgoing:
-            return shared.now_s
-        own_s = self.board.due_s() if shared.powered else math.inf
+        board = self.board
+        if board.outgoing:
+            return board.now_s
+        own_s = self.board.due_s() if board.powered else math.inf
         return min(own_s, self._agenda.next_s)
 
     # Observable state.
@@ -271,12 +257,12 @@ class SimDevice:
     @property
     def now_s(self) -> float:
         """The device's current time."""
-        return self._shared.now_s
+        return self.board.now_s
 
     @property
     def powered(self) -> bool:
         """Whether the device is switched on."""
-        return self._shared.powered
+        return self.board.powered
 
     @property
     def busy(self) -> bool:
@@ -331,13 +317,13 @@ class SimDevice:
     def power_off(self) -> None:
         """Switch off: motion stops dead, the arm sags, and the board loses its state."""
         self.board.drive.lose_power(self.now_s)
-        self._shared.powered = False
-        self._shared.outgoing.clear()
+        self.board.powered = False
+        self.board.outgoing.clear()
         self.board.forget()
 
     def power_on(self) -> None:
         """Switch on, with the registers at zero, as after a cold start."""
-        self._shared.powered = True
+        self.board.powered = True
         self.board.boot()
 
     def set_power(self, on: bool) -> None:
@@ -353,39 +339,39 @@ class SimDevice:
         A motion in progress is not saved: the arm stands where it was at that moment.
         """
         saved = SavedDevice(
-            world_to_json(self.world), self.powered, tuple(self.registers), self._shared.inputs_set
+            world_to_json(self.world), self.powered, tuple(self.registers), self.board.inputs_set
         )
         return {**plain(saved), **plain(self.board.known())}
 
     def recall(self, saved: SavedDevice, known: Any) -> None:
         """Restore what was saved, except for the world. Raises `StateFileError`."""
-        board, shared = self.board, self._shared
+        board = self.board
         require_counts("registers", saved.registers, len(self.world.motors), *board.register_range)
         if not 0 <= saved.inputs < 1 << board.input_bits:
             raise unfit(f"the saved board has {board.input_bits} inputs, not {saved.inputs:b}")
         board.count_from(saved.registers)
-        shared.inputs_set, shared.powered = saved.inputs, saved.powered
+        board.inputs_set, board.powered = saved.inputs, saved.powered
         board.recall_known(known)
 
     # Time.
 
     def _advance(self, now_s: float) -> None:
         """Process everything due up to now, each event at its own time."""
-        shared, board = self._shared, self.board
+        board = self.board
         while True:
-            own_s = board.due_s() if shared.powered else math.inf
+            own_s = board.due_s() if board.powered else math.inf
             due_s = min(own_s, self._agenda.next_s)
             if due_s > now_s:
                 break
-            shared.now_s = max(shared.now_s, due_s)
+            board.now_s = max(board.now_s, due_s)
             # First the arm: what happens now, a power cut say, must find it where it is by now.
-            board.drive.follow(shared.now_s)
+            board.drive.follow(board.now_s)
             if own_s <= due_s:
                 board.happen()
             else:
                 self._agenda.pop()()
-        if shared.now_s < now_s:
-            shared.now_s = now_s
+        if board.now_s < now_s:
+            board.now_s = now_s
             board.drive.follow(now_s)
 
 

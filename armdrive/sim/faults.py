@@ -24,7 +24,7 @@ from armdrive.sim.device import (
     Resettable,
     SaysEmergencies,
     SimDevice,
-    lacks,
+    able,
 )
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.wire import (
@@ -220,9 +220,7 @@ def brown_out(bench: FaultBench, _: FaultRequest) -> Fault:
 
 def reset(bench: FaultBench, _: FaultRequest) -> Fault:
     """Reset the board with its power on."""
-    board = bench.device.board
-    if not isinstance(board, Resettable):
-        raise lacks(board, "reset apart from its power")
+    board: Resettable = able(bench.device.board, Resettable, "reset apart from its power")
     yield None
     board.reset()
 
@@ -250,9 +248,7 @@ def stall(bench: FaultBench, request: FaultRequest) -> Fault:
 
 def switch(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a limit switch stick, or free it."""
-    board = bench.device.board
-    if not isinstance(board, HasSwitches):
-        raise lacks(board, "limit switches")
+    board: HasSwitches = able(bench.device.board, HasSwitches, "limit switches")
     axis, state = motor_of(bench, request.words[0]), request.words[1].lower()
     states = {each.value: each for each in SwitchState}
     if state not in states:
@@ -474,9 +470,7 @@ def warning_drive(bench: FaultBench, request: FaultRequest) -> Fault:
 
 
 def _emergencies(bench: FaultBench) -> SaysEmergencies:
-    board = bench.device.board
-    if not isinstance(board, SaysEmergencies):
-        raise lacks(board, "error codes of its own")
+    board: SaysEmergencies = able(bench.device.board, SaysEmergencies, "error codes of its own")
     return board
 
 
@@ -489,14 +483,12 @@ def _code(word: str) -> int:
 def _bus(bench: FaultBench) -> BusLine:
     _drives(bench)
     if not isinstance(bench.line, BusLine):
-        raise lacks(bench.device.board, "CAN bus on this wire")
+        raise BadRequest("the simulated arm has no CAN bus on this wire")
     return bench.line
 
 
 def _drives(bench: FaultBench) -> DrivesBoard[Any]:
-    board = bench.device.board
-    if not isinstance(board, DrivesBoard):
-        raise lacks(board, "drives on a bus")
+    board: DrivesBoard[Any] = able(bench.device.board, DrivesBoard, "drives on a bus")
     return board
 
 

@@ -345,9 +345,9 @@ class SimRobkoBoard(Board):
 
     def reset(self) -> None:
         """Restart the firmware: motion stops dead, positions become zero, and the motors go off."""
-        if self.shared.powered:
+        if self.powered:
             self.drive.lose_power(self.now_s)
-            self.shared.outgoing.clear()
+            self.outgoing.clear()
             self.forget()
 
     def receive(self, data: bytes) -> None:
@@ -387,14 +387,14 @@ class SimRobkoBoard(Board):
         if isinstance(request, SavePosition | LoadPosition):
             self._codec.forget()
         else:
-            self.shared.outgoing += self._codec.send(self._do(request, now_s))
+            self.outgoing += self._codec.send(self._do(request, now_s))
 
     def _do(self, request: Request, now_s: float) -> Answer:
         match request:
             case Ping(payload):
                 return Pong(payload)
             case Inputs():
-                return InputsRead(self.shared.inputs_set)
+                return InputsRead(self.inputs_set)
             case IsMoving():
                 early = now_s < self._accepted_s + EARLY_ZERO_S
                 return Moving(0 if early else self.drive.rack.mask(now_s))

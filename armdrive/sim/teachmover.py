@@ -54,6 +54,8 @@ BAUD = 9600
 MEMORY_ROWS = 50
 CLOSE_RATE_HZ = 277.0
 """At this rate, closing over the full 76 mm takes about 4 s."""
+DELAY_UNIT_S = 0.001
+"""What one count of @DELAY is worth: a guess."""
 STILL = (0, 0, 0, 0, 0, 0)
 _MOVE_KIND = 1
 _WORD = 1 << 16
@@ -86,8 +88,6 @@ class TwinSettings:
     """
 
     speed_error: float = speed_error("0.2: motors a fifth slower than the driver's table says")
-    keeps_input_while_moving: bool = setting(False, "keep bytes that arrive during a motion")
-    delay_unit_s: float = setting(0.001, "seconds that one count of @DELAY is worth", low=0.0)
     grip_bit: int = 0
 
 
@@ -200,7 +200,7 @@ class TeachMoverBoard(Board):
     def inputs(self) -> int:
         """The input byte: bits set from outside, and the grip switch."""
         grip = 1 << self.settings.grip_bit
-        return self.shared.inputs_set & ~grip | (grip if self.world.grip_switch else 0)
+        return self.inputs_set & ~grip | (grip if self.world.grip_switch else 0)
 
     def details(self) -> dict[str, Json]:
         """Return the pendant's key, the outputs and the speed error."""
@@ -224,26 +224,26 @@ class TeachMoverBoard(Board):
 
     def press(self, key: Key) -> None:
         """Press a key of the pendant. STOP ends a motion, a program and the pendant's control."""
-        if self.shared.powered:
+        if self.powered:
             self.key = key
             if key is Key.STOP and self.busy:
                 self.drive.stop(self.now_s)
                 self.memory.stop()
-                self.finish(Status.STOPPED)
+                self._answer(Status.STOPPED)
 
     def return_control(self) -> bool:
         """Answer the host's @SET. Returns False if the host has control already."""
         waits = isinstance(self.unanswered, Set)
         if waits:
-            self.finish(Status.DONE)
+            self._answer(Status.DONE)
         return waits
 
     # How the controller handles commands.
 
     def receive(self, data: bytes) -> None:
-        """Receive bytes. Those that arrive while a command is unanswered are lost, or wait."""
+        """Receive bytes. Those that arrive while a command is unanswered are lost."""
         for line in data.splitlines(keepends=True):
-            if self.busy and not self.settings.keeps_input_while_moving:
+            if self.busy:
                 self.lost_bytes += len(line)
             else:
                 self._codec.receive_data(line)
@@ -252,12 +252,7 @@ class TeachMoverBoard(Board):
     def motion_ended(self) -> None:
         """Continue the running program, or answer."""
         if not self._begin_next_row():
-            self.finish(Status.DONE)
-
-    def finish(self, status: Status) -> None:
-        """Answer the command, and handle what waits."""
-        self._answer(status)
-        self._serve()
+            self._answer(Status.DONE)
 
     def _serve(self) -> None:
         while (request := self._codec.next_event()) is not None:
@@ -288,7 +283,7 @@ class TeachMoverBoard(Board):
                 self._answer(Status.DONE if self.memory.keep(row) else Status.FAILED)
             case Delay(count):
                 self._answer(Status.DONE)
-                self.byte_gap_s = count * self.settings.delay_unit_s
+                self.byte_gap_s = count * DELAY_UNIT_S
             case Arm():
                 self._answer(Status.DONE)
             case Unreadable():
@@ -306,15 +301,13 @@ class TeachMoverBoard(Board):
     def _tell(self, request: Read | QDump) -> None:
         self._answer(Status.DONE)
         if isinstance(request, Read):
-            self.shared.outgoing += self._codec.send(
-                Registers(self.registers, self.key, self.inputs)
-            )
+            self.outgoing += self._codec.send(Registers(self.registers, self.key, self.inputs))
         else:
             for row in self.memory.in_order:
-                self.shared.outgoing += self._codec.send(row)
+                self.outgoing += self._codec.send(row)
 
     def _answer(self, status: Status) -> None:
-        self.shared.outgoing += self._codec.send(status)
+        self.outgoing += self._codec.send(status)
 
     def _rate_hz(self, speed: int) -> float:
         return rate_hz(speed, self.settings.speed_error)

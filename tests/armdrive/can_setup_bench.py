@@ -11,9 +11,9 @@ from served import ServedDevice
 
 from armdrive.config.arm import ArmConfig, ConfigSource
 from armdrive.config.sections import Connection
-from armdrive.dialects.bus.tools import IDS, DriveDialog, Listened, frame_scripts, listen
+from armdrive.dialects.bus.tools import IDS, DriveDialog, Listened, Survey, frame_scripts, listen
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.survey import Survey, ask_round
+from armdrive.dialects.mks.survey import ask_round
 from armdrive.dialog.conversation import About, AskPerson
 from armdrive.registry import simulate, simulate_device
 from armdrive.setup.commissioning import CommissioningOutcome, one, walk

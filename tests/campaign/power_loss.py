@@ -12,7 +12,7 @@ LOOK_S = 0.5
 BOOT_S = 2.0
 """A board that sends a greeting has sent it within this time."""
 RESET_S = 0.15
-"""A simulated MKS drive that is reset holds its shaft again after this time (`boot_ms`)."""
+"""A simulated MKS drive that is reset holds its shaft again after this time (`BOOT_S`)."""
 
 
 def next_poll_by_s(stage: Stage) -> float:

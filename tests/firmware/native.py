@@ -239,7 +239,7 @@ class FirmwareBoard(Board):
         self._due_s = time.monotonic() + POLL_S
         self._write()
         with contextlib.suppress(BlockingIOError, OSError):  # nothing there, or the program ended
-            self.shared.outgoing += os.read(self._port, CHUNK)
+            self.outgoing += os.read(self._port, CHUNK)
         self._update_switches()
         energised = self._motors.enabled & self._mask == self._mask
         energised = energised and time.monotonic() >= self._starts_s + STARTS_UP_S

@@ -37,8 +37,8 @@ def echoed(board: FirmwareBoard) -> bytes:
     """Return what the program has sent."""
     select.select([board._port], [], [], ECHOES_S)
     board.happen()
-    sent = bytes(board.shared.outgoing)
-    board.shared.outgoing.clear()
+    sent = bytes(board.outgoing)
+    board.outgoing.clear()
     return sent
 
 

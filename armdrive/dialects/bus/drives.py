@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
@@ -93,6 +93,12 @@ def absent_words(drives: Sequence[object], number: str) -> str:
         f"{named} {verb} not answer, while others on the bus do: check the power supply, the CAN "
         f"plug, and that {number} and bit rate match the arm file (`armdrive doctor --can`)"
     )
+
+
+def shared_words(ids: Iterable[int], number: str, remedy: str) -> str:
+    """Return which ids more than one drive answers to, and what to do; empty if there are none."""
+    named = ", ".join(map(str, sorted(ids)))
+    return f"more than one drive answers to the {number} {named}: {remedy}" if named else ""
 
 
 def absence(

@@ -12,12 +12,12 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.exchange import Received, Script, ScriptIO, ScriptLoop
-from armdrive.dialog.conversation import Dialog, Finding, note, problem
+from armdrive.dialog.conversation import Dialog, Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth, BusState
 from firmware_protocol.frames import Frame, Unpacker
 from kinematics.text import counted
@@ -105,6 +105,33 @@ class Answers:
     views: tuple[dict[str, object], ...] = ()
     findings: Callable[[BusHealth, str], list[Finding]] = lambda _health, _arm: []
     of_arm: Callable[[Sequence[int]], list[Finding]] = lambda _ids: []
+
+
+class SurveyedNode(Protocol):
+    """What a survey knows of any node."""
+
+    @property
+    def missed(self) -> int:
+        """How many questions had to be repeated."""
+
+
+S = TypeVar("S", bound=SurveyedNode)
+
+
+@dataclass(frozen=True, slots=True)
+class Survey(Generic[S]):
+    """The ids that were asked, the nodes found, and the number of unreadable answers."""
+
+    asked: tuple[int, ...] = ()
+    nodes: tuple[S, ...] = ()
+    garbled: int = 0
+
+    def answering(self, what: str, there: str, health: BusHealth) -> list[Finding]:
+        """Report the ids that answer (`what` they are called), and lost or broken frames."""
+        if not there:
+            return []
+        answer = ok(f"of the {what} {numbers(self.asked)} these answer: {there}")
+        return [answer, *of_lost(sum(each.missed for each in self.nodes), self.garbled, health)]
 
 
 # Commissioning: each new drive gets its id and settings, then turns a little.

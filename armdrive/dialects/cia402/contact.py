@@ -25,12 +25,12 @@ from armdrive.dialects.cia402.exchange import (
     Script,
     SdoResult,
 )
+from armdrive.dialects.cia402.objects import DRIVES
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.tasks import Done, ProtocolWarning, Reply, RequestRejected
 from firmware_protocol import canopen
 from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Write
 
-PROFILE_NUMBER = 402
 STILL_S = 0.03
 """A drive has stopped if it has not turned for this long: three periods of SYNC by default."""
 RIVAL_TIMEOUTS = 1.5
@@ -162,10 +162,10 @@ class Cia402Contact:
                 remedy = ". So it is not a CANopen device: check the ids of the arm file"
                 raise Obstructed(result.refused[canopen.DEVICE_TYPE] + remedy)
             profile = result.values.get(canopen.DEVICE_TYPE, 0) & 0xFFFF
-            if profile != PROFILE_NUMBER:
+            if profile != DRIVES:
                 raise Obstructed(
                     f"{result.drive} reports device profile {profile}, not a drive of CiA "
-                    f"{PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor --can`)"
+                    f"{DRIVES}: check the ids of the arm file (`armdrive doctor --can`)"
                 )
             beat_ms = settings.drive_beat_ms
             found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, beat_ms)

@@ -13,7 +13,7 @@ import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
-from armdrive.dialects.bus.drives import off_target_words
+from armdrive.dialects.bus.drives import off_target_words, shared_words
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
 from armdrive.dialects.exchange import ScriptIO
@@ -368,13 +368,8 @@ class DriveGroup:
     @property
     def shared_words(self) -> str:
         """Which node numbers two drives share; empty if none."""
-        if not self.shared:
-            return ""
-        named = ", ".join(map(str, sorted(self.shared)))
-        return (
-            f"more than one drive answers to the node number {named}: give each one of its own, by "
-            "its switches or its maker's program"
-        )
+        remedy = "give each one of its own, by its switches or its maker's program"
+        return shared_words(self.shared, "node number", remedy)
 
     def registers(self) -> Registers:
         """Return the last positions; a drive near its target is taken to be there.

@@ -19,9 +19,8 @@ from armdrive.dialects.bus.tools import (
     BusTools,
     FrameIO,
     SeenNodes,
+    Survey,
     frame_scripts,
-    numbers,
-    of_lost,
 )
 from armdrive.dialects.cia402.contact import WATCH_OBJECTS
 from armdrive.dialects.cia402.objects import (
@@ -96,7 +95,7 @@ _TELLTALES = (SERIAL_NUMBER, POSITION, STATUSWORD)
 
 
 @dataclass(frozen=True, slots=True)
-class SurveyedNode:
+class CanopenNode:
     """A node's objects, and the reasons why it refused others.
 
     `state` is from its heartbeat. A node that `answers` nothing has only sent heartbeats.
@@ -128,20 +127,6 @@ class SurveyedNode:
         return None if word is None else word & 0xFFFF
 
 
-@dataclass(frozen=True, slots=True)
-class CanopenSurvey:
-    """The nodes that were asked, those found, and the number of unreadable answers."""
-
-    asked: tuple[int, ...] = ()
-    nodes: tuple[SurveyedNode, ...] = ()
-    garbled: int = 0
-
-    @property
-    def there(self) -> tuple[int, ...]:
-        """The nodes that answer."""
-        return tuple(each.number for each in self.nodes if each.answers)
-
-
 @dataclass(slots=True)
 class _NodeCounts:
     missed: int = 0
@@ -171,31 +156,31 @@ def seen_nodes(frames: Iterable[Frame]) -> dict[int, NodeState]:
 
 def ask_nodes(
     io: FrameIO, ids: Sequence[int], beating: Mapping[int, NodeState] = MappingProxyType({})
-) -> Script[Frame, CanopenSurvey]:
+) -> Script[Frame, Survey[CanopenNode]]:
     """Ask each number for its device type, up to twice; then read the objects of those found.
 
     `beating` are nodes that have sent heartbeats; they are asked too.
     """
     counts = _NodeCounts()
     asked = tuple(sorted({each for each in ids if each <= NODE_MAX} | set(beating)))
-    there: set[int] = set()
+    answering: set[int] = set()
     for _ in range(ROUNDS):
-        for node in [each for each in asked if each not in there]:
+        for node in [each for each in asked if each not in answering]:
             if (yield from _upload(io, node, DEVICE_TYPE, ASK_S, counts)) is not None:
-                there.add(node)
+                answering.add(node)
             yield from io.pause(io.now_s + PAUSE_S)
     nodes = []
     for node in asked:
-        if node in there:
+        if node in answering:
             nodes.append((yield from _known(io, node, beating.get(node), counts)))
         elif node in beating:
-            nodes.append(SurveyedNode(node, beating[node], answers=False))
-    return CanopenSurvey(asked, tuple(nodes), counts.garbled)
+            nodes.append(CanopenNode(node, beating[node], answers=False))
+    return Survey(asked, tuple(nodes), counts.garbled)
 
 
 def _known(
     io: FrameIO, node: int, state: NodeState | None, counts: _NodeCounts
-) -> Script[Frame, SurveyedNode]:
+) -> Script[Frame, CanopenNode]:
     objects: dict[Place, Value] = {}
     refused: dict[Place, str] = {}
     before = counts.missed
@@ -207,7 +192,7 @@ def _known(
             objects[place] = value
         yield from io.pause(io.now_s + PAUSE_S)
     shared = yield from _is_shared(io, node)
-    return SurveyedNode(node, state, True, objects, refused, shared, counts.missed - before)
+    return CanopenNode(node, state, True, objects, refused, shared, counts.missed - before)
 
 
 def _asked(
@@ -283,20 +268,21 @@ def _value(answer: Uploaded) -> Value | None:
 _BROKEN = (DriveState.FAULT, DriveState.FAULT_REACTION)
 
 
-def of_answers(found: CanopenSurvey, health: BusHealth, arm: str = "NAME") -> list[Finding]:
+def of_answers(found: Survey[CanopenNode], health: BusHealth, arm: str = "NAME") -> list[Finding]:
     """Report the nodes that answered, and each one's data."""
-    findings = []
-    if found.there:
-        words = ", ".join(map(str, found.there))
-        findings.append(ok(f"of the nodes {numbers(found.asked)} these answer: {words} (CANopen)"))
-        missed = sum(each.missed for each in found.nodes)
-        findings += of_lost(missed, found.garbled, health)
+    words = ", ".join(map(str, there(found)))
+    findings = found.answering("nodes", words and f"{words} (CANopen)", health)
     for each in found.nodes:
         findings += of_node(each, arm)
     return findings
 
 
-def of_node(node: SurveyedNode, arm: str = "NAME") -> list[Finding]:
+def there(found: Survey[CanopenNode]) -> tuple[int, ...]:
+    """Return the nodes that answer."""
+    return tuple(each.number for each in found.nodes if each.answers)
+
+
+def of_node(node: CanopenNode, arm: str = "NAME") -> list[Finding]:
     """Report one node's data, and what is wrong with it."""
     name = f"node {node.number}"
     if not node.answers:
@@ -317,7 +303,7 @@ def of_node(node: SurveyedNode, arm: str = "NAME") -> list[Finding]:
     return found + [each for each in (_fault(name, node, arm), *_modes(name, node)) if each]
 
 
-def of_arm(ids: Sequence[int], found: CanopenSurvey) -> list[Finding]:
+def of_arm(ids: Sequence[int], found: Survey[CanopenNode]) -> list[Finding]:
     """Report which nodes of an arm file are no drives."""
     return [
         problem(
@@ -329,7 +315,7 @@ def of_arm(ids: Sequence[int], found: CanopenSurvey) -> list[Finding]:
     ]
 
 
-def view(node: SurveyedNode) -> dict[str, object]:
+def view(node: CanopenNode) -> dict[str, object]:
     """Return a node as plain data."""
     word = node.number_of(STATUSWORD)
     state = None if word is None else Statusword(word).state
@@ -351,7 +337,7 @@ def view(node: SurveyedNode) -> dict[str, object]:
     }
 
 
-def _mute(name: str, node: SurveyedNode) -> Finding:
+def _mute(name: str, node: CanopenNode) -> Finding:
     if node.state is NodeState.STOPPED:
         return problem(
             f"{name}: stopped (NMT), so it answers no question",
@@ -363,7 +349,7 @@ def _mute(name: str, node: SurveyedNode) -> Finding:
     )
 
 
-def _self_words(node: SurveyedNode) -> list[str]:
+def _self_words(node: CanopenNode) -> list[str]:
     words = [_type_words(node)]
     if name := node.name:
         words.append(f"called {name}")
@@ -378,12 +364,12 @@ def _self_words(node: SurveyedNode) -> list[str]:
     return words
 
 
-def _type_words(node: SurveyedNode) -> str:
+def _type_words(node: CanopenNode) -> str:
     word = node.number_of(DEVICE_TYPE)
     return "it does not report its type" if word is None else device_words(word)
 
 
-def _drive_words(node: SurveyedNode) -> list[str]:
+def _drive_words(node: CanopenNode) -> list[str]:
     shown = node.number_of(MODE_SHOWN)
     mode = None if shown is None else mode_of(shown)
     rows: tuple[tuple[Place, Callable[[int], str]], ...] = (
@@ -399,11 +385,11 @@ def _drive_words(node: SurveyedNode) -> list[str]:
     return parts
 
 
-def _no_drive(name: str, node: SurveyedNode) -> Finding:
+def _no_drive(name: str, node: CanopenNode) -> Finding:
     return note(f"{name}: not a CiA 402 drive ({_type_words(node)}), so not a motor of an arm", "")
 
 
-def _fault(name: str, node: SurveyedNode, arm: str) -> Finding | None:
+def _fault(name: str, node: CanopenNode, arm: str) -> Finding | None:
     word, register = node.number_of(STATUSWORD), node.number_of(ERROR_REGISTER) or 0
     code = node.number_of(ERROR_CODE) or 0
     broken = word is not None and Statusword(word).state in _BROKEN
@@ -420,7 +406,7 @@ def _fault(name: str, node: SurveyedNode, arm: str) -> Finding | None:
     return note(f"{name}: it still reports {why}{kinds}", mend)
 
 
-def _modes(name: str, node: SurveyedNode) -> list[Finding]:
+def _modes(name: str, node: CanopenNode) -> list[Finding]:
     word = node.number_of(SUPPORTED_MODES)
     if word is None:
         return [note(f"{name}: it does not report which modes it has (6502)", "")]
@@ -446,7 +432,7 @@ def survey_nodes(io: FrameIO, ids: Sequence[int], heard: SeenNodes) -> Script[Fr
     return Answers(
         "canopen",
         found.asked,
-        found.there,
+        there(found),
         tuple(each.number for each in found.nodes if each.profile == DRIVES),
         tuple(map(view, found.nodes)),
         lambda health, arm: of_answers(found, health, arm),

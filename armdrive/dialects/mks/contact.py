@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import NoReturn, TypeAlias
 
-from armdrive.dialects.bus.drives import Obstructed, off_target_words
+from armdrive.dialects.bus.drives import Obstructed, off_target_words, shared_words
 from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive, Verdict
 from armdrive.dialects.bus.phases import end_earlier_motion
@@ -90,17 +90,6 @@ def firmware_of(
         else:
             found[drive] = Firmware(read.version, reported=True, read=read)
     return found
-
-
-def shared_words(ids: Collection[int]) -> str:
-    """Return which ids two drives answer to; empty if there are none."""
-    if not ids:
-        return ""
-    named = ", ".join(map(str, ids))
-    return (
-        f"more than one drive answers to the id {named}: every drive ships with id 1. Unplug "
-        "all but one and give each an id of its own, one at a time"
-    )
 
 
 def series_words(name: object) -> str:
@@ -264,7 +253,10 @@ class MksContact:
     def _shared_words(self) -> Words:
         """Wait for the answers of a second drive; return which ids two drives answer to."""
         yield from self._io.pause(self._io.now_s + self._io.settings.answer_s)
-        return shared_words(self._io.surplus.shared)
+        remedy = (
+            "every drive ships with id 1. Unplug all but one and give each an id of its own, one "
+        )
+        return shared_words(self._io.surplus.shared, "id", f"{remedy}at a time")
 
     def _recognise(self) -> MksScript[None]:
         """Learn the abilities that all drives have: those of the oldest firmware."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
 from armdrive.dialects.bus.ledger import TRIES
-from armdrive.dialects.bus.tools import Answers, SeenNodes, numbers, of_lost, of_nobody
+from armdrive.dialects.bus.tools import Answers, SeenNodes, Survey
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.dialects.mks.contact import UNKNOWN_FIRMWARE, Firmware, firmware_of, series_words
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
@@ -195,16 +195,7 @@ ASK_S = 0.02
 ROUNDS = 2
 
 
-@dataclass(frozen=True, slots=True)
-class Survey:
-    """The ids that were asked, the drives that answered, and the number of unreadable answers."""
-
-    asked: tuple[int, ...] = ()
-    drives: tuple[KnownDrive, ...] = ()
-    garbled: int = 0
-
-
-def ask_round(io: MksExchange) -> MksScript[Survey]:
+def ask_round(io: MksExchange) -> MksScript[Survey[KnownDrive]]:
     """Ask each id for its position, up to twice; then ask the drives that answer for their data."""
     for _ in range(ROUNDS):
         for drive in io.drives:
@@ -222,15 +213,15 @@ def ask_round(io: MksExchange) -> MksScript[Survey]:
 
 def survey_drives(io: MksExchange, ids: Sequence[int], _heard: SeenNodes) -> MksScript[Answers]:
     """Survey the ids; return the drives in words and as plain data."""
-    found = (yield from ask_round(io)) if ids else Survey()
-    there = tuple(each.node for each in found.drives)
+    found = (yield from ask_round(io)) if ids else Survey[KnownDrive]()
+    there = tuple(each.node for each in found.nodes)
     return Answers(
         "mks",
         found.asked,
         there,
         there,
-        tuple(map(view, found.drives)),
-        lambda health, arm: of_answers(found, health, arm) if there else [],
+        tuple(map(view, found.nodes)),
+        lambda health, arm: of_answers(found, health, arm),
     )
 
 
@@ -247,15 +238,10 @@ def is_request(frame: Frame, _master: int | None = None) -> bool:
 # The result of a survey, as findings and as plain data.
 
 
-def of_answers(found: Survey, health: BusHealth, arm: str = "NAME") -> list[Finding]:
-    """Report the drives that answered, or why none may have."""
-    if not found.drives:
-        return [of_nobody(found.asked, health)]
-    names = ", ".join(str(each.node) for each in found.drives)
-    findings = [ok(f"of the ids {numbers(found.asked)} these answer: {names}")]
-    missed = sum(each.missed for each in found.drives)
-    findings += of_lost(missed, found.garbled, health)
-    for each in found.drives:
+def of_answers(found: Survey[KnownDrive], health: BusHealth, arm: str = "NAME") -> list[Finding]:
+    """Report the drives that answered, and each one's data."""
+    findings = found.answering("ids", ", ".join(str(each.node) for each in found.nodes), health)
+    for each in found.nodes:
         findings += of_drive(each, arm)
     return findings
 

@@ -39,12 +39,13 @@ class DrivesBoard(Board, Generic[N]):
     def __init__(self, world: World, shafts: ShaftDrive, nodes: Sequence[N], bits_s: int) -> None:
         super().__init__(world, shafts, None)
         self.nodes = tuple(nodes)
+        self.input_bits = len(self.nodes)
         self._shafts = shafts
         self._outbox = Outbox()
         self._dues = [math.inf for _ in self.nodes]
         self._nodes_due_s = self._due_s = math.inf
         """When a drive acts next or its shaft is due; and the same, or when a frame is ready."""
-        self.shared.outgoing = []
+        self.outgoing = []
         self.bits_s = bits_s
         """The bit rate of the bus."""
         self.line = partial(BusLine, bitrate=bits_s)
@@ -85,7 +86,7 @@ class DrivesBoard(Board, Generic[N]):
                 f"{len(self.nodes)}"
             )
         for node, one in zip(self.nodes, saved.drives, strict=True):
-            node.port.powered = one.powered and self.shared.powered
+            node.port.powered = one.powered and self.powered
             node.recall(one)
 
     # What a person does.
@@ -97,11 +98,8 @@ class DrivesBoard(Board, Generic[N]):
 
     def set_input(self, bit: int, on: bool) -> None:
         """Press or release the limit switch of a drive. Raises `BadRequest`."""
-        if not 0 <= bit < len(self.nodes):
-            raise BadRequest(f"inputs are numbered 1 to {len(self.nodes)}, not {bit + 1}")
-        self.nodes[bit].motor.switch.held = on
-        self._live()
         super().set_input(bit, on)
+        self.set_switch(bit, SwitchState.CLOSED if on else SwitchState.FREE)
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
         """Make the limit switch of a motor (counted from 0) stick, or free it."""
@@ -132,7 +130,7 @@ class DrivesBoard(Board, Generic[N]):
         """Let every drive do what is due, and send the frames that are ready."""
         if self._nodes_due_s <= self.now_s:
             self._live()
-        self.shared.outgoing += self._outbox.take(self.now_s)
+        self.outgoing += self._outbox.take(self.now_s)
         self._due_s = min(self._nodes_due_s, self._outbox.next_s)
 
     def collect(self, nodes: Iterable[N] | None = None) -> None:
@@ -149,7 +147,7 @@ class DrivesBoard(Board, Generic[N]):
 
     def _live(self) -> None:
         """Let every drive do what is due."""
-        if self.shared.powered:
+        if self.powered:
             self._shafts.look(self.now_s)
             for node in self.nodes:
                 node.live(self.now_s)
@@ -173,7 +171,7 @@ class DrivesBoard(Board, Generic[N]):
 
     def reset(self) -> None:
         """Restart every drive; until it has started, its shaft is free."""
-        if self.shared.powered:
+        if self.powered:
             self._shafts.release_all(self.now_s)
             for node in self.nodes:
                 if node.port.powered:
@@ -192,7 +190,7 @@ class DrivesBoard(Board, Generic[N]):
     def switch_drive(self, drive: int, on: bool) -> None:
         """Switch a drive's supply off, so that its load sags; or on again."""
         node = self.node(drive)
-        if not on or (self.shared.powered and not node.port.powered):
+        if not on or (self.powered and not node.port.powered):
             node.switch_power(on, self.now_s)
         self.collect()
 

@@ -15,18 +15,8 @@ from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.saved import Json
-from armdrive.text.toml import setting
 from firmware_protocol.frames import Frame
 from kinematics.text import counted
-
-# --- Settings ------------------------------------------------------------------------------------
-
-_LONGEST_MS = 1000.0
-
-
-def milliseconds(default: float, means: str, source: str) -> Any:
-    """Declare how long a drive takes for something, which is a quirk: up to a second."""
-    return setting(default, means, low=0.0, high=_LONGEST_MS, source=source)
 
 
 def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
@@ -109,9 +99,9 @@ def motors_of(config: ArmConfig, shafts: ShaftDrive, *, behind: int = 0) -> list
 class NodePort:
     """A drive's supply and its connection to the bus."""
 
-    def __init__(self, answer_s: float) -> None:
-        self.answer_s = answer_s
-        """How long the drive takes to prepare a frame."""
+    def __init__(self) -> None:
+        self.answer_s = 0.001
+        """How long the drive takes to prepare a frame: a guess, see each kind's quirks."""
         self.powered = self.plugged = True
         self.mute = False
         """Whether the drive sends nothing, although it receives and obeys."""

@@ -168,7 +168,7 @@ class Cia402Motion:
         self.switch_s = self._passes_switch_s(now_s) if self._quirks.limits else math.inf
 
     def _passes_switch_s(self, now_s: float) -> float:
-        return self._point.passes_s(self._switch.at, self._switch.way, now_s)
+        return self._point.passes_s(self._switch.at, 1, now_s)
 
     def _within(self, target: int) -> int:
         """Return a target, limited to the software range."""
@@ -191,7 +191,7 @@ class Cia402Motion:
             self._leave_switch(now_s)
         else:
             self.homing = Homing.SEEKING
-            self._search(self._switch.way, canopen.HOMING_SPEED, self._switch.at, now_s)
+            self._search(1, canopen.HOMING_SPEED, self._switch.at, now_s)
 
     def spoil_homing(self) -> None:
         """Forget a search, or that it failed; a drive that is home stays home."""
@@ -209,7 +209,7 @@ class Cia402Motion:
             self.switch_s = math.inf
         if not self.homing.searches:
             minds = self._quirks.limits and self._switch.pressed
-            return minds and self._point.rate(now_s) * self._switch.way > 0
+            return minds and self._point.rate(now_s) > 0.0
         if self.homing is Homing.SEEKING and self._switch.pressed:
             self._leave_switch(now_s)
         elif self.homing is Homing.LEAVING and not self._switch.pressed:
@@ -218,8 +218,7 @@ class Cia402Motion:
 
     def _leave_switch(self, now_s: float) -> None:
         self.homing = Homing.LEAVING
-        way = -self._switch.way
-        self._search(way, canopen.HOMING_CREEP, self._switch.at + way, now_s)
+        self._search(-1, canopen.HOMING_CREEP, self._switch.at - 1, now_s)
 
     def _search(self, way: int, speed: Place, at: int, now_s: float) -> None:
         """Move towards the position where the switch changes."""

@@ -26,6 +26,8 @@ NMT, SYNC = canopen.cob_id(canopen.Service.NMT), canopen.cob_id(canopen.Service.
 _SDO, _HEARTBEAT = 0x600, 0x700
 _HEARTBEATS = range(0x701, 0x780)
 _ROUNDING = 1e-6
+BOOT_S, RESET_S = 0.5, 0.02
+"""When the boot-up message comes after power or a reset, and after one of the communication."""
 
 
 class Cia402Node(BusNode):
@@ -40,7 +42,7 @@ class Cia402Node(BusNode):
         quirks: Cia402Quirks,
     ) -> None:
         self.motor = motor
-        self.port = NodePort(quirks.answer_ms / 1000)
+        self.port = NodePort()
         self._modes, self._quirks = modes, quirks
         self.objects = DriveObjects(dictionary, number, serial=motor.index + 1)
         self.motion = Cia402Motion(motor, self.objects, quirks)
@@ -247,7 +249,7 @@ class Cia402Node(BusNode):
     def begin(self, now_s: float) -> None:
         """Start after power has returned; the boot-up message follows later."""
         self._renew(self.number)
-        self.port.boots_s = now_s + self._quirks.boot_s
+        self.port.boots_s = now_s + BOOT_S
         if not self._quirks.keeps_position:
             self.motor.count_from(0)
 
@@ -271,7 +273,7 @@ class Cia402Node(BusNode):
         self.states.forsaken = False
         self.objects.renew_communication(number)
         self._forget_talk()
-        self.port.boots_s = now_s + self._quirks.reset_ms / 1000
+        self.port.boots_s = now_s + RESET_S
 
     def _forget_talk(self) -> None:
         self.nmt, self.sdo = canopen.NmtNode(self.number), canopen.SdoServer(self.number)

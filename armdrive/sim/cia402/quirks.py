@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from armdrive.sim.bus.node import milliseconds
 from armdrive.text.toml import setting
 
 PROFILE = 402
@@ -47,15 +46,13 @@ class Cia402Quirks:
     keeps_position: bool = setting(False,
         "after power-on drives have their old position instead of 0",
         source="depends on the encoder: absolute ones keep it, incremental ones do not")
-    answer_ms: float = milliseconds(1.0, "milliseconds until a drive has a frame ready",
-        f"guess: {_UNKNOWN}; a late frame describes an older state")
-    boot_s: float = setting(0.5, "seconds from power or reset to the boot-up message",
-        low=0.001, high=60.0, source=f"guess: {_UNKNOWN}")
-    reset_ms: float = milliseconds(20.0,
-        "milliseconds from a communication reset to the boot-up message", f"guess: {_UNKNOWN}")
 
 
 ALWAYS: tuple[tuple[str, str, str], ...] = (
+    ("answers", "a drive has a frame ready after 1 ms", f"guess: {_UNKNOWN}"),
+    ("boots", "the boot-up message comes 0.5 s after power or a reset", f"guess: {_UNKNOWN}"),
+    ("resets", "the boot-up message comes 20 ms after a communication reset",
+     f"guess: {_UNKNOWN}"),
     ("late_watch", "the master is watched from its first heartbeat on", "CiA 301, object 1016"),
     ("leaves_operation",
      "a node that misses its master's heartbeat becomes pre-operational while 1029:01 is 0",

@@ -486,7 +486,7 @@ class GrblBoard(Board):
 
     title: ClassVar[str] = "GRBL board"
     saved_as = SavedGrblBoard
-    input_bits: ClassVar[int] = len(PINS)
+    input_bits = len(PINS)
     register_range: ClassVar[tuple[int, int]] = (-COUNT_MOST, COUNT_MOST)
     drive: BoardDrive
 
@@ -531,7 +531,7 @@ class GrblBoard(Board):
     def start(self, wait_s: float) -> None:
         """Restart the firmware after a delay, with its banner."""
         self.forget()
-        self.shared.outgoing.clear()
+        self.outgoing.clear()
         self.booting.begin(self.routines.switched_on(self, wait_s), self.now_s)
         while self.booting.until_s <= self.now_s:
             self.happen()
@@ -592,7 +592,7 @@ class GrblBoard(Board):
 
     def say(self, answer: Answer) -> None:
         """Send a message."""
-        self.shared.outgoing += self.codec.send(answer)
+        self.outgoing += self.codec.send(answer)
 
     def receive(self, data: bytes) -> None:
         """Receive bytes, as the receive interrupt does."""
@@ -626,7 +626,7 @@ class GrblBoard(Board):
             self.echoes = (self.echoes or control) and sign != b"\f"
             if not control:
                 kept += sign
-                self.shared.outgoing += sign if self.echoes else b""
+                self.outgoing += sign if self.echoes else b""
         return kept
 
     # Time.
@@ -666,13 +666,13 @@ class GrblBoard(Board):
 
     def set_input(self, bit: int, on: bool) -> None:
         """Set a control pin. Hold, start and reset act like the corresponding commands."""
-        pressed = on and not self.shared.inputs_set >> bit & 1
+        pressed = on and not self.inputs_set >> bit & 1
         super().set_input(bit, on)
         self.pins = "".join(
-            letter for number, letter in enumerate(PINS) if self.shared.inputs_set >> number & 1
+            letter for number, letter in enumerate(PINS) if self.inputs_set >> number & 1
         )
         order = _PIN_ORDERS.get(PINS[bit])
-        if order is not None and pressed and self.shared.powered and not self.booting.active:
+        if order is not None and pressed and self.powered and not self.booting.active:
             self.routines.order(self, order)
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
@@ -687,12 +687,12 @@ class GrblBoard(Board):
         if counted:
             self.parser.position = self.drive.goal_units
             self.limits.forget(self)
-        elif self.shared.powered:
+        elif self.powered:
             self.limits.look(self)
 
     def reset(self) -> None:
         """Reset the board, as opening its port does: it loses its position, and the arm sags."""
-        if self.shared.powered:
+        if self.powered:
             self.drive.stop(self.now_s)
             self.current.cut(self.now_s)
             self.start(self.firmware.boot_s)
@@ -729,5 +729,5 @@ class GrblBoard(Board):
             self.current.cut(self.now_s)
             self.start(0.0)
         else:
-            self.shared.outgoing.clear()
+            self.outgoing.clear()
             self.limits.forget(self)

@@ -293,8 +293,6 @@ class LimitSwitch:
     def __init__(self, position: Callable[[], int], at: int, way: int = 1) -> None:
         self.at, self.way = at, way
         self.state = SwitchState.FREE
-        self.held = False
-        """Whether a person presses it."""
         self._position = position
 
     @property
@@ -302,7 +300,7 @@ class LimitSwitch:
         """Whether the controller sees it pressed."""
         if self.state is not SwitchState.FREE:
             return self.state is SwitchState.CLOSED
-        return self.held or (self._position() - self.at) * self.way >= 0
+        return (self._position() - self.at) * self.way >= 0
 
     def steps_to(self, way: int) -> int | None:
         """Return how many steps in a direction press it; None if none ever do."""

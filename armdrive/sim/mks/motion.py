@@ -135,6 +135,8 @@ HOMING_ACC = 236
 CALIBRATION_RPM = 30
 CREEP_RPM = 40
 """The speed after a new target with `retarget_creeps`: 600 degrees in 2.5 s were observed."""
+STALL_COUNTS = round(COUNTS_PER_TURN / 10)
+"""The distance from its set-point at which a shaft stalls."""
 STALL_S = 0.05
 """A shaft that is too far from its set-point for this long has stalled."""
 WINDOW_S = 0.015
@@ -159,11 +161,6 @@ _GOALS: Mapping[type, Callable[[NodeMotor, Any, float], int]] = MappingProxyType
     }
 )
 """The target of each kind of move; `pulse` is one pulse in counts."""
-
-
-def stall_counts(quirks: MksQuirks) -> int:
-    """Return the distance from its set-point at which a shaft stalls, in counts."""
-    return round(quirks.stall_turns * COUNTS_PER_TURN)
 
 
 class MksMotion:
@@ -270,8 +267,7 @@ class MksMotion:
 
     def start_stored(self, now_s: float, *, able: bool) -> None:
         """Begin the stored motion if the drive is able to, without reporting that."""
-        asked, self.stored = self.stored, None
-        self.armed = self.armed and self._quirks.stays_armed
+        asked, self.stored, self.armed = self.stored, None, False
         if asked is not None and able:
             self.begin(asked, now_s)
 
@@ -342,10 +338,10 @@ class MksMotion:
         if not self._seeking and not self._flash.homing.limits:
             return math.inf
         if self._seeking and self._backing:
-            return self._point.passes_s(switch.at - switch.way, -switch.way, now_s)
+            return self._point.passes_s(switch.at - 1, -1, now_s)
         if switch.pressed:
             return now_s
-        return self._point.passes_s(switch.at, switch.way, now_s)
+        return self._point.passes_s(switch.at, 1, now_s)
 
     def _watch_silence(self, now_s: float) -> None:
         """Stop if the bus has been silent for too long; the drive does not report that."""
@@ -362,7 +358,7 @@ class MksMotion:
         if not error or not self._motor.holding:
             self._stall_s = self._off_s = math.inf
             return
-        stalls = error >= stall_counts(self._quirks)
+        stalls = error >= STALL_COUNTS
         self._stall_s = min(self._stall_s, now_s) if stalls else math.inf
         if self._seeking and self._flash.homing.method == AGAINST_A_STOP:
             if stalls:
@@ -416,7 +412,7 @@ class MksMotion:
     def _limit(self, asked: mks.Asked, now_s: float) -> None:
         """End a motion into the switch; one away from it continues."""
         rate = self._point.rate(now_s) or self._point.rate(now_s + 1e-6)
-        if rate * self._switch.way > 0:
+        if rate > 0.0:
             self._point.hold(self._point.at(now_s))
             searches, self.under_way = self.searching, None
             self.ignores_next = self._quirks.deaf_after_limit

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, get_args
 
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import BusNode, NodeMotor, NodePort
-from armdrive.sim.mks.motion import AGAINST_A_STOP, Flash, MksMotion, stall_counts
+from armdrive.sim.mks.motion import AGAINST_A_STOP, STALL_COUNTS, Flash, MksMotion
 from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.world.saved import Json
 from firmware_protocol import mks
@@ -23,6 +23,8 @@ from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Asked, Code
 
 BOARD = 2
 """A SERVO42D on CAN."""
+BOOT_S = 0.15
+"""How long a restart takes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,7 @@ class MksNode(BusNode):
         bits_s: int,
     ) -> None:
         self.motor = motor
-        self.port = NodePort(quirks.answer_ms / 1000)
+        self.port = NodePort()
         self.firmware, self.flash, self.quirks = firmware, flash, quirks
         self.remake()
         self.motion = MksMotion(
@@ -75,8 +77,8 @@ class MksNode(BusNode):
 
     def listens(self, can_id: int) -> bool:
         """Return whether it takes frames with an id from the bus."""
-        hears_all = self.quirks.watchdog_hears_all
-        return self.port.plugged and (self._is_for(can_id) or hears_all)
+        ids = (mks.BROADCAST, self.device.node, self.device.group)
+        return self.port.plugged and can_id in ids
 
     def receive(self, frame: Frame, now_s: float) -> None:
         """Carry out a frame's request, if it is awake and uses the bit rate of the bus."""
@@ -84,8 +86,7 @@ class MksNode(BusNode):
         if deaf or self.device.bitrate.bits_s != self._bits_s:
             return
         self.motion.feed_watchdog(now_s)
-        if self._is_for(frame.can_id):
-            self.device.receive_frame(frame)
+        self.device.receive_frame(frame)
         while (event := self.device.next_event()) is not None:
             if isinstance(event, Asked):
                 if event.request.code is not Code.ABSOLUTE_AXIS:  # streamed targets need no reading
@@ -148,7 +149,7 @@ class MksNode(BusNode):
     def restart(self, now_s: float) -> None:
         """Restart: for a while the shaft is free and no question is answered."""
         self.forget(now_s)
-        self.port.boots_s = now_s + self.quirks.boot_ms / 1000
+        self.port.boots_s = now_s + BOOT_S
 
     def set_enabled(self, on: bool, now_s: float) -> None:
         """Switch the motor's current; a motor that is on already continues its motion."""
@@ -219,9 +220,6 @@ class MksNode(BusNode):
         self.remake()
         self.enabled = saved.enabled
         self.motor.recall(self.enabled and self.port.awake)
-
-    def _is_for(self, can_id: int) -> bool:
-        return can_id in (mks.BROADCAST, self.device.node, self.device.group)
 
     def _obey(self, asked: Asked, now_s: float) -> None:
         row = COMMANDS[type(asked.request)]
@@ -402,7 +400,7 @@ def _error(node: MksNode, now_s: float) -> int:
 
 
 def _speed(node: MksNode, now_s: float) -> mks.SpeedRead:
-    stands = abs(_error(node, now_s)) >= stall_counts(node.quirks)
+    stands = abs(_error(node, now_s)) >= STALL_COUNTS
     return mks.SpeedRead(0 if stands else round(node.motor.point.rate(now_s) / COUNTS_S_PER_RPM))
 
 

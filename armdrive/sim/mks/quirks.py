@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from armdrive.sim.bus.node import milliseconds
 from armdrive.text.toml import setting
 from firmware_protocol.mks import Bitrate
 
@@ -33,9 +32,6 @@ class MksQuirks:
     stall_protection: bool = setting(True,
         "a drive that stalls lets its shaft go, and says so")
 
-    stall_turns: float = setting(0.1,
-        "following error, in turns, at which a drive reports a stall", low=0.001, high=1.0,
-        source=f"guess: {_UNKNOWN}")
     enabled_on: bool = setting(True, "drives hold their shafts as soon as they are powered",
         source="guess: not published; a drive that holds again counts from a new zero")
     keeps_angle: bool = setting(False,
@@ -57,9 +53,9 @@ class MksQuirks:
         source="observed on a SERVO42D with RS485 (riccardi-samuele/mks-servo-cpp, CHANGELOG "
         "0.3.0, set_origin); not known from CAN, where 3dberg/arctos-pi expects 0 and warns "
         "otherwise")
-    flash_ms: float = milliseconds(0.0,
-        "milliseconds for which a drive is deaf after a setting was written",
-        "about 200 observed with RS485 (riccardi-samuele/mks-servo-cpp, design notes, 5); "
+    flash_ms: float = setting(0.0,
+        "milliseconds for which a drive is deaf after a setting was written", low=0.0, high=1000.0,
+        source="about 200 observed with RS485 (riccardi-samuele/mks-servo-cpp, design notes, 5); "
         "not reported from a CAN bus")
     e_series: bool = setting(False,
         "drives report that they are of the E series; else they stay the same",
@@ -78,26 +74,26 @@ class MksQuirks:
         words=("first", "last", "never"),
         source="guess: a public transcription of the manual does not say when; reported first, it "
         "looks like a refusal of the new one")
-    stays_armed: bool = setting(False, "drives keep storing motions after a synchronous start",
-        source=f"guess: {_MANUALS} do not say (4A, 4B)")
-    watchdog_hears_all: bool = setting(False,
-        "frames to other drives also reset a drive's watchdog",
-        source="guess: the manual 1.0.9 does not say (98); if not, each needs frames of its own")
     new_id_answers: bool = setting(True, "a drive answers a change of its id under the new id",
         source="the authors of a public driver (zauberzeug/lizard); not in the manuals (8B)")
     short_version: bool = setting(False,
         "drives report two bytes of their version instead of three",
         source="the manual 1.0.9 draws two and names three; a SERVO42ES sent three "
         "(TRazDev/servo42es-esp32-can-controller, protocol notes)")
-    answer_ms: float = milliseconds(1.0, "milliseconds until a drive has its answer ready",
-        "guess: not measured on CAN; with RS485 up to 700 in motion (riccardi-samuele/mks-servo, "
-        "test report, 6.5); a late answer describes an older state")
-    boot_ms: float = milliseconds(150.0,
-        "milliseconds from a restart until a drive holds and answers again",
-        f"guess: {_UNKNOWN}; a fast restart is harder to notice")
 
 
 ALWAYS: tuple[tuple[str, str, str], ...] = (
+    ("answers", "a drive has its answer ready after 1 ms",
+     ("guess: not measured on CAN; with RS485 up to 700 in motion (riccardi-samuele/mks-servo, "
+      "test report, 6.5)")),
+    ("boots", "150 ms after a restart a drive holds and answers again",
+     f"guess: {_UNKNOWN}; a fast restart is harder to notice"),
+    ("stalls", "a drive reports a stall at a following error of a tenth of a turn",
+     f"guess: {_UNKNOWN}"),
+    ("starts_once", "a synchronous start ends the storing of motions",
+     f"guess: {_MANUALS} do not say (4A, 4B)"),
+    ("own_frames", "only frames to a drive itself feed its watchdog",
+     "guess: the manual 1.0.9 does not say (98)"),
     ("silent_restart",
      "a drive restarts without a message, counts from a new zero, and obeys the next order",
      "guess: no known manual or program has a boot message or heartbeat"),

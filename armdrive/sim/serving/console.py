@@ -9,13 +9,14 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import (
     HasPendant,
     SimDevice,
-    lacks,
+    able,
     state_json,
     state_line,
 )
@@ -69,17 +70,13 @@ def _state(console: Console, _: list[str]) -> ConsoleAnswer:
 
 
 def _key(console: Console, words: list[str]) -> ConsoleAnswer:
-    board = console.device.board
-    if not isinstance(board, HasPendant):
-        raise lacks(board, "pendant")
+    board: HasPendant = able(console.device.board, HasPendant, "pendant")
     board.press_named(words[0])
     return ConsoleAnswer(f"pressed {words[0].upper()}")
 
 
 def _return(console: Console, _: list[str]) -> ConsoleAnswer:
-    board = console.device.board
-    if not isinstance(board, HasPendant):
-        raise lacks(board, "pendant that takes control")
+    board: HasPendant = able(console.device.board, HasPendant, "pendant that takes control")
     if board.return_control():
         return ConsoleAnswer("the host has control again")
     raise BadRequest("the pendant has no control to give back: the host has not sent @SET")
@@ -144,9 +141,7 @@ def _faults(console: Console, _: list[str]) -> ConsoleAnswer:
 
 def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
     """Connect only some drives to the bus, because commissioning handles one at a time."""
-    board = console.device.board
-    if not isinstance(board, DrivesBoard):
-        raise lacks(board, "drives on a bus")
+    board: DrivesBoard[Any] = able(console.device.board, DrivesBoard, "drives on a bus")
     names = [motor.name for motor in board.world.body.transmission.motors]
     numbers = {"all": [*range(1, len(names) + 1)], "none": []}.get(words[0].lower())
     if numbers is None:

@@ -15,7 +15,15 @@ from collections.abc import Iterable, Sequence
 from itertools import islice
 
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes, made_of
-from armdrive.sim.world.body import ArmBody, Play, found_posture, sagged
+from armdrive.sim.world.body import (
+    MOST_FORCE_N,
+    OPENING_STOP_MM,
+    SWITCH_FORCE_N,
+    ArmBody,
+    Play,
+    found_posture,
+    sagged,
+)
 from armdrive.sim.world.table import (
     TABLE_TOLERANCE_MM,
     GripScene,
@@ -67,7 +75,7 @@ class World:
         self._stops = self.body.stops
         self._sample_steps = self.body.sample_steps
         self._has_gripper = self.body.transmission.has_gripper
-        self._most_squeeze_mm = self.body.squeeze_mm(self.body.most_force_n)
+        self._most_squeeze_mm = self.body.squeeze_mm(MOST_FORCE_N)
         self._blocked: set[str] = set()
         self._observe()
         self.scene = GripScene(tip=self.tip, opening_mm=self._pull_mm, stand=stand)
@@ -114,7 +122,7 @@ class World:
     @property
     def grip_switch(self) -> bool:
         """Whether the grip switch has tripped."""
-        return self.grip_force_n >= self.body.switch_force_n - _ROUNDING
+        return self.grip_force_n >= SWITCH_FORCE_N - _ROUNDING
 
     def put(self, block: TableBlock) -> TableBlock:
         """Put a block down; return where it came to rest, possibly on other blocks."""
@@ -132,7 +140,7 @@ class World:
         """Return the steps that close the fingers until the switch trips; 0 if it has."""
         if self.grip_switch or not self._has_gripper:
             return Motors((0,) * len(self._motors))
-        squeeze_mm = self.body.squeeze_mm(self.body.switch_force_n)
+        squeeze_mm = self.body.squeeze_mm(SWITCH_FORCE_N)
         return self._gripper_steps(self.scene.contact_mm - squeeze_mm)
 
     def drive(self, steps: Sequence[int], time_s: float = 0.0) -> None:
@@ -171,7 +179,7 @@ class World:
 
         A block between the fingers keeps them apart.
         """
-        self._fingers_mm = min(max(opening_mm, 0.0), self.body.opening_stop_mm)
+        self._fingers_mm = min(max(opening_mm, 0.0), OPENING_STOP_MM)
         self.force((0,) * len(self._motors), time_s)
 
     def cut_current(self, time_s: float = 0.0) -> None:
@@ -227,7 +235,7 @@ class World:
     def _stop_fingers(self, time_s: float) -> None:
         """Keep the fingers between their widest opening and the motor's greatest pull."""
         tightest = self.scene.contact_mm - self._most_squeeze_mm
-        bound = min(max(self._pull_mm, tightest), self.body.opening_stop_mm)
+        bound = min(max(self._pull_mm, tightest), OPENING_STOP_MM)
         if bound == self._pull_mm:
             self._blocked.discard("gripper")
             return

@@ -16,7 +16,14 @@ from kinematics.presets import POUND_FORCE_N, ArmModel, Reference
 from kinematics.spaces import Joints, Motors
 from kinematics.transmission import MotorSpec, Transmission
 
-_BEYOND_RANGE_RAD = math.radians(3.0)
+STOP_MARGIN_RAD = math.radians(3.0)
+"""How far beyond its stated range a joint meets its mechanical stop."""
+OPENING_STOP_MM = 78.0
+"""The widest opening of the fingers."""
+SWITCH_FORCE_N = POUND_FORCE_N / 2
+"""At which the grip switch trips: a guess, the makers do not say."""
+MOST_FORCE_N = 35.0
+"""Beyond this grip force the gripper's motor loses steps."""
 SAMPLE_STEPS = 72
 """Motion is sampled every time a motor has made this many steps: some 30 mm at full reach."""
 _SAMPLES_PER_RAD = 17
@@ -27,24 +34,17 @@ _SAMPLES_PER_RAD = 17
 class ArmBody:
     """The physical properties of a simulated arm.
 
-    `stop_margin_rad` is how far beyond its stated range a joint meets its mechanical stop, and
-    `opening_stop_mm` is the widest opening of the fingers. The grip switch trips at
-    `switch_force_n` (not documented by the makers, hence a setting); beyond `most_force_n` the
-    gripper's motor loses steps. `stalls` lists, for each joint, the motors that lose steps when it
-    is at its stop. `reference` is the posture from which the arm counts its steps, if known. `play`
-    is the backlash of each motor's drive train in steps, empty for none.
+    `stalls` lists, for each joint, the motors that lose steps when it is at its stop. `reference`
+    is the posture from which the arm counts its steps, if known. `play` is the backlash of each
+    motor's drive train in steps, empty for none.
     """
 
     key: str
     arm: ArmGeometry
     transmission: Transmission
-    grip_steps_per_n: float = 32.0 / POUND_FORCE_N
-    switch_force_n: float = POUND_FORCE_N / 2
-    most_force_n: float = 35.0
-    opening_stop_mm: float = 78.0
-    stop_margin_rad: float = _BEYOND_RANGE_RAD
-    stalls: tuple[tuple[int, ...], ...] = ((0,), (1,), (2,), (3, 4), (3, 4))
-    reference: Reference | None = None
+    grip_steps_per_n: float
+    stalls: tuple[tuple[int, ...], ...]
+    reference: Reference | None
     play: tuple[int, ...] = ()
 
     @classmethod
@@ -68,9 +68,9 @@ class ArmBody:
     @property
     def stops(self) -> tuple[JointRange, ...]:
         """The mechanical stops of each joint."""
-        margin = self.stop_margin_rad
         return tuple(
-            JointRange(limit.low_rad - margin, limit.high_rad + margin) for limit in self.arm.limits
+            JointRange(limit.low_rad - STOP_MARGIN_RAD, limit.high_rad + STOP_MARGIN_RAD)
+            for limit in self.arm.limits
         )
 
     @property

@@ -7,7 +7,14 @@ import pytest
 from can_setup_bench import READING, Bench
 from canopen_nodes import NAME, Device, NodesBus
 
-from armdrive.dialects.bus.tools import Answers, Listened, frame_scripts, listen
+from armdrive.dialects.bus.tools import (
+    Answers,
+    Listened,
+    Survey,
+    frame_scripts,
+    listen,
+    of_nobody,
+)
 from armdrive.dialects.cia402 import survey as canopen
 from armdrive.dialects.cia402.survey import (
     QUESTIONS,
@@ -18,7 +25,6 @@ from armdrive.dialects.cia402.survey import (
     seen_nodes,
 )
 from armdrive.dialects.mks import survey as mks
-from armdrive.dialects.mks.survey import Survey
 from armdrive.dialog.conversation import Grade, any_problem
 from armdrive.errors import BadRequest
 from armdrive.setup import prober
@@ -100,7 +106,7 @@ def test_nothing_but_objects_are_read_and_everybody_is_found():
     bus = NodesBus(*(drive(number) for number in (1, 2, 5)))
     before = [each.store.value(POSITION) for each in bus.devices]
     found = survey(bus)
-    assert found.there == (1, 2, 5)
+    assert canopen.there(found) == (1, 2, 5)
     assert {each.can_id & 0x780 for each in bus.said} == {0x600}
     assert {each.data[0] for each in bus.said} <= {0x40, 0x60, 0x70}  # uploads, segments of them
     assert [each.store.value(POSITION) for each in bus.devices] == before
@@ -169,7 +175,7 @@ def test_nodes_that_were_only_heard_are_told_with_what_they_say():
     bus = NodesBus(Device(9, NodeState.STOPPED))
     found = survey(bus, (1,), heard)
     assert found.asked == (1, 9, 20)
-    assert found.there == ()
+    assert canopen.there(found) == ()
     said = words(canopen.of_answers(found, BusHealth()))
     assert "problem node 9: stopped (NMT)" in said
     assert "problem node 20: sends heartbeats, but answers no question" in said
@@ -312,7 +318,7 @@ def test_an_arm_files_drives_are_compared_with_who_answers():
     assert "problem node 2 of the arm file is not a CiA 402 drive (CiA 401, an I/O module)" in said
     assert "cia402.ids" in said
     assert not canopen.of_arm((1,), found)
-    said = words(can_findings.of_arm((1, 3), found.there, "bench", "cia402"))
+    said = words(can_findings.of_arm((1, 3), canopen.there(found), "bench", "cia402"))
     assert "the arm file's drives 3 do not answer" in said
     assert "can setup" not in said
     assert "drives 2 answer that are not in the arm file's cia402.ids" in said
@@ -353,11 +359,11 @@ def test_nothing_but_readings_is_ever_sent_and_everybody_is_found():
     on = bus_bench()
     motors, flashes = on.twin.world.motors, on.flashes()
     found = on.survey()
-    assert [each.node for each in found.drives] == [1, 2, 3, 4, 5, 6]
+    assert [each.node for each in found.nodes] == [1, 2, 3, 4, 5, 6]
     assert on.codes() <= READING
     assert on.flashes() == flashes
     assert on.twin.world.motors == motors
-    assert not any(each.doubled or each.missed for each in found.drives)
+    assert not any(each.doubled or each.missed for each in found.nodes)
     told = words(mks.of_answers(found, BusHealth()))
     assert "of the ids 1 to 16 these answer: 1, 2, 3, 4, 5, 6" in told
     assert "problem" not in told
@@ -381,16 +387,16 @@ def test_two_drives_with_one_id_are_reported_and_a_late_answer_is_not():
     on = bus_bench(keeps_angle=True)
     on.device.board.set_id(4, 2)
     found = on.survey((1, 2))
-    assert [each.doubled for each in found.drives] == [False, True]
+    assert [each.doubled for each in found.nodes] == [False, True]
     assert "two drives have this id" in words(mks.of_answers(found, BusHealth()))
     late = bus_bench()
     late.twin.faults.add("duplicate", 0.02, seed=3)
-    assert not any(each.doubled for each in late.survey((1, 2, 3)).drives)
+    assert not any(each.doubled for each in late.survey((1, 2, 3)).nodes)
 
 
 def test_who_answers_for_mks_drives_is_compared_with_the_arm_file():
     on = bus_bench()
-    there = [each.node for each in on.survey().drives]
+    there = [each.node for each in on.survey().nodes]
     assert "and no other" in words(can_findings.of_arm((1, 2, 3, 4, 5, 6), there, "bench"))
     told = words(can_findings.of_arm((2, 3, 4, 5, 6, 7), there, "bench"))
     assert "the arm file's drives 7 do not answer" in told
@@ -426,7 +432,7 @@ def test_old_firmware_is_reported_as_far_as_it_is_known():
     ],
 )
 def test_causes_of_silence_are_distinguished_as_far_as_possible(health, what, grade):
-    (finding,) = mks.of_answers(Survey(asked=(1, 2, 3)), health)
+    finding = of_nobody((1, 2, 3), health)
     assert what in finding.what
     assert finding.grade is grade
     assert "--every-rate" in finding.mend
@@ -446,11 +452,11 @@ def test_answers_that_get_lost_point_to_the_wiring():
     on = bus_bench()
     on.twin.faults.add("drop", 0.2, seed=5)
     found = on.survey((1, 2, 3))
-    assert found.drives
-    missed = sum(each.missed for each in found.drives)
+    assert found.nodes
+    missed = sum(each.missed for each in found.nodes)
     told = words(mks.of_answers(found, BusHealth(error_frames=2)))
     assert f"problem {counted(missed, 'answer')} came only after a second question" in told
-    late = Survey(drives=(replace(found.drives[0], missed=1),))
+    late = Survey(nodes=(replace(found.nodes[0], missed=1),))
     told = words(mks.of_answers(late, BusHealth()))
     assert "note 1 answer came only after a second question, 0 frames were unreadable" in told
     assert "busy computer" in told

@@ -137,12 +137,6 @@ def test_a_world_of_another_dialect_is_refused():
         simulate(simulated_config("teachmover"), saved)
 
 
-def test_a_world_from_before_there_were_dialects_is_a_teachmovers():
-    saved = simulate(simulated_config("teachmover")).save()
-    del saved["dialect"]
-    assert simulate(simulated_config("teachmover"), saved).save()["dialect"] == "teachmover"
-
-
 def test_a_dialect_without_a_device_is_refused_with_the_nearest():
     with pytest.raises(BadRequest, match="did you mean 'teachmover'"):
         simulated_kind("teachmoover")
@@ -155,19 +149,15 @@ SETTINGS = [
     ("armdroid", {"speed_error": -2.0}, "speed_error"),
     ("armdroid", {"greet": 1}, "greets"),
     ("armdroid", {"room_bytes": -5}, "room_bytes must be at least 1"),
-    ("teachmover", {"delay_unit_s": -1.0}, "delay_unit_s must be at least 0"),
     ("grbl", {"firmware": "marlin"}, "grblhal"),
     ("grbl", {"coast": -1.0}, "coast"),
     ("mks", {"firmware": "1.0"}, "1.0.9"),
     ("mks", {"firmware": "1.0.6+1.0.9"}, "6 of them"),
     ("mks", {"bitrate": 9600}, "125000"),
-    ("mks", {"answer_ms": -1.0}, "answer_ms"),
-    ("mks", {"stall_turns": 0.0}, "stall_turns"),
+    ("mks", {"flash_ms": -1.0}, "flash_ms must be from 0 to 1000"),
     ("cia402", {"bitrate": 123}, "bitrate"),
     ("cia402", {"missing": "60C"}, "missing"),
     ("cia402", {"profile": -1}, "profile"),
-    ("cia402", {"answer_ms": -1.0}, "answer_ms"),
-    ("cia402", {"boot_s": 0.0}, "boot_s"),
     ("cia402", {"missing": "608F"}, "608F"),
 ]
 

@@ -46,13 +46,13 @@ class TutorBoard(Board):
                 case Move(rate_hz, steps):
                     self.drive.start(steps, rate_hz, self.now_s)
                 case Where():
-                    self.shared.outgoing += self._device.send(Positions(tuple(self.registers)))
+                    self.outgoing += self._device.send(Positions(tuple(self.registers)))
                 case _:
-                    self.shared.outgoing += self._device.send(Failed())
+                    self.outgoing += self._device.send(Failed())
 
     def motion_ended(self) -> None:
         """Answer the command that moved the arm."""
-        self.shared.outgoing += self._device.send(Ok())
+        self.outgoing += self._device.send(Ok())
         self._serve()
 
     def boot(self) -> None:

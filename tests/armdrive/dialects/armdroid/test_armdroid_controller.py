@@ -310,7 +310,7 @@ def test_a_welcome_between_two_bursts_ends_a_motion():
     arm = driven(CONFIG)
     arm.move_j(base_deg=20, wait=False)
     arm.sleep(0.6)
-    arm.twin.board.shared.outgoing += b"Welcome, Armdroid!\r\n"
+    arm.twin.board.outgoing += b"Welcome, Armdroid!\r\n"
     arm.sleep(4.0)
     assert arm.status.state is State.ERROR_STOP
     assert "Welcome" in arm.status.error

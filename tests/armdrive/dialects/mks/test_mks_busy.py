@@ -259,7 +259,7 @@ def test_a_failed_report_next_to_a_new_target_belongs_to_the_old_one():
     bench.begin(along(straight(10, WAY)))
     bench.run(0.3)
     node = bench.node(2)
-    bench.say(node.sim.device.tell(node.sim.motion.under_way, Outcome.FAILED))
+    bench.say(pack(node.sim.device.tell(node.sim.motion.under_way, Outcome.FAILED)))
     assert isinstance(bench.finish(), Done)
     assert not oddities(bench)
     asked_s = [at_s for at_s, frame in bench.sent if frame.data[0] == Code.STALL]

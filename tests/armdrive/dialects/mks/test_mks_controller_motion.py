@@ -37,6 +37,7 @@ from armdrive.tasks import (
     Timeout,
 )
 from firmware_protocol import mks
+from firmware_protocol.frames import pack
 from kinematics import Motors
 
 FAST = (6000, -3000, 1500, 0, 700, 20)
@@ -238,7 +239,7 @@ def reach_a_switch(bench):
     sim = bench.node(1).sim
     asked = sim.motion.under_way
     sim.motion.halt(bench.now_s)
-    bench.say(*[sim.device.tell(asked, mks.Outcome.LIMIT_STOP)])
+    bench.say(pack(sim.device.tell(asked, mks.Outcome.LIMIT_STOP)))
 
 
 FAULTS = {

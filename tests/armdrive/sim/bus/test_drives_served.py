@@ -119,6 +119,17 @@ def test_drives_are_plugged_in_and_pulled_one_by_one(served):
 
 
 @needs_pty
+def test_both_adapters_of_a_bus_are_pulled_and_put_back(tmp_path):
+    paths = [tmp_path / "can0", tmp_path / "can1"]
+    server = make_server(slcan=paths[0], beside=paths[1])
+    server.close()
+    assert not any(path.is_symlink() for path in paths)
+    server.open()
+    assert all(path.is_symlink() for path in paths)
+    server.close()
+
+
+@needs_pty
 def test_python_can_asks_a_drive_and_the_console_steers_it(tmp_path):
     served = ServedDrives("cia402", tmp_path / "can0")
     try:

@@ -352,15 +352,6 @@ class TestPdos:
 
 
 class TestFaults:
-    def test_a_mute_drive_obeys(self, bench):
-        bench.set_up(1, 2)
-        bench.enable(1, 2)
-        bench.twin.faults.add("drive-mute", "1")
-        for node in (1, 2):
-            bench.order(node, ENABLE, CSP, 100)
-        assert set(bench.sync(0.05)) == {2}
-        assert bench.device.registers[:2] == (100, 100)
-
     def test_a_drive_with_another_id_begins_to_talk_anew(self, bench):
         bench.write(2, canopen.HEARTBEAT_REACTION, 0)
         bench.set_up(1, 2)
@@ -374,13 +365,6 @@ class TestFaults:
         assert beats(bench.run(0.1), 2) == [canopen.NodeState.BOOTING]
         with pytest.raises(BadRequest, match="1 to 127"):
             bench.board.set_id(0, 128)
-
-    def test_two_of_one_id_are_heard_as_one_or_both(self, bench):
-        bench.board.set_id(1, 1)
-        bench.run(0.1)
-        bench.board.nodes[1].motor.zero -= 5
-        heard = bench.tell(Frame(0x601, bytes.fromhex("4064600000000000")), 0.1)
-        assert len([frame for frame in heard if frame.can_id == 0x581]) == 2
 
     def test_somebody_changes_a_mode_until_the_next_order(self, bench):
         bench.set_up(1)

@@ -381,44 +381,6 @@ def test_the_watchdog_of_a_motion_that_is_never_done_is_due_no_more(timeout_ms):
 # -- Faults ----------------------------------------------------------------------------------------
 
 
-class TestFrames:
-    @pytest.mark.parametrize("side", ["host", "device"])
-    def test_one_is_lost(self, bench, side):
-        bench.twin.faults.add("drop", "next", side=side)
-        assert bench.ask(1, mks.ReadEncoder()) == []
-        assert bench.counts(2) == 0
-
-    def test_a_share_of_them_is_lost(self, bench):
-        bench.twin.faults.add("drop", 0.3, side="host", seed=1)
-        answered = 0
-        for _ in range(100):
-            answered += bool(bench.ask(1, mks.ReadEncoder()))
-            bench.host.forget(1)
-        assert 55 < answered < 85
-
-    def test_one_comes_twice(self, bench):
-        bench.twin.faults.add("duplicate", "next", side="device")
-        assert said(bench.ask(1, mks.ReadEncoder())) == [mks.Answered, mks.Stray]
-        bench.twin.faults.add("duplicate", "next", side="host")
-        assert said(bench.ask(1, mks.ReadState())) == [mks.Answered, mks.Stray]
-
-    def test_one_comes_late(self, bench):
-        bench.twin.faults.add("delay", 0.5, "next", side="device")
-        assert bench.ask(1, mks.ReadEncoder(), 0.4) == []
-        assert said(bench.run(0.2)) == [mks.Answered]
-
-    def test_one_is_overtaken(self, bench):
-        bench.twin.faults.add("overtake", "next", side="device")
-        bench.send(1, mks.ReadState())
-        bench.send(2, mks.ReadInputs())
-        assert [event.node for event in bench.run()] == [2, 1]
-        assert [event.node for event in bench.ask(3, mks.ReadState())] == [3]
-
-    def test_a_spoilt_one_is_lost_by_its_crc(self, bench):
-        bench.twin.faults.add("corrupt", "next", side="device")
-        assert bench.ask(1, mks.ReadEncoder()) == []
-
-
 class TestDrives:
     def test_a_mute_one_obeys(self, bench):
         bench.twin.faults.add("drive-mute", 2)
@@ -523,14 +485,6 @@ class TestAdapter:
         bench.host.forget(1)
         assert bench.twin.faults.active == ()
         assert bench.counts(1) == TURN
-
-    def test_unplugged_and_plugged_in_again(self, bench):
-        bench.twin.faults.add("unplug", after_s=0.1, for_s=0.2)
-        with pytest.raises(LinkLost, match="unplugged"):
-            bench.run(0.2)
-        bench.link.line.advance(0.5)
-        bench.now_s = 0.5
-        assert bench.counts(1) == 0
 
     def test_alone_nobody_hears_anybody(self, bench):
         bench.twin.faults.add("alone", for_s=1.0)

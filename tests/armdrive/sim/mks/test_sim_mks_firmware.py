@@ -128,14 +128,12 @@ class TestSynchronousStart:
         assert bench.ask(mks.BROADCAST, mks.GoSynchronous(), 1.0) == []
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))) == [mks.Started, mks.Done]
 
-    @pytest.mark.parametrize("stays", [False, True])
-    def test_whether_it_stores_after_a_start_is_a_setting(self, stays):
-        bench = Bench(stays_armed=stays)
+    def test_a_start_ends_the_storing(self):
+        bench = Bench()
         bench.ask(1, mks.ArmSynchronous(True))
         bench.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))
         bench.ask(mks.BROADCAST, mks.GoSynchronous())
-        kind = said(bench.ask(1, mks.MoveAbsoluteAxis(20, 60, 0)))[0]
-        assert kind is (mks.StoredForStart if stays else mks.Started)
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(20, 60, 0)))[0] is mks.Started
 
     def test_a_stop_is_not_stored_and_ends_what_is(self):
         bench = Bench()
@@ -166,22 +164,14 @@ class TestWatchdog:
         assert node.motion.watchdog_stops == 1
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 240), 0.1)) == [mks.Started]
 
-    def test_whatever_comes_feeds_it(self):
+    @pytest.mark.parametrize(("node", "fed"), [(1, True), (2, False)])
+    def test_only_frames_to_a_drive_itself_feed_it(self, node, fed):
         bench = Bench()
         bench.ask(1, mks.SilenceWatchdog(200))
         bench.send(1, mks.RunAtSpeed(60, 250))
         for _ in range(10):
-            bench.ask(1, mks.ReadEncoder(), 0.15)
-        assert bench.state(1) is mks.MotorState.FULL_SPEED
-
-    @pytest.mark.parametrize("hears_all", [False, True])
-    def test_whether_frames_to_others_feed_it_is_a_setting(self, hears_all):
-        bench = Bench(watchdog_hears_all=hears_all)
-        bench.ask(1, mks.SilenceWatchdog(200))
-        bench.send(1, mks.RunAtSpeed(60, 250))
-        for _ in range(10):
-            bench.ask(2, mks.ReadEncoder(), 0.15)
-        assert (bench.board.nodes[0].motion.watchdog_stops == 0) is hears_all
+            bench.ask(node, mks.ReadEncoder(), 0.15)
+        assert (bench.board.nodes[0].motion.watchdog_stops == 0) is fed
 
     def test_it_is_off_unless_somebody_switches_it_on(self):
         bench = Bench()

@@ -82,17 +82,12 @@ class TestSteps:
         assert registers(bench) == (0,) * 6
         assert bench.device.world.motors - before == (30, 0, 0, 0, 0, 0)
 
-    @pytest.mark.parametrize("keeps", [False, True])
-    def test_what_is_sent_during_a_motion_is_lost_unless_the_arm_keeps_it(self, keeps):
-        bench = TeachMoverBench(
-            TeachMoverBoard(settings=TwinSettings(keeps_input_while_moving=keeps))
-        )
+    def test_what_is_sent_during_a_motion_is_lost(self, bench):
         bench.begin(STEP)
         bench.pass_time(0.1)
         bench.link.write(b"@READ\r", bench.now_s)
-        said = bench.pass_time(2.0)
-        assert said.count(b"\r") == (3 if keeps else 1)
-        assert bench.board.lost_bytes == (0 if keeps else 6)
+        assert bench.pass_time(2.0).count(b"\r") == 1
+        assert bench.board.lost_bytes == 6
 
 
 class TestCommands:

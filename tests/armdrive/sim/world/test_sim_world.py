@@ -14,7 +14,7 @@ from armdrive.sim.device import SimDevice
 from armdrive.sim.simulated_arm import recalled
 from armdrive.sim.teachmover import TeachMoverBoard
 from armdrive.sim.world import World
-from armdrive.sim.world.body import ArmBody
+from armdrive.sim.world.body import MOST_FORCE_N, OPENING_STOP_MM, ArmBody
 from armdrive.sim.world.saved import world_from_json, world_to_json
 from armdrive.sim.world.table import IncidentKind, TableBlock
 from firmware_protocol.teachmover import Key, ProgramRow, QWrite, Step
@@ -67,8 +67,8 @@ class TestMotorsAndStops:
         world.drive(steps)
         for angle, stop in zip(world.joints, world.body.stops, strict=True):
             assert stop.low_rad - 0.02 <= angle <= stop.high_rad + 0.02
-        assert 0.0 <= world.opening_mm <= world.body.opening_stop_mm + 1e-9
-        assert world.grip_force_n <= world.body.most_force_n + 1e-9
+        assert 0.0 <= world.opening_mm <= OPENING_STOP_MM + 1e-9
+        assert world.grip_force_n <= MOST_FORCE_N + 1e-9
 
     def test_driving_into_the_table_is_an_incident(self):
         world = World()
@@ -176,7 +176,7 @@ class TestFingers:
     def test_fingers_open_no_wider_than_they_can(self):
         world = World()
         world.drive((0, 0, 0, 0, 0, 3000))
-        assert world.opening_mm == pytest.approx(world.body.opening_stop_mm, abs=0.1)
+        assert world.opening_mm == pytest.approx(OPENING_STOP_MM, abs=0.1)
         assert kinds(world) == [IncidentKind.STOP]
 
     def test_fingers_that_close_beside_a_block_find_nothing(self):
@@ -311,7 +311,7 @@ class TestFingersOfAServo:
 
     def test_they_open_no_wider_than_they_can(self, world):
         world.move_fingers(500)
-        assert world.opening_mm == world.body.opening_stop_mm
+        assert world.opening_mm == OPENING_STOP_MM
 
 
 # -- Saved worlds ----------------------------------------------------------------------------------
@@ -356,7 +356,7 @@ def test_a_device_comes_back_with_what_it_knew():
     again = recalled(saved, TeachMoverBoard, BODY)
     assert again.registers == (12, 0, 0, 0, 0, 0)
     known = again.board
-    assert (known.key, known.outputs, known.shared.inputs_set) == (Key.FREE, 9, 32)
+    assert (known.key, known.outputs, known.inputs_set) == (Key.FREE, 9, 32)
     assert known.memory.rows == bench.board.memory.rows
     assert again.to_json() == saved
 
