@@ -272,7 +272,7 @@ class ProfileMotion:
         if self.lead.io.stop_asked:
             return Halted()
         for drive, part in parts.items():
-            speed, slope = (each * drive.speed_unit_hz for each in (part.speed, part.slope))
+            speed, slope = part.speed * drive.speed_unit_hz, part.slope * drive.ramp_unit_hz_s
             drive.shaft.order(part.goal, speed, slope, self.lead.io.now_s)
         self.under_way = tuple(parts)
         lasts_s = self.limits.lasts_s(steps.largest, rate_hz)
@@ -285,7 +285,7 @@ class ProfileMotion:
 
     def _part(self, drive: Cia402Drive, count: int, share: float, rate_hz: float) -> BurstPart:
         speed, slope = share * min(rate_hz, TOP_HZ), share * self.limits.ramp_hz_s
-        return BurstPart(drive.shaft.goal + count, drive.units(speed), drive.units(slope))
+        return BurstPart(drive.shaft.goal + count, drive.speed(speed), drive.ramp(slope))
 
     def _send_goals(self) -> float:
         """Send the drives their set-points."""
@@ -374,7 +374,7 @@ class Cia402Homing:
         places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
         for place, speed in zip(places, self.lead.io.settings.homing_speeds, strict=True):
             if speed:
-                jobs.append(canopen.Write(place, canopen.DataType.U32, drive.units(speed)))
+                jobs.append(canopen.Write(place, canopen.DataType.U32, drive.speed(speed)))
         return tuple(jobs)
 
     def _send_search(self) -> float:

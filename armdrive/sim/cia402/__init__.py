@@ -133,6 +133,11 @@ QUIRKS: tuple[Quirk, ...] = (
           "makers differ: SEW-EURODRIVE (MOVI-C, EtherCAT) can hold the set-point; "
           "STOBER (CiA 402 Controller Based, ID 442454.02, section 2.4) extrapolates "
           "up to I423, then faults", ("hold", "extrapolate")),
+    Quirk("speed_unit", 0.0, "increments/s that a unit of speed is; 0: what 60A9 tells, or 1",
+          "makers differ: rpm (Roboteq, CANBus Networking Manual, 0x6081), 65536ths of increments "
+          "in a period (Technosoft's iPOS, in roboticslab-uc3m/yarp-devices)", most=1e6),
+    Quirk("ramp_unit", 0.0, "increments/s² that a unit of ramps is; 0: the unit of speed, a second",
+          "makers differ: tenths of rpm/s (Roboteq, CANBus Networking Manual, 0x6083)", most=1e6),
     Quirk("limits", False, "a drive that runs into a pressed limit switch does a quick stop",
           "the profile leaves it to the maker"),
     Quirk("keeps_position", False, "after power-on drives have their old position instead of 0",
