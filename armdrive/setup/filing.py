@@ -9,6 +9,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.config.write import MEANINGS
@@ -360,6 +361,13 @@ def commissioned(
         *directions,
     ]
     return amended(text, found)
+
+
+def propose_keys(path: Path, table: str, keys: Mapping[str, Any], why: str) -> FileProposal:
+    """Return the arm file with these keys of one of its tables, which get a comment."""
+    before = _text(path)
+    changes = [Change((table, key), value, why) for key, value in keys.items()]
+    return FileProposal(path, before, amended(before, changes))
 
 
 def propose_drives(

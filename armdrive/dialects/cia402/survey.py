@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from statistics import median
 from types import MappingProxyType
+from typing import Any
 
 from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
@@ -34,10 +36,12 @@ from armdrive.dialects.cia402.objects import (
     register_words,
     state_words,
 )
+from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenFrameDescriber
 from armdrive.dialects.exchange import Script
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.errors.printable import command_line
+from armdrive.tasks import MeasuredUnits
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen.drives import (
     DriveState,
@@ -454,6 +458,29 @@ def survey_nodes(io: FrameIO, ids: Sequence[int], heard: SeenNodes) -> Script[Fr
     )
 
 
+ALIKE = 0.1
+"""The measured units of drives of one kind differ by at most this share (Lely's stack: 6 %)."""
+
+
+def measured_units(device: Cia402Settings, found: Sequence[MeasuredUnits]) -> dict[str, Any]:
+    """Return the keys of [cia402] for measured units; none where every drive tells its own."""
+    speeds = _alike([0.0 if each.told else each.speed_hz for each in found])
+    ramps = _alike([0.0 if each.told else each.ramp_hz_s for each in found])
+    if not any(speeds) and not device.speed_units and not device.ramp_units:
+        return {}
+    return {"speed_units": speeds, "ramp_units": ramps}
+
+
+def _alike(units: list[float]) -> list[float]:
+    """Return the units, or their median for all if they differ by what measuring leaves open."""
+    middle = median(units)
+    return (
+        [middle] * len(units)
+        if all(abs(each - middle) <= ALIKE * middle for each in units)
+        else units
+    )
+
+
 BUS = BusTools(
     name="canopen",
     dialect="cia402",
@@ -465,6 +492,7 @@ BUS = BusTools(
     harmless=True,
     leaves_free=NODE_MAX,
     next=("config", "new", "NAME", "--template", "minimover5-cia402"),
+    units=measured_units,
 )
 """CANopen on a bus. Reading objects by SDO does nothing to MKS drives with any ids."""
 

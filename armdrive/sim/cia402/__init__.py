@@ -81,9 +81,10 @@ def _numbers(config: ArmConfig, count: int) -> tuple[int, ...]:
 def _objects(options: Options) -> Dictionary:
     """Return every drive's objects: those of its EDS, changed by the options."""
     missing, profile = options.text("missing"), options.whole("profile")
+    new = ("60A9",) if options.flag("factory") else ()
     if missing and not _INDICES.fullmatch(missing):
         raise BadRequest(f'missing is written "60C2", or as more joined by +, not {missing!r}')
-    indices = frozenset(int(word, 16) for word in missing.split("+") if word)
+    indices = frozenset(int(word, 16) for word in (*missing.split("+"), *new) if word)
     kind = dictionary().find(canopen.DEVICE_TYPE)
     high = 0 if kind is None else int(kind.default or 0) & ~0xFFFF
     changed: dict[Place, int] = {
@@ -176,6 +177,7 @@ KIND = SimDeviceKind(
     make=_make,
     options=(
         Option("bitrate", 500_000, "bits a second of the drives and their bus", BITRATES),
+        Option("factory", False, "drives as many are sold: they count speeds in rpm, without 60A9"),
         Option("csp", True, "drives have cyclic synchronous position; else profile position alone"),
         Option("homing", True, "drives can home by themselves"),
         Option(

@@ -147,7 +147,8 @@ class Cia402Motion:
         """The unit of speeds: that of the options, or the one in 60A9, or one increment/s."""
         if unit_hz := self._quirks.number("speed_unit"):
             return unit_hz
-        word = self._objects.number_of(canopen.SPEED_UNIT, canopen.INCREMENTS_A_SECOND)
+        usual = canopen.RPM if self._quirks.flag("factory") else canopen.INCREMENTS_A_SECOND
+        word = self._objects.number_of(canopen.SPEED_UNIT, usual)
         per_turn = self._objects.number_of(canopen.ENCODER_INCREMENTS, 10_000)
         return canopen.speed_unit_hz(word, per_turn) or 1.0
 
