@@ -321,7 +321,8 @@ def _measure(
         require_writable(path.parent)  # before a person works for nothing
         port = options.port or _known_port(config) or chosen_port()
         with _opened(config, port) as link:
-            found = _measured(link, RealClock(), TerminalPerson(command), config, bus)
+            clock = dialog_runner.RealClock()
+            found = _measured(link, clock, TerminalPerson(command), config, bus)
     if not found:
         return Result({"arm": config.name, "units": {}}, (), UNFINISHED)
     keys = units(config.device, found)
@@ -329,7 +330,10 @@ def _measure(
     view = {"arm": config.name, "units": dict(keys), "lines": list(proposal.difference)}
     if simulated:
         return Result(view, proposal.difference)
-    say_lines("\n".join(proposal.difference) or "The drives tell this by themselves.")
+    say_lines(
+        "\n".join(proposal.difference)
+        or "Nothing to write: the arm file or the drives say so already."
+    )
     if proposal.differs and agree(f"Write this to {path}?", "no leaves it unchanged.", "yes"):
         proposal.write()
         say(f"written: {path}")
