@@ -149,7 +149,7 @@ class UnitMeasurement:
         return speed_hz, ramp_hz_s
 
     def _speed_hz(self, drive: Cia402Drive, start: int, steps: int) -> Script[float]:
-        number, goal, track = 1, start + min(SHORT, steps), Track(())
+        number, goal = 1, start + min(SHORT, steps)
         while True:
             tried = yield from self._turn(drive, BurstPart(goal, number, STEEP), TRY_S)
             if tried.way >= min(ENOUGH, steps):

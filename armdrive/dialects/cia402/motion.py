@@ -131,7 +131,7 @@ class CyclicMotion:
     """The present speed of the busiest motor."""
     shown_s: float = -math.inf
     short_s: dict[Cia402Drive, float] = field(default_factory=dict)
-    """Since when, in listened time, each drive stands short of its target."""
+    """When each drive was first read short of its target, where it stands."""
 
     def drive(self, request: MoveAlong) -> Script[Reply]:
         """Send targets along segments, until the end or until something stops the drives."""
@@ -188,15 +188,15 @@ class CyclicMotion:
         """Return TROUBLE if a drive stands short of its target for longer than it may settle.
 
         Its shaft is blocked, and would spring to the target when it comes free. One that has turned
-        meanwhile is not: on a slow bus, each reading is of the time before the last target.
+        meanwhile is not: on a slow bus, each reading is of the time before the last target. What
+        counts is the time between two readings, which passes for a drive however late they come.
         """
-        listened_s = self.lead.io.listened.s
         for drive in self.lead.io.group.drives:
             if not self.lead.stands_short(drive):
                 self.short_s.pop(drive, None)
                 continue
-            since_s = self.short_s.setdefault(drive, listened_s)
-            if listened_s > since_s + SETTLE_S and self.lead.still_s(drive) > SETTLE_S:
+            since_s = max(self.short_s.setdefault(drive, drive.shaft.read_s), drive.still_s)
+            if drive.shaft.asked_s > since_s + SETTLE_S:
                 return self.lead.blame(off_target_alert(drive))
         return None
 
