@@ -137,10 +137,15 @@ class MoveAlong:
     held_back: Callable[[], bool] = never
 
 
-class ReadPosition(_PlainRequest):
-    """Read the position registers and the inputs. Moves nothing."""
+@dataclass(frozen=True, slots=True)
+class ReadPosition:
+    """Read the position registers and the inputs. Moves nothing.
 
-    __slots__ = ()
+    If the reading comes `midway` through a motion, a drive that has stopped by itself meanwhile is
+    not taken back: the motion has to end.
+    """
+
+    midway: bool = field(default=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -126,10 +126,11 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
         Drives that missed a heartbeat may have stopped between two bursts of a motion, or between
         two groups that home. So only a request that moves nothing takes them back: at rest, the
-        next reading of the positions.
+        next reading of the positions, but none midway through a motion.
         """
         moves = isinstance(request, MoveBy | MoveAlong | HomeDevice)
-        if moves and self.group.on and self.group.dropped_out:
+        goes_on = moves or (isinstance(request, ReadPosition) and request.midway)
+        if goes_on and self.group.on and self.group.dropped_out:
             drive = self.group.dropped_out[0]
             words = f"{drive} has stopped by itself, and holds{drive.why}"
             self.group.alarm(drive, Alert(AlertKind.ALARM, words))
