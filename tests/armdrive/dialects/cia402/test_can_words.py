@@ -17,6 +17,8 @@ from firmware_protocol.canopen import (
     DEVICE_TYPE,
     MODE,
     POSITION,
+    POSITION_UNIT,
+    SPEED_UNIT,
     STATUSWORD,
     SUPPORTED_MODES,
     TARGET_POSITION,
@@ -160,6 +162,9 @@ def test_the_node_of_a_frame_is_told_as_plain_data():
 
 
 HELD = (
+    (POSITION_UNIT, 0x00B5_0000, "00B50000 (increments)"),
+    (POSITION_UNIT, 0xFF41_0000, "FF410000"),  # tenths of a degree, as Nanotec's CL4-E has when new
+    (SPEED_UNIT, 0x00B4_4700, "00B44700 (rpm)"),
     (DEVICE_TYPE, 0x0004_0192, "CiA 402, a drive (stepper)"),
     (DEVICE_TYPE, 0x0000_0191, "CiA 401, an I/O module"),
     (DEVICE_TYPE, 0x0000_0123, "CiA 291, a device of an unknown profile"),
