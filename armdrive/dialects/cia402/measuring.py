@@ -22,7 +22,7 @@ from armdrive.dialects.cia402.drives import Cia402Drive
 from armdrive.dialects.cia402.exchange import Script, SetPoints
 from armdrive.dialects.cia402.leading import MotionLead
 from armdrive.dialects.cia402.motion import BurstPart
-from armdrive.tasks import Done, MeasuredUnits, Reply
+from armdrive.tasks import Done, MeasuredUnits, Reply, RequestRejected
 from firmware_protocol import canopen
 
 FACTOR = 4
@@ -101,6 +101,11 @@ def named_unit(hz: float, turn: float) -> tuple[float, str]:
     return float(f"{hz:.3g}"), f"{hz:.3g} increments/s"
 
 
+def _failed(words: str) -> Obstructed:
+    """Return that a measurement failed, after the motor may have turned."""
+    return Obstructed(RequestRejected(words))
+
+
 @dataclass(slots=True, eq=False)
 class UnitMeasurement:
     """Times slow turns of one motor; the other drives hold meanwhile."""
@@ -155,7 +160,7 @@ class UnitMeasurement:
             if tried.way >= min(ENOUGH, steps):
                 break
             if number >= MOST:
-                raise Obstructed(
+                raise _failed(
                     f"{drive} does not turn whatever speed it gets: look at its supply, its "
                     "current and its brake"
                 )
@@ -172,7 +177,7 @@ class UnitMeasurement:
             self._patience_s(way, number * rough_hz),
         )
         if not (cruise := track.within(CRUISE, way)):
-            raise Obstructed(
+            raise _failed(
                 f"{drive} turns too fast to be timed with the number 1 in object 6081: write "
                 "cia402.speed_units as its manual says"
             )
@@ -196,7 +201,7 @@ class UnitMeasurement:
             elif way < steps:
                 way = steps
             else:
-                raise Obstructed(
+                raise _failed(
                     f"{drive} does not gain speed as a ramp of increments/s² does: if its manual "
                     "states ramps (6083, 6085) as times, it cannot be driven; else write "
                     "cia402.ramp_units as it says"

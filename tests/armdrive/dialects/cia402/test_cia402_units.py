@@ -117,3 +117,37 @@ def test_a_stop_ends_a_measurement():
     rig.stop()
     assert rig.finish() == Halted()
     rig.check_stands()
+
+
+def test_ramps_that_are_no_accelerations_are_said_to_be_unusable():
+    rig = Rig(missing="60A9", ramp_unit=1e6).ready()
+    reply = rig.do(MeasureUnits(0, 300), 60.0)
+    assert "drive 1 (base) does not gain speed as a ramp of increments/s² does" in reply.reason
+    rig.check_stands()
+    assert not rig.alerts()
+
+
+def test_a_speed_that_cannot_be_timed_is_left_to_the_manual():
+    rig = Rig(missing="60A9", speed_unit=1e5).ready()
+    reply = rig.do(MeasureUnits(0, 300), 60.0)
+    assert "too fast to be timed" in reply.reason
+    assert "cia402.speed_units" in reply.reason
+
+
+def test_a_motor_that_cannot_turn_is_named():
+    rig = Rig(missing="60A9").ready()
+    rig.twin.world.stalled.add(0)
+    reply = rig.do(MeasureUnits(0, 2000), 60.0)
+    assert "drive 1 (base) does not turn whatever speed it gets" in reply.reason
+    rig.twin.world.stalled.clear()
+    rig.check_stands()
+
+
+def test_a_drive_that_falls_silent_while_it_is_measured_is_named():
+    rig = Rig(missing="60A9").ready()
+    rig.begin(MeasureUnits(0, 2000))
+    rig.run(2.0)
+    rig.device.board.drives.plug(0, on=False)
+    reply = rig.finish()
+    assert isinstance(reply, RequestRejected)
+    assert "drive 1 (base)" in reply.reason
