@@ -60,6 +60,7 @@ from firmware_protocol.canopen.objects import (
     PRODUCT,
     REVISION,
     SERIAL_NUMBER,
+    SPEED_UNIT,
     STATUSWORD,
     SUPPORTED_MODES,
     VENDOR,
@@ -92,7 +93,7 @@ LONGEST_OBJECT = 256
 QUESTIONS = (
     DEVICE_TYPE, DEVICE_NAME, VENDOR, PRODUCT, REVISION, SERIAL_NUMBER,
     SUPPORTED_MODES, STATUSWORD, MODE_SHOWN, POSITION, ERROR_REGISTER, ERROR_CODE,
-    *WATCH_OBJECTS,
+    *WATCH_OBJECTS, SPEED_UNIT,
 )  # fmt: skip
 """The objects that are read of each node."""
 _TELLTALES = (SERIAL_NUMBER, POSITION, STATUSWORD)
@@ -318,7 +319,8 @@ def of_node(node: SurveyedNode, arm: str = "NAME") -> list[Finding]:
         found.append(_no_drive(name, node))
         return found
     found.append(ok(f"{name}: {', '.join(_drive_words(node))}"))
-    return found + [each for each in (_fault(name, node, arm), *_modes(name, node)) if each]
+    more = (_fault(name, node, arm), *_modes(name, node), _unit(name, node, arm))
+    return found + [each for each in more if each]
 
 
 def of_arm(ids: Sequence[int], found: CanopenSurvey) -> list[Finding]:
@@ -422,6 +424,14 @@ def _fault(name: str, node: SurveyedNode, arm: str) -> Finding | None:
         enable = command_line("enable", "--arm", arm)
         mend = f"the program that drove it has ended: `{enable}` continues"
     return note(f"{name}: it still reports {why}{kinds}", mend)
+
+
+def _unit(name: str, node: SurveyedNode, arm: str) -> Finding | None:
+    if SPEED_UNIT not in node.refused:
+        return None
+    measure = command_line("can", "setup", arm)
+    words = f"{name}: it does not tell its unit of speed (60A9), which an arm needs to move"
+    return note(words, f"`{measure}` measures it, unless the arm file states it")
 
 
 def _modes(name: str, node: SurveyedNode) -> list[Finding]:
