@@ -23,12 +23,12 @@ from armdrive.programs.language.words import SHELL, tables
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
 from armdrive.runtime.states import RESULTS
-from armdrive.sim.bus.node import Quirk
-from armdrive.sim.cia402 import KIND as CIA402
-from armdrive.sim.cia402 import QUIRKS as CIA402_QUIRKS
-from armdrive.sim.device import Option
-from armdrive.sim.mks import KIND as MKS
-from armdrive.sim.mks import QUIRKS as MKS_QUIRKS
+from armdrive.sim.cia402.quirks import ALWAYS as CIA402_ALWAYS
+from armdrive.sim.cia402.quirks import Cia402Quirks
+from armdrive.sim.device import settings_of
+from armdrive.sim.mks.quirks import ALWAYS as MKS_ALWAYS
+from armdrive.sim.mks.quirks import MksQuirks
+from armdrive.text.toml import rule_of
 from armdrive.trace.entries import EntryKind
 from tui.keys import gamepad_map as pad_map
 from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
@@ -63,28 +63,28 @@ def _torque() -> Iterator[str]:
     return _table(head, ((row.title, *astuple(row.torque)) for row in DIALECTS.values()))
 
 
-def _settings(options: Iterable[Option], quirks: Iterable[Quirk]) -> Iterator[str]:
+def _settings(kind: type) -> Iterator[str]:
     """Yield the settings of a simulated drive that are no quirks."""
-    named = {quirk.name for quirk in quirks}
     rows = (
-        (f"`{each.name}`", _plain(each.default), each.summary)
-        for each in options
-        if each.name not in named
+        (f"`{name}`", _plain(each.default), rule_of(each).help)
+        for name, each in settings_of(kind).items()
+        if not rule_of(each).source
     )
     return _table(("setting", "default", "meaning"), rows)
 
 
-def _quirks(quirks: Iterable[Quirk]) -> Iterator[str]:
-    rows = (
-        (
-            f"`{each.name}`",
-            "always" if each.default is None else _plain(each.default),
-            each.does + (f" ({', '.join(each.choices)})" if each.choices else ""),
-            f"**guess**: {each.source}" if each.guess else each.source,
-        )
-        for each in quirks
+def _quirks(kind: type, always: Iterable[tuple[str, str, str]]) -> Iterator[str]:
+    rows = [(name, "always", does, source) for name, does, source in always]
+    fields = reversed(settings_of(kind).items())
+    for name, default, rule in ((name, each.default, rule_of(each)) for name, each in fields):
+        if rule.source:
+            words = f" ({', '.join(rule.words)})" if rule.words else ""
+            rows.insert(0, (name, _plain(default), rule.help + words, rule.source))
+    marked = (
+        (f"`{name}`", *cells, re.sub("^guess:", "**guess**:", source))
+        for name, *cells, source in rows
     )
-    return _table(("quirk", "default", "what drives do", "source"), rows)
+    return _table(("quirk", "default", "what drives do", "source"), marked)
 
 
 def _plain(value: object) -> str:
@@ -163,10 +163,10 @@ PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
         ),
         "torque": _torque,
         "arm file": _arm_file,
-        "mks settings": lambda: _settings(MKS.options, MKS_QUIRKS),
-        "mks quirks": lambda: _quirks(MKS_QUIRKS),
-        "drive settings": lambda: _settings(CIA402.options, CIA402_QUIRKS),
-        "drive quirks": lambda: _quirks(CIA402_QUIRKS),
+        "mks settings": lambda: _settings(MksQuirks),
+        "mks quirks": lambda: _quirks(MksQuirks, MKS_ALWAYS),
+        "drive settings": lambda: _settings(Cia402Quirks),
+        "drive quirks": lambda: _quirks(Cia402Quirks, CIA402_ALWAYS),
         "kinds": lambda: _table(
             ("kind", "meaning"), ((f"`{kind.value}`", kind.meaning) for kind in EntryKind)
         ),

@@ -16,8 +16,8 @@ from typing import Any, TypeVar
 LONG_S = 60.0
 """Ends a wait for something that never happens: a hundred times what a busy computer takes."""
 
-LOOK_S = 0.002
-"""How often a test looks. Only its speed depends on this."""
+LOOK_S = 0.01
+"""How often a test looks. Only its speed depends on this: a look often asks another thread."""
 
 AGAIN_S = 0.5
 """The time between two attempts: longer than any keyboard takes to repeat a key."""
@@ -146,7 +146,7 @@ def soon(call: Callable[..., object], *args: object) -> threading.Thread:
     Use it only if the test holds whichever comes first, the call or the code that follows here. The
     delay only makes it likely that the thread to be woken already sleeps.
     """
-    timer = threading.Timer(10.0 * LOOK_S, call, args)
+    timer = threading.Timer(2.0 * LOOK_S, call, args)
     timer.daemon = True
     timer.start()
     return timer

@@ -12,7 +12,7 @@ What is decided where:
     settings    what an operator has set, its steps and speeds, and what is remembered
     axes, arm_view, widgets, dialogs   what screens are made of
     terminal    what a terminal can show, and how it is left
-    startup     which desk is opened; `late_screens` are loaded when shown
+    startup     which desk is opened, and which screens it has
 """
 
 from __future__ import annotations

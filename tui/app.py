@@ -13,9 +13,10 @@ import math
 import os
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeVar, runtime_checkable
+from typing import Protocol, TypeVar
 
 from textual import _time, actions, events, on
 from textual.actions import ActionParseResult
@@ -28,10 +29,10 @@ from textual.message import Message
 from textual.screen import ModalScreen
 from textual.timer import Timer
 
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import in_words
 from kinematics.errors import KinematicsError
-from tui.dialogs import HelpScreen, StillPalette
+from tui.dialogs import HelpScreen, PostureScreen, StillPalette
 from tui.keys.keyboard import Keyboard
 from tui.keys.presses import (
     BURST,
@@ -61,7 +62,7 @@ def is_printable(character: str) -> bool:
 
 
 class TypedText:
-    """A line of text that a person types on a screen or in a dialog.
+    """A line of text that a person types on a screen or in a dialog, which has it as its `typing`.
 
     No widget has the focus meanwhile: the app hands over each key that no row of the table takes
     first. So a stop key is never a letter, and a burst of keys is taken in the order in which they
@@ -112,20 +113,22 @@ class TypedText:
             self._changed(text)
 
 
-@runtime_checkable
-class TypingScreen(Protocol):
-    """A screen or dialog that a person can type into."""
+class Hand(Protocol):
+    """What jogs by keys. Its dead-man judges by itself which presses count."""
 
-    @property
-    def typing(self) -> TypedText | None:
-        """The line that is typed into now, if there is one."""
+    def disarm(self, reason: str) -> None:
+        """Let no key move anything."""
+
+    def doubt(self, time_s: float) -> None:
+        """Note that keys may have waited for this long."""
 
 
-class InputFilter:
-    """Decides which keys and mouse events an app acts on, and how old each key is.
+class AppInput:
+    """The way of keys and clicks into an app: which count, in which order, and what takes them.
 
-    Dropped are keys typed before a stop that has already acted, and whatever was waiting while
-    the program was suspended.
+    The stop keys come before every widget. Dropped are keys typed before a stop that has already
+    acted, and whatever was waiting while the program was suspended. A key that is typed into a line
+    goes there; all others go on to the framework, which finds their action.
     """
 
     def __init__(self, app: KeyApp) -> None:
@@ -137,10 +140,12 @@ class InputFilter:
         """An app that did nothing for this long has kept its keys waiting."""
         self.person_s = 0.0
         """A key waits this long, and does nothing if another one comes meanwhile."""
+        self.hand: Callable[[], Hand | None] = lambda: None
+        """Returns the hand on the jog keys, where the current screen has those."""
         self._app = app
         self._bursts = BurstDetector()
         self._waiting: events.Key | None = None
-        self._alarm = HoldAlarm(app, lambda: app.call_later(app.act_on_waiting))
+        self._alarm = HoldAlarm(app, lambda: app.call_later(self.act_on_waiting))
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
         self._key: events.Key | None = None
@@ -169,43 +174,24 @@ class InputFilter:
             self._stale.begin(now_s)
             self._why_stale = f"this program was suspended for {absent_s:.1f} s"
             self._app.disarm(self._why_stale)
-        elif absent_s > self.starved_s:
-            self._app.starved(absent_s)
+        elif absent_s > self.starved_s and (hand := self.hand()) is not None:
+            hand.doubt(absent_s)
 
-    def take(self, key: events.Key, *, at_once: bool) -> list[events.Key]:
-        """Take a key from the terminal; return the keys that the app acts on now, in order.
-
-        Of keys that came together none does anything, nor does what follows them, until there is
-        a silence. Those that act `at_once` only type, or go to the dead-man, which judges them.
-        """
-        waited = self.waited()
-        together = self._bursts.came_together(key.key, key.time, self.person_s)
-        if key.key in self._app.stop_keys:
-            return [key]  # what was typed before a stop begins nothing
-        if together and (waited or not at_once):
-            self._stale.begin(key.time)
-            self._why_stale = BURST
-            self._app.came_together()
-            return []
-        if at_once or not self.person_s:
-            return [*waited, key]
-        self._waiting = key
-        self._alarm.after(max(key.time + self.person_s - self.monotonic_s(), 0.0))
-        return waited
-
-    def waited(self) -> list[events.Key]:
-        """Return the key that has waited, if there is one; no other one has followed it so far."""
-        waiting, self._waiting = self._waiting, None
-        return [] if waiting is None else [waiting]
-
-    @contextlib.contextmanager
-    def acting_on(self, key: events.Key) -> Iterator[None]:
-        """Remember which key the app acts on, and so how old it is."""
-        self._key = key
-        try:
-            yield
-        finally:
-            self._key = None
+    async def takes(self, event: events.Event) -> bool:
+        """Take an event of the app; return whether the framework is not to see it any more."""
+        if isinstance(event, events.Key):
+            if event.is_forwarded:  # no widget wanted it
+                return self._types(event)
+            for key in self._due(event):
+                await self._act_on(key)
+            return True
+        if isinstance(event, events.MouseEvent) and not event.is_forwarded:
+            if isinstance(event, events.MouseDown) and self._is_on_stop(event):
+                self._app.action_stop_arm()
+                return True
+            self.alive()
+            return self._stale.is_stale(event.time, of_keyboard=False)
+        return False
 
     def key_age_s(self) -> float:
         """Return the age of the key that the app acts on; 0 while there is none.
@@ -214,21 +200,102 @@ class InputFilter:
         """
         return 0.0 if self._key is None else max(self.monotonic_s() - self._key.time, 0.0)
 
-    def drops_key(self, key: events.Key) -> bool:
+    # -- which keys count, and when -----------------------------------------------------------
+
+    def _due(self, key: events.Key) -> list[events.Key]:
+        """Take a key from the terminal; return the keys that the app acts on now, in order.
+
+        Of keys that came together none does anything, nor does what follows them, until there is
+        a silence. Those that act at once only type, or go to the dead-man, which judges them.
+        """
+        waited, at_once = self._waited(), self._acts_at_once(key)
+        together = self._bursts.came_together(key.key, key.time, self.person_s)
+        if key.key in self._app.stop_keys:
+            return [key]  # what was typed before a stop begins nothing
+        if together and (waited or not at_once):
+            self._stale.begin(key.time)
+            self._why_stale = BURST
+            if (hand := self.hand()) is not None:
+                hand.disarm(BURST)  # some of the keys may be on their way to the dead-man
+            self._app.confirmation.refuse()  # nor do they confirm anything
+            self._app.say(f"{BURST}: they were dropped")
+            return []
+        if at_once or not self.person_s:
+            return [*waited, key]
+        self._waiting = key
+        self._alarm.after(max(key.time + self.person_s - self.monotonic_s(), 0.0))
+        return waited
+
+    def _acts_at_once(self, key: events.Key) -> bool:
+        """Return whether a key types a letter or jogs: people type faster than they command."""
+        if not self._app.screen_stack:
+            return True  # the screens are already being taken down
+        line, widget = self._line, self._app.focused
+        types = line is not None and line.takes(key.character)
+        consumed = widget is not None and widget.check_consume_key(key.key, key.character)
+        jogs = self.hand() is not None and self._app.keys.jog_key(key.key) is not None
+        return types or consumed or (jogs and len(self._app.screen_stack) == 1)
+
+    def _waited(self) -> list[events.Key]:
+        """Return the key that has waited, if there is one; no other one has followed it so far."""
+        waiting, self._waiting = self._waiting, None
+        return [] if waiting is None else [waiting]
+
+    async def act_on_waiting(self) -> None:
+        """Act on a key that no other one has followed."""
+        for key in self._waited():
+            await self._act_on(key)
+
+    async def _act_on(self, key: events.Key) -> None:
+        """Act on a key, unless it has come too late to count."""
+        self._key = key  # and so how old it is
+        try:
+            dropped, stops = self._drops(key), key.key in self._app.stop_keys
+            if stops or dropped:
+                key.stop().prevent_default()
+                if stops:
+                    self._app.action_stop_arm()
+            else:
+                await self._app.hand_on(key)
+        finally:
+            self._key = None
+
+    def _drops(self, key: events.Key) -> bool:
         """Return whether a key has come too late to count."""
         self.alive()
         came_s = self.monotonic_s() - self.key_age_s()
         if self._urgent_keys.overtook(key):
             return True
         stale = self._stale.is_stale(came_s)
-        if stale and key.key not in self.urgent:
-            self._app.key_dropped(self._why_stale)
+        if stale and key.key not in self.urgent:  # without a word, it would seem broken
+            self._app.say(f"a key was dropped: {self._why_stale}; press again")
         return stale
 
-    def drops_mouse(self, event: events.MouseEvent) -> bool:
-        """Return whether a mouse event has come too late to count."""
-        self.alive()
-        return self._stale.is_stale(event.time, of_keyboard=False)
+    # -- what takes them ----------------------------------------------------------------------
+
+    @property
+    def _line(self) -> TypedText | None:
+        """The line that is typed into, if there is one."""
+        line: TypedText | None = getattr(self._app.screen, "typing", None)
+        return line
+
+    def _types(self, key: events.Key) -> bool:
+        """Type a key into the line that is typed into, if there is one; return whether."""
+        line, character = self._line, key.character
+        if line is None or character is None or not line.takes(character):
+            return False
+        key.stop().prevent_default()
+        with self._app.calls.acting():
+            line.type(character)
+        return True
+
+    def _is_on_stop(self, event: events.MouseDown) -> bool:
+        """Return whether the mouse is on the STOP button, which no dialog covers."""
+        try:
+            widget, _ = self._app.screen_stack[0].get_widget_at(int(event.x), int(event.y))
+        except (NoWidget, IndexError):
+            return False
+        return isinstance(widget, StopButton)
 
 
 # The keys of the table act through the framework's actions. It looks for them on the app and on
@@ -241,20 +308,21 @@ NO_PART = object()
 """Stands for a part that a node does not have at all."""
 
 
-def _do_nothing() -> None:
-    """Do nothing: the part that a key is for is not there now."""
+def _refuse() -> None:
+    """Refuse what a key asks for: the part that it is for is not there now."""
+    raise BadRequest("there is nothing here for this key")
 
 
 def action_call(action: str | ActionParseResult, node: object) -> Callable[[], object] | None:
     """Return the call for an action of a node, None if there is none.
 
     `name(1)` is the node's own `action_name`, `part.name(1)` is `name` of one of its parts. A part
-    may be None at times, as the line that is typed into: a key for it then does nothing.
+    may be None at times, as the line that is typed into: a key for it is then refused.
     """
     part, name, words = actions.parse(action) if isinstance(action, str) else action
     holder = getattr(node, part, NO_PART) if part else node
     if holder is None:
-        return _do_nothing
+        return _refuse
     found = getattr(holder, name if part else f"action_{name}", None)
     return partial(found, *words) if callable(found) else None
 
@@ -263,21 +331,27 @@ Outcome = Callable[[], object]
 """A call that takes a moment. Text that it returns is the message about it."""
 
 
+REFUSALS = (ArmError, KinematicsError, OSError)
+"""Errors that answer a request, with a sentence for the person who made it."""
+
+
+def words_of(error: BaseException) -> str:
+    """Return the sentence of an error."""
+    return str(in_words(error) if isinstance(error, OSError) else error)
+
+
+@dataclass(slots=True)
+class Job:
+    """Work in a thread: busy until it has ended, and until what it has found is kept."""
+
+    busy: bool = False
+
+
 class Calls:
     """Does what keys ask for, and reports how it went."""
 
     def __init__(self, app: KeyApp) -> None:
         self._app = app
-
-    @contextlib.contextmanager
-    def reporting_refusals(self) -> Iterator[None]:
-        """Show in the next picture why the request is refused."""
-        try:
-            yield
-        except (ArmError, KinematicsError) as error:
-            self._app.message = str(error)
-        except OSError as error:
-            self._app.message = str(in_words(error))
 
     @contextlib.contextmanager
     def acting(self, *, repeats: bool = False) -> Iterator[None]:
@@ -291,59 +365,63 @@ class Calls:
         presses = confirmation.taken
         if not repeats:
             self._app.message = ""
-        with self.reporting_refusals():
+        try:
             yield
+        except REFUSALS as error:
+            self._app.message = words_of(error)
         if confirmation.taken == presses:
             confirmation.forget()
         self._app.show()
 
-    def in_thread(self, work: Callable[[], object]) -> None:
-        """Do work that takes a moment, without keeping the stop key waiting."""
-        self._app.run_worker(work, thread=True, exit_on_error=False)
-
-    def work_out(self, work: Callable[[], Found], keep: Callable[[Found | None], bool]) -> None:
+    def work_out(self, work: Callable[[], Found], keep: Callable[[Found | None], bool]) -> Job:
         """Work something out in a thread; keep it, or None after an error, and show what follows.
 
         `keep` is called in the app's own thread, and returns whether it is still of interest.
         """
 
-        def working() -> None:
-            found, message = None, ""
-            try:
-                found = work()
-            except (ArmError, KinematicsError) as error:
-                message = str(error)
-            finally:
-                self._app.call_from_thread(kept, found, message)
-
-        def kept(found: Found | None, message: str) -> None:
-            if keep(found) and message:
-                self._app.message = message
+        def ended(found: Found | None, wrong: str) -> None:
+            if keep(found) and wrong:
+                self._app.message = wrong
             self._app.show()
 
-        self.in_thread(working)
+        return self._begin(work, ended)
 
-    def make(self, call: Outcome, done: str = "") -> None:
+    def make(self, call: Outcome, done: str = "") -> Job:
         """Make a call in a thread, then show `done`, the text that the call returns, or its error.
 
         With neither, the status shows enough.
         """
 
-        def work() -> None:
-            if message := self._outcome(call, done):
-                self._app.call_from_thread(self._app.say, message)
+        def ended(found: object, wrong: str) -> None:
+            if message := wrong or done or (found if isinstance(found, str) else ""):
+                self._app.say(message)
 
-        self.in_thread(work)
+        return self._begin(call, ended)
 
-    def _outcome(self, call: Outcome, done: str) -> str:
-        """Make a call; return the message about it, if there is one."""
-        try:
-            found = call()
-        except (ArmError, KinematicsError) as error:
-            return str(error)
-        except Exception as flaw:  # the desk and its stop key must live on
-            return f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
-        return done or (found if isinstance(found, str) else "")
+    def _begin(self, work: Callable[[], Found], ended: Callable[[Found | None, str], None]) -> Job:
+        """Do work in a thread, without keeping the stop key waiting.
+
+        Then `ended` is called in the app's own thread, with what the work has found, or with the
+        words of its error.
+        """
+        job = Job(busy=True)
+
+        def working() -> None:
+            found, wrong = None, ""
+            try:
+                found = work()
+            except REFUSALS as error:
+                wrong = words_of(error)
+            except Exception as flaw:  # the desk and its stop key must live on
+                wrong = f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
+            self._app.call_from_thread(took, found, wrong)
+
+        def took(found: Found | None, wrong: str) -> None:
+            job.busy = False
+            ended(found, wrong)
+
+        self._app.run_worker(working, thread=True, exit_on_error=False)
+        return job
 
 
 class Dialogs:
@@ -365,6 +443,11 @@ class Dialogs:
     def close_all(self) -> None:
         """Close whatever lies over the current screen; no question in it is answered."""
         while len(self._app.screen_stack) > 1:
+            self._app.pop_screen()
+
+    def close_questions(self) -> None:
+        """Close a question that lies on top; it is not answered."""
+        while isinstance(self._app.screen, PostureScreen):
             self._app.pop_screen()
 
     def help(self) -> None:
@@ -429,7 +512,7 @@ class KeyApp(App[int], inherit_bindings=False):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Without `braille` everything is drawn in plain letters."""
-        self.input = InputFilter(self)
+        self.input = AppInput(self)
         self.clock = clock
         self.keys = keys
         self.stop_keys: Collection[str] = keys.of(STOP)
@@ -437,7 +520,7 @@ class KeyApp(App[int], inherit_bindings=False):
         self.looks = Looks(self, look)
         self.dialogs = Dialogs(self)
         self.calls = Calls(self)
-        self.confirmation = Confirmation(clock)
+        self.confirmation = Confirmation(clock, keys.label)
         """What the last key does after a second press, or a pause."""
         self.message = ""
         """The last message: about the last key, or about what has happened since."""
@@ -467,18 +550,6 @@ class KeyApp(App[int], inherit_bindings=False):
     def disarm(self, reason: str) -> None:  # noqa: ARG002 - for apps whose keys move something
         """Let no key of the current screen move anything."""
         self.confirmation.forget()
-
-    def came_together(self) -> None:
-        """Say that keys were dropped that no person has pressed; they confirm nothing either."""
-        self.confirmation.refuse()
-        self.say(f"{BURST}: they were dropped")
-
-    def starved(self, time_s: float) -> None:
-        """Note that keys may have waited for the app for this long."""
-
-    def key_dropped(self, why: str) -> None:
-        """Say why a key had no effect: a key that is dropped without a word seems broken."""
-        self.say(f"a key was dropped: {why}; press again")
 
     def run_or_raise(self) -> None:
         """Run until the user leaves. Raises the error that ended the app, if one did."""
@@ -539,71 +610,12 @@ class KeyApp(App[int], inherit_bindings=False):
 
     async def on_event(self, event: events.Event) -> None:
         """Take the stop keys before anything else sees them, and drop what is stale."""
-        if isinstance(event, events.Key):
-            new = not event.is_forwarded
-            taken = self.input.take(event, at_once=self.acts_at_once(event)) if new else [event]
-            await self._act_on(taken)
-            return
-        if isinstance(event, events.MouseEvent) and not event.is_forwarded:
-            if isinstance(event, events.MouseDown) and self._is_on_stop(event):
-                self.action_stop_arm()
-                return
-            if self.input.drops_mouse(event):
-                return
+        if not await self.input.takes(event):
+            await self.hand_on(event)
+
+    async def hand_on(self, event: events.Event) -> None:
+        """Let the framework act on an event."""
         await super().on_event(event)
-
-    def _is_on_stop(self, event: events.MouseDown) -> bool:
-        """Return whether the mouse is on the STOP button, which no dialog covers."""
-        try:
-            widget, _ = self.screen_stack[0].get_widget_at(int(event.x), int(event.y))
-        except (NoWidget, IndexError):
-            return False
-        return isinstance(widget, StopButton)
-
-    def acts_at_once(self, key: events.Key) -> bool:
-        """Return whether a key only types a letter: people type faster than they command."""
-        if not self.screen_stack:
-            return True  # the screens are already being taken down
-        line, widget = self._typing, self.focused
-        types = line is not None and line.takes(key.character)
-        return types or (widget is not None and widget.check_consume_key(key.key, key.character))
-
-    async def act_on_waiting(self) -> None:
-        """Act on a key that no other one has followed."""
-        await self._act_on(self.input.waited())
-
-    async def _act_on(self, keys: Sequence[events.Key]) -> None:
-        for key in keys:
-            with self.input.acting_on(key):
-                await self._on_key_event(key)
-
-    @property
-    def _typing(self) -> TypedText | None:
-        """The line that is typed into, if there is one."""
-        return self.screen.typing if isinstance(self.screen, TypingScreen) else None
-
-    async def _on_key_event(self, event: events.Key) -> None:
-        """Take a key that has come, or that no widget wanted."""
-        if not event.is_forwarded:
-            dropped, stops = self.input.drops_key(event), event.key in self.stop_keys
-            if stops or dropped:
-                event.stop().prevent_default()
-                if stops:
-                    self.action_stop_arm()
-                return
-        elif self._takes_typed(event.character):
-            event.stop().prevent_default()
-            return
-        await super().on_event(event)
-
-    def _takes_typed(self, character: str | None) -> bool:
-        """Type a character into the line that is typed into, if there is one; return whether."""
-        line = self._typing
-        if line is None or character is None or not line.takes(character):
-            return False
-        with self.calls.acting():
-            line.type(character)
-        return True
 
 
 BUSY_S = 0.02

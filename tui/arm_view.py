@@ -65,8 +65,8 @@ INK_STYLES: Mapping[Ink, str] = MappingProxyType(
 
 
 def move_cameras(at: DOMNode, what: str) -> bool:
-    """Do this to every arm view below a node; return whether there is one."""
-    views = list(at.query(SpaceView))
+    """Do this to every arm view below a node that is shown; return whether there is one."""
+    views = [view for view in at.query(SpaceView) if view.is_on_screen]
     for view in views:
         view.look(what)
     return bool(views)

@@ -7,10 +7,9 @@ alive on a screen that is not shown: `disarm` is called before another screen or
 
 from __future__ import annotations
 
-import contextlib
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import ClassVar, cast
 
@@ -33,30 +32,20 @@ from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import STOPPED, DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
-from tui.keys.presses import BURST
 from tui.keys.table import PAUSE, SCREENS, STOP, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
+    WAYS_OUT,
     SafetyPanel,
     after_reset,
+    can_reference,
     link_back,
-    messages_of,
     progress_of,
     safety_state,
+    way_out,
     why_immobile,
     without_link,
 )
-from tui.settings import (
-    REAL_SPEED,
-    SIMULATED_SPEED,
-    DeskMemory,
-    JogSettings,
-    MoveSettings,
-    move_settings,
-    recall,
-    remember,
-    remembered,
-    restored,
-)
+from tui.settings import DeskSettings
 from tui.terminal import KeyUp, on_ending_signals, send_changed_spans
 from tui.widgets import KeyLine, PlainText, ScreenTabs, text_of
 
@@ -83,6 +72,8 @@ class ArmLink:
         self._desk = desk
         self._was_lost = False
         self._stops = desk.arm.stops
+        self._heard = ""
+        self._asked = False
 
     @property
     def lost(self) -> bool:
@@ -122,15 +113,29 @@ class ArmLink:
         hand = self._desk.screens.hand
         if hand is not None and hand.armed and (why := self.why_immobile):
             hand.disarm(why)  # the first key after a reset must not move the arm
+        self._hear(status.notice)
 
     def follow_stops(self, reason: str = STOPPED) -> None:
         """After a stop, by this desk or another program, let nothing go on that was begun before.
 
-        Keys have to be armed again, and a first press counts no more.
+        Keys have to be armed again, a first press counts no more, and a question is void.
         """
         stops, self._stops = self._stops, self._desk.arm.stops
         if stops != self._stops:
+            self._desk.message = "" if self.lost else reason
             self._desk.disarm(reason)
+            self._desk.dialogs.close_questions()
+
+    def expect_answer(self) -> None:
+        """Take what the arm says next for new: it may refuse a jog again in the same words."""
+        self._asked = True
+
+    def _hear(self, notice: str) -> None:
+        """Make what the arm says the message of the desk when it is new, also that it is over."""
+        before, self._heard = self._heard, notice
+        new, self._asked = self._asked or notice != before, False
+        if new and (notice or self._desk.message == before):
+            self._desk.message = notice
 
     @property
     def pausable(self) -> bool:
@@ -157,7 +162,7 @@ class ArmLink:
         if not self._was_lost:
             self._was_lost = True
             self._desk.say("")  # the last message was about a link that worked
-            self._desk.dialogs.close_all()
+            self._desk.dialogs.close_questions()
 
     def _note_return(self) -> None:
         """Say in which state the link came back; in other states the check still runs."""
@@ -181,7 +186,7 @@ class ArmControl:
         try:
             self._arm.estop()
         finally:
-            self._desk.disarm("emergency stop")
+            self._desk.link.follow_stops("emergency stop")
 
     def reset(self) -> None:
         """Leave the error state."""
@@ -265,9 +270,11 @@ class ArmControl:
         asked: str = "Does the arm stand exactly like this?",
     ) -> None:
         """Draw a posture with a question, and make the call if the answer to `asked` is yes."""
-        desk = self._desk
+        desk, stops = self._desk, self._arm.stops
 
         def answered(yes: bool | None) -> None:
+            if self._arm.stops != stops:
+                return  # void, although the desk has not seen the stop yet
             if yes:
                 desk.calls.make(agreed, done)
             else:
@@ -322,7 +329,9 @@ class DeskScreen(Screen[None]):
     @property
     def says(self) -> str:
         """The words after the badge of the arm's state, while nothing forbids motion."""
-        return f"{self.desk.keys.label(STOP)} stops the arm" if self.desk.link.moves else ""
+        keys, link = self.desk.keys, self.desk.link
+        stops = f"{keys.label(STOP)} stops the arm" if link.moves else ""
+        return way_out(link.status.state, keys) or stops
 
     @property
     def settings_text(self) -> str:
@@ -401,13 +410,15 @@ class DeskScreen(Screen[None]):
             program=progress_of(tells() if (tells := desk.arm.program) else {}),
             spoken=desk.spoken,
         )
-        lost = desk.link.lost
-        hint = without_link(status, desk.keys) if lost else self.hint + self._more
-        messages = messages_of(status, desk.message, hint, bannered=bool(state.forbids))
+        lost, message = desk.link.lost, desk.spoken(desk.message)
+        if message.rstrip(".") in state.forbids:
+            message = ""
+        if lost:
+            message = f"{without_link(status, desk.keys)}\n{message}".rstrip()
         idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
-        self.text("messages").show(desk.spoken(messages))
+        self.text("messages").show(message or self.hint + self._more)
         footer.show_keys(rows, footer.content_size.width)
         self.show_body(status)
 
@@ -418,8 +429,10 @@ class DeskScreen(Screen[None]):
 
     @property
     def _resting(self) -> tuple[str, ...]:
-        """The rows that would do nothing while the arm moves, or while it stands."""
-        return (f"{self.place}-go",) if self.desk.link.pausable else self._pauses
+        """The rows that would do nothing in the present state of the arm."""
+        link = self.desk.link
+        going = (f"{self.place}-go",) if link.pausable or link.why_immobile else ()
+        return going if link.pausable else (*going, *self._pauses)
 
     @property
     def _more(self) -> str:
@@ -429,18 +442,15 @@ class DeskScreen(Screen[None]):
 
     def first_keys(self, status: Status) -> tuple[str, ...]:
         """Return the rows, by id, that pause a moving arm, or make a blocked one drivable again."""
-        by_state = {
-            State.DISCONNECTED: ("reconnect",),
-            State.ERROR_STOP: ("reset",),
-            State.DISABLED: ("motors",),
-        }
+        reference = ("reference",) if can_reference(status.state) else ()
         by_trust = {
-            Trust.UNKNOWN: ("reference",),
-            Trust.SUSPECT: ("reference",),
+            Trust.UNKNOWN: reference,
+            Trust.SUSPECT: reference,
             Trust.RESTORED: ("confirm",),
         }
         pauses = self._pauses if self.desk.link.pausable else ()
-        return by_state.get(status.state, pauses) or by_trust.get(status.trust, ())
+        leads_out = WAYS_OUT[status.state][:1] if status.state in WAYS_OUT else ()
+        return leads_out or pauses or by_trust.get(status.trust, ())
 
     def action_pause(self) -> None:
         """Pause the arm after its next burst, or resume it."""
@@ -527,28 +537,18 @@ class Desk(KeyApp):
         `find_pad` opens a gamepad, or returns None; without it none is looked for. `program` is
         the file that the program screen begins with.
         """
-        left = DeskMemory(instructed=True) if memory is None else recall(memory)
-        super().__init__(keys, braille=braille, look=left.look, clock=clock)
+        geometry = arm.model.arm
+        self.pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
+        self._joint_names = geometry.joint_names
+        self.settings = DeskSettings(memory, arm.status, self.pairs, arm.frames)
+        super().__init__(keys, braille=braille, look=self.settings.look, clock=clock)
         for place, screen in screens.items():
             self.add_mode(place, screen)
         self.screens: DeskScreens = DeskScreens(self)
         self.arm = arm
         self._handle_signals = handle_signals
-        self._memory = memory
-        self._left = left
-        settings = left.of(arm.status)
         # a desk without a position begins at the screen on which the arm is referenced
-        self._first = first or ("" if arm.status.trust is Trust.UNKNOWN else settings.screen)
-        geometry = arm.model.arm
-        self.pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
-        self._joint_names = geometry.joint_names
-        speed = SIMULATED_SPEED if arm.status.simulated else REAL_SPEED
-        new = JogSettings(pairs=self.pairs, frames=arm.frames, speed=speed)
-        self.settings = restored(new, settings)
-        self.move_settings = move_settings(
-            settings, MoveSettings() if arm.status.simulated else MoveSettings(speed=0.25)
-        )
-        """How the move screen's goals are given, and how the arm goes to them."""
+        self._first = first or ("" if arm.status.trust is Trust.UNKNOWN else self.settings.screen)
         self.goal: Joints | None = None
         """A posture that one screen has left for the move screen."""
         self.program = program
@@ -562,7 +562,7 @@ class Desk(KeyApp):
         # from the thread that reads the keys, so that a stop waits for no picture
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
-        self.input.person_s = GATE_S
+        self.input.person_s, self.input.hand = GATE_S, lambda: self.screens.hand
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
         self.control = ArmControl(self)
@@ -582,22 +582,6 @@ class Desk(KeyApp):
         if self.screen_stack:  # else the screens are already being taken down
             self.screens.current.disarm(reason)
 
-    def acts_at_once(self, key: events.Key) -> bool:
-        """Return whether a key only types a letter, or jogs: the dead-man judges those itself."""
-        jogs = self.screens.hand is not None and self.keys.jog_key(key.key) is not None
-        return (jogs and len(self.screen_stack) == 1) or super().acts_at_once(key)
-
-    def came_together(self) -> None:
-        """Disarm as well: some of the keys may be on their way to the dead-man."""
-        super().came_together()
-        if self.screens.hand is not None:
-            self.screens.hand.disarm(BURST)
-
-    def starved(self, time_s: float) -> None:
-        """Note that keys may have waited for the desk for this long; those move nothing."""
-        if self.screens.hand is not None:
-            self.screens.hand.doubt(time_s)
-
     # -- what is shown ------------------------------------------------------------------------
 
     def on_mount(self) -> None:
@@ -610,11 +594,9 @@ class Desk(KeyApp):
             self.pad.start()
         if self._first in self._modes:
             self.switch_mode(self._first)
-        if not self._left.instructed:
-            self.push_screen(FirstScreen(self.keys, self.link.status), self._instructed)
-
-    def _instructed(self, understood: bool | None) -> None:
-        self._left = replace(self._left, instructed=bool(understood))
+        if not self.settings.instructed:
+            first = FirstScreen(self.keys, self.link.status)
+            self.dialogs.open(first, partial(setattr, self.settings, "instructed"))
 
     def poll(self) -> None:
         """Take the latest status, show what changed, then do what was confirmed by two presses."""
@@ -624,6 +606,11 @@ class Desk(KeyApp):
         if (act := self.confirmation.due()) is not None:
             with self.calls.acting():
                 act()
+
+    def say(self, message: str) -> None:
+        """Show a message. A stop is seen before what came of it is said."""
+        self.link.follow_stops()
+        super().say(message)
 
     def show(self) -> None:
         """Show the latest status on the current screen."""
@@ -657,8 +644,7 @@ class Desk(KeyApp):
         # the thread that read the key has done so already, but a click on STOP comes only here
         self.arm.request_stop()
         self.link.follow_stops("stopped")
-        asked = "STOP requested; the keys are disarmed"
-        self.message = without_link(self.link.status, self.keys) if self.link.lost else asked
+        self.message = "" if self.link.lost else "STOP requested; the keys are disarmed"
         self.dialogs.close_all()
         self.show()
 
@@ -666,11 +652,6 @@ class Desk(KeyApp):
         """Stop the arm and end the desk."""
         self.arm.request_stop()
         self.exit(0)
-
-    def open_next(self, path: Path) -> None:
-        """Leave this arm, for a desk on the arm of a file."""
-        self.opens = path
-        self.action_leave()
 
     def on_key(self, event: events.Key) -> None:
         """Say that a key means nothing here, as a letter of another keyboard layout does."""
@@ -699,13 +680,8 @@ class Desk(KeyApp):
         self.arm.request_stop()
         if self.pad is not None:
             self.pad.close()
-        if self._memory is None:
-            return
-        look = self._left.look if self.no_color else self.looks.name
-        arm = remembered(self.settings, self.move_settings, self.current_mode)
-        left = replace(self._left.with_arm(self.link.status, arm), look=look)
-        with contextlib.suppress(OSError):  # losing these settings does no harm
-            remember(self._memory, left)
+        look = self.settings.look if self.no_color else self.looks.name
+        self.settings.keep(self.link.status, self.current_mode, look)
 
     def _end_by_signal(self, number: int) -> None:
         """Leave the arm standing and closed before the framework tidies up."""

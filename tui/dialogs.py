@@ -22,7 +22,7 @@ from tui.arm_view import SpaceView
 from tui.keys.keyboard import Keyboard, bindings, label
 from tui.keys.table import DeskKey, JogPair
 from tui.settings import LOOKS
-from tui.widgets import PlainText
+from tui.widgets import PlainText, text_of
 
 LEAST_WIDTH = 60
 """The width of a text until its dialog has been laid out."""
@@ -133,8 +133,8 @@ class PostureScreen(ModalScreen[bool]):
 
     def on_mount(self) -> None:
         """Draw the posture and put the question."""
-        self.query_one("#posture-text", PlainText).show(self._description)
-        self.query_one("#posture-question", PlainText).show(
+        text_of(self, "posture-text").show(self._description)
+        text_of(self, "posture-question").show(
             f"{self._asked}   {self._keys.label('yes')} yes   {self._keys.label('no')} no"
         )
         for view in self.query(SpaceView):

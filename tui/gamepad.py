@@ -350,7 +350,7 @@ class Gamepad:
         return Jog(settings.space, axes, frame) if axes else None
 
 
-_KEYS = {row.id: row.action.removeprefix("jog('").removesuffix("')") for row in AXIS_KEYS}
+_KEYS = {row.id: row.jogs for row in AXIS_KEYS}
 
 
 def _axis(settings: JogSettings, row: str) -> tuple[str, float]:

@@ -25,7 +25,7 @@ from tui.app import TypedText
 from tui.desk import Desk, DeskScreen
 from tui.dialogs import TextDialog
 from tui.keys.keyboard import Keyboard, bindings
-from tui.widgets import PlainText, panels
+from tui.widgets import PlainText, panels, text_of
 
 PORTION = 100
 """Lines read at one poll, at most: 2000 a second. Reading them delays a stop by about 5 ms."""
@@ -378,7 +378,7 @@ class FindScreen(SearchDialog):
         """Show the text, and have the log follow it."""
         done = f"{self._keys.label('find-done')}: done"
         prompt = asked_text("only lines with", text)
-        self.query_one("#find-text", PlainText).show(f"{prompt}\n{done}")
+        text_of(self, "find-text").show(f"{prompt}\n{done}")
         self._use(text)
 
 
@@ -420,10 +420,10 @@ class CatalogueScreen(SearchDialog):
         width, height = self.query_one("#catalogue").content_size
         close = self._keys.label("catalogue-close")
         prompt = f"{asked_text('errors with', self.typing.text)}\n{close}: close"
-        self.query_one("#catalogue-find", PlainText).show(prompt)
+        text_of(self, "catalogue-find").show(prompt)
         room = height - 1 - prompt.count("\n") - 1
         listed = catalogue_text(self._rows, self._at, width, room, self._keys)
-        self.query_one("#catalogue-text", PlainText).show(f"\n{listed}")
+        text_of(self, "catalogue-text").show(f"\n{listed}")
 
 
 GLANCE_S = 0.2
@@ -484,7 +484,7 @@ class LogScreen(DeskScreen):
     def action_find(self) -> None:
         """Type what all lines must have."""
         view = self.log_view
-        self.app.push_screen(FindScreen(self.desk.keys, view.book.filter.text, view.find))
+        self.desk.dialogs.open(FindScreen(self.desk.keys, view.book.filter.text, view.find))
 
     def action_open_line(self) -> None:
         """Show all of the chosen line, or of the newest one."""
@@ -492,13 +492,13 @@ class LogScreen(DeskScreen):
         if line is None:
             raise BadRequest("there is no line to be opened")
         self.log_view.choose(line)
-        self.app.push_screen(LineScreen(self.desk.keys, line))
+        self.desk.dialogs.open(LineScreen(self.desk.keys, line))
 
     def action_catalogue(self) -> None:
         """Show all errors."""
         line = self.log_view.line
         code = line.code if line is not None else ""
-        self.app.push_screen(CatalogueScreen(self.desk.keys, code))
+        self.desk.dialogs.open(CatalogueScreen(self.desk.keys, code))
 
     def action_save(self) -> None:
         """Write the recording, and say where it is."""

@@ -18,7 +18,7 @@ from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
 from tui.keys.remap import checked
-from tui.keys.table import LETTERS, STOP, DeskKey, JogPair, words
+from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, words
 from tui.settings import INCREMENTS, neighbour
 from tui.terminal import draws_braille
 from tui.theory import TheoryPanel, axis_rows, joint_rows
@@ -29,14 +29,12 @@ from tui.widgets import KeyLine, PlainText, text_of
 PLACE = "theory"
 """Where all rows of a model's keyboard count."""
 
-KEPT = (STOP, "help", "quit", "help-close", "mode", "finer", "coarser")
+KEPT = ("mode", "finer", "coarser", *(row.id for row in VIEW_KEYS))
 """Rows by id; those that jog, and those of the theory, are kept too."""
 
 NOTHING_TO_STOP = "Close a dialog. There is nothing to stop: no arm is connected."
 
-_ARROWS = (("left", "right", 0, "y"), ("up", "down", 1, "z"))
 _OWN_PLACES = ("theory", "model")
-_OWN_ACTIONS = ("jog(", "view(")
 
 
 class ModelKeyboard(Keyboard):
@@ -62,21 +60,6 @@ def model_keys(keys: Keyboard = DEFAULT_KEYS) -> ModelKeyboard:
     return checked(ModelKeyboard(tuple(_rows(keys))), "with a model")
 
 
-def model_pairs(joints: Sequence[str], axes: Sequence[str]) -> tuple[JogPair, ...]:
-    """Return the jog keys of a model: a row of letters for each joint and axis of the hand.
-
-    Where there are more of the ones than of the others the names of the rest are empty. There are
-    keys for seven.
-    """
-    count = min(max(len(joints), len(axes)), len(LETTERS))
-    letters = [JogPair(*LETTERS[row], _at(joints, row), _at(axes, row)) for row in range(count)]
-    arrows = [
-        JogPair(plus, minus, _at(joints, row), axis if axis in axes else "")
-        for plus, minus, row, axis in _ARROWS
-    ]
-    return (*letters, *(pair for pair in arrows if pair.joint or pair.cartesian))
-
-
 def _rows(keys: Keyboard) -> Iterator[DeskKey]:
     for row in keys.rows:
         if row.id == STOP:
@@ -85,12 +68,8 @@ def _rows(keys: Keyboard) -> Iterator[DeskKey]:
             yield replace(row, tooltip="Leave the model.")
         elif row.id in ("help", "help-close"):
             yield row
-        elif row.id in KEPT or row.place in _OWN_PLACES or row.action.startswith(_OWN_ACTIONS):
+        elif row.id in KEPT or row.place in _OWN_PLACES or row.jogs:
             yield replace(row, place=PLACE)
-
-
-def _at(names: Sequence[str], row: int) -> str:
-    return names[row] if row < len(names) else ""
 
 
 # The hand on a model: its posture, and what each key makes of it. Pure: it knows no screen.
@@ -111,7 +90,7 @@ class ModelHand:
     def __post_init__(self) -> None:
         self.values = self.values or example_posture(self.subject.chain)
         self.axes = axes_of(self.subject)
-        self.pairs = model_pairs(self.subject.chain.joint_names, self.axes)
+        self.pairs = pairs_of(self.subject.chain.joint_names, self.axes)
 
     @property
     def study(self) -> Study:

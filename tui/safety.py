@@ -16,7 +16,7 @@ from armdrive.errors.printable import printable
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Status, Trust, bound_words, coded, rounded_up, trust_words
 from kinematics.text import rounded
-from tui.keys.keyboard import Keyboard, label
+from tui.keys.keyboard import Keyboard
 from tui.keys.table import STOP, titled
 from tui.widgets import PlainText, Span, text_of
 
@@ -42,7 +42,14 @@ BADGES: Mapping[str, Span] = {
 }
 """The one word for each state, and its colour."""
 
-IMMOBILE = (State.DISCONNECTED.value, State.ERROR_STOP.value, State.DISABLED.value)
+WAYS_OUT: Mapping[State, tuple[str, str]] = {
+    State.DISCONNECTED: ("reconnect", "reconnects"),
+    State.ERROR_STOP: ("reset", "resets"),
+    State.DISABLED: ("motors", "switches the motors on"),
+}
+"""The states in which nothing can move the arm: the row whose key leads out, and what it does."""
+
+IMMOBILE = tuple(state.value for state in WAYS_OUT)
 
 ARMED: Span = ("ARMED", CAREFUL)
 PAUSED: Span = ("PAUSED", CAREFUL)
@@ -116,25 +123,33 @@ def badge_of(state: object, *, paused: bool) -> Span:
 
 
 def which(status: Status) -> str:
-    """Say whether the arm is real, and which it is."""
-    kind = "SIMULATED" if status.simulated else "REAL ARM"
+    """Say whether the arm is real, which it is, and how a real one is linked."""
+    if status.simulated:
+        return f"SIMULATED: {status.arm} ({status.title})"
     named_by_port = status.link.startswith(status.arm.partition("?")[0])
     name = status.title if named_by_port else f"{status.arm} ({status.title})"
-    return f"{kind}: {name} on {status.link}"
+    return f"REAL ARM: {name} on {status.link}"
 
 
 def position_text(status: Status, keys: Keyboard) -> str:
-    """Say how far the position can be trusted, and which key makes it trusted."""
-    age = status.trust_age.removeprefix("for ")
-    reference = f"{keys.label('reference')} references the arm"
-    if status.state is State.DISCONNECTED:  # no key makes it trusted now
-        return f"position {status.trust.value}: {status.trust_reason}"
-    if status.trust is Trust.REFERENCED:
-        return f"position referenced {age} ago"
-    if status.trust is Trust.UNKNOWN:
+    """Say how far the position can be trusted, and which key makes it trusted now, if one does."""
+    trust, linked = status.trust, status.state is not State.DISCONNECTED
+    if trust is Trust.REFERENCED and linked:
+        return f"position referenced {status.trust_age.removeprefix('for ')} ago"
+    if trust is Trust.UNKNOWN and can_reference(status.state):
         return f"position unknown: press {keys.label('reference')} to reference the arm"
-    way = f"{keys.label('confirm')} confirms it" if status.trust is Trust.RESTORED else reference
-    return f"position {status.trust.value}: {way} ({status.trust_reason})"
+    way = ""
+    if trust is Trust.RESTORED and linked:
+        way = f"{keys.label('confirm')} confirms it"
+    elif can_reference(status.state):
+        way = f"{keys.label('reference')} references the arm"
+    reason = f"{way} ({status.trust_reason})" if way else status.trust_reason
+    return f"position {trust.value}: {reason}"
+
+
+def can_reference(state: State) -> bool:
+    """Return whether a key references the arm in this state."""
+    return state.value not in IMMOBILE and state is not State.HOMING
 
 
 NO_STOP = "no stop reaches the arm: use its own stop or power switch"
@@ -161,7 +176,7 @@ def stopping_text(
 
 def without_link(status: Status, keys: Keyboard) -> str:
     """Say what the arm does while no key reaches it, and what stops it sooner."""
-    stop, row = label(keys.of(STOP)[0]).upper(), DIALECTS.get(status.dialect)
+    stop, row = keys.label(STOP).upper(), DIALECTS.get(status.dialect)
     ends = bound_words(status.silent_time_s, status.silent_distance_mm)
     return (
         f"No key reaches the arm, not even {stop}: what was sent ends by itself within {ends}. "
@@ -169,20 +184,23 @@ def without_link(status: Status, keys: Keyboard) -> str:
     )
 
 
-def how_to_reconnect(keys: Keyboard) -> str:
-    """Say how to reconnect, and how to leave without a link."""
-    return f"{keys.label('reconnect')} reconnects, {keys.label('quit')} leaves"
+def way_out(state: State, keys: Keyboard) -> str:
+    """Say which key leads out of a state in which nothing can move the arm; empty in others."""
+    if state not in WAYS_OUT:
+        return ""
+    row, does = WAYS_OUT[state]
+    leave = f", {keys.label('quit')} leaves" if state is State.DISCONNECTED else ""
+    return f"{keys.label(row)} {does}{leave}"
 
 
 def why_immobile(state: State, keys: Keyboard) -> str:
     """Say why no key can move the arm in this state, and what to do; empty if one can."""
-    if state is State.DISCONNECTED:
-        return f"there is no link to the arm, and no key moves it: {how_to_reconnect(keys)}"
-    if state is State.ERROR_STOP:
-        return f"the arm is in error-stop: look at it, then press {keys.label('reset')}"
-    if state is State.DISABLED:
-        return f"the motors are off: {keys.label('motors')} switches them on"
-    return ""
+    why = {
+        State.DISCONNECTED: "there is no link to the arm, and no key moves it: ",
+        State.ERROR_STOP: "the arm is in error-stop: look at it, then ",
+        State.DISABLED: "the motors are off: ",
+    }
+    return why.get(state, "") + way_out(state, keys)
 
 
 def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_at: str = "") -> str:
@@ -194,12 +212,12 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_a
     )
     if status.state is State.DISCONNECTED:
         key, leave = keys.label("reconnect"), keys.label("quit")
-        way = f"{leave} leaves" if "`connect()`" in reason else how_to_reconnect(keys)
+        way = f"{leave} leaves" if "`connect()`" in reason else way_out(status.state, keys)
         trying = f"The desk keeps trying to reconnect: {key} tries at once, {leave} leaves"
         return f"{reason.rstrip('.')}. {trying if reconnects else way}."
     if status.state is State.ERROR_STOP:
         names_key = "`reset()`" in reason
-        resets = "That" if names_key else f"{keys.label('reset')} resets, and"
+        resets = "That" if names_key else f"{way_out(status.state, keys)}, and"
         return f"{reason.rstrip('.')}. {resets} moves nothing."
     if status.paused:
         return _paused(keys, paused_at)
@@ -221,10 +239,7 @@ def _paused(keys: Keyboard, paused_at: str) -> str:
 
 def link_back(status: Status, keys: Keyboard) -> str:
     """Say that the link is back, whether the position can be trusted, and what to do next."""
-    first = {
-        State.ERROR_STOP: f"{keys.label('reset')} resets, then ",
-        State.DISABLED: f"{keys.label('motors')} switches the motors on, then ",
-    }
+    first = f"{way}, then " if (way := way_out(status.state, keys)) else ""
     restored = status.trust is Trust.RESTORED
     then = (
         f"{keys.label('confirm')} compares it"
@@ -233,23 +248,14 @@ def link_back(status: Status, keys: Keyboard) -> str:
     )
     return (
         f"The link is back, and nothing was moved. The position is {status.trust.value}: "
-        f"{status.trust_reason}. Look at the arm: {first.get(status.state, '')}{then}"
+        f"{status.trust_reason}. Look at the arm: {first}{then}"
     )
 
 
 def after_reset(status: Status, keys: Keyboard) -> str:
     """Say what a reset has led to."""
-    off = status.state is State.DISABLED
-    more = f"; {keys.label('motors')} switches the motors on" if off else ""
-    return "reset: nothing was moved" + more
-
-
-def messages_of(status: Status, message: str, hint: str, *, bannered: bool) -> str:
-    """Return the messages of the desk and of the arm, each once; the hint if the desk has none."""
-    if message and (message in status.notice or (bannered and message in status.error)):
-        message = ""  # the arm repeats in its status what it answered the desk
-    messages = (message or hint, status.notice, "" if bannered else status.error)
-    return "\n".join(each for each in dict.fromkeys(messages) if each)
+    way = way_out(status.state, keys)
+    return "reset: nothing was moved" + (f"; {way}" if way else "")
 
 
 def progress_of(program: View) -> str:
@@ -276,8 +282,7 @@ class StopButton(Static, can_focus=False):
     """Stops the arm. The app takes a mouse button that is pressed on it before anything else."""
 
     def __init__(self, keys: Keyboard) -> None:
-        stop = label(keys.of(STOP)[0])
-        super().__init__(Content(f"   STOP   \n          \n{stop:^10}"), id="stop")
+        super().__init__(Content(f"   STOP   \n          \n{keys.label(STOP):^10}"), id="stop")
 
 
 class SafetyPanel(Horizontal):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -85,7 +86,7 @@ class JogSettings:
     @property
     def rows(self) -> tuple[JogPair, ...]:
         """The pairs that have a row of the screen: those of letters."""
-        return tuple(pair for pair in self.pairs if len(pair.plus) == 1)
+        return tuple(pair for pair in self.pairs if not pair.is_arrow)
 
     def pair_of(self, key: str) -> JogPair | None:
         """Return the pair that a key belongs to, None where this arm has no such axis."""
@@ -282,6 +283,40 @@ def remembered(settings: JogSettings, move: MoveSettings, screen: str) -> ArmMem
         move_mode=move_space.value,
         move_speed=move.speed,
     )
+
+
+class DeskSettings:
+    """What is set on the desk of one arm: as it was left the last time, and kept for the next one.
+
+    Without a file nothing was left, and nothing is kept.
+    """
+
+    def __init__(
+        self, file: Path | None, status: Status, pairs: tuple[JogPair, ...], frames: tuple[str, ...]
+    ) -> None:
+        """`pairs` are the jog keys of the arm, `frames` the frames it knows."""
+        self._file = file
+        self._found = DeskMemory(instructed=True) if file is None else recall(file)
+        left, simulated = self._found.of(status), status.simulated
+        speed, move_speed = (SIMULATED_SPEED, 0.5) if simulated else (REAL_SPEED, 0.25)
+        self.jog = restored(JogSettings(pairs=pairs, frames=frames, speed=speed), left)
+        """How jog keys move the arm."""
+        self.move = move_settings(left, MoveSettings(speed=move_speed))
+        """How the move screen's goals are given, and how the arm goes to them."""
+        self.look = self._found.look
+        """The look that the desk had."""
+        self.screen = left.screen
+        """The screen at which the desk was left."""
+        self.instructed = self._found.instructed
+        """Whether a user has read the first screen."""
+
+    def keep(self, status: Status, screen: str, look: str) -> None:
+        """Keep what is set now for the next time."""
+        if self._file is None:
+            return
+        found = self._found.with_arm(status, remembered(self.jog, self.move, screen))
+        with contextlib.suppress(OSError):  # losing these settings does no harm
+            remember(self._file, replace(found, look=look, instructed=self.instructed))
 
 
 def _fitting(kind: type[ArmMemory] | type[DeskMemory], given: object) -> dict[str, Any]:

@@ -22,12 +22,26 @@ from tui.points import PointsScreen
 from tui.settings import memory_file
 from tui.terminal import draws_braille, forget_a_closed_terminal
 
+# What these need takes as long to load as the desk itself, so each is loaded when first shown:
+# setting up probes ports, theory has the textbook, programs have a parser.
 
-def _late_screen(place: str) -> DeskScreen:
-    """Make a screen whose modules take as long to load as the desk itself."""
-    from tui.late_screens import LATE_SCREENS
 
-    return LATE_SCREENS[place]()
+def _setup() -> DeskScreen:
+    from tui.setup import SetupScreen
+
+    return SetupScreen()
+
+
+def _theory() -> DeskScreen:
+    from tui.theory import TheoryScreen
+
+    return TheoryScreen()
+
+
+def _program() -> DeskScreen:
+    from tui.program import ProgramScreen
+
+    return ProgramScreen()
 
 
 SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
@@ -36,7 +50,9 @@ SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
         "move": MoveScreen,
         "points": PointsScreen,
         "log": LogScreen,
-        **{place: partial(_late_screen, place) for place in ("setup", "theory", "program")},
+        "setup": _setup,
+        "theory": _theory,
+        "program": _program,
     }
 )
 """The screens of a desk by their ids."""

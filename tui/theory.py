@@ -31,7 +31,7 @@ from kinematics.textbook.study import Study, Subject, searched, study, subject_o
 from kinematics.textbook.systems.named import NamedSingularity
 from kinematics.textbook.thirteen_steps import assignment_steps, axes_lines, result_lines
 from kinematics.textbook.worked_example import ExampleSection
-from tui.app import HoldAlarm, KeyApp
+from tui.app import HoldAlarm, Job, KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import bar
 from tui.desk import DeskScreen
@@ -70,9 +70,9 @@ class TheoryPanel(Horizontal):
         self._joint_names = subject.chain.joint_names
         self._study: Study | None = None
         self._symbols: tuple[ExampleSection, ...] | None = None
-        self._writing = False
+        self._writing = Job()
         self._near: tuple[tuple[float, ...], tuple[NamedSingularity, ...]] = ((), ())
-        self._searching = False
+        self._searching = Job()
         app = cast("KeyApp", self.app)
         self._calls = app.calls
         self._rests = HoldAlarm(app, self.look_now)
@@ -195,14 +195,13 @@ class TheoryPanel(Horizontal):
 
     def _in_symbols(self, of: Study) -> tuple[ExampleSection, ...]:
         """Return the formulas of the arm, the same for every posture, as soon as they are there."""
-        if self._symbols is None and not self._writing:
-            self._writing = True  # asked at each repaint, worked out once
+        if self._symbols is None and not self._writing.busy:  # asked at each repaint
             work = partial(symbol_sections, of, COLUMN_WIDTH - 1)
-            self._calls.work_out(work, self._keep_symbols)
+            self._writing = self._calls.work_out(work, self._keep_symbols)
         return self._symbols or (WORKING,)
 
     def _keep_symbols(self, found: tuple[ExampleSection, ...] | None) -> bool:
-        self._symbols, self._writing = found, False
+        self._symbols = found
         self._again()
         return True
 
@@ -221,14 +220,12 @@ class TheoryPanel(Horizontal):
     def look_now(self) -> None:
         """Look for the singularity nearest to the posture that is shown, one at a time."""
         of = self._study
-        if of is None or self._searching or not self.is_attached:
+        if of is None or self._searching.busy or not self.is_attached:
             return
-        self._searching = True
         work = partial(searched, of.subject, of.values)
-        self._calls.work_out(work, partial(self._keep_found, of))
+        self._searching = self._calls.work_out(work, partial(self._keep_found, of))
 
     def _keep_found(self, of: Study, found: tuple[NamedSingularity, ...] | None) -> bool:
-        self._searching = False
         if found is not None:
             self._near = (of.values, found)
         self._again()
@@ -349,7 +346,7 @@ def _keys(keys: Keyboard | None, pairs: Sequence[JogPair], name: str, *, cartesi
     """Return the letters that move an axis, or as much room."""
     if keys is None:
         return ""
-    letters = (pair for pair in pairs if len(pair.plus) == 1)
+    letters = (pair for pair in pairs if not pair.is_arrow)
     pair = next((one for one in letters if one.axis(cartesian=cartesian) == name), None)
     return NO_KEYS if pair is None else f"{keys.jog(pair.plus)}/{keys.jog(pair.minus)}"
 

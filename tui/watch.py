@@ -47,7 +47,7 @@ from tui.safety import (
 )
 from tui.settings import memory_file, neighbour, recall
 from tui.terminal import draws_braille
-from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLines, panels
+from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLines, panels, text_of
 
 # What the screen says about the arm, made from the plain data of its status.
 
@@ -60,10 +60,12 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
     if not view:
         badge = ("LOST", WRONG) if ended else ("WAITING", QUIET)
         return SafetyState(f"WATCHING {name}", False, badge, "", ended, DOTS["unknown"], "", "")
-    kind = "SIMULATED" if view.get("simulated") else "REAL ARM"
+    kind, on = "SIMULATED", ""  # as in the title of a desk, it has no link
+    if not view.get("simulated"):
+        kind, on = "REAL ARM", f" on {view.get('link', '?')}"
     running = view.get("program")
     program = progress_of(running) if isinstance(running, Mapping) else ""
-    arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}) on {view.get('link', '?')}"
+    arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}){on}"
     badge = badge_of(view.get("state"), paused=bool(view.get("paused")))
     return SafetyState(
         arm="  ".join(filter(None, (arm, program))),
@@ -203,8 +205,8 @@ class WatchScreen(Screen[None]):
         app, width = self.watching, self.size.width
         self.query_one(SafetyPanel).show(watched_state(app.arm_name, view, ended))
         self.query_one(ProgramLines).show_program(self._program.lines(view.get("program")))
-        self.query_one("#watched", PlainText).show(lines(view))
-        self.query_one("#messages", PlainText).show(message)
+        text_of(self, "watched").show(lines(view))
+        text_of(self, "messages").show(message)
         self.query_one(KeyLine).show_keys(app.keys.next_keys("watch"), width)
         self.query_one(SpaceView).show(moment(view, app.model))
 

@@ -3,13 +3,13 @@
     commands           every command, its sentence and where it is; the exit codes
     options            what all commands share of options and help; an `arguments` beside each group
                        of commands declares its own, and its docstrings are the text of `--help`
-    runner             one command run: signals, errors as one line, the exit code
+    runner             one command run: its module is imported; signals, errors as one line, the
+                       exit code
     presenter          printing, JSON or text, and reading a line
     arm_files          which arm `--arm` and the default name
     chosen_arm         a connection to it; the saved world of a simulated one
     questions          asking at a terminal; `terminal_operator` looks at the arm for `home`
     unexpected         an error that nobody expected
-    loading            modules of commands, loaded when called
     drive/, program/, set_up/, look/, learn/   the commands
 
 Nothing heavy is imported on the way to `armdrive --help`.

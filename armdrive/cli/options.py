@@ -27,7 +27,7 @@ Its docstring, without the first line, ends the help: notes and examples.
 class Action:
     """An action of a command, as `list` of `points`: its line of help, its function, its options.
 
-    The function is written `drive.points:show`; loading.py loads its module when the action runs.
+    The function is written `drive.points:show`; its module is imported when the action runs.
     """
 
     summary: str

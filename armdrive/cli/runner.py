@@ -7,15 +7,16 @@ import contextlib
 import functools
 import json
 import os
+import pkgutil
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from armdrive.cli.commands import COMMANDS, FAULT, INSTEAD, INTERRUPTED, REFUSED, USAGE
-from armdrive.cli.loading import load
 from armdrive.cli.options import JSON_OPTION, CommandParser, Declare, help_of
 from armdrive.cli.presenter import (
     ERROR_LABEL,
@@ -53,7 +54,7 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
     options = argparse.Namespace(function=function, json=JSON_OPTION in words)
     try:
         command_parser(name, summary, function).parse_args(words, options)
-        command: Callable[[argparse.Namespace], Outcome] = load(options.function)
+        command: Callable[[argparse.Namespace], Outcome] = command_at(options.function)
         with _signals(), _threads_reported():
             return present(command(options), options)
     except KeyboardInterrupt:
@@ -75,6 +76,11 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
         return _say(options, _unexpected(error), FAULT)
 
 
+def command_at(place: str) -> Any:
+    """Return what stands at a place such as `drive.move:move`, and import its module if need be."""
+    return pkgutil.resolve_name(f"armdrive.cli.{place}")
+
+
 def report_output(error: OSError) -> int:
     """Report that standard output could not be written; return the exit code."""
     return _report_system(of_output(error), argparse.Namespace())
@@ -92,7 +98,7 @@ def _report_system(error: OSError, options: argparse.Namespace) -> int:
 def command_parser(name: str, summary: str, function: str) -> CommandParser:
     """Return the parser of a command."""
     group = function.partition(".")[0]
-    declare: Declare = load(f"{group}.arguments:ARGUMENTS")[name]
+    declare: Declare = command_at(f"{group}.arguments:ARGUMENTS")[name]
     parser = CommandParser(prog=f"armdrive {name}", **help_of(summary, declare))
     declare(parser)
     return parser

@@ -13,8 +13,10 @@ are imported on demand. What several drivers share:
 
 from __future__ import annotations
 
+import pkgutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from armdrive.abilities import Abilities, Torque
@@ -35,6 +37,11 @@ P = TypeVar("P")
 
 Origin: TypeAlias = tuple[int, ...] | None
 """The motor steps at register zero; None if they are unknown."""
+
+
+def on_demand(place: str) -> Callable[[], Any]:
+    """Return a function that imports what stands at a place, `package.module:NAME`."""
+    return partial(pkgutil.resolve_name, place)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from armdrive.dialects import Dialect, Language
+from armdrive.dialects import Dialect, Language, on_demand
 from armdrive.dialects.armdroid import ENTRY as ARMDROID
 from armdrive.dialects.cia402 import ENTRY as CIA402
 from armdrive.dialects.grbl import ENTRY as GRBL
@@ -33,54 +33,15 @@ if TYPE_CHECKING:
     from firmware_protocol.frames import Frame
 
 
-# A simulated device is imported when it is made: a real arm needs none.
-
-
-def _teachmover() -> SimDeviceKind:
-    from armdrive.sim.teachmover import KIND
-
-    return KIND
-
-
-def _robko01() -> SimDeviceKind:
-    from armdrive.sim.robko01 import KIND
-
-    return KIND
-
-
-def _armdroid() -> SimDeviceKind:
-    from armdrive.sim.armdroid import KIND
-
-    return KIND
-
-
-def _grbl() -> SimDeviceKind:
-    from armdrive.sim.grbl import KIND
-
-    return KIND
-
-
-def _mks() -> SimDeviceKind:
-    from armdrive.sim.mks import KIND
-
-    return KIND
-
-
-def _cia402() -> SimDeviceKind:
-    from armdrive.sim.cia402 import KIND
-
-    return KIND
-
-
 _ROWS: tuple[tuple[Dialect, Callable[[], SimDeviceKind]], ...] = (
-    (TEACHMOVER, _teachmover),
-    (ROBKO01, _robko01),
-    (ARMDROID, _armdroid),
-    (GRBL, _grbl),
-    (MKS, _mks),
-    (CIA402, _cia402),
+    (TEACHMOVER, on_demand("armdrive.sim.teachmover:KIND")),
+    (ROBKO01, on_demand("armdrive.sim.robko01:KIND")),
+    (ARMDROID, on_demand("armdrive.sim.armdroid:KIND")),
+    (GRBL, on_demand("armdrive.sim.grbl:KIND")),
+    (MKS, on_demand("armdrive.sim.mks:KIND")),
+    (CIA402, on_demand("armdrive.sim.cia402:KIND")),
 )
-"""Each dialect's statement about itself, and the import of its simulated device."""
+"""Each dialect's statement about itself, and its simulated device: a real arm imports none."""
 
 DIALECTS: Mapping[str, Dialect] = MappingProxyType({entry.name: entry for entry, _ in _ROWS})
 """What each dialect states about itself, by its name."""

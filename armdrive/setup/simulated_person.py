@@ -70,7 +70,7 @@ class SimulatedPerson:
     def _plug(self, motor: int, *, on: bool) -> None:
         board: Any = self._twin.board
         if isinstance(board, DrivesBoard):
-            board.drives.plug(motor, on)
+            board.node(motor).port.plugged = on
 
     def _press(self, motor: int, state: SwitchState) -> bool:
         """Press or release a limit switch; return False if the simulated arm has none."""

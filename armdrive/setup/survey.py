@@ -259,10 +259,13 @@ def of_arm(
 
 
 def of_settings(settings: DeviceSettings) -> list[Finding]:
-    """Return the settings that differ; those that keep the arm from moving are problems."""
+    """Return the firmware, if it is known, and the settings that differ.
+
+    Those that keep the arm from moving are problems.
+    """
+    named = [ok(f"the controller's firmware is {settings.firmware}")] if settings.firmware else []
     listed = [_finding(each) for each in settings.differences]
-    of = f" ({settings.firmware})" if settings.firmware else ""
-    return listed or [ok(f"the controller's settings{of} are what the arm file expects")]
+    return named + (listed or [ok("the controller's settings are what the arm file expects")])
 
 
 def _finding(difference: Difference) -> Finding:

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.sim.device import Board, Options, lacks, options_from, speed_error
-from armdrive.sim.mechanics.motors import MotorDrive, MotorRack, MotorSpeed
+from armdrive.sim.device import Board, lacks, speed_error
+from armdrive.sim.mechanics.motors import MotorDrive, MotorRack
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json
@@ -84,10 +84,10 @@ class ArmdroidQuirks:
 
     def interval_s(self, rpm: int) -> float:
         """Return the time between two steps: whole milliseconds, by integer division."""
-        if rpm == 0:
-            return NEVER_S
-        interval_s = MINUTE_MS // TURN_STEPS // (rpm % (1 << 32)) / 1000.0
-        return max(interval_s, AT_ONCE_S)
+        interval_s = NEVER_S
+        if rpm:
+            interval_s = max(MINUTE_MS // TURN_STEPS // (rpm % (1 << 32)) / 1000.0, AT_ONCE_S)
+        return interval_s * (1.0 + self.speed_error)
 
 
 def by_channel(by_motor: Sequence[int]) -> tuple[int, ...]:
@@ -125,7 +125,6 @@ class ArmdroidBoard(Board):
         world = world or World()
         super().__init__(world, MotorDrive(world, MotorRack((0,) * len(world.motors))), baud)
         self.quirks = quirks or ArmdroidQuirks()
-        self.motor_speed = MotorSpeed(self.quirks.speed_error)
         self.lost_bytes = 0
         self.rpm = RPM_DEFAULT
         """The speed set last."""
@@ -153,7 +152,7 @@ class ArmdroidBoard(Board):
     def details(self) -> dict[str, Json]:
         """Return the speed, its error, and the arguments that a stray `D` would execute."""
         kept: list[Json] = [*self._codec.arguments]
-        return {"rpm": self.rpm, "speed_error": self.motor_speed.error, "kept": kept}
+        return {"rpm": self.rpm, "speed_error": self.quirks.speed_error, "kept": kept}
 
     # Actions of a person.
 
@@ -251,7 +250,7 @@ class ArmdroidBoard(Board):
     def _turn(self, steps: Sequence[int]) -> None:
         if any(steps):
             self.drive.energise()
-        interval_s = self.quirks.interval_s(self.rpm) * self.motor_speed.stretch
+        interval_s = self.quirks.interval_s(self.rpm)
         self.drive.rack.start(by_motor(steps), interval_s, self.now_s, in_proportion=False)
 
     def _answer(
@@ -272,9 +271,9 @@ class ArmdroidBoard(Board):
         self.rpm, self._greeting = RPM_DEFAULT, False
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> ArmdroidBoard:
+def _make(config: ArmConfig, world: World, quirks: ArmdroidQuirks) -> ArmdroidBoard:
     """Make the board as a program finds it that has just opened the port."""
-    board = ArmdroidBoard(world, ArmdroidQuirks(**options.values), baud=config.connection.baud)
+    board = ArmdroidBoard(world, quirks, baud=config.connection.baud)
     if board.quirks.greets:
         board.opened()
     return board
@@ -284,5 +283,5 @@ KIND = SimDeviceKind(
     title="Armdroid",
     board=ArmdroidBoard,
     make=_make,
-    options=options_from(ArmdroidQuirks),
+    settings=ArmdroidQuirks,
 )

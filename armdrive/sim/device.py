@@ -1,4 +1,4 @@
-"""The simulated device shared by all dialects: its board, optional abilities, options and report.
+"""The simulated device shared by all dialects: its board, optional abilities, settings and report.
 
 A `WireDevice` (wire.py) consumes and produces bytes on a clock that its caller sets. A `SimDevice`
 adds the physical arm and the person at the arm. It holds a `Board`, the dialect's controller: to
@@ -13,16 +13,16 @@ import abc
 import contextlib
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from functools import partial
-from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
+from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.sim.mechanics.motors import SPEED_ERRORS, MotorDrive, MotorSpeed, SwitchState
+from armdrive.sim.mechanics.motors import MotorDrive, SwitchState
 from armdrive.sim.wire import DeviceLine, TimeQueue, WireDevice
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, require_counts, unfit, world_to_json
-from armdrive.text.toml import Rule, checked, plain, rule_of, setting
+from armdrive.text.toml import checked, plain, rule_of, setting
 from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors
 
@@ -36,13 +36,6 @@ class HasPendant(Protocol):
 
     def return_control(self) -> bool:
         """Return control to the host. Returns False if the host already has it."""
-
-
-@runtime_checkable
-class HasSpeedError(Protocol):
-    """A board whose motors can turn faster or slower than its registers assume."""
-
-    motor_speed: MotorSpeed
 
 
 @runtime_checkable
@@ -102,13 +95,13 @@ class SavedBoard:
 class SharedState:
     """State shared by a board and its device, which sets the time, the power and the inputs.
 
-    `outgoing` holds the bytes waiting to be sent. Boards append to it and never replace it.
+    `outgoing` holds what waits to be sent: bytes, or on a bus frames. Boards only append to it.
     """
 
     now_s: float = 0.0
     powered: bool = True
     inputs_set: int = 0
-    outgoing: bytearray = field(default_factory=bytearray)
+    outgoing: Any = field(default_factory=bytearray)
 
 
 class Board(abc.ABC):
@@ -126,6 +119,8 @@ class Board(abc.ABC):
     """The smallest and largest value of a position register."""
     saved_as: ClassVar[type[Any]] = SavedBoard
     """The dataclass of the board's own saved state."""
+    message: ClassVar[type[Any]] = bytes
+    """What arrives or leaves at once: bytes, or on a bus a tuple of frames."""
     byte_gap_s: float = 0.0
     """A pause after each byte that the board sends."""
 
@@ -166,8 +161,8 @@ class Board(abc.ABC):
     # Bytes and time.
 
     @abc.abstractmethod
-    def receive(self, data: bytes) -> None:
-        """Receive bytes that arrive now. Called only while the power is on."""
+    def receive(self, message: Any) -> None:
+        """Receive bytes (or frames) that arrive now. Called only while the power is on."""
 
     def due_s(self) -> float:
         """Return when the board next acts on its own; by default when the motion ends."""
@@ -250,18 +245,16 @@ class SimDevice:
         """The pause after each byte that the device sends."""
         return self.board.byte_gap_s
 
-    def receive(self, data: bytes, now_s: float) -> None:
-        """Receive bytes that have arrived by now. Without power they are lost."""
+    def receive(self, message: Any, now_s: float) -> None:
+        """Receive a message that has arrived by now. Without power it is lost."""
         self._advance(now_s)
         if self.powered:
-            self.board.receive(data)
+            self.board.receive(message)
 
-    def transmit(self, now_s: float) -> bytes:
+    def transmit(self, now_s: float) -> Any:
         """Advance the arm to now and return what the board has sent since the last call."""
         self._advance(now_s)
-        if not self._shared.outgoing:
-            return b""
-        sent = bytes(self._shared.outgoing)
+        sent = self.board.message(self._shared.outgoing)
         self._shared.outgoing.clear()
         return sent
 
@@ -396,117 +389,80 @@ class SimDevice:
             board.drive.follow(now_s)
 
 
-# --- Options that a person or a test may choose by name ------------------------------------------
-# Values are numbers, texts, true or false. On the command line they are written NAME=VALUE.
+# --- Settings that a person or a test may choose by name -----------------------------------------
+# They are a frozen dataclass: `setting` declares each field that can be chosen. Values are numbers,
+# texts, true or false. On the command line they are written NAME=VALUE.
 
 Value: TypeAlias = bool | int | float | str
+K = TypeVar("K")
 _FLAGS = {"yes": True, "true": True, "on": True, "1": True}
 _FLAGS |= {"no": False, "false": False, "off": False, "0": False}
 
 
 @dataclass(frozen=True, slots=True)
-class Option:
-    """One setting, of the same type as its default.
-
-    `choices` lists the values allowed; numbers without choices are within `bounds`.
-    """
-
-    name: str
-    default: Value
-    summary: str
-    choices: tuple[Value, ...] = ()
-    bounds: tuple[float, float] = (-math.inf, math.inf)
-
-    def parse(self, text: str) -> Value:
-        """Parse a value typed by a person. Raises `BadRequest`."""
-        if isinstance(self.default, bool):
-            if text.lower() not in _FLAGS:
-                raise BadRequest(f"{self.name} must be yes or no, not {text!r}")
-            return _FLAGS[text.lower()]
-        value: Value = text
-        with contextlib.suppress(ValueError):
-            value = type(self.default)(text)
-        return self.checked(value)
-
-    def checked(self, value: Value) -> Value:
-        """Return a value of the right type. Raises `BadRequest`."""
-        read = checked(type(self.default), Rule(*self.bounds, self.choices))
-        try:
-            found: Value = read(value, self.name)
-        except ArmFileError as error:
-            raise BadRequest(str(error)) from None
-        return found
+class NoSettings:
+    """The settings of a device that has none."""
 
 
-def options_from(kind: type[Any]) -> tuple[Option, ...]:
-    """Return an option for each field of a dataclass that `setting` explains."""
-    explained = [each for each in fields(kind) if rule_of(each).help]
-    return tuple(_option(each.name, each.default, rule_of(each)) for each in explained)
+def settings_of(kind: type[Any]) -> dict[str, Field[Any]]:
+    """Return the fields of a dataclass that can be chosen, by name: those that are explained."""
+    return {each.name: each for each in fields(kind) if rule_of(each).help}
 
 
-def _option(name: str, default: Any, rule: Rule) -> Option:
-    return Option(name, default, rule.help, rule.words, (rule.low, rule.high))
+def chosen(kind: type[K], values: Mapping[str, Value]) -> K:
+    """Return settings with these values; all others have their defaults. Raises `BadRequest`."""
+    return kind(**{name: _checked(_row(kind, name), value) for name, value in values.items()})
+
+
+def parse_settings(kind: type[Any], words: Iterable[str]) -> dict[str, Value]:
+    """Parse NAME=VALUE words. Raises `BadRequest` with the nearest known name."""
+    values: dict[str, Value] = {}
+    for word in words:
+        name, equals, text = word.partition("=")
+        if not equals:
+            raise BadRequest(f"write a setting as NAME=VALUE, not {word!r}")
+        row = _row(kind, name.strip().replace("-", "_"))
+        values[row.name] = _parsed(row, text.strip())
+    return values
 
 
 def speed_error(means: str) -> Any:
-    """Declare the error of the motors' speed, which is the same option of several devices."""
-    low, high = SPEED_ERRORS
-    return setting(0.0, means, low=low, high=high)
+    """Declare how much longer motions last than the board assumes: 0.2 is a fifth longer."""
+    return setting(0.0, means, low=-0.95, high=100.0)
 
 
-class Options:
-    """The chosen settings; all others have their defaults.
-
-    Each reader names the type it expects.
-    """
-
-    def __init__(self, table: Iterable[Option], chosen: Mapping[str, Value] | None = None) -> None:
-        rows = {row.name: row for row in table}
-        self._values = {name: row.default for name, row in rows.items()}
-        for name, value in (chosen or {}).items():
-            self._values[name] = _row(rows, name).checked(value)
-
-    @classmethod
-    def parse(cls, table: Iterable[Option], words: Iterable[str]) -> dict[str, Value]:
-        """Parse NAME=VALUE words. Raises `BadRequest` with the nearest known name."""
-        rows = {row.name: row for row in table}
-        chosen: dict[str, Value] = {}
-        for word in words:
-            name, equals, text = word.partition("=")
-            if not equals:
-                raise BadRequest(f"write a setting as NAME=VALUE, not {word!r}")
-            key = name.strip().replace("-", "_")
-            chosen[key] = _row(rows, key).parse(text.strip())
-        return chosen
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """Return all settings by name."""
-        return dict(self._values)
-
-    def flag(self, name: str) -> bool:
-        """Return a setting that is true or false."""
-        return bool(self._values[name])
-
-    def whole(self, name: str) -> int:
-        """Return a whole number."""
-        return int(self._values[name])
-
-    def number(self, name: str) -> float:
-        """Return a number."""
-        return float(self._values[name])
-
-    def text(self, name: str) -> str:
-        """Return a text."""
-        return str(self._values[name])
-
-
-def _row(rows: Mapping[str, Option], name: str) -> Option:
+def _row(kind: type[Any], name: str) -> Field[Any]:
+    rows = settings_of(kind)
     if name in rows:
         return rows[name]
     known = f"known are {', '.join(rows)}" if rows else "this device has none"
     hint = did_you_mean(name, rows, known)
     raise BadRequest(f"the simulated device has no setting {name!r}; {hint}")
+
+
+def _parsed(row: Field[Any], text: str) -> Value:
+    """Parse a value typed by a person. Raises `BadRequest`."""
+    if isinstance(row.default, bool):
+        if text.lower() not in _FLAGS:
+            raise BadRequest(f"{row.name} must be yes or no, not {text!r}")
+        return _FLAGS[text.lower()]
+    value: Value = text
+    with contextlib.suppress(ValueError):
+        value = _kind(row)(text)
+    return _checked(row, value)
+
+
+def _checked(row: Field[Any], value: Value) -> Value:
+    """Return a value of the type of the default. Raises `BadRequest`."""
+    try:
+        found: Value = checked(_kind(row), rule_of(row))(value, row.name)
+    except ArmFileError as error:
+        raise BadRequest(str(error)) from None
+    return found
+
+
+def _kind(row: Field[Any]) -> type[Any]:
+    return type(row.default)
 
 
 # --- The report: the whole state, physical and commanded, for people and programs ----------------

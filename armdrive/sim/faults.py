@@ -12,11 +12,11 @@ import re
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes, made_of
-from armdrive.sim.bus import DriveControls, DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import (
     Board,
@@ -38,8 +38,6 @@ from armdrive.sim.wire import (
     Share,
     WireDirection,
     changed,
-    frame_doubled,
-    frame_lost,
     late,
     lost,
     overtaken,
@@ -387,7 +385,7 @@ def replug(bench: FaultBench, request: FaultRequest) -> Fault:
     bench.cable.replug(words[0] if words else None)
 
 
-# --- A CAN bus and its drives: frames lost or overtaken, drives mute or reset --------------------
+# --- A CAN bus and its drives: frames overtaken, drives mute or reset -----------------------------
 # These faults need a board that is `DrivesBoard`; some need one that `SaysEmergencies`.
 
 _CODE = re.compile(r"[0-9A-Fa-f]{4}")
@@ -415,38 +413,46 @@ def alone(bench: FaultBench, _: FaultRequest) -> Fault:
     next(silence, None)
 
 
-def _on_drive(switch: Callable[[DriveControls, int, bool], object]) -> RunFault:
+def _on_drive(switch: Callable[[DrivesBoard[Any], int, bool], object]) -> RunFault:
     """Return the fault that affects a drive, and undoes the effect at the end."""
 
     def run(bench: FaultBench, request: FaultRequest) -> Fault:
-        drives, at = _drives(bench), motor_of(bench, request.words[0])
+        board, at = _drives(bench), motor_of(bench, request.words[0])
         yield None
-        switch(drives, at, True)
+        switch(board, at, True)
         yield None
-        switch(drives, at, False)
+        switch(board, at, False)
 
     return run
 
 
-def _changing(change: Callable[[DriveControls, int, int], int]) -> RunFault:
+def _mute_drive(board: DrivesBoard[Any], at: int, on: bool) -> None:
+    board.node(at).port.mute = on
+
+
+def _withhold_done(board: DrivesBoard[Any], at: int, on: bool) -> None:
+    board.node(at).port.withheld = on
+
+
+def _changing(change: Callable[[DrivesBoard[Any], int, int], int]) -> RunFault:
     """Return the fault that changes a number of a drive, and restores it at the end."""
 
     def run(bench: FaultBench, request: FaultRequest) -> Fault:
-        drives, at = _drives(bench), motor_of(bench, request.words[0])
+        board, at = _drives(bench), motor_of(bench, request.words[0])
         value = whole(request.words[1])
         yield None
-        before = change(drives, at, value)
+        before = change(board, at, value)
         yield None
-        change(drives, at, before)
+        change(board, at, before)
 
     return run
 
 
 def reset_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     """Restart a drive's firmware."""
-    drives, at = _drives(bench), motor_of(bench, request.words[0])
+    board, at = _drives(bench), motor_of(bench, request.words[0])
     yield None
-    drives.reset(at)
+    board.reset_drive(at)
 
 
 def ailing_drive(bench: FaultBench, request: FaultRequest) -> Fault:
@@ -487,11 +493,11 @@ def _bus(bench: FaultBench) -> BusLine:
     return bench.line
 
 
-def _drives(bench: FaultBench) -> DriveControls:
+def _drives(bench: FaultBench) -> DrivesBoard[Any]:
     board = bench.device.board
     if not isinstance(board, DrivesBoard):
         raise lacks(board, "drives on a bus")
-    return board.drives
+    return board
 
 
 # --- The table: name, arguments, what goes wrong -------------------------------------------------
@@ -502,13 +508,11 @@ def _drives(bench: FaultBench) -> DriveControls:
 AMOUNT = "P|#N|next"
 """How much: each byte with a probability, the n-th byte from now, or all of the next message.
 
-For frames: each with a probability, the one with the n-th byte from now, or the next.
+On a bus frames take the place of bytes.
 """
 _ON_BUS = tuple(
     replace(kind, needs=DrivesBoard)
     for kind in (
-        FaultKind("lose-frame", AMOUNT, "frames are lost", on_wire(lambda _: frame_lost)),
-        FaultKind("double-frame", AMOUNT, "frames arrive twice", on_wire(lambda _: frame_doubled)),
         FaultKind(
             "overtake",
             AMOUNT,
@@ -521,34 +525,34 @@ _ON_BUS = tuple(
             "drive-mute",
             "MOTOR",
             "a drive sends nothing but obeys",
-            _on_drive(lambda drives, at, on: drives.mute(at, on)),
+            _on_drive(_mute_drive),
         ),
         FaultKind(
             "drive-dead",
             "MOTOR",
             "a drive has no supply",
-            _on_drive(lambda drives, at, on: drives.power(at, not on)),
+            _on_drive(lambda board, at, on: board.switch_drive(at, not on)),
         ),
         FaultKind("drive-reset", "MOTOR", "a drive restarts", reset_drive),
         FaultKind(
             "drive-mode",
             "MOTOR MODE",
             "a drive is in another mode",
-            _changing(lambda drives, at, mode: drives.set_mode(at, mode)),
+            _changing(DrivesBoard.set_mode),
             replaces=True,
         ),
         FaultKind(
             "drive-id",
             "MOTOR ID",
             "a drive has another id",
-            _changing(lambda drives, at, node: drives.set_id(at, node)),
+            _changing(DrivesBoard.set_id),
             replaces=True,
         ),
         FaultKind(
             "no-done",
             "MOTOR",
             "a drive does not report the end of a motion",
-            _on_drive(lambda drives, at, on: drives.withhold_done(at, on)),
+            _on_drive(_withhold_done),
         ),
     )
 )
@@ -569,14 +573,16 @@ _OF_DRIVES = tuple(
 )
 """Faults of drives that have error codes."""
 _ON_ANY = (
-    FaultKind("drop", AMOUNT, "bytes are lost", on_wire(lambda _: lost)),
+    FaultKind("drop", AMOUNT, "bytes, or frames of a bus, are lost", on_wire(lambda _: lost)),
     FaultKind(
         "corrupt",
         AMOUNT,
-        "bytes have a bit flipped",
+        "bytes have a bit flipped; such a frame is lost",
         on_wire(lambda request: changed(draw(request, 2))),
     ),
-    FaultKind("duplicate", AMOUNT, "bytes arrive twice", on_wire(lambda _: repeated)),
+    FaultKind(
+        "duplicate", AMOUNT, "bytes, or frames of a bus, arrive twice", on_wire(lambda _: repeated)
+    ),
     FaultKind("delay", f"SECONDS [{AMOUNT}]", "messages are late", on_wire(delaying, 1, "1")),
     FaultKind("mute", "", "the device sends nothing", mute),
     FaultKind("garbage", "[COUNT]", "the device sends noise (8 bytes)", garbage),

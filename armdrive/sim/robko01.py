@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.sim.device import Board, Option, Options, options_from, speed_error
+from armdrive.sim.device import Board, speed_error
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.simulated_arm import SimDeviceKind
@@ -150,6 +150,7 @@ THINKS_S = 0.0025
 EARLY_ZERO_S = 0.010
 """How long after an accepted move `IsMoving` may still report that nothing moves."""
 AVR, ESP32 = "avr", "esp32"
+AS_THE_ARM_FILE = "file"
 
 
 GRIDS_S = {AVR: 0.00804, ESP32: 0.0}
@@ -192,8 +193,12 @@ class RobkoQuirks:
     their goals alone. This was read in its `main.cpp`, not observed.
     """
 
-    board: str = AVR
-    acceleration_steps_s2: float = 700.0
+    board: str = setting(
+        AS_THE_ARM_FILE, "avr, esp32, or the arm file's", words=(AS_THE_ARM_FILE, AVR, ESP32)
+    )
+    acceleration: float = setting(
+        0.0, "steps/s^2 of every axis; 0: 700 of avr, 75 of esp32", low=0.0
+    )
     grid_s: float = GRIDS_S[AVR]
     speed_error: float = speed_error("0.2: motors a fifth slower than they should be")
     watchdog_s: float = setting(
@@ -215,7 +220,7 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
         stretch = 1.0 + quirks.speed_error
         rack = UncoordinatedRack(
             (0,) * len(world.motors),
-            acceleration_hz_s=quirks.acceleration_steps_s2 / stretch**2,
+            acceleration_hz_s=quirks.acceleration / stretch**2,
             top_hz=quirks.top_speed_hz / stretch,
             grid_s=quirks.grid_s * stretch,
             stagger_s=quirks.grid_s * stretch / 8,
@@ -281,7 +286,7 @@ class SimRobkoBoard(Board):
         baud: int | None = BAUD,
     ) -> None:
         world = world or World()
-        self.quirks = quirks or RobkoQuirks()
+        self.quirks = quirks or RobkoQuirks(AVR, ACCELERATIONS_STEPS_S2[AVR])
         world.energised = False
         super().__init__(world, RobkoDrive(world, self.quirks), baud)
         self._begin()
@@ -435,36 +440,16 @@ class SimRobkoBoard(Board):
             self.world.cut_current(now_s)
 
 
-AS_THE_ARM_FILE = "file"
-
-
-def _make(config: ArmConfig, world: World, options: Options) -> SimRobkoBoard:
-    chosen = options.text("board")
-    board = config.device.board if chosen == AS_THE_ARM_FILE else chosen
-    quirks = RobkoQuirks(
-        board,
-        options.number("acceleration") or ACCELERATIONS_STEPS_S2[board],
-        GRIDS_S[board],
-        options.number("speed_error"),
-        options.number("watchdog_s"),
-        options.flag("rearms"),
-        TOP_SPEEDS_HZ[board],
+def _make(config: ArmConfig, world: World, chosen: RobkoQuirks) -> SimRobkoBoard:
+    board = config.device.board if chosen.board == AS_THE_ARM_FILE else chosen.board
+    quirks = replace(
+        chosen,
+        board=board,
+        acceleration=chosen.acceleration or ACCELERATIONS_STEPS_S2[board],
+        grid_s=GRIDS_S[board],
+        top_speed_hz=TOP_SPEEDS_HZ[board],
     )
     return SimRobkoBoard(world, quirks=quirks, baud=config.connection.baud)
 
 
-KIND = SimDeviceKind(
-    title="Robko 01",
-    board=SimRobkoBoard,
-    make=_make,
-    options=(
-        Option("board", AS_THE_ARM_FILE, "avr, esp32, or the arm file's", ("file", AVR, ESP32)),
-        Option(
-            "acceleration",
-            0.0,
-            "steps/s^2 of every axis; 0: 700 of avr, 75 of esp32",
-            bounds=(0.0, math.inf),
-        ),
-        *options_from(RobkoQuirks),
-    ),
-)
+KIND = SimDeviceKind(title="Robko 01", board=SimRobkoBoard, make=_make, settings=RobkoQuirks)

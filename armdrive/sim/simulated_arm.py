@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Board, Option, Options, SavedDevice, SimDevice, Value
+from armdrive.sim.device import Board, NoSettings, SavedDevice, SimDevice, Value, chosen
 from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody, play_of
@@ -76,8 +76,7 @@ class SimulatedOperator:
 def recalled(
     data: object,
     make: Callable[[World], Board],
-    body: ArmBody | None = None,
-    *,
+    body: ArmBody,
     what: str = "device",
 ) -> SimDevice:
     """Recreate the world and the device. Raises `StateFileError` if the saved data do not fit."""
@@ -150,17 +149,17 @@ def link_to(device: SimDevice) -> MemoryLink:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimDeviceKind:
-    """How to build the simulated device of one dialect, and its settings.
+    """How to build the simulated device of one dialect, and its settings: a dataclass.
 
-    `make(config, world, options)` builds the board as it is just after power-on. A saved board is
+    `make(config, world, settings)` builds the board as it is just after power-on. A saved board is
     built the same way and then restored. `board` is the board's class, which tells what abilities
     it has.
     """
 
     title: str
     board: type[Board]
-    make: Callable[[ArmConfig, World, Options], Board]
-    options: tuple[Option, ...] = ()
+    make: Callable[[ArmConfig, World, Any], Board]
+    settings: type[Any] = NoSettings
 
     def twin(self, config: ArmConfig, device: SimDevice) -> SimulatedArm:
         """Return the counterpart of an arm, with its device on an in-process link."""
@@ -189,14 +188,14 @@ class SimDeviceKind:
             config.backlash_steps if play is None else play_of(play, len(body.transmission.motors))
         )
         body = replace(body, play=widths)
-        chosen = Options(self.options, settings)
+        own = chosen(self.settings, settings or {})
         if saved is None:
-            return SimDevice(self.make(config, World(body, blocks=blocks, stand=stand), chosen))
+            return SimDevice(self.make(config, World(body, blocks=blocks, stand=stand), own))
         if stand is not None:
             raise BadRequest("a saved world has a table of its own: it cannot be put on another")
         known = _of_dialect(saved, config.connection.dialect)
         what = f"simulated {self.title}"
-        return recalled(known, lambda world: self.make(config, world, chosen), body, what=what)
+        return recalled(known, lambda world: self.make(config, world, own), body, what)
 
 
 def _of_dialect(saved: object, dialect: str) -> object:

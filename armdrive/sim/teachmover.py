@@ -14,14 +14,14 @@ from __future__ import annotations
 import itertools
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Board, Options, options_from, speed_error
-from armdrive.sim.mechanics.motors import CoordinatedDrive, MotorSpeed
+from armdrive.sim.device import Board, speed_error
+from armdrive.sim.mechanics.motors import CoordinatedDrive
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, unfit
@@ -82,7 +82,7 @@ def rate_hz(speed: int, error: float) -> float:
 class TwinSettings:
     """What is unverified about the real arm, or differs between arms.
 
-    `grip_bit` is the input bit of the grip switch, by the arm file; the rest are options.
+    `grip_bit` is the input bit of the grip switch, by the arm file; the rest can be chosen.
     """
 
     speed_error: float = speed_error("0.2: motors a fifth slower than the driver's table says")
@@ -152,7 +152,6 @@ class TeachMoverBoard(Board):
         world = world or World()
         super().__init__(world, CoordinatedDrive(world), baud)
         self.settings = settings or TwinSettings()
-        self.motor_speed = MotorSpeed(self.settings.speed_error)
         self.forget()
 
     def forget(self) -> None:
@@ -205,7 +204,7 @@ class TeachMoverBoard(Board):
 
     def details(self) -> dict[str, Json]:
         """Return the pendant's key, the outputs and the speed error."""
-        error = self.motor_speed.error
+        error = self.settings.speed_error
         return {"key": self.key.name, "outputs": self.outputs, "speed_error": error}
 
     # Actions of a person.
@@ -270,7 +269,7 @@ class TeachMoverBoard(Board):
                 self.outputs = self.outputs if output is None else output
                 self.drive.start(steps, self._rate_hz(speed), self.now_s)
             case Close(speed):
-                slow = CLOSE_RATE_HZ / self.motor_speed.stretch
+                slow = CLOSE_RATE_HZ / (1.0 + self.settings.speed_error)
                 rate = slow if speed is None else self._rate_hz(speed)
                 self.drive.start(self.world.steps_to_trip(), rate, self.now_s)
             case Run():
@@ -318,7 +317,7 @@ class TeachMoverBoard(Board):
         self.shared.outgoing += self._codec.send(status)
 
     def _rate_hz(self, speed: int) -> float:
-        return rate_hz(speed, self.motor_speed.error)
+        return rate_hz(speed, self.settings.speed_error)
 
 
 def signed(count: int) -> int:
@@ -326,9 +325,9 @@ def signed(count: int) -> int:
     return (count + _HALF) % _WORD - _HALF
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> TeachMoverBoard:
+def _make(config: ArmConfig, world: World, settings: TwinSettings) -> TeachMoverBoard:
     device: TeachMoverSettings = config.device
-    settings = TwinSettings(grip_bit=device.grip_bit, **options.values)
+    settings = replace(settings, grip_bit=device.grip_bit)
     return TeachMoverBoard(world, settings, baud=config.connection.baud)
 
 
@@ -336,5 +335,5 @@ KIND = SimDeviceKind(
     title="TeachMover",
     board=TeachMoverBoard,
     make=_make,
-    options=options_from(TwinSettings),
+    settings=TwinSettings,
 )

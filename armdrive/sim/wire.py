@@ -13,13 +13,14 @@ import random
 import re
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from armdrive.errors import LinkLost, NoSuchPort
 from armdrive.status import BITS_A_BYTE
 from armdrive.transports.link import Bell, Link
+from firmware_protocol.frames import Frame
 
 _ROUNDING = 1e-3
 """Tolerance for floating-point rounding, as a share of one byte's time."""
@@ -95,12 +96,16 @@ class PacedWire:
 
 
 # --- Faults: bytes lost, changed, repeated or late, in each direction by itself ------------------
-# A message is what is put on the wire in one call. Random faults come from a seeded generator, so
-# that a run can be repeated.
+# A message is what is put on the wire in one call: bytes, or on a bus a frame. There, faults act on
+# frames as they do on the bytes of other wires. Random faults come from a seeded generator, so that
+# a run can be repeated.
+
+M = TypeVar("M", bytes, tuple[Frame, ...])
+"""A message: bytes, or frames."""
 
 
 class Amount(ABC):
-    """Decides which messages, and which of their bytes, a fault affects."""
+    """Decides which messages, and which of their bytes or frames, a fault affects."""
 
     spent = False
 
@@ -155,8 +160,8 @@ class Next(Amount):
         return tuple(range(length))
 
 
-Effect = Callable[[bytes, Amount], tuple[bytes, float]]
-"""Turns a message into the bytes that pass, and a delay in seconds."""
+Effect: TypeAlias = Callable[[Any, Amount], tuple[Any, float]]
+"""Turns a message into the part that passes, and a delay in seconds."""
 
 
 @dataclass(slots=True, eq=False)
@@ -209,17 +214,17 @@ class WireDirection:
         self.until_s = -math.inf
         """When the last delayed message passes; none overtakes it."""
 
-    def passed(self, data: bytes, now_s: float) -> tuple[bytes, float]:
+    def passed(self, message: M, now_s: float) -> tuple[M, float]:
         """Return the part of a message that passes, and when."""
         late_s = 0.0
         for rule in self.rules:
-            data, more_s = rule.effect(data, rule.amount)
+            message, more_s = rule.effect(message, rule.amount)
             late_s += more_s
         self.rules = [rule for rule in self.rules if not rule.amount.spent]
         time_s = max(now_s + late_s, self.until_s)
         if time_s > now_s:
             self.until_s = time_s
-        return data, time_s
+        return message, time_s
 
 
 class WireFaults:
@@ -228,7 +233,7 @@ class WireFaults:
     def __init__(self) -> None:
         self.host = WireDirection()
         self.device = WireDirection()
-        self.late: TimeQueue[tuple[WireDirection, bytes]] = TimeQueue()
+        self.late: TimeQueue[tuple[WireDirection, Any]] = TimeQueue()
 
     def lose_late(self) -> None:
         """Drop the delayed messages of both directions."""
@@ -236,25 +241,36 @@ class WireFaults:
         self.host.until_s = self.device.until_s = -math.inf
 
 
-def lost(message: bytes, amount: Amount) -> tuple[bytes, float]:
+def lost(message: M, amount: Amount) -> tuple[M, float]:
     """Drop the affected bytes."""
-    struck = amount.strike(len(message))
-    return bytes(byte for index, byte in enumerate(message) if index not in struck), 0.0
+    return _each(message, amount.strike(len(message)), 0), 0.0
 
 
-def repeated(message: bytes, amount: Amount) -> tuple[bytes, float]:
+def repeated(message: M, amount: Amount) -> tuple[M, float]:
     """Send each affected byte twice; send a wholly affected message twice in a row."""
     struck = amount.strike(len(message))
     if len(struck) == len(message):
         return message * 2, 0.0
-    pieces = (bytes([byte]) * (1 + (index in struck)) for index, byte in enumerate(message))
-    return b"".join(pieces), 0.0
+    return _each(message, struck, 2), 0.0
+
+
+def _each(message: M, struck: Container[int], times: int) -> M:
+    """Return a message with its affected bytes sent so many times."""
+    passed = message[:0]
+    for index in range(len(message)):
+        passed += message[index : index + 1] * (times if index in struck else 1)
+    return passed
 
 
 def changed(draw: random.Random) -> Effect:
-    """Return the effect that flips a bit in each affected byte, or one bit of a whole message."""
+    """Return the effect that flips a bit in each affected byte, or one bit of a whole message.
 
-    def effect(message: bytes, amount: Amount) -> tuple[bytes, float]:
+    A frame with a wrong bit is lost, because its CRC is wrong.
+    """
+
+    def effect(message: M, amount: Amount) -> tuple[M, float]:
+        if not isinstance(message, bytes):
+            return lost(message, amount)
         struck = amount.strike(len(message))
         if isinstance(amount, Next) and struck:
             struck = (draw.choice(struck),)
@@ -269,10 +285,37 @@ def changed(draw: random.Random) -> Effect:
 def late(delay_s: float) -> Effect:
     """Return the effect that delays messages. Later messages wait for a delayed one."""
 
-    def effect(message: bytes, amount: Amount) -> tuple[bytes, float]:
+    def effect(message: M, amount: Amount) -> tuple[M, float]:
         return message, delay_s if amount.strikes(len(message)) else 0.0
 
     return effect
+
+
+def overtaken(amount: Amount) -> Rule:
+    """Return the rule that delivers a frame after the next one; without a next one it is lost."""
+    holding = _Holding(amount)
+    return Rule(holding.passed, holding)
+
+
+class _Holding(Amount):
+    """Holds a frame back. The rule ends when its amount is used up and no frame is held."""
+
+    def __init__(self, amount: Amount) -> None:
+        self._amount = amount
+        self._held: tuple[Frame, ...] = ()
+
+    def strike(self, length: int) -> tuple[int, ...]:
+        """Ask the amount."""
+        return self._amount.strike(length)
+
+    def passed(self, frame: tuple[Frame, ...], _: Amount) -> tuple[tuple[Frame, ...], float]:
+        """Hold an affected frame back, and release it after the next one."""
+        if self._held:
+            frame, self._held = frame + self._held, ()
+            self.spent = self._amount.spent
+        elif self._amount.strikes(len(frame)):
+            frame, self._held = (), frame
+        return frame, 0.0
 
 
 # --- The line with both directions ---------------------------------------------------------------
@@ -288,11 +331,11 @@ class WireDevice(Protocol):
     def byte_gap_s(self) -> float:
         """The pause after each byte that the device sends, on top of the byte's own time."""
 
-    def receive(self, data: bytes, now_s: float) -> None:
-        """Receive bytes that have arrived at the device by now."""
+    def receive(self, message: Any, now_s: float) -> None:
+        """Receive bytes, or on a bus frames, that have arrived at the device by now."""
 
-    def transmit(self, now_s: float) -> bytes:
-        """Advance the arm to now and return the bytes sent since the last call."""
+    def transmit(self, now_s: float) -> Any:
+        """Advance the arm to now and return what it has sent since the last call."""
 
     def next_s(self) -> float:
         """Return when the device next acts on its own; infinity while it only waits."""
@@ -395,7 +438,7 @@ class DeviceLine:
         """Return when something happens other than an arrival at the host."""
         return min(self._in.next_s(), self.device.next_s(), self.faults.late.next_s)
 
-    def _pass(self, lane: WireDirection, message: bytes, now_s: float) -> None:
+    def _pass(self, lane: WireDirection, message: M, now_s: float) -> None:
         """Carry a message as far as the faults of its direction let it, now or later."""
         message, time_s = lane.passed(message, now_s)
         if time_s > now_s:
@@ -403,7 +446,7 @@ class DeviceLine:
         else:
             self._carry(lane, message, now_s)
 
-    def _carry(self, lane: WireDirection, message: bytes, now_s: float) -> None:
+    def _carry(self, lane: WireDirection, message: Any, now_s: float) -> None:
         """Put a message on the line; each line of a text is due at its own time."""
         if lane is self.faults.device:
             self._out.push(message, now_s, self.device.byte_gap_s)
@@ -416,52 +459,10 @@ class DeviceLine:
         for arrived in self._in.pull_each(now_s):
             self.device.receive(arrived, now_s)
 
-    def _answer(self, sent: bytes, now_s: float) -> None:
+    def _answer(self, sent: Any, now_s: float) -> None:
         """Carry what the device has sent."""
         if self._plugged:
             self._pass(self.faults.device, sent, now_s)
-
-
-# --- Faults of whole CAN frames: one is lost, or overtaken by the next one -----------------------
-# A single wrong bit is not a fault here, because the frame's CRC detects it and the CAN controller
-# repeats the frame.
-
-
-def frame_lost(frame: bytes, amount: Amount) -> tuple[bytes, float]:
-    """Lose a whole frame, as when a buffer overflows."""
-    return (b"" if amount.strikes(len(frame)) else frame), 0.0
-
-
-def frame_doubled(frame: bytes, amount: Amount) -> tuple[bytes, float]:
-    """Send a whole frame twice."""
-    return frame * (2 if amount.strikes(len(frame)) else 1), 0.0
-
-
-def overtaken(amount: Amount) -> Rule:
-    """Return the rule that delivers a frame after the next one; without a next one it is lost."""
-    holding = _Holding(amount)
-    return Rule(holding.passed, holding)
-
-
-class _Holding(Amount):
-    """Holds a frame back. The rule ends when its amount is used up and no frame is held."""
-
-    def __init__(self, amount: Amount) -> None:
-        self._amount = amount
-        self._held = b""
-
-    def strike(self, length: int) -> tuple[int, ...]:
-        """Ask the amount."""
-        return self._amount.strike(length)
-
-    def passed(self, frame: bytes, _: Amount) -> tuple[bytes, float]:
-        """Hold an affected frame back, and release it after the next one."""
-        if self._held:
-            frame, self._held = frame + self._held, b""
-            self.spent = self._amount.spent
-        elif self._amount.strikes(len(frame)):
-            frame, self._held = b"", frame
-        return frame, 0.0
 
 
 # --- The link to a device in this process ---------------------------------------------------------

@@ -88,6 +88,7 @@ class Rule:
     words: tuple[Any, ...] = ()
     hint: str = ""
     help: str = ""
+    source: str = ""
 
     def check(self, value: object, where: str) -> None:
         """Raise `ArmFileError` for a value that the key cannot have; None is always allowed.
@@ -114,10 +115,12 @@ def setting(
     *,
     low: float = -math.inf,
     high: float = math.inf,
-    words: tuple[str, ...] = (),
+    words: tuple[Any, ...] = (),
+    source: str = "",
 ) -> Any:
-    """Declare a key of a section: what it means, its bounds, or the words that it may be."""
-    return field(default=default, metadata={_RULE: Rule(low, high, words, help=means)})
+    """Declare a key of a section: what it means, its bounds or choices, and who has observed it."""
+    rule = Rule(low, high, words, help=means, source=source)
+    return field(default=default, metadata={_RULE: rule})
 
 
 def rule_of(key: Field[Any]) -> Rule:

@@ -2,7 +2,7 @@
 
 Sources: gnea/grbl doc/csv (error_codes_en_US.csv, alarm_codes_en_US.csv); grblHAL/core errors.h
 and alarms.h; the alarm names of FluidNC's Protocol.cpp. Codes above GRBL's own mean different
-things on grblHAL and on FluidNC.
+things on grblHAL and on FluidNC, and so does FluidNC's error 14.
 """
 
 from __future__ import annotations
@@ -100,6 +100,7 @@ _GRBLHAL_ERROR_ROWS: tuple[tuple[int, str, str], ...] = (
 )
 
 _FLUIDNC_ERROR_ROWS: tuple[tuple[int, str, str], ...] = (
+    (14, "the line is too long and was not executed", "send shorter lines"),
     (18, "homing has no cycle", "give each axis a homing section in the board's configuration"),
     (19, "homing of a single axis is not allowed", "allow it in the axis's homing section"),
     (39, "a P value is too great", _LINE),
@@ -137,7 +138,11 @@ _GRBLHAL_ALARM_ROWS = (
 _FLUIDNC_ALARM_ROWS = (
     AlarmCode(10, "the spindle could not be controlled", "look at the spindle"),
     AlarmCode(11, "a control input was on at the start", "look at the inputs, then reset"),
-    AlarmCode(12, "homing cannot tell which switch is engaged", _SWITCH),
+    AlarmCode(
+        12,
+        "a switch counts as engaged before homing",
+        "free it, or, if it is free, switch the board off and on; then home",
+    ),
     AlarmCode(13, "the motion was stopped hard", _REHOME),
     AlarmCode(14, "not homed yet", "home"),
     AlarmCode(15, "the start was not finished", "reset"),
@@ -159,11 +164,11 @@ _LOOK_UP = "look the code up in the firmware's own list"
 
 def error_code(code: int, variant: Variant = Variant.GRBL) -> ErrorCode:
     """Return an error's meaning on this firmware, or a placeholder for an unknown code."""
-    row = ERRORS.get(code) or _MORE_ERRORS.get(variant, {}).get(code)
+    row = _MORE_ERRORS.get(variant, {}).get(code) or ERRORS.get(code)
     return row or ErrorCode(code, f"error {code}, which is not in the table", _LOOK_UP)
 
 
 def alarm_code(code: int, variant: Variant = Variant.GRBL) -> AlarmCode:
     """Return an alarm's meaning on this firmware; an unknown alarm loses the position."""
-    row = ALARMS.get(code) or _MORE_ALARMS.get(variant, {}).get(code)
+    row = _MORE_ALARMS.get(variant, {}).get(code) or ALARMS.get(code)
     return row or AlarmCode(code, f"alarm {code}, which is not in the table", _LOOK_UP)

@@ -41,6 +41,7 @@ from firmware_protocol.grbl.gcode import Block, GcodeError, parse_block
 # Splits bytes into lines as GRBL's main loop does: without spaces and comments, in upper case.
 #
 # A slash is dropped too, but in the `$` lines of FluidNC, whose settings have names with slashes.
+# FluidNC also drops a closing bracket that ends no comment (GCode.cpp, collapseGCode: observed).
 # Source: gnea/grbl grbl/protocol.c. CR and LF each end a line, and an empty line is a line.
 
 
@@ -52,7 +53,7 @@ _CR, _LF, _SPACE = 0x0D, 0x0A, 0x20
 
 @dataclass(frozen=True, slots=True)
 class Unusable:
-    """A line that cannot be executed, with the reason. It is answered with error 11."""
+    """A line that cannot be executed, with the reason. Its error is `Dialect.overlong`."""
 
     start: str
     reason: str
@@ -68,7 +69,7 @@ class LineReader:
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self._max_line = dialect.max_line
-        self._has_paths = dialect.variant is Variant.FLUIDNC
+        self._fluidnc = dialect.variant is Variant.FLUIDNC
         self._each_end_counts = dialect.crlf_answers_twice
         self._waiting: deque[str | Unusable] = deque()
         self.discard()
@@ -106,7 +107,7 @@ class LineReader:
     @property
     def _in_path(self) -> bool:
         """Return whether a slash is part of a setting's name, as in `$/stepping/idle_ms`."""
-        return self._has_paths and self._kept.startswith(b"$")
+        return self._fluidnc and self._kept.startswith(b"$")
 
     def _begin(self) -> None:
         self._kept = bytearray()
@@ -122,6 +123,8 @@ class LineReader:
                 self._comment = b""
         elif sign in (b"(", b";"):
             self._comment = sign
+        elif sign == b")" and self._fluidnc:
+            return
         elif byte > _SPACE and (sign != b"/" or self._in_path):
             self._too_long = len(self._kept) >= self._max_line
             self._kept += b"" if self._too_long else sign.upper()
@@ -156,8 +159,6 @@ def clean_line(text: str) -> str:
 # Parses a received line: empty, a `$` command, a block, or a refusal.
 
 GRBL_SETTING_MAX = 255
-OVERLONG = 11
-"""The error of a line that is too long."""
 _JOG = "$J="
 
 
@@ -183,7 +184,7 @@ def parse_line(text: str, dialect: Dialect) -> Content:
     The modes in force are not looked at either: `Modal.after` does.
     """
     if len(text) > dialect.max_line:
-        return Rejected(OVERLONG, f"a line of more than {dialect.max_line} characters")
+        return Rejected(dialect.overlong, f"a line of more than {dialect.max_line} characters")
     if not text:
         return Empty()
     try:
@@ -237,7 +238,7 @@ def _home(letters: str, dialect: Dialect) -> Home:
 
 
 def _setting(text: str, dialect: Dialect) -> SetSetting:
-    if dialect.variant is Variant.GRBLHAL and not text[1].isdigit():
+    if dialect.variant is not Variant.GRBL and not text[1].isdigit():
         raise GcodeError(3, text)  # GRBL takes any other letter for a number that it cannot read
     key, at = _key(text, 1)
     taken = take_number(text, at)
@@ -336,7 +337,7 @@ class Device:
             return RealtimeReceived(entry)
         self._unanswered += 1
         if isinstance(entry, Unusable):
-            return LineReceived(entry.start, Rejected(OVERLONG, entry.reason))
+            return LineReceived(entry.start, Rejected(self._dialect.overlong, entry.reason))
         return LineReceived(entry, parse_line(entry, self._dialect))
 
     def send(self, answer: Answer) -> bytes:

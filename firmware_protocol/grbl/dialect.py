@@ -181,6 +181,11 @@ class Dialect:
             whole("ring_bytes", self.ring_bytes, 2, RING_BYTES_MAX)
 
     @property
+    def overlong(self) -> int:
+        """The error of a line that is too long. FluidNC's error 11 means something else."""
+        return 14 if self.variant is Variant.FLUIDNC else 11
+
+    @property
     def grblhal_realtime(self) -> bool:
         """Whether the firmware supports grblHAL's additional real-time bytes."""
         return self.variant is Variant.GRBLHAL
@@ -201,7 +206,7 @@ GRBLHAL = Dialect(
 FLUIDNC = Dialect(
     Variant.FLUIDNC,
     "XYZABC",
-    max_line=255,
+    max_line=127,
     ring_bytes=None,
     outputs=True,
     single_axis_homing=True,

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
-from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.frames import Frame
 from firmware_protocol.mks.answers import Reading, SettingRead, Status, decode_request, encode
 from firmware_protocol.mks.requests import (
     COURSE_CODES,
@@ -83,7 +83,6 @@ class Device:
         self._abilities = abilities_of(firmware)
         self._firmware = ".".join(map(str, firmware))
         self._new_id_answers = new_id_answers
-        self._unpacker = Unpacker()
         self._waiting: EventQueue[tuple[Frame, bool]] = EventQueue(WAITING_MAX)
 
     @property
@@ -111,20 +110,11 @@ class Device:
         """The firmware's abilities."""
         return self._abilities
 
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes outside of complete frames."""
-        return self._unpacker.buffered
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the bus in any chunks."""
-        for frame in self._unpacker.feed(data):
-            self._take(frame)
-
-    def silence(self) -> None:
-        """Report that the line has been quiet for longer than any pause within a record."""
-        for frame in self._unpacker.silence():
-            self._take(frame)
+    def receive_frame(self, frame: Frame) -> None:
+        """Take a frame from the bus; one for other drives, or of another kind, is ignored."""
+        ours = frame.can_id in (BROADCAST, self._node, self._group)
+        if ours and not frame.extended and not frame.remote:
+            self._waiting.put((frame, frame.can_id == self._node))
 
     def next_event(self) -> DeviceEvent | None:
         """Return the next event, or None."""
@@ -143,10 +133,10 @@ class Device:
             )
         return Asked(request, alone)
 
-    def tell(self, asked: Asked, outcome: Outcome) -> bytes:
+    def tell(self, asked: Asked, outcome: Outcome) -> Frame | None:
         """Report the outcome of a request other than a read, at once or later.
 
-        Returns the bytes to send, empty if the drive does not send this outcome. `Outcome.DONE`
+        Returns the frame to send, None if the drive does not send this outcome. `Outcome.DONE`
         makes a `SetId`, `SetGroup`, `SetReplies` or `SetBitrate` take effect. Raises `BadField` for
         an outcome that the request cannot have; `GoSynchronous` has none.
         """
@@ -161,10 +151,10 @@ class Device:
             self._apply(request)
         if isinstance(request, SetId) and self._new_id_answers:
             by_id = self._node
-        return pack(encode(by_id, status)) if said else b""
+        return encode(by_id, status) if said else None
 
-    def answer(self, asked: Asked, reading: Reading | SettingRead) -> bytes:
-        """Return the bytes of the answer to a read; empty if it was sent to several drives."""
+    def answer(self, asked: Asked, reading: Reading | SettingRead) -> Frame | None:
+        """Return the answer to a read; None if the read was sent to several drives."""
         request = asked.request
         kind = SettingRead if isinstance(request, ReadSetting) else Reading
         reads = isinstance(request, Read | ReadSetting) and isinstance(reading, kind)
@@ -172,21 +162,15 @@ class Device:
             raise LocalProtocolError(
                 f"a {type(reading).__name__} is no answer to {type(request).__name__}"
             )
-        return self.report(reading) if self._speaks_to(asked) else b""
+        return self.report(reading) if self._speaks_to(asked) else None
 
-    def report(self, reading: Reading | SettingRead) -> bytes:
-        """Return the bytes of an automatic report."""
-        return pack(encode(self._node, reading))
+    def report(self, reading: Reading | SettingRead) -> Frame:
+        """Return an automatic report."""
+        return encode(self._node, reading)
 
     def discard(self) -> None:
         """Discard everything received, as after a loss of power."""
-        self._unpacker = Unpacker()
         self._waiting.clear()
-
-    def _take(self, frame: Frame) -> None:
-        ours = frame.can_id in (BROADCAST, self._node, self._group)
-        if ours and not frame.extended and not frame.remote:
-            self._waiting.put((frame, frame.can_id == self._node))
 
     def _speaks_to(self, asked: Asked) -> bool:
         return asked.alone or Ability.SILENT_BROADCAST not in self._abilities

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -41,9 +41,6 @@ nearly has the structure, more than half of them, because that code need not fin
 
 ELSEWHERE_RAD = 0.123
 """The value of a joint that the code leaves free, while the code is tested."""
-
-SWEEP_RAD = math.radians(7.5)
-"""The step by which a seven-joint arm's fixed joint is moved until the others find a posture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,11 +87,6 @@ class ClosedForm:
         """The class of the arm."""
         return self.solver.structure
 
-    @property
-    def complete(self) -> bool:
-        """Whether all postures are found; seven joints have infinitely many."""
-        return self.structure.fixed is None and self.structure.exact
-
     def solves(self, goal: Goal) -> bool:
         """Return whether the closed form solves this kind of goal: whole, or without heading."""
         return goal.parts == ALL_PARTS or (
@@ -117,49 +109,29 @@ class ClosedForm:
         return sound if self.structure.exact else _different(sound)
 
     def nearest(self, goal: Goal, near: Sequence[float]) -> Posture | None:
-        """Return the posture within the limits that is nearest to another one, None without any.
-
-        A seven-joint arm's fixed joint stays if it can, and moves as little as it must.
-        """
-        find, limits, exact = self._find(goal), self.chain.limits, self.structure.exact
-        for values in self._sweep(near):
-            if not exact:
-                fitting = [
-                    all_fitted(angles, limits, near) for angles in self.postures(goal, values)
-                ]
-                inside = [one for one in fitting if one is not None]
-                return min(inside, key=lambda one: math.dist(one, near), default=None)
-            ranked = []
-            for angles in find(goal.frame, values):
-                kept = all_fitted(angles, limits, near)
-                if kept is not None:
-                    ranked.append((math.dist(kept, near), kept, angles))
-            for _, kept, angles in sorted(ranked):
-                sound = self.solver.checked(goal, angles)
-                if sound is angles:
-                    return kept
-                if sound is not None and (kept := all_fitted(sound, limits, near)) is not None:
-                    return kept
+        """Return the posture within the limits that is nearest to another one, None without any."""
+        limits = self.chain.limits
+        if not self.structure.exact:
+            fitting = [all_fitted(angles, limits, near) for angles in self.postures(goal, near)]
+            inside = [one for one in fitting if one is not None]
+            return min(inside, key=lambda one: math.dist(one, near), default=None)
+        ranked = []
+        for angles in self._find(goal)(goal.frame, near):
+            kept = all_fitted(angles, limits, near)
+            if kept is not None:
+                ranked.append((math.dist(kept, near), kept, angles))
+        for _, kept, angles in sorted(ranked):
+            sound = self.solver.checked(goal, angles)
+            if sound is angles:
+                return kept
+            if sound is not None and (kept := all_fitted(sound, limits, near)) is not None:
+                return kept
         return None
 
     def _find(self, goal: Goal) -> BranchFinder:
         if goal.parts == ALL_PARTS or self.solver.headings is None:
             return self.solver.frames
         return self.solver.headings
-
-    def _sweep(self, near: Sequence[float]) -> Iterator[Sequence[float]]:
-        """Yield the posture, and with seven joints others with the fixed joint ever further off."""
-        yield near
-        fixed = self.structure.fixed
-        if fixed is None:
-            return
-        low, high = self.chain.limits[fixed]
-        low, high = max(low, near[fixed] - math.pi), min(high, near[fixed] + math.pi)
-        for step in range(1, math.ceil(math.tau / SWEEP_RAD)):
-            for side in (SWEEP_RAD, -SWEEP_RAD):
-                value = near[fixed] + side * step
-                if low <= value <= high:
-                    yield (*near[:fixed], value, *near[fixed + 1 :])
 
 
 @lru_cache(maxsize=64)
@@ -189,9 +161,7 @@ def how_solved(chain: Chain) -> HowSolved:
             f"none: {why_no_structure(chain)}", "numerically, from many starts: one posture"
         )
     solved = "in closed form: all postures, each compared with the goal"
-    if form.structure.fixed is not None:
-        solved = "in closed form, for the angle of the fixed joint or for one as near as serves"
-    elif not form.structure.exact:
+    if not form.structure.exact:
         solved = "in the closed form of that class, and every posture improved numerically"
     return HowSolved(str(form.structure), solved)
 
@@ -225,8 +195,7 @@ def _first_axis(chain: Chain) -> Sequence[float]:
 
 def _found_again(solver: Solver, values: Posture) -> bool:
     """Whether a posture is found for its frame, with other values for joints that may be free."""
-    goal, fixed = frame_goal(solver.fk(values)), solver.structure.fixed
-    near = [value if index == fixed else ELSEWHERE_RAD for index, value in enumerate(values)]
+    goal, near = frame_goal(solver.fk(values)), [ELSEWHERE_RAD] * len(values)
     checked = (solver.checked(goal, angles) for angles in solver.frames(goal.frame, near))
     return any(one is not None and _same(one, values) for one in checked)
 

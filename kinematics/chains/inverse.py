@@ -312,11 +312,11 @@ class _Question:
         """
         chain, goal, effort = self.chain, self.goal, self.effort
         branches = [] if closed is None else closed.branches(goal, start)
-        certain = closed is not None and closed.complete and not branches
+        complete = closed is not None and closed.structure.exact  # all its postures are known
+        certain = complete and not branches
         tried = 0
         hopeless = certain or beyond_reach(chain, goal)
-        incomplete = closed is None or not closed.complete
-        if incomplete and goal.parts >= HEADING_FREE and not hopeless:
+        if not complete and goal.parts >= HEADING_FREE and not hopeless:
             tried, found = self.postures_of_hand(start)
             branches = [*branches, *found]
             if branches and not chain.violations(branches[-1]):

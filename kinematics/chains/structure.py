@@ -20,7 +20,6 @@ from kinematics.chains.assignment import AxisLine, AxisPair, Relation, relate
 from kinematics.chains.chain import Chain
 from kinematics.chains.code_lines import CodeLines, Rows3, Term, Vector3, transposed
 from kinematics.chains.links import Convention, JointKind
-from kinematics.chains.subproblems import turn_of, turned
 from kinematics.frames.transforms import (
     IN_PLACE,
     Transform,
@@ -39,10 +38,6 @@ nearer than this share of the arm's length meet: on a metre it is 1e-5 mm."""
 
 NEARLY = 0.01
 """The same for an arm that is nearly of a class, as a calibrated one is: half a degree."""
-
-FIXED_RAD = 0.7
-"""The angle of a seven-joint arm's fixed joint while the arm is classified: any angle at which no
-axes are parallel by chance."""
 
 
 class Family(Enum):
@@ -67,16 +62,14 @@ class FirstThree(Enum):
 class Structure:
     """The class of an arm.
 
-    `from_hand` says that the axes are counted from the hand: the arm is solved backwards. `fixed`
-    is the index of the joint of a seven-joint arm that keeps its angle while the others are
-    solved. `tolerance` is how far axes may lean or pass each other and still count as of the class:
-    beyond `EXACT` the class is only nearly the arm's, and its postures have to be improved.
+    `from_hand` says that the axes are counted from the hand: the arm is solved backwards.
+    `tolerance` is how far axes may lean or pass each other and still count as of the class: beyond
+    `EXACT` the class is only nearly the arm's, and its postures have to be improved.
     """
 
     family: Family
     first_three: FirstThree | None = None
     from_hand: bool = False
-    fixed: int | None = None
     tolerance: float = EXACT
 
     @property
@@ -90,8 +83,6 @@ class Structure:
             said += f", {self.first_three.value}"
         if self.from_hand:
             said += ", counted from the hand"
-        if self.fixed is not None:
-            said += f", while joint {self.fixed + 1} keeps its angle"
         return said
 
 
@@ -134,38 +125,27 @@ class Axes:
         near = distance(points[0], points[1]) <= self.tolerance * self.size_mm
         return points[0] if near else None
 
-    def without(self, index: int) -> Axes:
-        """Return the axes but one, whose joint keeps its angle."""
-        kept = (*self.frames[:index], *self.frames[index + 1 :])
-        return replace(self, frames=kept)
-
     def backwards(self) -> Axes:
         """Return the axes counted from the hand."""
         return replace(self, frames=self.frames[::-1])
 
 
-def axes_of(chain: Chain, values: Sequence[float], tolerance: float = EXACT) -> Axes:
-    """Return the axes of a chain in a posture."""
-    frames = chain.frames(values)
+def axes_of(chain: Chain, tolerance: float = EXACT) -> Axes:
+    """Return the axes of a chain in its zero position."""
+    frames = chain.frames(chain.zero)
     kept = frames[:-1] if chain.convention is Convention.STANDARD else frames[1:]
-    return Axes(kept, chain.fk(values), max(chain.longest_reach_mm, 1.0), tolerance)
+    return Axes(kept, chain.fk(chain.zero), max(chain.longest_reach_mm, 1.0), tolerance)
 
 
 def structures(chain: Chain) -> Iterator[Structure]:
     """Yield the classes that a chain belongs to, the best ones to solve first.
 
-    Classes that a chain of five or six joints nearly belongs to come last.
+    Classes that a chain nearly belongs to come last.
     """
-    count = len(chain)
-    if any(kind is not JointKind.REVOLUTE for kind in chain.kinds):
+    if len(chain) not in (5, 6) or any(kind is not JointKind.REVOLUTE for kind in chain.kinds):
         return
-    if count in (5, 6):
-        for tolerance in (EXACT, NEARLY):
-            yield from _structures(axes_of(chain, chain.zero, tolerance), None)
-    elif count == 7:
-        for fixed in (2, 3, 4, 1, 5, 0, 6):  # the upper arm's turn first, as in a human arm
-            posture = tuple(FIXED_RAD if index == fixed else 0.0 for index in range(count))
-            yield from _structures(axes_of(chain, posture).without(fixed), fixed)
+    for tolerance in (EXACT, NEARLY):
+        yield from _structures(axes_of(chain, tolerance))
 
 
 def why_no_structure(chain: Chain) -> str:
@@ -173,11 +153,9 @@ def why_no_structure(chain: Chain) -> str:
     count = len(chain)
     if any(kind is not JointKind.REVOLUTE for kind in chain.kinds):
         return "a joint slides, and the classes are of turning joints"
-    if count not in (5, 6, 7):
-        return f"the classes are of five to seven joints, not of {count}"
-    if count == 7:
-        return "whichever joint is kept still, the other six are of no class"
-    axes = axes_of(chain, chain.zero)
+    if count not in (5, 6):
+        return f"the classes are of five or six joints, not of {count}"
+    axes = axes_of(chain)
     if any(seen.parallel(0, 1) and seen.parallel(1, 2) for seen in (axes, axes.backwards())):
         return "three axes in a row at one end are parallel: they move a point in a plane only"
     wrist = "last three axes meet in one point" if count == 6 else "last two axes meet"
@@ -187,16 +165,16 @@ def why_no_structure(chain: Chain) -> str:
     )
 
 
-def _structures(axes: Axes, fixed: int | None) -> Iterator[Structure]:
+def _structures(axes: Axes) -> Iterator[Structure]:
     ends = ((False, axes), (True, axes.backwards()))
     for from_hand, seen in ends:
         if seen.parallel(1, 2) and seen.parallel(2, 3) and not seen.parallel(0, 1):
-            yield Structure(Family.THREE_PARALLEL, None, from_hand, fixed, axes.tolerance)
+            yield Structure(Family.THREE_PARALLEL, None, from_hand, axes.tolerance)
     for from_hand, seen in ends:
         wrist = seen.all_meeting(3, 4, 5) if len(seen.frames) == 6 else seen.meeting(3, 4)
         if wrist is not None and (first_three := _first_three(seen)) is not None:
             family = Family.SPHERICAL_WRIST if len(seen.frames) == 6 else Family.LAST_TWO_MEET
-            yield Structure(family, first_three, from_hand, fixed, axes.tolerance)
+            yield Structure(family, first_three, from_hand, axes.tolerance)
 
 
 def _first_three(axes: Axes) -> FirstThree | None:
@@ -246,31 +224,24 @@ class Layout:
     def __init__(self, chain: Chain, structure: Structure) -> None:
         self.code = CodeLines()
         self.structure = structure
-        count, fixed = len(chain), structure.fixed
-        still = [FIXED_RAD if index == fixed else 0.0 for index in range(count)]
-        axes = axes_of(chain, still)
+        axes = axes_of(chain)
         self.size = axes.size_mm
-        self.order = [index for index in range(count) if index != fixed]
         self.sign = -1.0 if structure.from_hand else 1.0
-        frames, ends = list(axes.frames), (IN_PLACE, axes.hand)
+        order, frames = list(range(len(chain))), list(axes.frames)
+        ends = IN_PLACE, axes.hand
         if structure.from_hand:
-            self.order.reverse()
+            order.reverse()
             frames.reverse()
             ends = ends[::-1]
-        left_out = None
-        if fixed is not None:
-            left_out = count - 1 - fixed if structure.from_hand else fixed
-        _let_meet(frames, left_out, structure, self.size)
+        _let_meet(frames, structure, self.size)
         ways = pairwise((ends[0], *frames, ends[1]))
         self.places = [_constant(compose(invert(one), other)) for one, other in ways]
-        if fixed is not None and left_out is not None:
-            self._join(left_out, fixed)
-        self.free = [Term(self.sign, f"f{index}") for index in self.order]
+        self.free = [Term(self.sign, f"f{index}") for index in order]
         self.x, self.y, self.z, self.origin, self.tip = self._asked()
         self.last_origin = self.places[-1].origin
 
     def __len__(self) -> int:
-        return len(self.order)
+        return len(self.free)
 
     def rows(self, index: int) -> Rows3:
         """Return how the frame of joint `index` + 1 is turned in that of joint `index`."""
@@ -291,25 +262,9 @@ class Layout:
     def found(self, *postures: Sequence[Term]) -> None:
         """Write lines that keep postures, given by angles in the order solved."""
         for angles in postures:
-            pairs = zip(self.order, angles, strict=True)
-            values = {joint: Term(self.sign * one.factor, one.variable) for joint, one in pairs}
-            if self.structure.fixed is not None:
-                values[self.structure.fixed] = Term(1.0, f"f{self.structure.fixed}")
-            listed = [values[joint] for joint in sorted(values)]
+            turned = [Term(self.sign * one.factor, one.variable) for one in angles]
+            listed = turned[::-1] if self.structure.from_hand else turned
             self.code.write(f"found.append(({', '.join('{}' for _ in listed)}))", *listed)
-
-    def _join(self, place: int, joint: int) -> None:
-        """Combine the two places before and after a joint that keeps its angle."""
-        code = self.code
-        name = Term(self.sign, f"f{joint}")
-        turn = turn_of(code, code.total((name,), (Term(-self.sign * FIXED_RAD),)))
-        before, after = self.places[place : place + 2]
-        x, y, z = (
-            code.times(before.rows, turned(code, turn, column)) for column in transposed(after.rows)
-        )
-        way = code.times(before.rows, turned(code, turn, after.origin))
-        joined = Place(transposed((x, y, z)), code.plus(before.origin, way))
-        self.places[place : place + 2] = [joined]
 
     def _asked(self) -> tuple[Vector3, Vector3, Vector3, Vector3, Vector3]:
         code = self.code
@@ -328,13 +283,10 @@ class Layout:
         return x, y, z, code.minus(tip, way), tip
 
 
-def _let_meet(
-    frames: list[Transform], left_out: int | None, structure: Structure, size: float
-) -> None:
+def _let_meet(frames: list[Transform], structure: Structure, size: float) -> None:
     """Move frames along their axes into the points in which the axes meet."""
-    kept = [index for index in range(len(frames)) if index != left_out]
-    axes = Axes(tuple(frames[index] for index in kept), IN_PLACE, size, structure.tolerance)
-    last = len(kept) - 1
+    axes = Axes(tuple(frames), IN_PLACE, size, structure.tolerance)
+    last = len(frames) - 1
     pairs = [(last - 1, last)]
     if structure.family is Family.SPHERICAL_WRIST:
         pairs.append((last - 2, last - 1))
@@ -345,7 +297,7 @@ def _let_meet(
     for pair in pairs:
         point = axes.meeting(*pair)
         for index in pair if point is not None else ():
-            frames[kept[index]] = homogeneous(rotation_of(frames[kept[index]]), point or (0, 0, 0))
+            frames[index] = homogeneous(rotation_of(frames[index]), point or (0, 0, 0))
 
 
 def _constant(frame: Transform) -> Place:

@@ -224,10 +224,6 @@ class FiveAxisArm:
         near = _seed(seed, self.limits)
         return solve_frame(check_transform(goal), self, near)
 
-    def solve_frame_angles(self, goal: Transform, near: Angles) -> FrameSolution:
-        """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
-        return solve_frame(goal, self, near)
-
     def ik(
         self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
     ) -> Joints:

@@ -57,7 +57,7 @@ def summary(of: Study, searched: tuple[NamedSingularity, ...] | None = None) -> 
     near = nearest_of(of.singularities or searched or ())
     conditioning = "infinite: SINGULAR" if of.condition.is_singular else fixed(of.conditioning)
     moves = f"manipulability {fixed(of.condition.manipulability)}, condition {conditioning}"
-    return moves if near is None else f"{moves}; {distance_text(near)} to: {near.reason}"
+    return moves if near is None else f"{moves}; singular {distance_text(near)} away: {near.reason}"
 
 
 def nearest_of(found: Sequence[NamedSingularity]) -> NamedSingularity | None:

@@ -8,7 +8,7 @@ from waiting import LONG_S, looks
 
 from armdrive.errors import LinkLost
 from armdrive.transports.can_link import CanLink
-from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.frames import Frame, Unpacker
 
 
 def frames_of(link, count: int = 1) -> list[Frame]:
@@ -44,17 +44,17 @@ class EchoDrive:
         self._after_s = after_s
         self._due: deque[tuple[float, Frame]] = deque()
 
-    def receive(self, data: bytes, now_s: float) -> None:
-        for frame in Unpacker().feed(data):
+    def receive(self, message: tuple[Frame, ...], now_s: float) -> None:
+        for frame in message:
             self.heard.append((now_s, frame))
             if not self.mute:
                 self._due.append((now_s + self._after_s, Frame(frame.can_id + 1, frame.data)))
 
-    def transmit(self, now_s: float) -> bytes:
-        said = b""
+    def transmit(self, now_s: float) -> tuple[Frame, ...]:
+        said = []
         while self._due and self._due[0][0] <= now_s:
-            said += pack(self._due.popleft()[1])
-        return said
+            said.append(self._due.popleft()[1])
+        return tuple(said)
 
     def next_s(self) -> float:
         return self._due[0][0] if self._due else float("inf")

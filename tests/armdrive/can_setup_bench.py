@@ -226,6 +226,5 @@ class ServedBus(ServedDevice):
 
     def __init__(self, folder: Any, **settings: Any) -> None:
         server = make_server(slcan=folder / "can0", beside=folder / "can1")
-        self.port = server.can_address
-        self.beside = server.second.can_address
+        self.port, self.beside = server.can_addresses
         super().__init__(server, simulate_device(arm(), settings=settings))

@@ -144,9 +144,9 @@ def with_switches_ahead(bench, units=100.0):
     return bench
 
 
-def homing_bench(values=HOMING):
+def homing_bench(values=HOMING, **options):
     """Return a board that can home, on an arm without mechanical stops."""
-    bench = with_switches_ahead(Bench(values))
+    bench = with_switches_ahead(Bench(values, **options))
     stops = bench.device.world.body.stops
     bench.device.world._stops = [replace(one, low_rad=-99.0, high_rad=99.0) for one in stops]
     return bench

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
+import queue
 import threading
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-from waiting import LONG_S, until
+from waiting import LONG_S
 from watched_sim import Watch
 
 from armdrive.connect.target import simulated_config
@@ -25,25 +24,24 @@ class ServedDevice:
 
     def __init__(self, server: Any, device: SimDevice, *faults: str) -> None:
         self.server, self.device = server, device
-        self.out = io.StringIO()
+        self._said: queue.Queue[str] = queue.Queue()
         ear, self._mouth = os.pipe()
         self._thread = threading.Thread(
             target=run_device,
-            args=(self.device, self.server, ear, partial(print, file=self.out)),
+            args=(self.device, self.server, ear, self._said.put),
             kwargs={"faults": [parse_option(each) for each in faults]},
             daemon=True,
         )
         self._thread.start()
 
     def tell(self, line: str) -> str:
-        """Give a command of the console and return the last line of its answer."""
-        return self._answer(line)[-1]
-
-    def _answer(self, line: str) -> list[str]:
-        count = self.out.getvalue().count("\n")
+        """Give a command of the console and return its answer."""
         os.write(self._mouth, line.encode() + b"\n")
-        until(lambda: self.out.getvalue().count("\n") > count)
-        return self.out.getvalue().splitlines()[count:]
+        return self.hear()
+
+    def hear(self) -> str:
+        """Return what the console says next."""
+        return self._said.get(timeout=LONG_S)
 
     def end(self) -> None:
         """End the simulation."""
@@ -68,13 +66,9 @@ class Served(ServedDevice):
         can = DIALECTS[dialect].can
         server = make_server(slcan=pty) if can else make_server(pty=pty, tcp=tcp, udp=udp)
         super().__init__(server, device)
-        self.port = str(server.can_address if can else server.address)
+        self.port = str(server.can_addresses[0] if can else server.address)
         """What a driver opens."""
         self.watch = Watch(self.look)
-
-    def tell(self, line: str) -> str:
-        """Give a command of the console and return the first line of its answer."""
-        return self._answer(line)[0]
 
     def look(self) -> tuple[float, dict[str, Any]]:
         """Return the time on the device's own clock, and its physical state then."""

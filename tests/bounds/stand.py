@@ -16,7 +16,7 @@ from armdrive.registry import simulated_kind
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.runtime.stop_bounds import StopBound
 from armdrive.sim.bus import DrivesBoard
-from armdrive.sim.device import Options, SimDevice, Value
+from armdrive.sim.device import SimDevice, Value, chosen
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world import World
@@ -129,7 +129,7 @@ class Stand:
         self.world = RecordingWorld(ArmBody.of_preset(config.model))
         transmission = self.world.body.transmission
         there = transmission.to_motors(at, OPENING_MM)
-        device = SimDevice(kind.make(config, self.world, Options(kind.options, options)))
+        device = SimDevice(kind.make(config, self.world, chosen(kind.settings, options)))
         if isinstance(device.board, DrivesBoard):
             device.bring_to(at, OPENING_MM)
         else:

@@ -112,15 +112,19 @@ def _delay(stage: Stage) -> str:
     return inject(stage, f"delay {by_s} next {side}", misdirects=side == HOST and by_s > 0.4)
 
 
-DAMAGES_FRAMES = 0.03
-"""A line to a CAN adapter that changes this share of its characters damages every other frame. A
-stop may reach all drives, one or none, however often it is repeated."""
+FRAMES_A_BYTE = 5
+"""A line to a CAN adapter that changes a share of its characters damages more of the frames."""
+DAMAGES_FRAMES = 0.15
+"""If a bus loses this share of its frames, a stop may reach all drives, one or none, however often
+it is repeated."""
 
 
 def _noise(stage: Stage) -> str:
     kind, share = stage.draw.choice(("drop", "corrupt")), stage.draw.choice((0.005, 0.03, 0.1))
     side = stage.draw.choice((HOST, DEVICE))
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
+    if isinstance(stage.twin.board, DrivesBoard):
+        share *= FRAMES_A_BYTE
     on_bus = side == HOST and isinstance(stage.twin.board, DrivesBoard)
     if on_bus:
         stage.orders_lost_until_s = stage.now_s + for_s
@@ -269,17 +273,17 @@ def _lose_frames(stage: Stage) -> str:
     amount = stage.draw.choice(("next", "0.02", "0.1"))
     side = stage.draw.choice((HOST, DEVICE))
     if amount == "next":
-        return inject(stage, f"lose-frame next {side}")
+        return inject(stage, f"drop next {side}")
     for_s = stage.draw.choice((0.5, 2.0))
     if side == HOST:
         stage.orders_lost_until_s = stage.now_s + for_s
         stage.watch.lost_targets.begin(stage.now_s, for_s)
-    return inject(stage, f"lose-frame {amount} {side} --for {for_s}")
+    return inject(stage, f"drop {amount} {side} --for {for_s}")
 
 
 def _double_frames(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
-    return inject(stage, f"double-frame 0.2 {side} --for {stage.draw.choice((0.5, 2.0))}")
+    return inject(stage, f"duplicate 0.2 {side} --for {stage.draw.choice((0.5, 2.0))}")
 
 
 def _overtake(stage: Stage) -> str:

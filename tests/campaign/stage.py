@@ -27,7 +27,7 @@ from armdrive.motion.connecting import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.cia402.node import Cia402Node
-from armdrive.sim.device import Options, SimDevice
+from armdrive.sim.device import SimDevice, chosen
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world.body import ArmBody
@@ -127,7 +127,7 @@ class Stage:
         self.config = config_of(name, variant)
         kind = simulated_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
-        board = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
+        board = kind.make(self.config, self.world, chosen(kind.settings, board_of(name, variant)))
         device = SimDevice(board)
         self.link = KillableLink(device.line(), TITLE)
         self.twin = SimulatedArm.of(self.config, device, self.link)

@@ -30,7 +30,7 @@ from .faults import FAULTS
 from .mission import Outcome, Result, run_mission
 from .run import main, story, table_of, tasks
 
-SAMPLE = {"mks": 4, "cia402": 4, "teachmover": 20}
+SAMPLE = {"mks": 4, "cia402": 3, "teachmover": 20}
 """Missions of an everyday run; 8 of those that take neither so long nor so little."""
 ENOUGH = 60
 """This many missions find each of the faulty drivers below."""
@@ -64,7 +64,7 @@ def test_no_promise_is_broken_in_a_mission_that_once_ended_badly(dialect, seed):
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_seed_repeats_its_mission(dialect):
-    first, second = (run_mission(dialect, 3, keep_log=True) for _ in range(2))
+    first, second = (run_mission(dialect, 0, keep_log=True) for _ in range(2))
     assert first == second
     assert first.log
 

@@ -183,7 +183,7 @@ def test_a_line_that_damages_every_other_frame_excuses_shared_joints():
     for seed in range(10):
         stage = with_program(seed=seed)
         words = noise.begin(stage)
-        damages = "host" in words and "0.005" not in words
+        damages = "host" in words and "0.025" not in words
         excused = stage.watch.missed_orders is not None and stage.commands_lost
         assert excused is damages, words
         words_by_case[damages] = words

@@ -16,7 +16,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.preset import LENGTHS
 from armdrive.registry import Dialect, simulate_device, simulated_kind
 from armdrive.registry.arm_files import load_arm, parse_arm
-from armdrive.sim.device import Options
+from armdrive.sim.device import parse_settings
 from armdrive.sim.serving import make_server, run_device
 from armdrive.sim.serving.servers import SlcanServer
 from kinematics.presets import preset
@@ -59,13 +59,13 @@ def main(path: str, *words: str) -> None:
     """Serve the device of an arm file until standard input says to end."""
     *settings, where, address = words
     config = load_arm(Path(path))
-    chosen = Options.parse(simulated_kind(config.connection.dialect).options, settings)
+    chosen = parse_settings(simulated_kind(config.connection.dialect).settings, settings)
     server = make_server(
         pty=Path(address) if where == "--pty" else None,
         tcp=address if where == "--tcp" else None,
         slcan=Path(address) if where == "--slcan" else None,
     )
-    offered = server.can_address if isinstance(server, SlcanServer) else server.address
+    offered = server.can_addresses[0] if isinstance(server, SlcanServer) else server.address
     sys.stdout.write(f"it speaks {config.connection.dialect} at {offered}; and waits\n")
     sys.stdout.flush()
     say = partial(print, flush=True)

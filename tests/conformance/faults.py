@@ -86,8 +86,8 @@ FAULTS: tuple[Fault, ...] = (
     *(
         Fault(name, tuple(words), needs=(on_bus,))
         for name, *words in (
-            ("frames are lost on the bus", "lose-frame 0.1 --for 1"),
-            ("frames arrive twice on the bus", "double-frame 0.3 --for 1"),
+            ("frames are lost on the bus", "drop 0.1 --for 1"),
+            ("frames arrive twice on the bus", "duplicate 0.3 --for 1"),
             ("frames overtake each other on the bus", "overtake 0.3 --for 1"),
             ("the adapter leaves the bus", "bus-off"),
             ("no node acknowledges on the bus", "alone"),

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, ClassVar, cast
 
 from filelock import FileLock
+from forked import Forked
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
@@ -130,8 +131,10 @@ class DeviceProcess(SimProcess):
     """
 
     def __init__(self, program: Sequence[str], door: tuple[str, str], dialect: str) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", *program, *door],
+        self.process = Forked(
+            "-m",
+            *program,
+            *door,
             cwd=ROOT,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

@@ -70,8 +70,8 @@ def a_joint_motion_goes_only_between(bench: Bench) -> None:
 
 def a_slow_motion_takes_its_time(bench: Bench) -> None:
     arm = bench.ready()
-    fast = arm.move_j(**joints_from(arm, 4.0, -2.0))
-    slow = arm.move_j(**joints_from(arm, -4.0, 2.0), speed=0.3)
+    fast = arm.move_j(**joints_from(arm, 8.0, -4.0))
+    slow = arm.move_j(**joints_from(arm, -8.0, 4.0), speed=0.3)
     check(
         slow.duration_s > 1.5 * fast.duration_s,
         f"at speed 0.3 it took {slow.duration_s:.2f} s, at full speed {fast.duration_s:.2f} s",

@@ -139,7 +139,7 @@ class UnhurriedPtyBench(PtyBench):
     """A pty bench on a computer that may be busy."""
 
     punctual = False
-    look_s = 0.02  # each look asks another process, and no bound depends on it
+    look_s = 0.1  # each look asks another process, and no bound depends on it
 
     def watch(self, done, longest_s):
         """Observe until `done()`; the limit only ends a hang."""

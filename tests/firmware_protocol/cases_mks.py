@@ -128,12 +128,7 @@ def _host_saw_one(host: mks.Host) -> bool:
     return found
 
 
-def _device_saw_one(device: mks.Device) -> bool:
-    return any(isinstance(event, mks.Asked) for event in events(device))
-
-
 HOST = FuzzCase("mks host", lambda: mks.Host(DRIVES), ANSWER_RECORDS, _host_saw_one)
-DEVICE = FuzzCase("mks device", lambda: mks.Device(1), REQUEST_RECORDS, _device_saw_one)
 
 
 # -- What the tests of the host of six drives say and hear -----------------------------------------

@@ -9,6 +9,7 @@ from textual._compositor import Compositor
 from textual.css.stylesheet import Stylesheet
 from textual.pilot import Pilot
 
+from armdrive.render import scene
 from armdrive.storage import files as places
 from tui import app as app_module
 
@@ -118,6 +119,24 @@ def _read_each_style_once(monkeypatch, _rules_read):
         return _rules_read[key]
 
     monkeypatch.setattr(Stylesheet, "_parse_rules", parse)
+
+
+@pytest.fixture(scope="session")
+def _outlines():
+    return {}
+
+
+@pytest.fixture(autouse=True)
+def _work_out_each_reach_once(monkeypatch, _outlines):
+    """Compute the outline of an arm's reach once for all desks; a desk does it when it opens."""
+    outline = scene.outline
+
+    def kept(arm, key):
+        if (arm, key) not in _outlines:
+            _outlines[arm, key] = outline(arm, key)
+        return _outlines[arm, key]
+
+    monkeypatch.setattr(scene, "outline", kept)
 
 
 @pytest.fixture

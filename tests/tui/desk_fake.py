@@ -5,8 +5,9 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from armdrive.dialog.operator import PostureRequest
-from armdrive.errors import Refused
+from armdrive.errors import Refused, Stopped
 from armdrive.motion.gripper import Grasped
+from armdrive.moves import GripperMove
 from armdrive.status import Current, State, Status, Trust
 from kinematics import Joints, Motors, preset
 
@@ -21,20 +22,6 @@ class Clock:
 
     def __call__(self):
         return self.now_s
-
-
-class FakeGripper:
-    """Fingers that find a block of 30 mm."""
-
-    force_n = 0.0
-
-    def __init__(self, calls):
-        self._calls = calls
-
-    def feel(self):
-        self._calls.append(("grasp",))
-        self.force_n = 8.9
-        return Grasped(30.0, 8.9)
 
 
 class FakeArm:
@@ -64,7 +51,7 @@ class FakeArm:
         )
         self.model = MODEL
         self.calls = []
-        self.gripper = FakeGripper(self.calls)
+        self.gripper = SimpleNamespace(force_n=0.0)
         self.set(**more)
 
     def set(self, **more):
@@ -98,6 +85,17 @@ class FakeArm:
     def disable(self):
         self.calls.append(("disable",))
         self.set(state=State.DISABLED, current=Current.OFF)
+
+    def start(self, move, *, stops=None):
+        """Move the fingers, which find a block of 30 mm."""
+        if stops is not None and stops != self.stops:
+            raise Stopped("a stop was requested before the motion started")
+        if isinstance(move, GripperMove):
+            self.calls.append(("open", move.opening_mm, move.speed))
+        else:
+            self.calls.append(("grasp",))
+            self.gripper.force_n = move.force_n
+        return SimpleNamespace(wait=lambda: Grasped(30.0, 8.9))
 
     def hold(self, jog, *, speed, for_s):
         self.calls.append(("hold", jog, speed, for_s))

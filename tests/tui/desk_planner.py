@@ -1,7 +1,6 @@
 """A fake arm that plans as a real one does, and moves at once when it is told to go."""
 
 from inspect import signature
-from types import SimpleNamespace
 
 from desk_fake import FakeArm
 from waiting import until_seen
@@ -13,7 +12,7 @@ from armdrive.motion.frames import pose_in_frame
 from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import preview_move
 from armdrive.motion.resolve import Ground, prepare
-from armdrive.moves import GripperMove
+from armdrive.moves import GraspMove, GripperMove
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State
@@ -72,9 +71,8 @@ class PlannerArm(FakeArm):
         return preview_move(self._ground(), CONTROLLER, move, self.hindrance)
 
     def start(self, move, *, stops=None):
-        if isinstance(move, GripperMove):
-            self.calls.append(("open", move.opening_mm, move.speed))
-            return SimpleNamespace(wait=lambda: None)
+        if isinstance(move, GripperMove | GraspMove):
+            return super().start(move, stops=stops)
         self.asked_for.append(move)
         if stops is not None and stops != self.stops:
             raise Stopped("a stop was requested before the motion started")

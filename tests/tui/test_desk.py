@@ -10,9 +10,10 @@ from types import SimpleNamespace
 import pytest
 from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_position
 from desk_logged import busy_arm
-from desk_planner import CONFIG
+from desk_planner import CONFIG, at_rest
 from desk_session import Session
 from textual import events
+from textual.widget import Widget
 from textual.widgets import Input
 from waiting import until_seen
 
@@ -69,6 +70,46 @@ async def test_every_screen_says_whether_the_arm_is_real_and_lights_its_tab():
                     await session.poll()
                     assert session.text("title").startswith(kind), (entry.id, width)
                     assert kind in session.painted[1], (entry.id, width)
+
+
+@pytest.mark.parametrize("state", [State.HOMING, State.DISABLED, State.ERROR_STOP])
+async def test_no_screen_offers_what_would_be_refused_now(state):
+    arm = everywhere_arm(**unknown_position())
+    async with Session(arm, size=(120, 24)) as session:
+        arm.set(state=state)
+        for entry in SCREENS:
+            await session.keys(entry.key)
+            session.shows(
+                entry.id, not_footer="go (twice)", not_trust="press H", not_messages="references"
+            )
+            assert "H reference" not in session.text("footer"), entry.id
+            if state is State.DISABLED:
+                session.shows(entry.id, state="P switches the motors on")
+
+
+async def test_a_simulated_arm_is_named_without_a_link_that_it_has_not():
+    async with Session() as session:
+        session.arm.set(link="simulated arm at 9600 baud")
+        await session.poll()
+        assert session.text("title") == "SIMULATED: sim (TeachMover)"
+
+
+SILENT = [
+    # where a key has nothing to do, and what it says then
+    ("f4 right", "choose a sequence"),
+    ("f4 home", "choose a sequence"),
+    ("f4 delete", "nothing to delete"),
+    ("f5 left", "the first step"),
+    ("f5 backspace", "nothing here for this key"),
+    ("f5 v", "no arm is drawn here"),
+]
+
+
+@pytest.mark.parametrize(("line", "said"), SILENT)
+async def test_a_key_that_has_nothing_to_do_says_so(line, said):
+    async with Session(everywhere_arm()) as session:
+        await session.keys(line)
+        session.shows(line, messages=said)
 
 
 async def test_the_footer_offers_what_would_change_something():
@@ -159,7 +200,7 @@ async def test_mode_increment_and_speed_follow_their_keys_or_a_click_on_them():
         for key, step_deg in (("]", 2.0), ("[", 1.0)):
             await session.pilot.click("#footer", offset=(footer.index(key) + 1, 0))
             await session.poll()
-            assert session.desk.settings.step_deg == step_deg
+            assert session.desk.settings.jog.step_deg == step_deg
 
 
 async def test_a_small_terminal_shows_presets_what_is_near_and_the_next_keys():
@@ -564,6 +605,18 @@ async def test_the_drawing_follows_the_arm_and_repaints_only_then():
         session.arm.set(joints=joints.replace(shoulder=1.5))
         await session.poll()
         assert view.rows != before
+
+
+async def test_a_poll_of_an_arm_that_stands_updates_no_widget(monkeypatch):
+    updated = []
+    async with Session(everywhere_arm()) as session:
+        for entry in SCREENS:
+            await session.keys(entry.key)
+            await at_rest(session.pilot)
+            with monkeypatch.context() as watched:
+                watched.setattr(Widget, "refresh", lambda self, *_, **__: updated.append(self))
+                session.desk.poll()
+            assert updated == [], entry.id
 
 
 async def test_nothing_that_matters_is_said_by_colour_alone():

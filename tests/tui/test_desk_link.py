@@ -39,20 +39,98 @@ async def test_the_banner_says_once_how_to_get_the_arm_back():
         assert said in session.text("banner")
 
 
+def stop_elsewhere(arm):
+    """Have another program stop the arm, which then says so."""
+    arm.stops += 1
+    arm.set(notice="the arm was stopped: another program asked for it")
+
+
 async def test_a_stop_by_another_program_disarms_and_takes_back_a_first_press():
     async with Session() as session:
         await session.arm_keys()
         session.desk.confirmation.press("parks", session.arm.home)
-        session.arm.stops += 1
-        session.arm.set(notice="the arm was stopped: another program asked for it")
+        stop_elsewhere(session.arm)
         await session.poll()
         assert not session.desk.screens.current.armed
-        assert "keys disarmed: the arm was stopped" in session.text("messages")
-        assert "another program asked for it" in session.text("messages")
+        assert session.text("messages") == "the arm was stopped: another program asked for it"
         session.desk.confirmation.press("parks", session.arm.home)
         session.clock.now_s += 10.0
         await session.poll()
         assert session.arm.asked("home") == []
+
+
+@pytest.mark.parametrize("seen", [True, False])
+async def test_a_stop_by_another_program_makes_a_question_void(seen):
+    """A yes counts for nothing, even if it comes before the desk has seen the stop."""
+    async with Session(FakeArm(simulated=False)) as session:
+        for key in ("H", "P"):
+            await session.press(key)
+            stop_elsewhere(session.arm)
+            if seen:
+                await session.poll()
+                assert "the arm was stopped" in session.text("messages")
+                assert len(session.desk.screen_stack) == 1
+            await session.press("y")
+            await session.settle()
+            assert session.arm.calls == [], key
+            assert len(session.desk.screen_stack) == 1
+            assert seen or "the arm was stopped" in session.text("messages")
+
+
+async def test_a_stop_by_another_program_leaves_what_asks_nothing_open():
+    """What is typed into a search would else fall on the keys of the screen."""
+    async with Session() as session:
+        await session.press("question_mark")
+        stop_elsewhere(session.arm)
+        await session.poll()
+        assert len(session.desk.screen_stack) == 2
+
+
+ENDED_HERE = "the jog ended here: further on, the elbow is beyond its limit"
+
+
+@pytest.mark.parametrize("key", ["f3", "v", "right_square_bracket"])
+async def test_what_the_arm_says_goes_with_the_next_key_or_screen(key):
+    async with Session() as session:
+        session.arm.set(notice=ENDED_HERE)
+        await session.poll()
+        assert session.text("messages") == ENDED_HERE
+        await session.press(key)
+        await session.poll()
+        assert ENDED_HERE not in session.text("messages")
+
+
+async def test_the_latest_message_is_shown_whether_the_desk_or_the_arm_says_it():
+    async with Session() as session:
+        session.desk.say("STOP requested")
+        session.arm.set(notice="the jog was stopped")
+        await session.poll()
+        assert session.text("messages") == "the jog was stopped"
+        session.desk.say("armed")
+        assert session.text("messages") == "armed"
+        session.arm.set(notice="")
+        await session.poll()
+        assert session.text("messages") == "armed"
+
+
+async def test_what_the_arm_takes_back_is_said_no_more():
+    async with Session() as session:
+        session.arm.set(notice=ENDED_HERE)
+        await session.poll()
+        session.arm.set(notice="")
+        await session.poll()
+        assert ENDED_HERE not in session.text("messages")
+
+
+async def test_a_jog_that_is_refused_again_says_so_again():
+    async with Session() as session:
+        session.arm.set(notice=ENDED_HERE)
+        await session.poll()
+        await session.arm_keys()
+        assert "armed" in session.text("messages")
+        await session.tap("w", after_s=3.0)
+        await session.poll()
+        assert session.text("messages") == ENDED_HERE
 
 
 @pytest.mark.parametrize(
@@ -114,8 +192,8 @@ async def test_a_lost_link_closes_a_question_and_refuses_what_needs_an_arm():
 @pytest.mark.parametrize(
     ("state", "why"),
     [
-        (State.ERROR_STOP, "the arm is in error-stop: look at it, then press R"),
-        (State.DISABLED, "the motors are off: P switches them on"),
+        (State.ERROR_STOP, "the arm is in error-stop: look at it, then R resets"),
+        (State.DISABLED, "the motors are off: P switches the motors on"),
     ],
 )
 async def test_a_state_in_which_nothing_can_move_disarms_and_says_how_to_leave_it(state, why):
@@ -246,7 +324,7 @@ async def test_an_arm_that_is_unplugged_in_a_jog_comes_back_standing(arm):
         stood = arm.twin.world.motors
         await session.press("L")
         await session.settle()
-        assert "elsewhere" in session.text("title")
+        assert "elsewhere" in arm.status.link
         assert "The position is suspect" in session.text("messages")
         await session.press("w", "enter", "w", after_s=5.0)
         await session.press("R")
@@ -272,10 +350,27 @@ async def test_a_referenced_position_is_trusted_again_once_it_was_compared(arm):
         assert arm.status.trust is Trust.REFERENCED
 
 
-async def test_an_emergency_stop_that_cannot_reach_the_arm_says_so(arm):
+@pytest.mark.parametrize("armed", [True, False])
+async def test_an_emergency_stop_that_cannot_reach_the_arm_says_so(arm, armed):
     async with Session(arm) as session:
-        await session.arm_keys()
+        if armed:
+            await session.arm_keys()
         unplug(arm)
         await session.press("X")
         assert "the stop did not reach the arm" in session.text("messages")
         assert not session.desk.screens.hand.armed
+        arm.request_stop()  # by another program
+        await session.poll()
+        assert "the arm was stopped" not in session.text("messages")
+
+
+async def test_an_emergency_stop_that_is_not_confirmed_is_not_called_a_stop():
+    class DeafArm(FakeArm):
+        def estop(self):
+            self.request_stop()
+            raise Refused("the arm did not confirm that it has stopped: look at it")
+
+    async with Session(DeafArm()) as session:
+        await session.press("X")
+        await session.poll()
+        assert "the arm did not confirm" in session.text("messages")

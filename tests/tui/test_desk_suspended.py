@@ -322,7 +322,7 @@ class Pasted(Suspended):
     async def type(self, text):
         """Send keys that come together; then none follows, and one that has waited acts."""
         await super().type(text)
-        await self.desk.act_on_waiting()
+        await self.desk.input.act_on_waiting()
         await self.pilot.pause()
 
     async def paste(self, text):

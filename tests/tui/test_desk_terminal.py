@@ -5,14 +5,13 @@ import os
 import re
 import select
 import signal
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
 import pytest
+from forked import Forked
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
-from waiting import LONG_S, looks
+from waiting import LONG_S, looks, suspended
 
 from tui.terminal import LastingFile
 
@@ -98,7 +97,7 @@ def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began
         _arm(ours)
         child.send_signal(getattr(signal, suspending))
         for _ in looks("the desk was not suspended"):
-            if os.waitpid(child.pid, os.WUNTRACED | os.WNOHANG)[0]:
+            if suspended(child.pid):
                 break
             if select.select([ours], [], [], 0.05)[0]:  # what it still has to say is read
                 os.read(ours, 65536)
@@ -170,8 +169,12 @@ def _desk_on(theirs, notes, said):
     notes.touch()
     here = Path(__file__).parent
     environment = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
-    return subprocess.Popen(
-        [sys.executable, "-c", CHILD, str(notes), str(here), str(here.parent.parent)],
+    return Forked(
+        "-c",
+        CHILD,
+        str(notes),
+        str(here),
+        str(here.parent.parent),
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,

@@ -214,7 +214,7 @@ async def test_the_palette_opens_disarmed_and_does_what_is_chosen_and_a_space_st
         for row in session.desk.keys.at("jog"):
             named = any(each.title.startswith(f"{row.description or row.id} (") for each in offered)
             listed = (row.description or row.also) and row.id != "palette"
-            assert named == bool(listed and not row.action.startswith("jog("))
+            assert named == bool(listed and not row.jogs)
         await session.arm_keys()
         await session.press("ctrl+p")
         assert len(session.desk.screen_stack) == 2
@@ -252,7 +252,7 @@ async def test_a_new_real_arm_starts_slowly_whatever_was_set_on_the_simulated_on
         async with Session(FakeArm(simulated=False), memory=memory) as session:
             assert "speed 10%   step [2°] 2 mm" in session.text("stopping")
             assert session.title("joints") == "Joints"
-            assert session.desk.move_settings.speed == 0.25
+            assert session.desk.settings.move.speed == 0.25
             await session.press("ctrl+q")
     async with Session(memory=memory) as session:
         assert "speed 100%   step 2° [5 mm]" in session.text("stopping")

@@ -56,19 +56,24 @@ class DeskJogging:
         clock: Callable[[], float],
         say: Callable[[str], None],
         settings: Callable[[], JogSettings],
+        asked: Callable[[], None] = lambda: None,
         age_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
-        """`age_s` returns the age of the key that is being handled."""
+        """`asked` is called before each jog: the arm may refuse it, in the notice of its status.
+
+        `age_s` returns the age of the key that is being handled.
+        """
         self._arm = arm
         self._clock = clock
         self._say = say
         self._settings = settings
+        self._asked = asked
         self._age_s = age_s
         self._deadman = DeadMan()
         self._active_s = clock()
         self.held_button = ""
         """The jog key whose on-screen button is held, or `PAD`; empty if nothing is held."""
-        self._aim: Aim = _nowhere
+        self._aim: Aim = lambda: None
         self._last_event_s = -math.inf
         self._renew_s = math.inf
         self._renewed_s = -math.inf
@@ -181,8 +186,7 @@ class DeskJogging:
             return
         self._renew_s, self._renewed_s = now_s + MOUSE_RENEWS_S, now_s
         # the last hold ends with the time that a silent mouse has, not a renewal after it
-        speed, for_s = self.settings.speed, min(HOLD_LONGEST_S, left_s)
-        self._tell(partial(self._arm.hold, jog, speed=speed, for_s=for_s))
+        self._tell(partial(self._hold, jog, min(HOLD_LONGEST_S, left_s)))
 
     # -- arming -------------------------------------------------------------------------------
 
@@ -237,18 +241,17 @@ class DeskJogging:
         if isinstance(action, Increment | HeldKey) and self._was_stopped():
             return
         if isinstance(action, Increment):
+            self._asked()
             self._arm.nudge(settings.increment_of(action.key), speed=settings.speed)
         elif isinstance(action, HeldKey):
             for_s = action.until_s - self._clock()
             if for_s > 0:  # a busy desk may come too late to hold at all
-                jog = settings.direction_of(action.key)
-                self._arm.hold(jog, speed=settings.speed, for_s=for_s)
+                self._hold(settings.direction_of(action.key), for_s)
         else:
             self._arm.release()
             if isinstance(action, Disarm):
                 self._say(f"keys disarmed: {action.reason}")
 
-
-def _nowhere() -> Jog | None:
-    """Return no jog."""
-    return None
+    def _hold(self, jog: Jog, for_s: float) -> None:
+        self._asked()
+        self._arm.hold(jog, speed=self.settings.speed, for_s=for_s)

@@ -13,7 +13,7 @@ from armdrive.abilities import OUTPUTS
 from armdrive.errors import ArmError
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.registry import DIALECTS
-from armdrive.status import LinkStats, Status, Trust, rounded_up
+from armdrive.status import LinkStats, State, Status, Trust, rounded_up
 from kinematics.guards import Reading
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
@@ -161,7 +161,8 @@ def near_lines(
     Nothing ends a jog at a limit or a guard before the position is trusted.
     """
     if not limits_hold(status):
-        yield "NO LIMITS before it is referenced: watch the arm", "$text-warning"
+        if status.state is not State.DISCONNECTED:
+            yield "NO LIMITS before it is referenced: watch the arm", "$text-warning"
     else:
         found = [*_near_limit(joints)]
         if status.pose is not None:
@@ -331,7 +332,7 @@ class AxisPanels:
 
     def show(self, status: Status) -> tuple[AxisRow, ...]:
         """Show a status; return the rows of the joints."""
-        settings, model = self._desk.settings, self._desk.arm.model
+        settings, model = self._desk.settings.jog, self._desk.arm.model
         held = self._hand.held_button not in ("", PAD)
         pose, limits = self._pose(status)
         joints = joint_rows(status, model, settings, self._changed)
@@ -350,7 +351,7 @@ class AxisPanels:
 
     def show_only_driven(self, *, only: bool) -> None:
         """Hide the panel of the axes that no key moves in this mode, or show it again."""
-        cartesian = self._desk.settings.cartesian
+        cartesian = self._desk.settings.jog.cartesian
         self._tip.display = cartesian or not only
         self._joints.display = not (cartesian and only)
 
@@ -377,7 +378,7 @@ class AxisPanels:
 
         A jog in the tool's frame is shown in the base's, since the tool is always at its own zero.
         """
-        settings, limits = self._desk.settings, self._limits
+        settings, limits = self._desk.settings.jog, self._limits
         if (
             status.pose is None
             or not settings.cartesian
@@ -408,6 +409,6 @@ def _arrows(settings: JogSettings) -> str:
     axes = {
         pair.plus: words(pair.axis(cartesian=settings.cartesian))
         for pair in settings.pairs
-        if len(pair.plus) > 1
+        if pair.is_arrow
     }
     return f"arrows: {axes['left']}, {axes['up']}"

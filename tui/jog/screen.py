@@ -10,10 +10,10 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 
 from armdrive.errors import BadRequest
-from armdrive.moves import GripperMove
+from armdrive.moves import GraspMove, GripperMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
-from tui.app import HoldAlarm, KeyApp, Outcome
+from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import DEGREE
 from tui.desk import Desk, DeskScreen
@@ -29,7 +29,7 @@ from tui.jog.panels import (
     quicker,
 )
 from tui.keys.keyboard import bindings
-from tui.safety import FACT_GAP
+from tui.safety import FACT_GAP, can_reference
 from tui.settings import JogSettings
 from tui.widgets import panels
 
@@ -46,26 +46,26 @@ class Adjustments:
     def _set(self, settings: JogSettings) -> None:
         """Change settings. Whatever is held was meant with the old ones, so it ends."""
         self._hand.release()
-        self._desk.settings = settings
+        self._desk.settings.jog = settings
 
     def switch_mode(self) -> None:
         """Switch between joint and Cartesian mode."""
-        self._set(self._desk.settings.other_mode())
+        self._set(self._desk.settings.jog.other_mode())
 
     def next_frame(self) -> None:
         """Go on to the next frame in which the tip is jogged."""
-        if not self._desk.settings.cartesian:
+        if not self._desk.settings.jog.cartesian:
             mode = self._desk.keys.label("mode")
             raise BadRequest(f"frames are for Cartesian mode: press {mode} first")
-        self._set(self._desk.settings.with_next_frame())
+        self._set(self._desk.settings.jog.with_next_frame())
 
     def change_step(self, by: int) -> None:
         """Make the step of the present mode smaller or larger."""
-        self._set(self._desk.settings.with_step(by))
+        self._set(self._desk.settings.jog.with_step(by))
 
     def change_speed(self, by: int) -> None:
         """Jog more slowly or faster."""
-        self._set(self._desk.settings.with_speed(by))
+        self._set(self._desk.settings.jog.with_speed(by))
 
 
 class Fingers:
@@ -77,29 +77,32 @@ class Fingers:
 
     def preset(self, share: float) -> None:
         """Bring the fingers to a share of their range: 1 is open, 0 is closed."""
-        self._require_armed()
-        arm = self._desk.arm
-        low_mm, high_mm = arm.model.gripper_range_mm
-        goal = GripperMove(low_mm + share * (high_mm - low_mm), self._desk.settings.speed)
-        self._press(f"opens to {share:.0%}", partial(self._open, goal, arm.stops))
-
-    def _open(self, goal: GripperMove, stops: int) -> str:
-        self._desk.arm.start(goal, stops=stops).wait()
-        return opened(self._desk.arm.status.gripper_mm)
+        low_mm, high_mm = self._desk.arm.model.gripper_range_mm
+        opening_mm = low_mm + share * (high_mm - low_mm)
+        move = GripperMove(opening_mm, self._desk.settings.jog.speed)
+        self._press(f"opens to {share:.0%}", move)
 
     def grasp(self) -> None:
         """Close the fingers on what is between them."""
-        self._require_armed()
-        self._press("grasps", lambda: grasped(self._desk.arm.gripper.feel()))
+        self._press("grasps", GraspMove())
 
-    def _press(self, effect: str, call: Outcome) -> None:
+    def _press(self, effect: str, move: GripperMove | GraspMove) -> None:
         """Take one press of such a key: the fingers move once no other key has followed."""
-        self._desk.confirmation.press(effect, partial(self._begin, call), needed=1)
+        self._require_armed()
+        begin = partial(self._begin, move, self._desk.arm.stops)
+        self._desk.confirmation.press(effect, begin, needed=1)
 
-    def _begin(self, call: Outcome) -> None:
+    def _begin(self, move: GripperMove | GraspMove, stops: int) -> None:
         self._require_armed()  # the keys may have been disarmed since
         self._hand.disarm("the fingers move by themselves")
-        self._desk.calls.make(call)
+        self._desk.calls.make(partial(self._carry_out, move, stops))
+
+    def _carry_out(self, move: GripperMove | GraspMove, stops: int) -> str:
+        arm = self._desk.arm
+        if isinstance(move, GraspMove):
+            return grasped(arm.start(move, stops=stops).wait())
+        arm.start(move, stops=stops).wait()
+        return opened(arm.status.gripper_mm)
 
     def _require_armed(self) -> None:
         self._desk.link.require_motion()
@@ -121,7 +124,8 @@ class JogScreen(DeskScreen):
             desk.arm,
             clock=desk.clock,
             say=desk.say,
-            settings=lambda: self.desk.settings,
+            settings=lambda: self.desk.settings.jog,
+            asked=desk.link.expect_answer,
             age_s=app.input.key_age_s,
         )
         self.hand.alarm = HoldAlarm(app, self.hand.tick)
@@ -138,23 +142,21 @@ class JogScreen(DeskScreen):
     @property
     def says(self) -> str:
         """What the jog keys do now."""
-        keys, state = self.desk.keys, self.desk.link.status.state
-        if self.desk.link.moves:
-            return super().says
-        if state is State.DISABLED:
-            return f"{keys.label('motors')} switches the motors on"
+        keys = self.desk.keys
+        if state_says := super().says:
+            return state_says
         if not self.armed:
             return f"keys DISARMED: {keys.label('arm')} arms them"
         if limits_hold(self.desk.link.status):
             return TAP_OR_HOLD
-        if self.desk.settings.cartesian:
+        if self.desk.settings.jog.cartesian:
             return f"the tip needs a reference first; {keys.label('mode')} moves the joints"
         return f"NO LIMITS: {TAP_OR_HOLD}"
 
     @property
     def settings_text(self) -> str:
         """The speed and the steps of the jog keys."""
-        settings = self.desk.settings
+        settings = self.desk.settings.jog
         steps = [f"{settings.step_deg:g}{DEGREE}", f"{settings.step_mm:g} mm"]
         driven = int(settings.cartesian)
         steps[driven] = f"[{steps[driven]}]"  # the one that the keys use and change now
@@ -163,19 +165,20 @@ class JogScreen(DeskScreen):
     @property
     def idle(self) -> tuple[str, ...]:
         """Keys that are armed need no arming; keys that are not grasp nothing."""
-        frame = () if self.desk.settings.cartesian else ("frame",)
-        if self.desk.link.why_immobile:
+        frame = () if self.desk.settings.jog.cartesian else ("frame",)
+        link = self.desk.link
+        if link.why_immobile or link.status.state is State.HOMING:
             return ("arm", "grasp", "park", *frame)
         if not self.armed:
             return ("grasp", *frame)
-        able = can_grasp(self.desk.link.status.dialect)
+        able = can_grasp(link.status.dialect)
         return ("arm", *frame) if able else ("arm", "grasp", *frame)
 
     @property
     def hint(self) -> str:
         """How jogging begins, and how it ends."""
-        keys = self.desk.keys
-        if self.desk.link.status.trust is Trust.UNKNOWN:
+        keys, status = self.desk.keys, self.desk.link.status
+        if status.trust is Trust.UNKNOWN and can_reference(status.state):
             reference = keys.label("reference")
             return f"{reference} references the arm: only then does the desk know where it is"
         return f"{keys.label('stop')} stops at any time; {keys.label('help')} explains the keys"
@@ -214,7 +217,7 @@ class JogScreen(DeskScreen):
         details = self.text("details")
         below = details.shown.count("\n") + 1 + frame if details.display else 0
         room = self.query_one("#body").size.height - below
-        table, gripper = len(self.desk.settings.rows) - 1 + frame, 2 + frame
+        table, gripper = len(self.desk.settings.jog.rows) - 1 + frame, 2 + frame
         both = room >= 2 * table + gripper
         self.axes.show_only_driven(only=not both)
         self.text("near").display = room > (1 + both) * table + gripper
@@ -239,7 +242,7 @@ class JogScreen(DeskScreen):
 
     def action_park(self) -> None:
         """Ask whether the arm may go to its park posture."""
-        self.desk.control.park(self.desk.settings.speed)
+        self.desk.control.park(self.desk.settings.jog.speed)
 
     def action_details(self) -> None:
         """Show or hide what a technician asks for."""

@@ -81,14 +81,11 @@ class Keyboard:
 
     def jog(self, key: str) -> str:
         """Return what is printed on the key that jogs as this one of the table does."""
-        return next(
-            (label(row.keys[0]) for row in self.rows if row.action == f"jog('{key}')"), label(key)
-        )
+        return next((label(row.keys[0]) for row in self.rows if row.jogs == key), label(key))
 
     def jog_key(self, key: str) -> str | None:
         """Return the jog key of the table that a key of this keyboard stands for."""
-        row = next((r for r in self.rows if r.action.startswith("jog(") and key in r.keys), None)
-        return None if row is None else row.action.removeprefix("jog('").removesuffix("')")
+        return next((row.jogs for row in self.rows if row.jogs and key in row.keys), None)
 
     def at(self, place: str) -> tuple[DeskKey, ...]:
         """Return the rows that count on one screen, those of all screens after its own."""
@@ -125,7 +122,7 @@ class Keyboard:
     def help(self, place: str, pairs: Sequence[JogPair]) -> Iterator[str]:
         """Yield how to move the arm, then a line for each row that counts on a screen."""
         yield from self._jog_help(pairs)
-        rows = [row for row in self.at(place) if not row.action.startswith("jog(")]
+        rows = [row for row in self.at(place) if not row.jogs]
         yield ""
         yield f"On the {titled(place)} screen"
         for row in rows:
@@ -142,7 +139,7 @@ class Keyboard:
         yield f"1  {self.label('reference')} tells the desk where the arm is (the reference)."
         yield f"2  {self.label('arm')} arms the keys below; they disarm after 60 s without a key."
         yield "3  Tap a key for one step. Hold it to keep moving; let go and the arm stops."
-        yield f"4  {label(self.of(STOP)[0])} stops it on every screen, unless the link is lost."
+        yield f"4  {self.label(STOP)} stops it on every screen, unless the link is lost."
         yield ""
         yield "Jog keys, while armed: the first moves by +, the second by -."
         for pair in pairs:

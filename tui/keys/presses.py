@@ -144,12 +144,15 @@ class Confirmation:
     that was refused may still be held: until it pauses, none of its presses counts.
     """
 
-    def __init__(self, clock: Callable[[], float]) -> None:
+    def __init__(self, clock: Callable[[], float], label: Callable[[str], str] = str) -> None:
+        """`label` returns what is printed on the key of a row of the table of keys."""
         self.taken = 0
         """How many presses there have been, whether they counted or not."""
         self._clock = clock
+        self._label = label
+        self._row = ""
         self._effect = ""
-        self._act: Callable[[], object] = _do_nothing
+        self._act: Callable[[], object] = lambda: None
         self._needed = 2
         self._count = 0
         self._held = False
@@ -162,8 +165,18 @@ class Confirmation:
         waits = 0 < self._count < self._needed
         return self._effect if waits and self._clock() - self._pressed_s <= ASKED_FOR_S else ""
 
-    def press(self, effect: str, act: Callable[[], object], *, needed: int = 2) -> None:
-        """Take a press of the key that does this, once it was pressed `needed` times: 1 or 2.
+    @property
+    def again(self) -> str:
+        """The sentence that asks for the second press; empty if none is waited for."""
+        if not (effect := self.effect):
+            return ""
+        key = self._label(self._row) if self._row else "the same key"
+        return f"{key} AGAIN {effect}; any other key cancels"
+
+    def press(
+        self, effect: str, act: Callable[[], object], *, row: str = "", needed: int = 2
+    ) -> None:
+        """Take a press of the key of a row, which does this once it was pressed 1 or 2 times.
 
         Raises `BadRequest` for what may be no second press, but the first one of a key still held.
         """
@@ -181,7 +194,7 @@ class Confirmation:
             return
         if effect != self._effect or gap_s > ASKED_FOR_S:
             self._count = 0
-        self._effect, self._act, self._needed = effect, act, needed
+        self._effect, self._act, self._row, self._needed = effect, act, row, needed
         self._count, self._held = self._count + 1, False
 
     def refuse(self) -> None:
@@ -201,7 +214,3 @@ class Confirmation:
             return None
         self._count = 0  # what is pressed of the same key next may be the press that has acted
         return None if self._held else self._act
-
-
-def _do_nothing() -> None:
-    """Do nothing: no key was pressed yet."""

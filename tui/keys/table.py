@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 
 from armdrive.trace.entries import Topic
 from kinematics.spaces import JOINT_NAMES
@@ -32,6 +33,11 @@ class DeskKey:
     place: str = ""
     everywhere: bool = False
     also: str = ""
+
+    @property
+    def jogs(self) -> str:
+        """The key that jogs in this table, wherever a file of keys has put it; empty for others."""
+        return self.action[len("jog('") : -len("')")] if self.action.startswith("jog(") else ""
 
 
 # Every screen of the desk, and its dialogs.
@@ -489,6 +495,11 @@ class JogPair:
     joint: str
     cartesian: str
 
+    @property
+    def is_arrow(self) -> bool:
+        """Whether the keys are arrows, which repeat what a row of letters moves."""
+        return len(self.plus) > 1
+
     def axis(self, *, cartesian: bool) -> str:
         """Return the axis that the pair moves in this mode."""
         return self.cartesian if cartesian else self.joint
@@ -509,13 +520,21 @@ MM_AXES = ("x", "y", "z", GRIPPER)
 def jog_pairs(joints: Sequence[str], *, has_yaw: bool = False) -> tuple[JogPair, ...]:
     """Return the pairs of an arm with these joints: a row for each, the gripper's last."""
     axes = (*TASK_AXES, *(("yaw",) if has_yaw else ()))
-    rows = zip(LETTERS, (*joints, GRIPPER), (*axes, GRIPPER), strict=False)
-    letters = (JogPair(*keys, joint, axis) for keys, joint, axis in rows)
+    return pairs_of((*joints, GRIPPER), (*axes, GRIPPER))
+
+
+def pairs_of(joints: Sequence[str], axes: Sequence[str]) -> tuple[JogPair, ...]:
+    """Return the pairs that move joints or axes: a row of letters for each of both, then arrows.
+
+    Where there are more of the ones than of the others, the names of the rest are empty.
+    """
+    rows = zip(LETTERS, zip_longest(joints, axes, fillvalue=""), strict=False)
+    letters = [JogPair(*keys, joint, axis) for keys, (joint, axis) in rows]
     arrows = (
-        JogPair(plus, minus, joint, axis)
-        for (plus, minus, _, axis), joint in zip(ARROWS, joints, strict=False)
+        JogPair(plus, minus, joint, axis if axis in axes else "")
+        for (plus, minus, _, axis), joint in zip(ARROWS, (*joints, "", ""), strict=False)
     )
-    return (*letters, *arrows)
+    return (*letters, *(pair for pair in arrows if pair.joint or pair.cartesian))
 
 
 JOG_PAIRS = jog_pairs(JOINT_NAMES)

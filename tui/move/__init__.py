@@ -36,7 +36,7 @@ class MoveScreen(DeskScreen):
         self.form = GoalForm(
             geometry.joint_names,
             desk.arm.frames,
-            desk.move_settings,
+            desk.settings.move,
             self._present,
             has_yaw=geometry.has_yaw,
         )
@@ -85,13 +85,13 @@ class MoveScreen(DeskScreen):
         self.show_panel("going", self.planned.text(status, fresh))
 
     def _foreseen_text(self, fresh: Preview | None) -> str:
-        if self.planned.under_way:
+        if self.planned.going.busy:
             return ""
         if wrong := self.form.wrong():
             return wrong
         if fresh is not None:
             return preview_text(fresh, self.desk.keys)
-        return "working it out ..." if self.planned.working else NOTHING_ASKED
+        return "working it out ..." if self.planned.previewing.busy else NOTHING_ASKED
 
     def on_screen_resume(self) -> None:
         """Take up a goal that another screen has left for this one."""

@@ -16,8 +16,10 @@ from armdrive.render.scene import Moment
 from armdrive.status import State, Status, rounded_up
 from kinematics.guards.path import Clearance
 from kinematics.spaces import Joints
+from tui.app import Job
 from tui.desk import Desk
 from tui.keys.keyboard import Keyboard
+from tui.keys.table import STOP
 from tui.move.form import GoalForm
 
 MOVES = "MOVES THE ARM"
@@ -123,11 +125,11 @@ def _reason(refusal: Exception) -> str:
     return reason.split("; nearest pose")[0]
 
 
-def ready_text(preview: Preview | None, keys: Keyboard) -> str:
-    """Say how the motion is begun; nothing where it would be refused."""
+def ready_text(preview: Preview | None, key: str) -> str:
+    """Say by which key the motion is begun; nothing where it would be refused."""
     if preview is None or preview.refusal is not None:
         return ""
-    return f"{keys.label('move-go')} twice moves the arm like this"
+    return f"{key} twice moves the arm like this"
 
 
 def progress_text(share: float, keys: Keyboard) -> str:
@@ -178,17 +180,14 @@ class PlannedMove:
     def __init__(self, desk: Desk, goal: Goal) -> None:
         self.preview: Preview | None = None
         """What the goal would lead to, as soon as that is worked out."""
-        self.working = False
-        """Whether a preview is being worked out."""
+        self.previewing = Job()
+        """The work on a preview."""
+        self.going = Job()
+        """The motion of the arm to the goal."""
         self._desk = desk
         self._goal = goal
         self._seen: Seen | None = None
         self._progress: MoveProgress | None = None
-
-    @property
-    def under_way(self) -> bool:
-        """Whether the arm is on its way."""
-        return self._progress is not None
 
     def follow(self, status: Status) -> Preview | None:
         """Work out what has changed; return the preview of the present goal and place, if any."""
@@ -197,7 +196,7 @@ class PlannedMove:
 
     def moment(self, status: Status, fresh: Preview | None) -> Moment:
         """Return the arm as it stands, with the ghost of where it goes or would go."""
-        shown = self.preview if self.under_way else fresh
+        shown = self.preview if self.going.busy else fresh
         return Moment(
             status.joints,
             status.gripper_mm,
@@ -208,11 +207,14 @@ class PlannedMove:
     def text(self, status: Status, fresh: Preview | None) -> str:
         """Say how the motion is begun, confirmed or stopped."""
         keys = self._desk.keys
-        if self._progress is not None:
+        if self.going.busy and self._progress is not None:
             return progress_text(self._progress.seen(status.joints), keys)
-        if effect := self._desk.confirmation.effect:
-            return f"{keys.label('move-go')} AGAIN {effect}; any other key cancels"
-        return ready_text(fresh, keys)
+        return self._desk.confirmation.again or ready_text(fresh, keys.label(self._row))
+
+    @property
+    def _row(self) -> str:
+        """The row of the key that moves the arm, on the screen that shows the motion."""
+        return f"{self._desk.place}-go"
 
     # -- the preview --------------------------------------------------------------------------
 
@@ -220,12 +222,12 @@ class PlannedMove:
         return self._goal(), status.acknowledged, status.state, status.trust.value
 
     def _fresh(self, status: Status) -> bool:
-        return self._seen == self._asked(status) and not self.working
+        return self._seen == self._asked(status) and not self.previewing.busy
 
     def _foresee(self, status: Status) -> None:
         """Compute a preview if something has changed, one at a time, and not in motion."""
         asked = self._asked(status)
-        if self.working or self.under_way or asked == self._seen:
+        if self.previewing.busy or self.going.busy or asked == self._seen:
             return
         if status.state in (State.MOVING, State.HOMING, State.STOPPING):
             return
@@ -233,12 +235,11 @@ class PlannedMove:
         if asked[0] is None:
             self._seen, self.preview = asked, None
             return
-        self.working = True
         work = partial(self._desk.arm.preview, asked[0])
-        self._desk.calls.work_out(work, partial(self._keep, asked))
+        self.previewing = self._desk.calls.work_out(work, partial(self._keep, asked))
 
     def _keep(self, asked: Seen, preview: Preview | None) -> bool:
-        self.working, self._seen, self.preview = False, asked, preview
+        self._seen, self.preview = asked, preview
         return True
 
     # -- going --------------------------------------------------------------------------------
@@ -247,8 +248,8 @@ class PlannedMove:
         """Take one press of the two that move the arm."""
         desk = self._desk
         desk.link.require_motion()
-        if self.under_way:
-            raise BadRequest("the arm is on its way: space stops it")
+        if self.going.busy:
+            raise BadRequest(f"the arm is on its way: {desk.keys.label(STOP)} stops it")
         if self.preview is None or not self._fresh(desk.link.status):
             desk.confirmation.refuse()
             raise BadRequest(
@@ -257,7 +258,7 @@ class PlannedMove:
         if self.preview.refusal is not None:
             desk.confirmation.refuse()
             raise BadRequest(str(self.preview.refusal))
-        desk.confirmation.press(MOVES, self._go)
+        desk.confirmation.press(MOVES, self._go, row=self._row)
 
     def _go(self) -> None:
         """Move as it is shown, unless what is shown is no longer so."""
@@ -267,11 +268,8 @@ class PlannedMove:
             raise BadRequest("something has changed meanwhile: look at it, and confirm again")
         self._progress = MoveProgress(preview)
         # the count is taken here: a stop while the thread starts lets the motion not begin
-        desk.calls.make(partial(self._carry_out, ask, desk.arm.stops))
+        self.going = desk.calls.make(partial(self._carry_out, ask, desk.arm.stops))
 
     def _carry_out(self, ask: Motion, stops: int) -> str:
-        try:
-            self._desk.arm.start(ask, stops=stops).wait()
-        finally:
-            self._progress = None
+        self._desk.arm.start(ask, stops=stops).wait()
         return arrived(self._desk.arm.status)

@@ -17,12 +17,12 @@ from armdrive.status import Status
 from armdrive.storage.points import Point, StepList
 from kinematics.geometry import ArmGeometry
 from kinematics.text import counted
-from tui.app import TypedText
+from tui.app import Job, TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.table import words
-from tui.move.planned import MOVES, PlannedMove, short_text
+from tui.keys.table import STOP, words
+from tui.move.planned import PlannedMove, short_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
 from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
 from tui.widgets import CURRENT_STYLE, DONE_STYLE, ChoiceList, Span, panels
@@ -39,8 +39,8 @@ class SequenceRun:
         """Goes through the chosen sequence; None where a point or nothing is chosen."""
         self.stepping = False
         """Whether the step keys move the arm."""
-        self.busy = False
-        """Whether the arm is under way."""
+        self.going = Job()
+        """The steps that are being carried out."""
         self._desk = desk
         self._name = ""
 
@@ -50,7 +50,7 @@ class SequenceRun:
         stepper, steps = self.stepper, listed.sequence
         if stepper is not None and steps is not None and same_row and stepper.steps == steps.steps:
             stepper.points = listed.taught.points
-        elif not self.busy:
+        elif not self.going.busy:
             none = steps is None or not steps.steps
             points = listed.taught.points
             self.stepper = None if none or steps is None else Stepper(self._desk.arm, steps, points)
@@ -64,35 +64,37 @@ class SequenceRun:
 
     def require_standstill(self) -> None:
         """Raise `BadRequest` while the arm is under way."""
-        if self.busy:
-            raise BadRequest("the arm is under way: space stops it")
+        if self.going.busy:
+            raise BadRequest(f"the arm is under way: {self._desk.keys.label(STOP)} stops it")
 
     def switch_stepping(self) -> None:
         """Let the step keys move the arm, or no longer."""
-        if self.stepper is None:
-            raise BadRequest("choose a sequence to step through")
+        self._require_stepper()
         self.stepping = not self.stepping
 
     def forward(self) -> None:
         """Carry out the next step."""
-        if self.stepper is not None:
-            self._press("goes on", self.stepper.forward)
+        self._press("goes on", self._require_stepper().forward)
 
     def backward(self) -> None:
         """Go back to the point before."""
-        if self.stepper is not None:
-            self._press("goes back", self.stepper.backward)
+        self._press("goes back", self._require_stepper().backward)
 
     def finish(self) -> None:
         """Carry out all steps that are left."""
-        if self.stepper is not None:
-            self._begin(self.stepper.run, self._desk.arm.stops)
+        self._begin(self._require_stepper().run, self._desk.arm.stops)
 
     def rewind(self) -> None:
         """Start the sequence over. Moves nothing."""
-        if self.stepper is not None:
-            self.require_standstill()
-            self.stepper.rewind()
+        stepper = self._require_stepper()
+        self.require_standstill()
+        stepper.rewind()
+
+    def _require_stepper(self) -> Stepper:
+        """Return what goes through the chosen sequence; raises `BadRequest` without one."""
+        if self.stepper is None:
+            raise BadRequest("choose a sequence to step through")
+        return self.stepper
 
     def _press(self, effect: str, step: StepCall) -> None:
         """Take one press of a step key.
@@ -100,7 +102,7 @@ class SequenceRun:
         Raises `BadRequest` where the step keys do not move the arm.
         """
         self._desk.link.require_motion()
-        if self.busy:
+        if self.going.busy:
             self._desk.confirmation.refuse()  # it may still be held when the arm stands
         self.require_standstill()
         if not self.stepping:
@@ -110,16 +112,14 @@ class SequenceRun:
         self._desk.confirmation.press(effect, begin, needed=1)
 
     def _begin(self, step: StepCall, stops: int) -> None:
-        self.busy = True
         if self.stepper is not None:
             self._desk.arm.program = partial(_program, self._name, self.stepper)
-        self._desk.calls.make(partial(self._carry_out, step, stops))
+        self.going = self._desk.calls.make(partial(self._carry_out, step, stops))
 
     def _carry_out(self, step: StepCall, stops: int) -> str:
         try:
             step(since=stops)  # a stop may come while this is on its way to the arm
         finally:
-            self.busy = False
             self._desk.arm.program = None
         following = None if self.stepper is None else self.stepper.next
         return "the sequence is at its end" if following is None else f"next: {following}"
@@ -229,7 +229,7 @@ OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")
 OF_SEQUENCES = ("step-next", "grip", "wait", "stepping", "forward", "backward", "rewind")
 """Rows of the table of keys that are about the one alone, or mostly."""
 
-OF_NONE = ("teach", "slower", "faster", "line", "pause")
+OF_NONE = ("teach", "pause")
 """Rows that do something although nothing has been saved yet."""
 
 
@@ -254,9 +254,11 @@ class PointsScreen(DeskScreen):
         """The name that is asked for."""
         return None if self.selection.naming is None else self.selection.naming.line
 
-    def disarm(self, reason: str) -> None:  # noqa: ARG002 - as every screen
+    def disarm(self, reason: str) -> None:
         """Let nothing go on that is not under way; a sequence ends after its step."""
-        self.selection.naming = None
+        if self.selection.naming is not None:
+            self.selection.naming = None
+            self.desk.say(f"what you typed was dropped: {reason}")
         self.sequence.disarm()
 
     def _selection_changed(self, before: PointList) -> None:
@@ -285,7 +287,7 @@ class PointsScreen(DeskScreen):
         """Return the chosen point, or that of the next step of the chosen sequence."""
         listed, stepper = self.selection.listed, self.sequence.stepper
         point, line, speed = listed.point, self.motion.line, self.motion.speed
-        step = stepper.next if stepper is not None and not self.sequence.busy else None
+        step = stepper.next if stepper is not None and not self.sequence.going.busy else None
         if step is not None and step.point:
             point = listed.taught.points[step.point]
             line, speed = step.how == "line", step.speed
@@ -333,13 +335,12 @@ class PointsScreen(DeskScreen):
         keys = self.desk.keys
         if self.selection.naming is not None:
             return naming_text(self.selection.naming, keys)
-        if self.sequence.busy:
+        if self.sequence.going.busy:
             pause = keys.label("points-pause")
             pauses = f"PAUSED: {pause} resumes" if status.paused else f"UNDER WAY: {pause} pauses"
             return f"{pauses}, {keys.label('stop')} stops"
-        effect = self.desk.confirmation.effect
-        if effect and effect != MOVES:
-            return f"AGAIN {effect}"
+        if again := self.desk.confirmation.again:
+            return again
         if self.sequence.stepper is not None:
             return f"{keys.label('points-go')} twice runs the remaining steps"
         return self.planned.text(status, self.planned.preview if fresh else None)
@@ -373,7 +374,8 @@ class PointsScreen(DeskScreen):
         else:
             self.desk.link.require_motion()
             self.sequence.require_standstill()
-            self.desk.confirmation.press("RUNS THE REMAINING STEPS", self.sequence.finish)
+            effect = "RUNS THE REMAINING STEPS"
+            self.desk.confirmation.press(effect, self.sequence.finish, row="points-go")
 
 
 def _shown(listed: PointList) -> tuple[str, Point | None, StepList | None]:

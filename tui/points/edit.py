@@ -55,7 +55,8 @@ class StepEdits:
         """Take the marked step out, after a second press."""
         at, steps = self._marked()
         effect = f"takes step {at + 1} ({steps.steps[at]}) out of {self._selection.listed.name}"
-        self._desk.confirmation.press(effect, partial(self._change, _dropped))
+        change = partial(self._change, _dropped)
+        self._desk.confirmation.press(effect, change, row="points-step-drop")
 
     def shorten(self) -> None:
         """Take away the last step of the sequence; of a name being typed, the last letter."""
@@ -195,8 +196,8 @@ class PointEdits:
         elif steps is not None:
             change = partial(points.remove_sequence, name, instead_of=steps)
         else:
-            return
-        self._confirm(f"deletes {name}", change, f"{name} is deleted")
+            raise BadRequest("there is nothing to delete")
+        self._confirm("points-delete", f"deletes {name}", change, f"{name} is deleted")
 
     def teach_again(self) -> None:
         """Move the chosen point to where the arm stands, after a second press."""
@@ -207,7 +208,7 @@ class PointEdits:
             self._desk.arm.points.teach(name, again=True)
 
         message = f"{name} is saved again, where the arm stands"
-        self._confirm(f"moves {name} to where the arm stands", change, message)
+        self._confirm("points-again", f"moves {name} to where the arm stands", change, message)
 
     def teach(self) -> None:
         """Ask for the name of the place where the arm stands."""
@@ -239,14 +240,14 @@ class PointEdits:
             raise BadRequest(otherwise)
         return listed.name, listed.point
 
-    def _confirm(self, effect: str, change: Callable[[], object], message: str) -> None:
+    def _confirm(self, row: str, effect: str, change: Callable[[], object], message: str) -> None:
         """Change the file and say so, after a second press."""
 
         def act() -> None:
             change()
             self._desk.say(message)
 
-        self._desk.confirmation.press(effect, act)
+        self._desk.confirmation.press(effect, act, row=row)
 
     def _require_standing(self) -> None:
         """Raise `BadRequest` while the arm is somewhere on the way."""

@@ -20,6 +20,7 @@ from kinematics.text import counted
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
+from tui.keys.table import STOP
 from tui.move.planned import progress_bar
 from tui.program.running import DeskRun, ProgramFiles, ProgramRehearsal, reason
 from tui.widgets import ChoiceList, LinesToShow, ProgramLines, Span, panels
@@ -57,19 +58,18 @@ def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
         yield f"line {far.mark.line}, {acts}, {took} of the arm's time", ""
 
 
-def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator[Span]:
-    """Say what a rehearsal found; `half` means that one press of two has been made."""
+def rehearsed_lines(found: Rehearsal, keys: Keyboard, again: str) -> Iterator[Span]:
+    """Say what a rehearsal found; `again` asks for the second press of the key that runs it."""
     if found.refusal is not None:
         where = "" if found.at is None else f" IN LINE {found.at.line}"
         yield f"REFUSED{where}: {reason(found.refusal)}", WRONG
     else:
         acts = counted(sum(map(len, found.loops)), "act")
         yield f"rehearsed: {duration(found.took_s)}, {acts}{found.end_words}", "$text-success"
-        go = keys.label("program-go")
-        if half:
-            yield f"{go} AGAIN RUNS IT; any other key cancels", WARN
+        if again:
+            yield again, WARN
         else:
-            yield f"{go} twice runs it: THE ARM MOVES", ""
+            yield f"{keys.label('program-go')} twice runs it: THE ARM MOVES", ""
     for each in found.assumptions:
         yield f"assumed: {each}", "dim"
 
@@ -129,9 +129,11 @@ class ProgramStart:
         self._run.forget()
 
     def rehearse(self) -> None:
-        """Rehearse the chosen program. Nothing moves."""
+        """Rehearse the chosen program from where the arm stands. Nothing moves."""
         self._run.require_idle()
         program = self._files.require_program()
+        if self._desk.link.moves:
+            raise BadRequest("the arm moves: wait until it stands")
         self._run.forget()
         self.rehearsal.begin(program)
 
@@ -144,7 +146,7 @@ class ProgramStart:
             self._desk.confirmation.refuse()  # it may still be held when there is something to run
             raise
         if found is not None:
-            self._desk.confirmation.press("RUNS IT", self._begin)
+            self._desk.confirmation.press("RUNS IT", self._begin, row="program-go")
             return
         self._desk.confirmation.refuse()
         self.rehearse()
@@ -159,7 +161,7 @@ class ProgramStart:
         program, status = self._files.require_program(), self._desk.link.status
         if status.state is not State.STANDBY:
             raise BadRequest(f"the arm is {status.state.value}: wait until it stands")
-        if self.rehearsal.working:
+        if self.rehearsal.job.busy:
             raise BadRequest("it is being rehearsed: wait until that is done")
         found = self.rehearsal.fresh(program, status)
         if found is not None and found.refusal is not None:
@@ -200,13 +202,15 @@ class ProgramScreen(DeskScreen):
     @property
     def says(self) -> str:
         """What the running program needs of the person."""
-        keys = self.desk.keys
-        return f"a program moves the arm: {keys.label('stop')} stops it" if self.run.busy else ""
+        stop = self.desk.keys.label(STOP)
+        return f"a program moves the arm: {stop} stops it" if self.run.busy else super().says
 
     @property
     def idle(self) -> tuple[str, ...]:
-        """What only acts on a running program, or only on one that does not run."""
-        names = ("next", "rehearse") if self.run.busy else ("forward",)
+        """What only acts on a program, on a running one, or on one that does not run."""
+        names: tuple[str, ...] = ("next", "rehearse") if self.run.busy else ("forward",)
+        if not self.files.paths:
+            names = ("go", "next", "rehearse", "stepping")
         asks = () if self.run.asks else ("forward",)
         return tuple(f"program-{name}" for name in (*names, *asks))
 
@@ -279,10 +283,10 @@ class ProgramScreen(DeskScreen):
                 file, failed = file_name(checked.path, self.files.folder), run.failed
                 yield from ended_lines(run.outcome, file, failed=failed)
             found = self.start.rehearsal.fresh(checked.program, status)
-            if self.start.rehearsal.working:
+            if self.start.rehearsal.job.busy:
                 yield from rehearsing_lines(self.start.rehearsal.far)
             elif found is not None:
-                yield from rehearsed_lines(found, keys, half=bool(self.desk.confirmation.effect))
+                yield from rehearsed_lines(found, keys, self.desk.confirmation.again)
             elif not run.outcome:
                 yield from checked_lines(keys)
         if run.stepping:

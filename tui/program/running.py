@@ -39,6 +39,7 @@ from armdrive.storage.files import stamp_of
 from armdrive.text.reading import read_text
 from kinematics.errors import KinematicsError
 from kinematics.text import counted
+from tui.app import Job
 from tui.desk import Desk
 
 
@@ -85,7 +86,7 @@ class ProgramFiles:
         self._chosen = named
         self._changed = changed
         self._read_as: object = None
-        self._reading = False
+        self._reading = Job()
 
     @property
     def at(self) -> int:
@@ -127,18 +128,16 @@ class ProgramFiles:
         """Read the chosen file in a thread if it, or the arm's points, have changed."""
         path = self.chosen
         stamp = None if path is None else (path, stamp_of(path), self._desk.arm.points.stamp)
-        if self._reading or stamp == self._read_as:
+        if self._reading.busy or stamp == self._read_as:
             return
         self._read_as = stamp
         self._changed()
         self.checked = None
         if path is not None:
-            self._reading = True
             work = partial(check_file, path, self._desk.arm.config)
-            self._desk.calls.work_out(work, self._keep)
+            self._reading = self._desk.calls.work_out(work, self._keep)
 
     def _keep(self, checked: CheckedProgram | None) -> bool:
-        self._reading = False
         if checked is not None and checked.path == self.chosen:
             self.checked = checked
         return True
@@ -161,9 +160,9 @@ class ProgramRehearsal:
     def __init__(self, desk: Desk) -> None:
         self.far: RehearsedSoFar | None = None
         """How far the rehearsal under way has come, after its first second."""
+        self.job = Job()
+        """The rehearsal under way."""
         self._desk = desk
-        self.working = False
-        """Whether a rehearsal is under way."""
         self._number = 0  # of the rehearsal that counts: earlier ones end, and are dropped
         self._found: Rehearsal | None = None
         self._of: object = None
@@ -175,14 +174,13 @@ class ProgramRehearsal:
     def forget(self) -> None:
         """Drop what was found, and end a rehearsal that is under way."""
         self._number += 1
-        self.working, self._found, self._of, self.far = False, None, None, None
+        self.job, self._found, self._of, self.far = Job(), None, None, None
 
     def begin(self, program: Program) -> None:
         """Rehearse a program from where the arm stands."""
         self.forget()
-        self.working, seen = True, _seen(program, self._desk.link.status)
-        number = self._number
-        self._desk.calls.work_out(
+        number, seen = self._number, _seen(program, self._desk.link.status)
+        self.job = self._desk.calls.work_out(
             partial(self._rehearse, program, number), partial(self._keep, number, seen)
         )
 
@@ -201,8 +199,7 @@ class ProgramRehearsal:
     def _keep(self, number: int, seen: object, found: Rehearsal | None) -> bool:
         if number != self._number:
             return False
-        self.working, self.far = False, None
-        self._found, self._of = found, seen
+        self._found, self._of, self.far = found, seen, None
         return True
 
 
@@ -221,8 +218,6 @@ class DeskRun:
     """The run of a program, or how the last one ended."""
 
     def __init__(self, desk: Desk) -> None:
-        self.busy = False
-        """Whether a program is running."""
         self.stepping = False
         """Whether the program waits for the person before each motion."""
         self.asks = ""
@@ -240,6 +235,12 @@ class DeskRun:
         self._performer: Performer | None = None
         self._step: RunStep | None = None
         self._halted = ""
+        self._job = Job()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a program is running."""
+        return self._job.busy
 
     @property
     def line(self) -> int | None:
@@ -265,8 +266,8 @@ class DeskRun:
         self._step, self._halted = None, ""
         self.view = RunView(program.lines)
         self.view.follow(rehearsal.progress(1), share=rehearsal.share)
-        self.busy = True
-        self._desk.calls.make(partial(self._carry_out, path, program, self._desk.arm.stops))
+        carry_out = partial(self._carry_out, path, program, self._desk.arm.stops)
+        self._job = self._desk.calls.make(carry_out)
 
     def disarm(self, reason: str) -> None:
         """Let the program begin no further act; a wait that is under way ends now."""
@@ -312,7 +313,7 @@ class DeskRun:
             else:
                 self.outcome = f"DONE: {counted(run.done, 'act')} in {duration(run.took_s)}"
         finally:
-            self.busy, self.asks, self._performer = False, "", None
+            self.asks, self._performer = "", None
             arm.program = None
         return self._end_words()
 

@@ -148,8 +148,10 @@ class SetupScreen(DeskScreen):
 
     @property
     def idle(self) -> tuple[str, ...]:
-        """The keys that turn a motor and say what was seen, while no motor is checked."""
-        return () if isinstance(self.stage, MotorsStage) else ("setup-turn", *ANSWERS)
+        """Keys that are for another stage than this one."""
+        turning = () if isinstance(self.stage, MotorsStage) else ("setup-turn", *ANSWERS)
+        skipping = () if isinstance(self.stage, Ports) else ("setup-on",)
+        return (*turning, *skipping, *(["setup-back"] if self.stage.before is None else []))
 
     def disarm(self, reason: str) -> None:
         """Let nothing be half chosen; a stop also leaves the step."""

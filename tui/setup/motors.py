@@ -11,7 +11,9 @@ from armdrive.setup.directions import TRIAL_SPEED, DirectionCheck, SawMotion, ch
 from armdrive.setup.filing import file_of, propose
 from armdrive.status import State, Trust
 from kinematics.text import counted
+from tui.app import Job
 from tui.desk import Desk
+from tui.keys.table import STOP
 from tui.setup.stages import Correction, Go, SetupStage, StageText
 
 ANSWERS = ("setup-yes", "setup-reversed", "setup-nothing", "setup-another", "setup-double",
@@ -27,7 +29,7 @@ class MotorsStage(SetupStage):
         known = status.joints if status.trust is Trust.REFERENCED else None
         self.check: DirectionCheck = check_of(desk.arm.config, known)
         self.others: tuple[str, ...] = ()
-        self._turning = False
+        self._turning = Job()
 
     def text(self) -> StageText:
         """Say which motor's turn it is, what ought to be seen, and which keys answer."""
@@ -36,7 +38,7 @@ class MotorsStage(SetupStage):
         if trial is None:
             return StageText("\n".join(self._end()))
         motor = f"Motor {trial.motor + 1}: {trial.name} ({len(check.looks)} answered for)\n"
-        if self.others and not self._turning:
+        if self.others and not self._turning.busy:
             asked = "Which motor's part moved instead?"
             return StageText(f"{motor}\n{asked}", self.others, self.marked)
         lines = [motor, self._turns(trial.steps), "", f"The drawn way: {trial.expected}", ""]
@@ -45,8 +47,8 @@ class MotorsStage(SetupStage):
     def _turns(self, steps: int) -> str:
         """Say what the key that turns the motor does now."""
         turn = self.desk.keys.label("setup-turn")
-        if self._turning:
-            return "IT TURNS. space stops it"
+        if self._turning.busy:
+            return f"IT TURNS. {self.desk.keys.label(STOP)} stops it"
         if self.check.away:
             return f"{turn}: TURN IT BACK by {counted(steps, 'step')}"
         return f"{turn}: TURN IT by {counted(steps, 'step')}; once more brings it back"
@@ -94,14 +96,14 @@ class MotorsStage(SetupStage):
 
     def saw(self, what: str) -> None:
         """Take what was seen, by its name, or which way the hand turned where that is asked."""
-        if self._turning:
+        if self._turning.busy:
             raise BadRequest("it turns: wait until it stands")
         self.others = ()
         self.check.saw(SawMotion[what])
 
     def another(self) -> None:
         """Ask which motor's part moved instead."""
-        if self._turning or not self.check.shown or self.check.asks_hand:
+        if self._turning.busy or not self.check.shown or self.check.asks_hand:
             raise BadRequest("turn it first, then say what was seen")
         self.others, self.marked = self.check.others(), 0
 
@@ -129,7 +131,7 @@ class MotorsStage(SetupStage):
 
     def turn(self) -> None:
         """Turn the motor there, or back, after one press and a pause: a held key is no press."""
-        if self._turning:
+        if self._turning.busy:
             self.desk.confirmation.refuse()  # it may still be held when the motor stands
             return
         self._next_steps()  # a refusal need not wait for the pause
@@ -150,18 +152,14 @@ class MotorsStage(SetupStage):
 
     def _begin(self, stops: int) -> None:
         steps = self._next_steps()  # the arm may be elsewhere by now
-        self._turning = True
-        self.desk.calls.make(partial(self._turn, steps, stops))
+        self._turning = self.desk.calls.make(partial(self._turn, steps, stops))
 
     def _turn(self, steps: tuple[int, ...], stops: int) -> None:
         try:
             self.desk.arm.move_motors(*steps, speed=TRIAL_SPEED, stops=stops)
         except ArmError as error:
             raise BadRequest(f"{error}. A motor that was on its way: jog it back") from None
-        else:
-            self.check.turned()
-        finally:
-            self._turning = False
+        self.check.turned()
 
     def forget(self) -> None:
         """Let nothing be half chosen."""

@@ -23,6 +23,7 @@ from armdrive.storage.files import arm_files, require_writable
 from kinematics.errors import KinematicsError
 from tui.app import TypedText
 from tui.desk import Desk
+from tui.keys.table import STOP
 
 RISK = OPENING_RISK.format(port="it")
 
@@ -94,19 +95,22 @@ class SetupStage:
         raise BadRequest(FOR_MOTORS)
 
     def back(self) -> None:
-        """Go back."""
-        if self.before is not None:
-            self.go(self.before)
+        """Go back. Raises `BadRequest` at the first stage."""
+        if self.before is None:
+            raise BadRequest("this is the first step")
+        self.go(self.before)
 
     def forget(self) -> None:
         """Let nothing be half chosen."""
 
-    def again(self, what: str) -> str:
-        """Say how `what` is confirmed."""
+    def twice(self, what: str) -> str:
+        """Say how `what` is confirmed, once more after the first press."""
         enter = self.desk.keys.label("setup-enter")
-        if self.desk.confirmation.effect:
-            return f"{enter} ONCE MORE {what}; any other key cancels"
-        return f"{enter}, twice: {what}"
+        return self.desk.confirmation.again or f"{enter}, twice: {what}"
+
+    def confirm(self, effect: str, act: Callable[[], object]) -> None:
+        """Take a press of the two that this needs."""
+        self.desk.confirmation.press(effect, act, row="setup-enter")
 
 
 def first_of(stage: SetupStage) -> SetupStage:
@@ -131,11 +135,11 @@ class NewFile(SetupStage):
     def text(self) -> StageText:
         """Show the file."""
         path = arm_path(self.name)
-        return StageText("\n".join([self.again(f"writes {path}"), "", self.files.shown]))
+        return StageText("\n".join([self.twice(f"writes {path}"), "", self.files.shown]))
 
     def enter(self) -> None:
         """Take a press."""
-        self.desk.confirmation.press("writes it", self._write)
+        self.confirm(f"writes {arm_path(self.name)}", self._write)
 
     def back(self) -> None:
         """Go back to the last question."""
@@ -161,16 +165,21 @@ class Closing(SetupStage):
         if not self.desk.reopens:
             return []
         return [
-            self.again(f"leaves this arm, and opens the desk on {self.path.stem}"),
+            self.twice(f"leaves this arm, and opens the desk on {self.path.stem}"),
             RISK,
         ]
 
     def enter(self) -> None:
         """Take a press towards the other desk; without one, go back to the steps."""
         if self.desk.reopens:
-            self.desk.confirmation.press("opens it", lambda: self.desk.open_next(self.path))
+            self.confirm(f"opens the desk on {self.path.stem}", self._open)
         else:
             self.go(first_of(self))
+
+    def _open(self) -> None:
+        """Leave this arm, for a desk on the arm of the file."""
+        self.desk.opens = self.path
+        self.desk.action_leave()
 
 
 class Written(Closing):
@@ -218,7 +227,7 @@ class Correction(Closing):
             lines += [f"written: {proposal.path}", f"{takes_up}: check once more then.", ""]
             lines += reopening or [f"Leave ({leave}), and come back."]
         elif proposal.differs:
-            lines += [self.again(f"writes {proposal.path}"), "", *proposal.difference]
+            lines += [self.twice(f"writes {proposal.path}"), "", *proposal.difference]
         else:
             lines += [f"{proposal.path} is left as it is: nothing in it has to be changed."]
         return StageText("\n".join(lines))
@@ -228,7 +237,7 @@ class Correction(Closing):
         if self.written:
             super().enter()
         elif self.proposal.differs:
-            self.desk.confirmation.press("writes it", self._write)
+            self.confirm(f"writes {self.path}", self._write)
         else:
             self.go(first_of(self))
 
@@ -290,8 +299,8 @@ class Ports(SetupStage):
             report = list(self.found.lines)
             if self.found.dialect:
                 return [*report, "", f"{keys.label('setup-enter')}: describe this arm"]
-            return [*report, "", self.again("asks again"), on]
-        return [RISK, self.again("opens it and asks who is there"), on]
+            return [*report, "", self.twice("asks again"), on]
+        return [RISK, self.twice("opens it and asks who is there"), on]
 
     def enter(self) -> None:
         """Go on with a port that was recognised, or take a press towards asking."""
@@ -302,7 +311,7 @@ class Ports(SetupStage):
         elif not self.port:
             raise BadRequest("type a port first: /dev/ttyUSB0, COM3, socket://HOST:PORT, can:...")
         else:
-            self.desk.confirmation.press("opens it", self._begin_asking)
+            self.confirm(f"opens {self.port}", self._begin_asking)
 
     def skip(self) -> None:
         """Describe the arm on this port, or on none yet."""
@@ -343,17 +352,14 @@ class InterviewAsking(SetupStage):
         if question is None:
             return StageText("")
         offered = self.describing.line or "(type an answer)"
-        hint = (
-            "Type _ for a space: the space bar stops."
-            if self.describing.is_free_text
-            else "Separate numbers with commas."
-        )
+        stop = keys.label(STOP)
+        hint = f"Type _ for a space: {stop} stops." if self.describing.is_free_text else ""
         below = (
             question.why,
             "",
             *([f"answer: {self.describing.typed}_"] if self.describing.typed else []),
             f"{keys.label('setup-enter')}: {offered}",
-            f"{keys.label('setup-back')}: the question before. {hint}",
+            f"{keys.label('setup-back')}: the question before. {hint}".rstrip(),
         )
         width = max((len(word) for word, _ in question.choices), default=0)
         rows = tuple(f"{word:<{width}}  {meaning}".rstrip() for word, meaning in question.choices)

@@ -10,7 +10,7 @@ from pathlib import Path
 from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.registry import simulated_kind
-from armdrive.sim.device import Options
+from armdrive.sim.device import parse_settings
 from armdrive.storage.files import recordings
 from armdrive.trace.entries import Topic
 from armdrive.trace.files import ENDING, Recording, read_recording
@@ -73,7 +73,7 @@ def replay_recording(options: argparse.Namespace) -> Iterator[Result]:
 
 def _replayed(recording: Recording, words: list[str]) -> Replayed:
     dialect = config_of(recording).connection.dialect
-    return replay(recording, Options.parse(simulated_kind(dialect).options, words))
+    return replay(recording, parse_settings(simulated_kind(dialect).settings, words))
 
 
 def _in_time(timed: Iterable[tuple[float, str]], pace: float | None) -> Iterator[str]:

@@ -19,7 +19,6 @@ from armdrive.cli.options import (
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, LANGUAGES, USUAL
 from armdrive.setup.templates import available
-from armdrive.text.numbers import number
 
 # --- completion
 
@@ -369,12 +368,6 @@ def _sim(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME=VALUE",
         help="a setting of the device; may be repeated",
-    )
-    parser.add_argument(
-        "--speed-error",
-        type=number,
-        metavar="FRACTION",
-        help="0.2: motors a fifth slower than the driver assumes",
     )
     parser.add_argument(
         "--play",

@@ -13,9 +13,10 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulate_device, simulated_kind
 from armdrive.sim.bus import DrivesBoard
-from armdrive.sim.device import Options, Value
+from armdrive.sim.device import parse_settings, settings_of
 from armdrive.sim.faults import check_faults, faults_of, parse_option
 from armdrive.sim.simulated_arm import SimDeviceKind
+from armdrive.text.toml import Rule, rule_of
 from armdrive.transports.address import BITRATE
 
 
@@ -52,9 +53,7 @@ def _serve(options: argparse.Namespace) -> int:
     config = simulated_config(options.dialect)
     if options.baud is not None:
         config = replace(config, connection=replace(config.connection, baud=options.baud))
-    settings = Options.parse(simulated_kind(options.dialect).options, options.set)
-    if options.speed_error is not None:
-        settings["speed_error"] = options.speed_error
+    settings = parse_settings(simulated_kind(options.dialect).settings, options.set)
     device = simulate_device(config, play=options.play, settings=settings)
     board = device.board
     faults = [parse_option(text) for text in options.fault]
@@ -65,9 +64,11 @@ def _serve(options: argparse.Namespace) -> int:
         udp=options.udp,
         slcan=Path(options.slcan) if options.slcan else None,
         beside=Path(options.beside) if options.beside else None,
-        bits_s=board.drives.bits_s if isinstance(board, DrivesBoard) else BITRATE,
+        bits_s=board.bits_s if isinstance(board, DrivesBoard) else BITRATE,
     )
-    where = server.can_address if isinstance(server, servers.SlcanServer) else server.address
+    where = server.address
+    if isinstance(server, servers.SlcanServer):
+        where = server.can_addresses[0]
     say(
         f"a simulated {config.title} speaks {options.dialect} at {where}; "
         "Ctrl-C ends it, help lists commands"
@@ -83,7 +84,7 @@ def _serve(options: argparse.Namespace) -> int:
 # The tables of what people can choose: settings and faults of each dialect's device.
 
 _FAULT_NOTE = (
-    "P is a probability for each byte, #N the N-th byte from now, next the whole\n"
+    "P is a probability for each byte (of a bus: frame), #N the N-th from now, next the whole\n"
     "next message; wire faults take from=host or from=device, and seed=N;\n"
     "for=SECONDS limits the duration; --fault drop:0.01,from=host@5 begins after 5 s."
 )
@@ -96,8 +97,8 @@ def _listing(kinds: Mapping[str, SimDeviceKind]) -> str:
 
 def _one(dialect: str, kind: SimDeviceKind) -> str:
     settings = [
-        (f"{row.name}={_shown(row.default)}", _with_choices(row.summary, row.choices))
-        for row in kind.options
+        (f"{name}={_shown(row.default)}", _with_choices(rule_of(row)))
+        for name, row in settings_of(kind.settings).items()
     ]
     faults = [(row.usage, row.summary) for row in faults_of(kind.board)]
     width = max(len(usage) for usage, _ in [*settings, *faults])
@@ -112,5 +113,5 @@ def _shown(value: object) -> str:
     return ("yes" if value else "no") if isinstance(value, bool) else str(value)
 
 
-def _with_choices(summary: str, choices: tuple[Value, ...]) -> str:
-    return f"{summary} ({', '.join(map(str, choices))})" if choices else summary
+def _with_choices(rule: Rule) -> str:
+    return f"{rule.help} ({', '.join(map(str, rule.words))})" if rule.words else rule.help

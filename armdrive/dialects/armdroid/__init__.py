@@ -11,20 +11,7 @@ What is decided where:
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects import DeviceTools, Dialect, Driver
-
-
-def _driver() -> Driver:
-    from armdrive.dialects.armdroid.controller import DRIVER
-
-    return DRIVER
-
-
-def _tools() -> DeviceTools:
-    from armdrive.dialects.armdroid.words import TOOLS
-
-    return TOOLS
-
+from armdrive.dialects import Dialect, on_demand
 
 ENTRY = Dialect(
     name="armdroid",
@@ -50,6 +37,6 @@ ENTRY = Dialect(
         traffic=Traffic(line_chars=22, answer_chars=60, device_s=0.2),
         register_bits=16,
     ),
-    driver=_driver,
-    tools=_tools,
+    driver=on_demand("armdrive.dialects.armdroid.controller:DRIVER"),
+    tools=on_demand("armdrive.dialects.armdroid.words:TOOLS"),
 )

@@ -17,28 +17,15 @@ what they are, and `words` and `objects` describe frames and objects in words. N
 from __future__ import annotations
 
 from armdrive.abilities import Torque, Traffic
-from armdrive.dialects import DeviceTools, Driver
+from armdrive.dialects import on_demand
 from armdrive.dialects.bus import bus_dialect
-
-
-def _driver() -> Driver:
-    from armdrive.dialects.cia402.controller import DRIVER
-
-    return DRIVER
-
-
-def _tools() -> DeviceTools:
-    from armdrive.dialects.cia402.survey import TOOLS
-
-    return TOOLS
-
 
 ENTRY = bus_dialect(
     "cia402",
     "CiA 402 drives",
     ("canopen", "CANopen"),
-    driver=_driver,
-    tools=_tools,
+    driver=on_demand("armdrive.dialects.cia402.controller:DRIVER"),
+    tools=on_demand("armdrive.dialects.cia402.survey:TOOLS"),
     torque=Torque(
         disable="sags: every drive switches its motor off",
         estop="is held: the drives brake on their quick-stop ramps and hold",

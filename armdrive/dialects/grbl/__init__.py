@@ -17,20 +17,7 @@ Read in this order:
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects import DeviceTools, Dialect, Driver
-
-
-def _driver() -> Driver:
-    from armdrive.dialects.grbl.controller import DRIVER
-
-    return DRIVER
-
-
-def _tools() -> DeviceTools:
-    from armdrive.dialects.grbl.words import TOOLS
-
-    return TOOLS
-
+from armdrive.dialects import Dialect, on_demand
 
 ENTRY = Dialect(
     name="grbl",
@@ -60,6 +47,6 @@ ENTRY = Dialect(
         jerk_s=0.05,
         inputs=11,
     ),
-    driver=_driver,
-    tools=_tools,
+    driver=on_demand("armdrive.dialects.grbl.controller:DRIVER"),
+    tools=on_demand("armdrive.dialects.grbl.words:TOOLS"),
 )

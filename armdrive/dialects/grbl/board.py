@@ -70,8 +70,9 @@ class Polls:
 OWN_RESET_S = 0.4
 """Longest time from our own reset of a board at rest to its greeting, including the wire."""
 AGAIN_S = 0.25
-"""In this time after a reset in motion was answered, another greeting may answer a second reset:
-grblHAL starts once more if 0x18 comes again in the 0.1 s before its greeting. Observed: 5 ms later.
+"""In this time after a reset in motion was answered, a greeting or an alarm may answer a second
+reset. grblHAL starts once more if 0x18 comes again in the 0.1 s before its greeting. FluidNC reads
+two resets together while it homes, and answers each with alarm and greeting. Observed: 5 ms later.
 """
 
 
@@ -103,6 +104,16 @@ class Greeting:
     def give_up(self) -> None:
         """Stop expecting a greeting."""
         self.awaited = False
+
+    def ended_motion(self, now_s: float) -> bool:
+        """Record an alarm that a reset raises; return whether it answers our own reset.
+
+        The greeting is then still to come, however late.
+        """
+        answers = self.awaited or now_s <= self._again_s
+        if answers:
+            self.await_late()
+        return answers
 
     def answers(self, now_s: float) -> bool:
         """Record a greeting; return whether it answers our own reset."""
@@ -169,7 +180,7 @@ class BoardState:
             case StatusReported():
                 self._learn_status(message)
             case AlarmRaised():
-                return self._learn_alarm(message)
+                return self._learn_alarm(message, now_s)
             case Restarted():
                 return self._learn_restart(message, now_s)
             case BuildInfo():
@@ -220,11 +231,10 @@ class BoardState:
         if message.machine_position is not None and not self.lacking:
             self.position = self._axes.motors(message.machine_position, self._host.dialect.axes)
 
-    def _learn_alarm(self, message: AlarmRaised) -> Alert | None:
+    def _learn_alarm(self, message: AlarmRaised, now_s: float) -> Alert | None:
         self.alarm, self.state = message, State.ALARM
-        if self.greeting.awaited and message.code in ABORT_ALARMS:
+        if message.code in ABORT_ALARMS and self.greeting.ended_motion(now_s):
             self.aborted = True  # the expected result of our own reset
-            self.greeting.await_late()
             return None
         kind = AlertKind.ALARM if message.position_kept else AlertKind.ALARM_LOST
         return Alert(kind, self.alarm_words()) if self.contacted else None
@@ -273,6 +283,11 @@ class BoardState:
         """The board's segment buffer."""
         segments = self._settings.segments or self.behaviour.segments_of(self._planner_blocks)
         return SegmentBuffer(segments, self.behaviour.slowest_hz)
+
+    def firmware_words(self) -> str:
+        """Return the firmware and its version; FluidNC's version names it already."""
+        named = str(self.variant) in self.firmware
+        return (self.firmware if named else f"{self.variant} {self.firmware}").strip()
 
     def alarm_words(self) -> str:
         """Return a text that names the board's alarm and its remedy."""

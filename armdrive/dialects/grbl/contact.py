@@ -121,7 +121,8 @@ class GrblContact:
         """Return whether a reset may open the gripper.
 
         It cannot if two reports show that everything a reset switches off is off already. Only
-        reports with the overrides show that: every tenth or twentieth one.
+        reports with the overrides show that: every tenth or twentieth one. The speed shows nothing:
+        FluidNC goes on to report it after `M5`.
         """
         if not (self.outputs.reset_lets_go and self.outputs.reported):
             return self.outputs.reset_lets_go
@@ -132,25 +133,28 @@ class GrblContact:
                 break
             report = self.board.reported.report
             confirmations += report.overrides is not None
-            if report.accessories or report.speed:
+            if report.accessories:
                 break
             if confirmations == CONFIRMING_REPORTS:
                 return False
         return True
 
     def clear(self) -> Script[HostEvent, Reply]:
-        """Leave an alarm, a hold, sleep or a mute state; the position is as valid as before."""
+        """Leave an alarm, a hold, sleep or a mute state; the position is as valid as before.
+
+        One reset may not be enough: a feed hold may arrive after it, and FluidNC may report a
+        motion, without one, after the reset that ends a limit alarm.
+        """
         began_s = self.io.now_s
-        message = yield from self.exchange.look(self.settings.answer_s)
-        critical = self.board.alarm is not None and self.board.alarm.code in CRITICAL_ALARMS
-        if message and self.board.state in MOVING:
-            yield from self.stops.hold()
-        else:
-            may_read = message and not critical and self.board.state not in LINES_IGNORED
-            reads = may_read and (yield from self.exchange.spoil())
-            if not reads and not (yield from self.exchange.soft_reset()):
+        seen = yield from self.exchange.look(self.settings.answer_s)
+        for _ in range(TRIES):
+            if seen and self.board.state in MOVING:
+                yield from self.stops.hold()
+            elif not (yield from self._reads_lines(seen)):
                 return self.io.silence(began_s)
-        yield from self.exchange.look(self.settings.answer_s)
+            seen = yield from self.exchange.look(self.settings.answer_s)
+            if self.board.state in (State.IDLE, State.ALARM):
+                break
         if self.board.state is State.ALARM:
             answer = yield from self.exchange.ask(Unlock(), self.settings.answer_s)
             if not isinstance(answer, Acknowledged):
@@ -160,6 +164,14 @@ class GrblContact:
             state = self.board.state or "unknown"
             return RequestRejected(f"the board's state is {state}", moved=False)
         return Done()
+
+    def _reads_lines(self, seen: bool) -> Script[HostEvent, bool]:
+        """Get the board to read lines, if necessary by a reset; `seen` is whether it reports."""
+        critical = self.board.alarm is not None and self.board.alarm.code in CRITICAL_ALARMS
+        may_read = seen and not critical and self.board.state not in LINES_IGNORED
+        if may_read and (yield from self.exchange.spoil()):
+            return True
+        return (yield from self.exchange.soft_reset())
 
     def prepare(self) -> Script[HostEvent, RequestRejected | None]:
         """Make the board ready for a motion; return the reason if that fails, or None.

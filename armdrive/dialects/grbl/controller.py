@@ -174,8 +174,7 @@ class GrblController(ScriptRunner[HostEvent]):
             self.settings, self.axes, self.board.letters, dict(reported), behaviour, key
         )
         self.limits = found.limits()
-        firmware = f"{self.board.variant} {self.board.firmware}".strip()
-        return DeviceSettings(tuple(found.differences()), firmware)
+        return DeviceSettings(tuple(found.differences()), self.board.firmware_words())
 
     def unsolicited(self, message: HostEvent) -> None:
         """Learn from a message that no script waits for."""

@@ -346,6 +346,10 @@ class GrblHoming:
                 return Halted(kept=False)
             if not isinstance(message, Acknowledged):
                 return refusal(message, f"`{command.text}`", moved=True)
+        yield from self.exchange.look(self.settings.answer_s)
+        if self.board.state is State.ALARM:
+            # FluidNC stays locked while an axis that could home has not: the arm file leaves it out
+            return (yield from self.contact.clear())
         return Done()
 
     def _commands(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:

@@ -166,7 +166,7 @@ def _sign(received: bytes) -> Identity | None:
             greeted,
             f"put {_FIRMWARE} on the board",
         )
-    found = Identity("grbl", firmware or "GRBL, version unknown", greeted)
+    found = Identity("grbl", firmware or "a firmware of the GRBL family", greeted)
     return found if seen or firmware else None
 
 

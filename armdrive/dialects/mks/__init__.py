@@ -19,28 +19,15 @@ a bus and its drives, `words` for the traffic on it.
 from __future__ import annotations
 
 from armdrive.abilities import Torque, Traffic
-from armdrive.dialects import DeviceTools, Driver
+from armdrive.dialects import on_demand
 from armdrive.dialects.bus import bus_dialect
-
-
-def _driver() -> Driver:
-    from armdrive.dialects.mks.controller import DRIVER
-
-    return DRIVER
-
-
-def _tools() -> DeviceTools:
-    from armdrive.dialects.mks.commissioning import TOOLS
-
-    return TOOLS
-
 
 ENTRY = bus_dialect(
     "mks",
     "MKS servo drives",
     ("mks", "MKS drives"),
-    driver=_driver,
-    tools=_tools,
+    driver=on_demand("armdrive.dialects.mks.controller:DRIVER"),
+    tools=on_demand("armdrive.dialects.mks.commissioning:TOOLS"),
     torque=Torque(
         disable="sags: every drive switches its motor off",
         estop="is held: the drives stop dead and hold; above 1000 rpm they ramp down",

@@ -12,20 +12,7 @@ What is decided where:
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects import DeviceTools, Dialect, Driver
-
-
-def _driver() -> Driver:
-    from armdrive.dialects.robko01.controller import DRIVER
-
-    return DRIVER
-
-
-def _tools() -> DeviceTools:
-    from armdrive.dialects.robko01.words import TOOLS
-
-    return TOOLS
-
+from armdrive.dialects import Dialect, on_demand
 
 ENTRY = Dialect(
     name="robko01",
@@ -52,6 +39,6 @@ ENTRY = Dialect(
         register_bits=16,
         inputs=8,
     ),
-    driver=_driver,
-    tools=_tools,
+    driver=on_demand("armdrive.dialects.robko01.controller:DRIVER"),
+    tools=on_demand("armdrive.dialects.robko01.words:TOOLS"),
 )

@@ -10,20 +10,7 @@ What is decided where:
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects import DeviceTools, Dialect, Driver
-
-
-def _driver() -> Driver:
-    from armdrive.dialects.teachmover.controller import DRIVER
-
-    return DRIVER
-
-
-def _tools() -> DeviceTools:
-    from armdrive.dialects.teachmover.words import TOOLS
-
-    return TOOLS
-
+from armdrive.dialects import Dialect, on_demand
 
 ENTRY = Dialect(
     name="teachmover",
@@ -50,6 +37,6 @@ ENTRY = Dialect(
         program_rows=64,
         inputs=7,
     ),
-    driver=_driver,
-    tools=_tools,
+    driver=on_demand("armdrive.dialects.teachmover.controller:DRIVER"),
+    tools=on_demand("armdrive.dialects.teachmover.words:TOOLS"),
 )

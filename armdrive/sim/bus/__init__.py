@@ -18,7 +18,7 @@ from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, unfit
-from firmware_protocol.frames import Unpacker
+from firmware_protocol.frames import Frame
 from kinematics.spaces import Motors
 from kinematics.text import counted
 
@@ -27,13 +27,14 @@ N = TypeVar("N", bound=BusNode)
 
 
 class DrivesBoard(Board, Generic[N]):
-    """All drives of an arm in the place of one board: packed frames go in and come out.
+    """All drives of an arm in the place of one board: frames go in and come out.
 
     Input bit n is the switch of drive n. Drives do not receive each other's frames: that would
     matter only if two drives shared an id, or a group had the id of a drive.
     """
 
     register_range = (-COUNT_MOST, COUNT_MOST)
+    message = tuple
 
     def __init__(self, world: World, shafts: ShaftDrive, nodes: Sequence[N], bits_s: int) -> None:
         super().__init__(world, shafts, None)
@@ -43,9 +44,9 @@ class DrivesBoard(Board, Generic[N]):
         self._dues = [math.inf for _ in self.nodes]
         self._nodes_due_s = self._due_s = math.inf
         """When a drive acts next or its shaft is due; and the same, or when a frame is ready."""
-        self._unpacker = Unpacker()
-        self.drives = DriveControls(self, bits_s)
-        """What can be done to single drives."""
+        self.shared.outgoing = []
+        self.bits_s = bits_s
+        """The bit rate of the bus."""
         self.line = partial(BusLine, bitrate=bits_s)
         self.collect()
 
@@ -70,7 +71,7 @@ class DrivesBoard(Board, Generic[N]):
         """Return each drive's data, as the drive would report it."""
         errors = self._shafts.errors(self.now_s)
         seen: list[Json] = [node.seen(errors[node.motor.index], self.now_s) for node in self.nodes]
-        return {"bits_s": self.drives.bits_s, "drives": seen}
+        return {"bits_s": self.bits_s, "drives": seen}
 
     def known(self) -> Any:
         """Return what is saved of the drives."""
@@ -114,10 +115,10 @@ class DrivesBoard(Board, Generic[N]):
 
     # Time.
 
-    def receive(self, data: bytes) -> None:
+    def receive(self, message: tuple[Frame, ...]) -> None:
         """Pass the frames that have arrived to the drives that listen for them."""
         now_s = self.now_s
-        for frame in self._unpacker.feed(data):
+        for frame in message:
             ears = [node for node in self.nodes if node.listens(frame.can_id)]
             for node in ears:
                 node.receive(frame, now_s)
@@ -140,8 +141,8 @@ class DrivesBoard(Board, Generic[N]):
             port, index = node.port, node.motor.index
             self._dues[index] = node.due_s()
             if port.outgoing:
-                for data in port.outgoing:
-                    self._outbox.put(self.now_s + port.answer_s, (index, data))
+                for frame in port.outgoing:
+                    self._outbox.put(self.now_s + port.answer_s, (index, frame))
                 port.outgoing.clear()
         self._nodes_due_s = min(*self._dues, self._shafts.look_s)
         self._due_s = min(self._nodes_due_s, self._outbox.next_s)
@@ -159,17 +160,16 @@ class DrivesBoard(Board, Generic[N]):
     def boot(self) -> None:
         """Start every drive."""
         for node in self.nodes:
-            switch_power(node, True, self.now_s)
+            node.switch_power(True, self.now_s)
         self.collect()
 
     def forget(self) -> None:
         """Release every shaft, forget every position, and drop the frames on their way."""
         self._shafts.release_all(self.now_s)
         for node in self.nodes:
-            switch_power(node, False, self.now_s)
+            node.switch_power(False, self.now_s)
         self._outbox.clear()  # what a drive had ready to send dies with its supply
         self._due_s = self._nodes_due_s
-        self._unpacker = Unpacker()
 
     def reset(self) -> None:
         """Restart every drive; until it has started, its shaft is free."""
@@ -180,69 +180,37 @@ class DrivesBoard(Board, Generic[N]):
                     node.restart(self.now_s)
             self.collect()
 
+    # What a fault or a person does to one drive, counted from 0 like the motors. What is written in
+    # its `port` needs no more than that.
 
-def switch_power(node: BusNode, on: bool, now_s: float) -> None:
-    """Switch a drive's supply on or off."""
-    if not on:
-        node.forget(now_s)
-    node.port.powered = on
-    if on:
-        node.begin(now_s)
+    def node(self, drive: int) -> N:
+        """Return a drive. Raises `BadRequest` if there is no such drive."""
+        if not 0 <= drive < len(self.nodes):
+            raise BadRequest(f"drives are numbered 0 to {len(self.nodes) - 1}, not {drive}")
+        return self.nodes[drive]
 
-
-class DriveControls:
-    """What a fault or a person does to one drive. Drives are counted from 0, like the motors.
-
-    Every method raises `BadRequest` if there is no such drive.
-    """
-
-    def __init__(self, board: DrivesBoard[Any], bits_s: int) -> None:
-        self.bits_s = bits_s
-        """The bit rate of the bus."""
-        self._nodes: tuple[BusNode, ...] = board.nodes
-        self._shared = board.shared
-        self._collect = board.collect
-
-    def mute(self, drive: int, on: bool) -> None:
-        """Silence a drive that still receives and obeys; or let it send again."""
-        self.node(drive).port.mute = on
-
-    def plug(self, drive: int, on: bool) -> None:
-        """Plug in or pull a drive's CAN cable. Without it the drive neither receives nor sends."""
-        self.node(drive).port.plugged = on
-
-    def withhold_done(self, drive: int, on: bool) -> None:
-        """Stop a drive from reporting that a motion is done, or let it report that again."""
-        self.node(drive).port.withheld = on
-
-    def power(self, drive: int, on: bool) -> None:
+    def switch_drive(self, drive: int, on: bool) -> None:
         """Switch a drive's supply off, so that its load sags; or on again."""
         node = self.node(drive)
-        if not on or (self._shared.powered and not node.port.powered):
-            switch_power(node, on, self._shared.now_s)
-        self._collect()
+        if not on or (self.shared.powered and not node.port.powered):
+            node.switch_power(on, self.now_s)
+        self.collect()
 
-    def reset(self, drive: int) -> None:
+    def reset_drive(self, drive: int) -> None:
         """Restart a drive's firmware, in motion or not."""
-        if self.node(drive).port.powered:
-            self.node(drive).restart(self._shared.now_s)
-            self._collect()
+        node = self.node(drive)
+        if node.port.powered:
+            node.restart(self.now_s)
+            self.collect()
 
-    def set_id(self, drive: int, node: int) -> int:
+    def set_id(self, drive: int, number: int) -> int:
         """Give a drive an id, perhaps that of another drive; return the old one."""
-        before = self.node(drive).set_id(node, self._shared.now_s)
-        if self.node(drive).port.booting:  # it restarts its communication: it has something to do
-            self._collect()
+        before = self.node(drive).set_id(number, self.now_s)
+        self.collect()
         return before
 
     def set_mode(self, drive: int, mode: int) -> int:
         """Set a drive's mode, as its own keys do; return the old one."""
-        before = self.node(drive).set_mode(mode, self._shared.now_s)
-        self._collect()
+        before = self.node(drive).set_mode(mode, self.now_s)
+        self.collect()
         return before
-
-    def node(self, drive: int) -> BusNode:
-        """Return a drive."""
-        if not 0 <= drive < len(self._nodes):
-            raise BadRequest(f"drives are numbered 0 to {len(self._nodes) - 1}, not {drive}")
-        return self._nodes[drive]

@@ -1,7 +1,7 @@
 """A CAN bus on simulated time: one frame at a time, the lowest id first, at the bit rate.
 
-Packed frames take the place of bytes, so the engine, the recorder and the faults are those of every
-wire. Times are in seconds on the caller's clock. python-can is not used.
+The host's end carries packed frames, so the engine and the recorder are those of every wire. Times
+are in seconds on the caller's clock. python-can is not used.
 """
 
 from __future__ import annotations
@@ -122,8 +122,8 @@ class AdapterFaults:
 class BusLine(DeviceLine):
     """A line over a bus to simulated drives: all the drives of an arm are one device.
 
-    The device gets packed frames, each at the moment when it has passed, and returns packed frames.
-    Each frame is one message of the fault lanes; a spoiled frame is lost, as its CRC would fail.
+    The device gets each frame at the moment when it has passed. Each frame is one message of the
+    fault lanes.
     """
 
     def __init__(
@@ -164,7 +164,7 @@ class BusLine(DeviceLine):
         self.advance(now_s)
         for frame in self._of_host.feed(data):
             if self._on_bus:
-                self._send(frame, BusSide.HOST, now_s)
+                self._pass(self.faults.host, (frame,), now_s)
 
     def receive(self, now_s: float) -> bytes:
         """Return the frames that have reached the host by now."""
@@ -212,31 +212,22 @@ class BusLine(DeviceLine):
     def _due_s(self) -> float:
         return min(self.bus.next_s(), self.device.next_s(), self.faults.late.next_s)
 
-    def _send(self, frame: Frame, sender: BusSide, now_s: float) -> None:
-        """Put a frame on the bus, unless a fault of its lane prevents that."""
-        lane = self.faults.host if sender is BusSide.HOST else self.faults.device
-        # faults act on packed frames; without one, packing and unpacking would be wasted
-        if lane.rules or lane.until_s > now_s:
-            self._pass(lane, pack(frame), now_s)
-        else:
-            self.bus.push(frame, sender, now_s)
-
-    def _carry(self, lane: WireDirection, message: bytes, now_s: float) -> None:
+    def _carry(self, lane: WireDirection, message: tuple[Frame, ...], now_s: float) -> None:
         sender = BusSide.HOST if lane is self.faults.host else BusSide.DEVICE
-        for frame in Unpacker().feed(message):
+        for frame in message:
             self.bus.push(frame, sender, now_s)
 
     def _deliver(self, now_s: float) -> None:
         """Give the drives the frames of the host, and the host those of the drives."""
         for passed in self.bus.pull(now_s):
             if passed.sender is BusSide.HOST:
-                self.device.receive(pack(passed.frame), now_s)
+                self.device.receive((passed.frame,), now_s)
             elif self._on_bus:
                 self._unread.append((now_s, pack(passed.frame)))
 
-    def _answer(self, sent: bytes, now_s: float) -> None:
-        for frame in Unpacker().feed(sent):
-            self._send(frame, BusSide.DEVICE, now_s)
+    def _answer(self, sent: tuple[Frame, ...], now_s: float) -> None:
+        for frame in sent:
+            self._pass(self.faults.device, (frame,), now_s)
 
 
 # --- Frames on their way from the drives to the bus ----------------------------------------------
@@ -249,32 +240,32 @@ COLLISION_S = 0.004
 """Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1)."""
 
 
-class Outbox(TimeQueue[tuple[int, bytes]]):
+class Outbox(TimeQueue[tuple[int, Frame]]):
     """Drives and their frames, by the time at which each is ready."""
 
-    def take(self, now_s: float) -> bytes:
+    def take(self, now_s: float) -> list[Frame]:
         """Return the frames that are ready by now."""
-        ready = b""
+        ready: list[Frame] = []
         while (ready_s := self.next_s) <= now_s:
             together = [self.pop()]
             while self.next_s == ready_s:
                 together.append(self.pop())
-            ready += together[0][1] if len(together) == 1 else self._sorted_out(together, now_s)
+            ready += [together[0][1]] if len(together) == 1 else self._sorted_out(together, now_s)
         return ready
 
-    def _sorted_out(self, together: list[tuple[int, bytes]], now_s: float) -> bytes:
+    def _sorted_out(self, together: list[tuple[int, Frame]], now_s: float) -> list[Frame]:
         """Return the frames that pass, out of several that are ready at once."""
-        by_id: defaultdict[int, dict[int, list[bytes]]] = defaultdict(dict)
-        for drive, data in together:
-            (frame,) = Unpacker().feed(data)
-            by_id[frame.can_id].setdefault(drive, []).append(data)
-        ready = b""
+        by_id: defaultdict[int, defaultdict[int, list[Frame]]]
+        by_id = defaultdict(lambda: defaultdict(list))
+        for drive, frame in together:
+            by_id[frame.can_id][drive].append(frame)
+        ready: list[Frame] = []
         for drives in by_id.values():
-            first, *others = (b"".join(frames) for frames in drives.values())
+            first, *others = drives.values()
             if all(other == first for other in others):
                 ready += first
                 continue
             for number, (drive, frames) in enumerate(drives.items(), 1):
-                for data in frames:
-                    self.put(now_s + number * COLLISION_S, (drive, data))
+                for frame in frames:
+                    self.put(now_s + number * COLLISION_S, (drive, frame))
         return ready

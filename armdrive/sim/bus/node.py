@@ -1,4 +1,4 @@
-"""One drive on a simulated CAN bus: its quirks, its motor, its supply and its cable.
+"""One drive on a simulated CAN bus: its motor, its supply and its cable.
 
 These are the parts of every kind of drive. `BusNode` is what a kind adds: which frames it obeys and
 sends, and when it acts by itself.
@@ -7,50 +7,26 @@ sends, and when it acts by itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Option, Value
 from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.saved import Json
+from armdrive.text.toml import setting
 from firmware_protocol.frames import Frame
 from kinematics.text import counted
 
-# --- Quirks --------------------------------------------------------------------------------------
+# --- Settings ------------------------------------------------------------------------------------
 
-_LONGEST_MS = 1000.0  # the greatest value of a quirk in milliseconds
-
-
-@dataclass(frozen=True, slots=True)
-class Quirk:
-    """A peculiarity of real drives, or a point on which no source says what they do.
-
-    `source` is a manual with its version, a standard with its section, a project's source or an
-    observation. A `guess` was never measured: its default is the behaviour that is harder for a
-    driver, if there is one. A quirk without a default cannot be switched off.
-    """
-
-    name: str
-    default: Value | None
-    does: str
-    source: str
-    choices: tuple[str, ...] = ()
-    guess: bool = False
-    least: float = 0.0
-    most: float = _LONGEST_MS
+_LONGEST_MS = 1000.0
 
 
-def options_of(quirks: Iterable[Quirk]) -> tuple[Option, ...]:
-    """Return the settings with which a person or a test chooses quirks."""
-    return tuple(
-        Option(row.name, row.default, row.does, row.choices, (row.least, row.most))
-        for row in quirks
-        if row.default is not None
-    )
+def milliseconds(default: float, means: str, source: str) -> Any:
+    """Declare how long a drive takes for something, which is a quirk: up to a second."""
+    return setting(default, means, low=0.0, high=_LONGEST_MS, source=source)
 
 
 def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
@@ -143,7 +119,7 @@ class NodePort:
         """Whether it does not report the end of a motion."""
         self.boots_s = -math.inf
         """When its firmware has started; minus infinity once it has."""
-        self.outgoing: list[bytes] = []
+        self.outgoing: list[Frame] = []
         """The frames that the board has to put on the bus."""
 
     @property
@@ -156,10 +132,10 @@ class NodePort:
         """Whether it has power and has started."""
         return self.powered and not self.booting
 
-    def say(self, data: bytes) -> None:
-        """Put bytes on the bus."""
-        if data and self.powered and self.plugged and not self.mute:
-            self.outgoing.append(data)
+    def say(self, frame: Frame | None) -> None:
+        """Put a frame on the bus, if there is one."""
+        if frame is not None and self.powered and self.plugged and not self.mute:
+            self.outgoing.append(frame)
 
 
 class BusNode(Protocol):
@@ -186,6 +162,14 @@ class BusNode(Protocol):
 
     def forget(self, now_s: float) -> None:
         """Release the shaft, and forget what is lost without power."""
+
+    def switch_power(self, on: bool, now_s: float) -> None:
+        """Switch the supply off or on."""
+        if not on:
+            self.forget(now_s)
+        self.port.powered = on
+        if on:
+            self.begin(now_s)
 
     def begin(self, now_s: float) -> None:
         """Start after power has returned."""

@@ -11,7 +11,7 @@ from enum import Enum
 
 from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.cia402.objects import DriveObjects
-from armdrive.sim.device import Options
+from armdrive.sim.cia402.quirks import Cia402Quirks
 from firmware_protocol import canopen
 from firmware_protocol.canopen import Place, SetPoint
 
@@ -47,7 +47,7 @@ class Cia402Motion:
         self,
         motor: NodeMotor,
         objects: DriveObjects,
-        quirks: Options,
+        quirks: Cia402Quirks,
     ) -> None:
         self._motor, self._point, self._switch = motor, motor.point, motor.switch
         self._objects, self._quirks = objects, quirks
@@ -115,10 +115,10 @@ class Cia402Motion:
         target = self._within(self._objects.number_of(canopen.TARGET_POSITION, 0))
         power = self._objects.number_of(canopen.PERIOD_POWER, _MS_POWER)
         period_s = max(self._objects.number_of(canopen.PERIOD, 1) * 10.0**power, _SHORTEST_S)
-        on = self._quirks.text("hold_after_loss") == "extrapolate"
+        on = self._quirks.hold_after_loss == "extrapolate"
         self._point.glide_to(self._motor.zero + target, period_s, self._top_rate, now_s, on=on)
         self.ends = False
-        if self._quirks.flag("limits"):
+        if self._quirks.limits:
             self.switch_s = self._passes_switch_s(now_s)
 
     def brake(self, steep: float, now_s: float) -> None:
@@ -139,15 +139,15 @@ class Cia402Motion:
 
     def slope(self, place: Place) -> float:
         """Return an acceleration from an object."""
-        unit_hz_s = self._quirks.number("ramp_unit") or self._speed_unit_hz
+        unit_hz_s = self._quirks.ramp_unit or self._speed_unit_hz
         return max(self._objects.number_of(place, _USUAL_SLOPE), 1) * unit_hz_s
 
     @property
     def _speed_unit_hz(self) -> float:
         """The unit of speeds: that of the options, or the one in 60A9, or one increment/s."""
-        if unit_hz := self._quirks.number("speed_unit"):
+        if unit_hz := self._quirks.speed_unit:
             return unit_hz
-        usual = canopen.RPM if self._quirks.flag("factory") else canopen.INCREMENTS_A_SECOND
+        usual = canopen.RPM if self._quirks.factory else canopen.INCREMENTS_A_SECOND
         word = self._objects.number_of(canopen.SPEED_UNIT, usual)
         per_turn = self._objects.number_of(canopen.ENCODER_INCREMENTS, 10_000)
         return canopen.speed_unit_hz(word, per_turn) or 1.0
@@ -169,7 +169,7 @@ class Cia402Motion:
     def _begun(self, now_s: float) -> None:
         """Record that a motion has begun whose end causes something."""
         self.ends, self.waits = True, False
-        self.switch_s = self._passes_switch_s(now_s) if self._quirks.flag("limits") else math.inf
+        self.switch_s = self._passes_switch_s(now_s) if self._quirks.limits else math.inf
 
     def _passes_switch_s(self, now_s: float) -> float:
         return self._point.passes_s(self._switch.at, self._switch.way, now_s)
@@ -212,7 +212,7 @@ class Cia402Motion:
         if self.switch_s <= now_s:
             self.switch_s = math.inf
         if not self.homing.searches:
-            minds = self._quirks.flag("limits") and self._switch.pressed
+            minds = self._quirks.limits and self._switch.pressed
             return minds and self._point.rate(now_s) * self._switch.way > 0
         if self.homing is Homing.SEEKING and self._switch.pressed:
             self._leave_switch(now_s)

@@ -9,18 +9,18 @@ from functools import lru_cache, partial
 from types import MappingProxyType
 
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import NodeMotor, NodePort
+from armdrive.sim.bus.node import BusNode, NodeMotor, NodePort
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
 from armdrive.sim.cia402.objects import DriveObjects
+from armdrive.sim.cia402.quirks import Cia402Quirks
 from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States
-from armdrive.sim.device import Options
 from armdrive.sim.world.saved import Json
 from armdrive.text.toml import setting
 from firmware_protocol import canopen
 from firmware_protocol.canopen import AbortCode, NmtCommand, NodeState, OperationMode, Place
 from firmware_protocol.canopen.pdo import PDO_PARAMETERS, DevicePdos
 from firmware_protocol.errors import BadField, RemoteProtocolError
-from firmware_protocol.frames import Frame, pack
+from firmware_protocol.frames import Frame
 
 NMT, SYNC = canopen.cob_id(canopen.Service.NMT), canopen.cob_id(canopen.Service.SYNC)
 _SDO, _HEARTBEAT = 0x600, 0x700
@@ -28,8 +28,8 @@ _HEARTBEATS = range(0x701, 0x780)
 _ROUNDING = 1e-6
 
 
-class Cia402Node:
-    """A drive on one motor (a `BusNode`); `number` is its node id."""
+class Cia402Node(BusNode):
+    """A drive on one motor; `number` is its node id."""
 
     def __init__(
         self,
@@ -37,16 +37,16 @@ class Cia402Node:
         number: int,
         dictionary: canopen.Dictionary,
         modes: Collection[OperationMode],
-        quirks: Options,
+        quirks: Cia402Quirks,
     ) -> None:
         self.motor = motor
-        self.port = NodePort(quirks.number("answer_ms") / 1000)
+        self.port = NodePort(quirks.answer_ms / 1000)
         self._modes, self._quirks = modes, quirks
         self.objects = DriveObjects(dictionary, number, serial=motor.index + 1)
         self.motion = Cia402Motion(motor, self.objects, quirks)
         self.states = Cia402States(motor, self.motion, self.objects, self.say_emcy)
         self.pdos = DevicePdos(
-            dictionary, self.objects.number_of, self.reader, self._act, self._say
+            dictionary, self.objects.number_of, self.reader, self._act, self.port.say
         )
         self._forget_talk()
         self.nmt.booted()  # its boot-up message was sent long ago
@@ -88,14 +88,11 @@ class Cia402Node:
             self.silent_s = now_s + watch.silence_ms / 1000
             self.states.take_back()
 
-    def _say(self, frame: Frame | None) -> None:
-        self.port.say(b"" if frame is None else pack(frame))
-
     def say_emcy(self, code: int) -> None:
         """Send an EMCY with an error code."""
         if self.nmt.takes("emcy"):
             register = self.objects.number_of(canopen.ERROR_REGISTER, 0)
-            self._say(canopen.Emergency(self.number, code, register).frame)
+            self.port.say(canopen.Emergency(self.number, code, register).frame)
 
     def _tell_changes(self, now_s: float) -> None:
         if self._by_pdo:
@@ -129,7 +126,7 @@ class Cia402Node:
             elif isinstance(event, canopen.WriteAsked):
                 answers.append(self._write(event, now_s))
         for each in answers:
-            self._say(each)
+            self.port.say(each)
 
     def _write(self, ask: canopen.WriteAsked, now_s: float) -> Frame | None:
         entry = self.objects.dictionary.find(ask.place)
@@ -211,12 +208,12 @@ class Cia402Node:
             return
         if self.port.booting and self.port.boots_s <= now_s:
             self.port.boots_s = -math.inf
-            self._say(self.nmt.booted())
+            self.port.say(self.nmt.booted())
             for code in sorted(self.states.ailing):
                 self.states.fault(code, now_s)
         if self.beat_s <= now_s:
             self.beat_on(self.beat_s)
-            self._say(self.nmt.heartbeat.frame)
+            self.port.say(self.nmt.heartbeat.frame)
         if self.silent_s <= now_s:
             self.silent_s = math.inf
             self.states.forsake(now_s)
@@ -250,8 +247,8 @@ class Cia402Node:
     def begin(self, now_s: float) -> None:
         """Start after power has returned; the boot-up message follows later."""
         self._renew(self.number)
-        self.port.boots_s = now_s + self._quirks.number("boot_s")
-        if not self._quirks.flag("keeps_position"):
+        self.port.boots_s = now_s + self._quirks.boot_s
+        if not self._quirks.keeps_position:
             self.motor.count_from(0)
 
     def restart(self, now_s: float) -> None:
@@ -274,7 +271,7 @@ class Cia402Node:
         self.states.forsaken = False
         self.objects.renew_communication(number)
         self._forget_talk()
-        self.port.boots_s = now_s + self._quirks.number("reset_ms") / 1000
+        self.port.boots_s = now_s + self._quirks.reset_ms / 1000
 
     def _forget_talk(self) -> None:
         self.nmt, self.sdo = canopen.NmtNode(self.number), canopen.SdoServer(self.number)

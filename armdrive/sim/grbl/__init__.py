@@ -16,13 +16,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.sim.device import Option, Options
 from armdrive.sim.grbl.board import GrblBoard
 from armdrive.sim.grbl.firmware import (
     ACCELERATION,
@@ -50,6 +49,7 @@ from armdrive.sim.grbl.orders import ROUTINES
 from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
+from armdrive.text.toml import setting
 from firmware_protocol.grbl import AXIS_LETTERS
 from kinematics.text import counted
 from kinematics.transmission import Transmission
@@ -271,20 +271,38 @@ def _up(value: float) -> float:
     return math.ceil(value * 1000.0 - 1e-6) / 1000.0
 
 
-# --- The device and its options -------------------------------------------------------------------
+# --- The device and its settings ------------------------------------------------------------------
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> GrblBoard:
-    firmware = FIRMWARES[options.text("firmware")]
-    if options.number("plan_ms") >= 0.0:
-        firmware = replace(firmware, plan_s=options.number("plan_ms") / 1000)
-    if options.flag("limit_interrupts"):
+@dataclass(frozen=True, slots=True)
+class GrblChoices:
+    """What can be chosen of a simulated board."""
+
+    firmware: str = setting("mega5x", "the firmware", words=tuple(FIRMWARES))
+    axes: str = setting("", "the axes of its build, such as XYZABC; empty: those of the arm")
+    factory: bool = setting(False, "factory settings instead of those that the arm needs")
+    homing: bool = setting(False, "switch homing on ($22=1), whatever the arm file says")
+    limit_interrupts: bool = setting(
+        False, "a build that acts on $21=1 where the usual one does not"
+    )
+    resets_on_open: bool = setting(False, "a saved arm starts with its board freshly reset")
+    coast: float = setting(
+        1.0, "share of the ramp by which the arm overruns a dead stop", low=0.0, high=10.0
+    )
+    plan_ms: float = setting(-1.0, "milliseconds to plan a motion; below 0: the firmware's own")
+
+
+def _make(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
+    firmware = FIRMWARES[chosen.firmware]
+    if chosen.plan_ms >= 0.0:
+        firmware = replace(firmware, plan_s=chosen.plan_ms / 1000)
+    if chosen.limit_interrupts:
         firmware = replace(firmware, hard_limits=True)
     letters = motor_letters(config, len(world.motors))
-    axes = board_axes(letters, options.text("axes"))
+    axes = board_axes(letters, chosen.axes)
     values = well_set_up(config, letters, axes)
     wired = switches(config, world, letters, axes, values)
-    if options.flag("homing"):
+    if chosen.homing:
         values[HOMING] = 1.0
     values = firmware.adapted(values)
     build = BoardBuild(
@@ -294,32 +312,11 @@ def _make(config: ArmConfig, world: World, options: Options) -> GrblBoard:
         gripper_wiring(config),
         config.model.gripper_range_mm,
         config.model.gripper_speed_mm_s,
-        options.number("coast"),
-        options.flag("resets_on_open"),
+        chosen.coast,
+        chosen.resets_on_open,
     )
-    settings = BoardSettings(len(axes), {} if options.flag("factory") else values, firmware.factory)
+    settings = BoardSettings(len(axes), {} if chosen.factory else values, firmware.factory)
     return GrblBoard(world, build, settings, wired, ROUTINES, config.connection.baud)
 
 
-KIND = SimDeviceKind(
-    title="GRBL board",
-    board=GrblBoard,
-    make=_make,
-    options=(
-        Option("firmware", "mega5x", "the firmware", tuple(FIRMWARES)),
-        Option("axes", "", "the axes of its build, such as XYZABC; empty: those of the arm"),
-        Option("factory", False, "factory settings instead of those that the arm needs"),
-        Option("homing", False, "switch homing on ($22=1), whatever the arm file says"),
-        Option(
-            "limit_interrupts", False, "a build that acts on $21=1 where the usual one does not"
-        ),
-        Option("resets_on_open", False, "a saved arm starts with its board freshly reset"),
-        Option(
-            "coast",
-            1.0,
-            "share of the ramp by which the arm overruns a dead stop",
-            bounds=(0.0, 10.0),
-        ),
-        Option("plan_ms", -1.0, "milliseconds to plan a motion; below 0: the firmware's own"),
-    ),
-)
+KIND = SimDeviceKind(title="GRBL board", board=GrblBoard, make=_make, settings=GrblChoices)

@@ -23,7 +23,7 @@ from typing import ClassVar, Generic, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board
-from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, MINUTE_S, REPORT, BoardSettings
+from armdrive.sim.grbl.firmware import HARD_LIMITS, HOMING, INCHES, MINUTE_S, REPORT, BoardSettings
 from armdrive.sim.grbl.hardware import (
     BoardBuild,
     BoardDrive,
@@ -44,6 +44,7 @@ from firmware_protocol.grbl import (
     Answer,
     Device,
     Error,
+    Feedback,
     LineReceived,
     Ok,
     Realtime,
@@ -70,7 +71,7 @@ class FirmwareRoutines:
     line: Callable[[GrblBoard, LineReceived], Script]
     order: Callable[[GrblBoard, Realtime], None]
     critical: Callable[[GrblBoard, int], None]
-    fail: Callable[[GrblBoard, int], None]
+    fail: Callable[[GrblBoard, int], Boot]
     switched_on: Callable[[GrblBoard, float], Boot]
 
 
@@ -362,6 +363,11 @@ class MainLoop:
         """Whether a line is being executed."""
         return self._line.active
 
+    @property
+    def pauses(self) -> bool:
+        """Whether the line being executed waits for a time, not for an event."""
+        return self._line.active and not math.isinf(self._line.until_s)
+
     def blocked(self, board: GrblBoard) -> bool:
         """Return whether no lines are executed."""
         held = board.state in _BLOCKING or board.cycle.cancelling or self.hung
@@ -391,10 +397,10 @@ class MainLoop:
         board.limits.plan(board)
 
     def drop_line(self, board: GrblBoard) -> None:
-        """Abandon the line being executed; the firmware answers it with ok as it leaves it."""
+        """Abandon the line being executed; but for FluidNC, the firmware answers it with ok."""
         if self._line.active:
             self._line.end()
-            if board.codec.unanswered:
+            if board.codec.unanswered and not board.firmware.fluidnc:
                 board.say(Ok())
 
     def _fetch(self, board: GrblBoard) -> bool:
@@ -408,11 +414,55 @@ class MainLoop:
         return False
 
 
+# --- Real-time commands that have arrived but were not read yet -----------------------------------
+
+
+class UnreadCommands:
+    """The real-time commands that wait for the board to read them; most boards do so at once.
+
+    Observed on FluidNC: while it executes a line it reads them late, and while it waits at a switch
+    in homing not at all. Then it first starts the next motion and fills its segment buffer, and
+    `waited` says that the commands being obeyed come after that.
+    """
+
+    def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        """Drop them."""
+        self.due_s = math.inf
+        self.waited = False
+        self._commands: list[Realtime] = []
+
+    def put(self, board: GrblBoard, command: Realtime) -> None:
+        """Add one that arrives now."""
+        late_s = board.firmware.reads_every_s if board.main_loop.executing else 0.0
+        self.due_s = min(self.due_s, board.now_s + late_s)
+        self._commands.append(command)
+
+    def obey(self, board: GrblBoard) -> None:
+        """Obey all of them, if the board reads them now."""
+        executing = board.main_loop.executing
+        if not self._commands or (executing and board.now_s < self.due_s):
+            return
+        if board.firmware.fluidnc and board.state is State.HOME and board.main_loop.pauses:
+            fills = board.firmware.stepping
+            self.due_s = board.main_loop.due_s(board) + fills.segments * fills.compute_s
+            self.waited = True
+            return
+        commands, self._commands, self.due_s = self._commands, [], math.inf
+        for command in commands:
+            board.routines.order(board, command)
+        self.waited = False
+
+
 # --- The board ------------------------------------------------------------------------------------
 
 _PICKED = re.compile(rb"[\x18!?~\x80-\xff]")
 _PICKED_BY_GRBLHAL = re.compile(rb"[\x18\x19!?~\x80-\xff]")
 
+READ_AT_ONCE = 64
+"""Bytes put into the ring before the main loop runs: fewer than the smallest ring holds."""
 COUNT_MOST = (1 << 31) - 1
 PINS = "PDHSR"
 """The input bits: probe, door, feed hold, cycle start, reset."""
@@ -470,9 +520,12 @@ class GrblBoard(Board):
         self.booting: BoardScript[None] = BoardScript()
         self.cycle = MotionCycle()
         self.main_loop = MainLoop()
+        self.unread = UnreadCommands()
         self._picked = _PICKED_BY_GRBLHAL if firmware.grblhal else _PICKED
         known = set(Realtime) if firmware.grblhal else set(Realtime) - GRBLHAL_ONLY
         self._orders = {int(one): one for one in known}
+        self.again: list[int] = []
+        self.unhomed: set[int] = set()
         self.start(0.0)
 
     def start(self, wait_s: float) -> None:
@@ -491,7 +544,11 @@ class GrblBoard(Board):
         """Clear what is lost with the power, and with a reset of the whole board."""
         self.main_loop.forget()
         self.booting.end()
-        self.critical = self.holds_next = self.starts_again = False
+        self.critical = self.holds_next = self.stalls = False
+        self.unread.forget()
+        self.switches.unwatched.clear()
+        self.again = []
+        self.unhomed = set()
         self.cycle.forget()
         self.state = State.IDLE
         self.deaf_until_s = -math.inf
@@ -500,6 +557,11 @@ class GrblBoard(Board):
         self.ring.clear()
         self.outputs.forget()
         self.fingers.forget()
+
+    def unhome(self) -> None:
+        """Forget which axes have been homed; only FluidNC keeps count."""
+        homes = self.firmware.fluidnc and self.settings.on(HOMING)
+        self.unhomed = set(range(len(self.axes))) if homes else set()
 
     # Observable state.
 
@@ -524,6 +586,10 @@ class GrblBoard(Board):
 
     # The wire.
 
+    def tell(self, text: str) -> None:
+        """Send a message for people. Observed on FluidNC: it says how important it is."""
+        self.say(Feedback(f"INFO: {text}" if self.firmware.fluidnc else text))
+
     def say(self, answer: Answer) -> None:
         """Send a message."""
         self.shared.outgoing += self.codec.send(answer)
@@ -539,21 +605,29 @@ class GrblBoard(Board):
             start = found.end()
             command = self._orders.get(data[found.start()])
             if command is not None:
-                self.routines.order(self, command)
+                self.unread.put(self, command)
+                self.unread.obey(self)
         self._put(data[start:])
         self.main_loop.run(self)
 
     def _put(self, data: bytes) -> None:
-        """Put characters into the ring; a board that edits lines may echo them and drop some."""
+        """Put characters into the ring. The board reads meanwhile, so a line may be longer."""
+        for start in range(0, len(data), READ_AT_ONCE):
+            self.ring.put(self._edited(data[start : start + READ_AT_ONCE]))
+            self.main_loop.run(self)
+
+    def _edited(self, data: bytes) -> bytes:
+        """Return what gets into a line; a board that edits it echoes characters or drops them."""
         if not self.firmware.edits_lines:
-            self.ring.put(data)
-            return
+            return data
+        kept = b""
         for sign in (data[at : at + 1] for at in range(len(data))):
             control = sign < b" " and sign not in b"\r\n"
             self.echoes = (self.echoes or control) and sign != b"\f"
             if not control:
-                self.ring.put(sign)
+                kept += sign
                 self.shared.outgoing += sign if self.echoes else b""
+        return kept
 
     # Time.
 
@@ -566,6 +640,7 @@ class GrblBoard(Board):
             self.limits.due_s,
             self.fingers.due_s,
             self.main_loop.due_s(self),
+            self.unread.due_s,
         )
         return min(due_s, self.reporter.due_s(self)) if self.reporter.asked else due_s
 
@@ -583,6 +658,7 @@ class GrblBoard(Board):
         if self.current.off_s <= now_s:
             self.current.cut(now_s)
         self.main_loop.run(self)
+        self.unread.obey(self)
         if self.reporter.due_s(self) <= now_s:
             self.say(self.reporter.report(self))
 
@@ -647,6 +723,8 @@ class GrblBoard(Board):
         self.parser.stored = dict(saved.offsets)
         self.parser.restart(self.drive.goal_units)
         self.state = State(saved.state)
+        if self.state is State.ALARM:
+            self.unhome()
         if self.build.resets_on_open:
             self.current.cut(self.now_s)
             self.start(0.0)

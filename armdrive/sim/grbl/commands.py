@@ -33,7 +33,6 @@ from armdrive.sim.grbl.parser import STORED
 from firmware_protocol.grbl import (
     Bracketed,
     CheckMode,
-    Feedback,
     Help,
     Home,
     Parameter,
@@ -53,13 +52,15 @@ from firmware_protocol.grbl import (
 # --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
 # All axes that are homed move together, each at the homing rate, and drop out as their switches are
 # pressed. The real firmware stops only that axis dead; here the others pause while it drops out.
+# FluidNC does not look at a switch again until the axis has backed off. Observed: homing that ends
+# before leaves it pressed until the board restarts, and with `limit_all_pin` all homing refused.
 # Source: gnea/grbl grbl/limits.c (limits_go_home).
 
 SEARCH = 1.5
 """How far to search for a switch, in multiples of the travel."""
 LOCATE = 5.0
 """How far to search when the switch is located again, in multiples of the pull-off."""
-_STILL_PRESSED, _NOT_FOUND = 8, 9
+_STILL_PRESSED, _NOT_FOUND, _AMBIGUOUS = 8, 9, 12
 
 Steps = Generator[float, None, int]
 """A part of a script; it returns 0, or an error number."""
@@ -88,11 +89,13 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
             return _NOT_FOUND
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
         yield from _go(board, axes, -back, seek)
+        board.switches.unwatched.clear()
         if any(board.switches.pressed(axis) for axis in axes):
             return _STILL_PRESSED
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
     _set_position(board, axes)
-    board.state = State.IDLE
+    board.unhomed -= set(axes)
+    board.state = State.ALARM if board.unhomed else State.IDLE
     board.current.release_at_rest(board.now_s)
     board.limits.forget(board)
     return 0
@@ -111,6 +114,8 @@ def _approach(
         yield from _go(board, left, way, rate)
         search -= way
         left = [axis for axis in left if not board.switches.pressed(axis)]
+        if board.firmware.fluidnc:
+            board.switches.unwatched.update(set(axes) - set(left))
     return True
 
 
@@ -207,7 +212,7 @@ def _number(board: GrblBoard, path: str) -> int | None:
     return _OF_AXIS[found[2]] + board.axes.index(found[1].upper())
 
 
-NOT_IDLE, NO_HOMING = 8, 5
+NOT_IDLE, NO_HOMING, NOT_BY_AXIS = 8, 5, 19
 _HELP = "$$ $# $G $I $x=val $J=line $SLP $C $X $H ~ ! ? ctrl-x"
 
 
@@ -229,7 +234,7 @@ def _help(board: GrblBoard, _: Help) -> int:
 
 def _settings(board: GrblBoard, _: QuerySettings) -> int:
     texts = dict(board.settings.written())
-    if board.firmware.has_paths:
+    if board.firmware.fluidnc:
         texts = {number: texts[number] for number in _told_by_fluidnc(texts)}
     for number, text in texts.items():
         board.say(Setting(number, text))
@@ -263,19 +268,20 @@ def _build(board: GrblBoard, _: QueryBuildInfo) -> int:
 
 def _unlock(board: GrblBoard, _: Unlock) -> int:
     if board.state is State.ALARM:
-        board.say(Feedback("Caution: Unlocked"))
+        board.tell("Caution: Unlocked")
         board.state = State.IDLE
+        board.unhomed.clear()
     return 0
 
 
 def _check(board: GrblBoard, _: CheckMode) -> Steps:
     if board.state is State.CHECK:
-        board.say(Feedback("Disabled"))
+        board.tell("Disabled")
         board.routines.order(board, Realtime.SOFT_RESET)
         yield math.inf
     elif board.state is not State.IDLE:
         return NOT_IDLE
-    board.say(Feedback("Enabled"))
+    board.tell("Enabled")
     board.state = State.CHECK
     return 0
 
@@ -286,7 +292,7 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
         return UNKNOWN
 
     def fall_asleep() -> None:
-        board.say(Feedback("Sleeping"))
+        board.tell("Sleeping")
         board.outputs.off()
         board.fingers.follow_output(board.now_s)
         board.state, board.cycle.stands = State.SLEEP, True
@@ -298,14 +304,15 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
 
 def _home(board: GrblBoard, command: Home) -> Steps:
     if not board.settings.on(HOMING):
-        return NO_HOMING
+        return NOT_BY_AXIS if command.axes and board.firmware.fluidnc else NO_HOMING
     if command.axes and board.firmware.grblhal and not board.settings.mask(HOMING, 1):
         return NO_HOMING
     for axes in _cycles(board, command.axes):
-        code = yield from home(board, axes)
+        ambiguous = board.firmware.fluidnc and board.switches.mask()
+        code = _AMBIGUOUS if ambiguous else (yield from home(board, axes))
         if code:
-            board.routines.fail(board, code)
-            yield math.inf
+            yield from board.routines.fail(board, code)
+            return 0
     return 0
 
 
@@ -324,10 +331,10 @@ def _cycles(board: GrblBoard, letters: str) -> list[list[int]]:
 
 
 def _set(board: GrblBoard, command: SetSetting) -> Steps:
-    if board.firmware.has_paths and command.setting not in _CHANGEABLE:
+    if board.firmware.fluidnc and command.setting not in _CHANGEABLE:
         told = command.setting in _told_by_fluidnc(board.settings.values)
         return READ_ONLY if told else UNKNOWN
-    if board.firmware.has_paths and command.value > _CHANGEABLE[command.setting]:
+    if board.firmware.fluidnc and command.value > _CHANGEABLE[command.setting]:
         return OUT_OF_RANGE
     code = board.settings.store(command.setting, command.value)
     if code:

@@ -80,7 +80,7 @@ class Firmware:
     blocks: int = 15
     """How many lines the planner queues."""
     max_line: int = 79
-    """The longest line in characters. Observed: the Mega takes more than 200."""
+    """The longest line in characters. Observed: the Mega takes more than 200, FluidNC 127."""
     stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
@@ -95,12 +95,19 @@ class Firmware:
     """Whether a reset out of a hold leaves the line that has been fetched meanwhile: it is carried
     out after the banner. Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
     """
+    reads_every_s: float = 0.0
+    """How late real-time commands may be read while a line is executed, homing included. FluidNC
+    then looks at its input every 51st time that its task runs (Serial.cpp, pollChannels). Observed:
+    0.04 to 0.06 s from 0x18 in homing to `ALARM:6`.
+    """
     edits_lines: bool = False
     """Whether a control character makes the board echo what it hears, until 0x0C. Observed on
     FluidNC (lineedit.cpp).
     """
     outputs: bool = False
     """Whether it knows M62 to M68. Observed: the Mega and the 328p refuse them with error 20."""
+    keeps_speed: bool = False
+    """Whether reports tell the last speed of a spindle that stands (M5). Observed on FluidNC."""
     unknown: frozenset[str] = frozenset()
     """Words that its build refuses with error 20. Observed: M7 on the 328p."""
     letters_to_home: int = 0
@@ -119,7 +126,7 @@ class Firmware:
     deaf_in_eeprom: bool = True
     """Whether bytes that arrive meanwhile are lost."""
     alarm_s: float = 0.5
-    """After an alarm its messages are sent before the board restarts ..."""
+    """After an alarm its messages are sent before the board restarts, or FluidNC goes on ..."""
     start_s: float = 5e-3
     """... and this is how long the restart takes."""
     boot_s: float = 1.5
@@ -186,8 +193,8 @@ class Firmware:
         return self.variant is Variant.GRBLHAL
 
     @property
-    def has_paths(self) -> bool:
-        """Whether its settings have names, like FluidNC's, and `$$` lists only some of them."""
+    def fluidnc(self) -> bool:
+        """Whether it is FluidNC: settings have names, refusals have words, events queue up."""
         return self.variant is Variant.FLUIDNC
 
     @property
@@ -290,11 +297,13 @@ _FIRMWARES = (
         name="fluidnc",
         variant=Variant.FLUIDNC,
         ring_bytes=256,
-        max_line=255,
+        max_line=127,
         outputs=True,
         letters_to_home=1,
         keeps_line=True,
+        keeps_speed=True,
         edits_lines=True,
+        reads_every_s=0.051,
         stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),
         parse_s=1e-3,
         plan_s=0.2e-3,

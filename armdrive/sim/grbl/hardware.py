@@ -120,9 +120,16 @@ class BoardOutputs:
     digital: dict[int, bool] = field(default_factory=dict)
     analog: dict[int, float] = field(default_factory=dict)
 
-    def spin(self, modal: Modal, least_speed: float, most_speed: float) -> None:
-        """Switch the spindle according to the modes, within the speeds `$31` and `$30`."""
+    def spin(
+        self, modal: Modal, least_speed: float, most_speed: float, *, keeps: bool = False
+    ) -> None:
+        """Switch the spindle according to the modes, within the speeds `$31` and `$30`.
+
+        A board that `keeps` the speed of a spindle that stands goes on to report it.
+        """
         self.spindle = modal.spindle
+        if keeps and modal.spindle == "M5":
+            return
         turns = modal.spindle != "M5" and modal.speed > 0.0
         self.speed = min(max(modal.speed, least_speed), most_speed) if turns else 0.0
 
@@ -211,19 +218,23 @@ class OutputFingers:
 
 
 class Switches:
-    """The limit switches, by the number of their axis; an axis without a motor has none."""
+    """The limit switches, by the number of their axis; an axis without a motor has none.
+
+    `unwatched` are the axes whose switch was pressed, and at which the board does not look again.
+    """
 
     def __init__(self, by_axis: Mapping[int, LimitSwitch]) -> None:
         self.by_axis = by_axis
+        self.unwatched: set[int] = set()
 
     def pressed(self, axis: int) -> bool:
         """Return whether the board sees a switch pressed."""
         one = self.by_axis.get(axis)
-        return one is not None and one.pressed
+        return one is not None and (one.pressed or axis in self.unwatched)
 
     def mask(self) -> int:
         """Return a bit for each switch seen pressed, the first axis in the lowest bit."""
-        return sum(one.pressed << axis for axis, one in self.by_axis.items())
+        return sum(self.pressed(axis) << axis for axis in self.by_axis)
 
     def steps_to(self, axis: int, way: int) -> int | None:
         """Return how many steps in a direction press the switch; None if none ever do."""

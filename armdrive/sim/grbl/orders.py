@@ -11,7 +11,14 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from types import MappingProxyType
 
-from armdrive.sim.grbl.board import SOFT_LIMIT, Boot, FirmwareRoutines, GrblBoard, Script
+from armdrive.sim.grbl.board import (
+    HARD_LIMIT,
+    SOFT_LIMIT,
+    Boot,
+    FirmwareRoutines,
+    GrblBoard,
+    Script,
+)
 from armdrive.sim.grbl.commands import Steps, Waits, named_path, run_path, run_system, write_eeprom
 from armdrive.sim.grbl.firmware import (
     HOMING,
@@ -36,6 +43,9 @@ from firmware_protocol.grbl import (
     Realtime,
     Rejected,
     State,
+    Variant,
+    alarm_code,
+    error_code,
 )
 
 LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
@@ -52,7 +62,18 @@ def run_line(board: GrblBoard, line: LineReceived) -> Script:
     unlooked = gcode and board.firmware.refuses_on and board.state not in (State.ALARM, State.JOG)
     code = (loop.refused if unlooked else 0) or (yield from _run(board, line))
     loop.refused = code
+    if code and board.firmware.fluidnc:
+        _explain(board, line.text, code)
     return Error(code) if code else Ok()
+
+
+def _explain(board: GrblBoard, line: str, code: int) -> None:
+    """Put a refusal into words, as FluidNC does, before and after it; the words are not its own."""
+    if not line.startswith("$") and code != LOCKED:
+        text = "".join(sign if " " <= sign <= "~" else "." for sign in line)
+        board.say(Feedback(f"ERR: Bad GCode: {text}"))
+    meaning = error_code(code, board.firmware.variant).meaning
+    board.main_loop.afterwards = lambda: board.say(Feedback(f"ERR: {meaning}"))
 
 
 def _run(board: GrblBoard, line: LineReceived) -> Steps:
@@ -61,10 +82,11 @@ def _run(board: GrblBoard, line: LineReceived) -> Steps:
         return 0
     jogging = line.text.startswith("$")
     if not jogging and board.state in (State.ALARM, State.JOG):
+        # FluidNC looks at the length only after that: observed
         too_long = isinstance(content, Rejected) and content.code == _TOO_LONG
         return _TOO_LONG if too_long else LOCKED
     if isinstance(content, Rejected):
-        named = named_path(line.text) if board.firmware.has_paths else None
+        named = named_path(line.text) if board.firmware.fluidnc else None
         return run_path(board, *named) if named else content.code
     if isinstance(content, Block):
         return (yield from _block(board, content))
@@ -114,7 +136,7 @@ def _serve(board: GrblBoard, work: Work) -> Waits:
         yield from until_still(board)
     if work.spindle:
         least, most = board.settings[LEAST_SPEED], board.settings[MOST_SPEED]
-        board.outputs.spin(work.after, least, most)
+        board.outputs.spin(work.after, least, most, keeps=board.firmware.keeps_speed)
     if work.coolant:
         board.outputs.cool(work.after.coolant)
     if work.output:
@@ -184,7 +206,7 @@ def _end(board: GrblBoard, work: Work) -> Waits:
     if work.end:
         board.outputs.off()
         board.fingers.follow_output(board.now_s)
-        board.say(Feedback("Pgm End"))
+        board.tell("Program End" if board.firmware.fluidnc else "Pgm End")
 
 
 # --- Real-time commands, alarms, and how the board restarts ---------------------------------------
@@ -224,8 +246,8 @@ def hold(board: GrblBoard) -> None:
 
 
 def resume(board: GrblBoard) -> None:
-    """Resume from a completed hold; a board that hangs reads lines again, but for grblHAL."""
-    board.main_loop.hung = board.main_loop.hung and board.firmware.grblhal
+    """Resume from a completed hold; GRBL reads lines again if it hangs."""
+    board.main_loop.hung = board.main_loop.hung and board.firmware.variant is not Variant.GRBL
     if board.state in (State.HOLD, State.DOOR) and board.cycle.stands:
         board.cycle.stands = False
         board.state = State.IDLE
@@ -236,11 +258,14 @@ def resume(board: GrblBoard) -> None:
 def soft_reset(board: GrblBoard) -> None:
     """Restart; in motion the motors stop dead and may lose steps, or drive what is computed.
 
-    A reset during a restart has no effect, but grblHAL and FluidNC then start a second time:
-    observed.
+    A reset during a restart has no effect, but grblHAL then starts a second time, and FluidNC once
+    more for each: observed. If it had not yet noticed the first one, homing is ended twice.
     """
     if board.booting.active:
-        board.starts_again = board.firmware.grblhal or board.firmware.keeps_line
+        if board.firmware.fluidnc:
+            board.again.append(_HOMING_ABORTED if board.state is State.HOME else 0)
+        elif board.firmware.grblhal:
+            board.again = [0]
         return
     _outputs_off(board)
     code = 0
@@ -249,30 +274,53 @@ def soft_reset(board: GrblBoard) -> None:
     elif board.drive.moving:
         code = _ABORTED
         _lose_current(board, restarts=True)
-    elif board.critical and board.firmware.has_paths and board.settings.on(HOMING):
+    elif board.state is State.SLEEP and board.firmware.fluidnc:
+        code = _ABORTED
+    elif board.critical and board.unhomed:
         code = _UNHOMED
-    elif board.main_loop.hung and board.firmware.grblhal:
-        code = _ABORTED  # observed: it still believes that it brakes
-    if code != _ABORTED or board.firmware.killed is not Killed.RUNS_ON:
+    elif board.main_loop.hung and board.firmware.variant is not Variant.GRBL:
+        code = _ABORTED  # observed: it still believes that it moves
+    # observed: a motion of homing that is about to start is started by FluidNC after the reset
+    runs_on = code == _HOMING_ABORTED and board.unread.waited
+    runs_on |= code == _ABORTED and board.firmware.killed is Killed.RUNS_ON
+    if not runs_on:
         board.cycle.kill(board)
-    board.booting.begin(_restarted(board, code), board.now_s)
+    board.booting.begin(_restarted(board, code, runs_on=runs_on), board.now_s)
 
 
 def raise_critical(board: GrblBoard, code: int) -> None:
     """Lock the board after a limit alarm: motion stops dead, and the motors go off."""
     _outputs_off(board)
+    board.stalls = board.firmware.fluidnc and board.drive.moving
     if board.drive.moving:
         board.cycle.kill(board)
         _lose_current(board, restarts=False)
     board.state, board.critical = State.ALARM, True
+    if code == HARD_LIMIT:
+        board.unhome()
+    _alarm(board, code)
+    board.tell("Reset to continue")
+
+
+def _alarm(board: GrblBoard, code: int) -> None:
+    """Send an alarm; FluidNC puts it into words first, not the same as here."""
+    if board.firmware.fluidnc:
+        board.tell(f"ALARM: {alarm_code(code, board.firmware.variant).meaning}")
     board.say(Alarm(code))
-    board.say(Feedback("Reset to continue"))
 
 
-def fail(board: GrblBoard, code: int) -> None:
-    """Raise a homing alarm, after which the board restarts; the motors stay on."""
+def fail(board: GrblBoard, code: int) -> Waits:
+    """Raise a homing alarm, after which most boards restart; the motors stay on.
+
+    Observed on FluidNC: it does not restart, and answers the line with ok.
+    """
     board.cycle.kill(board)
-    board.booting.begin(_restarted(board, code), board.now_s)
+    if not board.firmware.fluidnc:
+        board.booting.begin(_restarted(board, code), board.now_s)
+        yield math.inf
+    board.state = State.ALARM
+    _alarm(board, code)
+    yield board.now_s + board.firmware.alarm_s
 
 
 def switched_on(board: GrblBoard, wait_s: float) -> Boot:
@@ -286,31 +334,41 @@ def switched_on(board: GrblBoard, wait_s: float) -> Boot:
         locked = board.settings.mask(HOMING, _HOMING_REQUIRED)
     board.state = State.ALARM if locked else State.IDLE
     board.holds_next = False
+    board.unhome()
     board.drive.set_axes((0,) * len(board.axes), board.now_s)
     _start(board)
 
 
-def _restarted(board: GrblBoard, code: int) -> Boot:
+def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
     if board.state is State.SLEEP and board.firmware.killed is Killed.LATE:
         yield board.now_s + board.settings[IDLE_MS] / 1000  # observed: 0.26 s at $1=255
     if code:
         if code == _ABORTED and board.firmware.killed is Killed.LATE:
             yield board.now_s + board.settings[IDLE_MS] / 1000
         board.state = State.ALARM
-        board.say(Alarm(code))
+        _alarm(board, code)
         said_s = board.now_s
-        if code == _ABORTED and board.firmware.killed is Killed.RUNS_ON:
+        if runs_on:
             board.cycle.forget()
             yield board.drive.rack.computed_s(board.now_s)
             board.cycle.kill(board)
         yield said_s + board.firmware.alarm_s
+    elif board.critical and board.firmware.fluidnc:
+        board.state = State.IDLE
     # a board that executes a line has not fetched another one
     kept = board.ring.take_line() if _keeps_a_line(board) else b""
     board.main_loop.drop_line(board)
     yield board.now_s + board.firmware.start_s
     _start(board)
-    if board.starts_again:
-        board.starts_again = False
+    if board.stalls:
+        # observed on FluidNC: it takes up the motion that the alarm ended, and makes no step of it
+        board.stalls, stalled = False, board.state is State.IDLE
+        board.state, board.main_loop.hung = State.RUN if stalled else board.state, stalled
+    while board.again:
+        code = board.again.pop(0)
+        if code:
+            _alarm(board, code)
+            yield board.now_s + board.firmware.alarm_s
         yield board.now_s + board.firmware.start_s
         _start(board)
     if kept and board.state is State.HOLD:  # it is planned, but not started
@@ -362,8 +420,8 @@ def _start(board: GrblBoard) -> None:
         board.current.release(board.now_s)
     board.limits.forget(board)
     board.say(board.firmware.banner)
-    if locked and not board.firmware.has_paths:
-        board.say(Feedback("'$H'|'$X' to unlock"))
+    if locked and not board.firmware.fluidnc:
+        board.tell("'$H'|'$X' to unlock")
 
 
 def _jog_cancel(board: GrblBoard) -> None:
@@ -387,11 +445,11 @@ def _stop(board: GrblBoard) -> None:
     _outputs_off(board)
     if board.state in (State.RUN, State.JOG):
         board.cycle.cancel(board)
-    board.say(Feedback("Stop"))
+    board.tell("Stop")
 
 
 def _door(board: GrblBoard) -> None:
-    board.say(Feedback("Check Door"))
+    board.tell("Check Door")
     board.reporter.overrides_changed()
     hold(board)
     if board.state is State.HOLD:

@@ -1,4 +1,4 @@
-"""Steppers that turn together, the arm that follows them, their true speed, and limit switches.
+"""Steppers that turn together, the arm that follows them, and limit switches.
 
 Units: half-steps, seconds, half-steps per second. A rack computes the commanded counts at any time,
 without ticking; the world decides whether the arm can follow.
@@ -13,7 +13,6 @@ from enum import Enum
 from typing import Generic, Protocol, TypeVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest
 from armdrive.sim.world import World
 from kinematics.spaces import Motors
 from kinematics.transmission import Transmission
@@ -269,34 +268,6 @@ class CoordinatedDrive(MotorDrive[MotorRack]):
         """Begin to turn all motors in proportion, with the current on."""
         self.energise()
         self.rack.start(steps, 1.0 / rate_hz, now_s)
-
-
-# --- Motors that are faster or slower than their board assumes ------------------------------------
-
-SPEED_ERRORS = (-0.95, 100.0)
-"""The bounds of a speed error: much faster, and much slower."""
-
-
-class MotorSpeed:
-    """How much longer motions last than the board assumes: 0.2 is a fifth longer."""
-
-    def __init__(self, error: float) -> None:
-        self.error = error
-
-    @property
-    def stretch(self) -> float:
-        """The factor by which motions are longer than nominal."""
-        return 1.0 + self.error
-
-    def set(self, error: float) -> None:
-        """Set the error for later motions. Raises `BadRequest`."""
-        low, high = SPEED_ERRORS
-        if not low <= error <= high:
-            raise BadRequest(
-                f"a speed error must be from {low} (much faster) to {high:g} (much slower), "
-                f"not {error}"
-            )
-        self.error = error
 
 
 # --- Limit switches: one for each motor, at one end of its travel ---------------------------------

@@ -11,8 +11,8 @@ from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
 from armdrive.sim.bus.node import NodeMotor
-from armdrive.sim.device import Options
 from armdrive.sim.mechanics.shafts import ShaftPoint
+from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.world.saved import require_names, unfit
 from firmware_protocol import mks
 from firmware_protocol.errors import ProtocolError
@@ -161,9 +161,9 @@ _GOALS: Mapping[type, Callable[[NodeMotor, Any, float], int]] = MappingProxyType
 """The target of each kind of move; `pulse` is one pulse in counts."""
 
 
-def stall_counts(quirks: Options) -> int:
+def stall_counts(quirks: MksQuirks) -> int:
     """Return the distance from its set-point at which a shaft stalls, in counts."""
-    return round(quirks.number("stall_turns") * COUNTS_PER_TURN)
+    return round(quirks.stall_turns * COUNTS_PER_TURN)
 
 
 class MksMotion:
@@ -176,7 +176,7 @@ class MksMotion:
         self,
         motor: NodeMotor,
         flash: Flash,
-        quirks: Options,
+        quirks: MksQuirks,
         *,
         minds_arrival: bool,
         says: Callable[[mks.Asked, Outcome], None],
@@ -226,7 +226,7 @@ class MksMotion:
         if not self.searching or self.under_way is None:
             state = state_of(self._point, now_s)
             stays = state is mks.MotorState.STOPPED and self._has_moved
-            brakes = stays and self._quirks.flag("brakes_on")
+            brakes = stays and self._quirks.brakes_on
             return mks.MotorState.DECELERATING if brakes else state
         calibrates = self.under_way.request.code is Code.CALIBRATE
         return mks.MotorState.CALIBRATING if calibrates else mks.MotorState.HOMING
@@ -271,7 +271,7 @@ class MksMotion:
     def start_stored(self, now_s: float, *, able: bool) -> None:
         """Begin the stored motion if the drive is able to, without reporting that."""
         asked, self.stored = self.stored, None
-        self.armed = self.armed and self._quirks.flag("stays_armed")
+        self.armed = self.armed and self._quirks.stays_armed
         if asked is not None and able:
             self.begin(asked, now_s)
 
@@ -315,7 +315,7 @@ class MksMotion:
 
     def _go(self, goal: int, speed_rpm: int, now_s: float) -> None:
         brakes = self.state(now_s) is mks.MotorState.DECELERATING
-        if self._quirks.flag("retarget_creeps") and self.moving(now_s) and not brakes:
+        if self._quirks.retarget_creeps and self.moving(now_s) and not brakes:
             speed_rpm = min(speed_rpm, CREEP_RPM)
         self._point.go_to(goal, self._rate_of(max(speed_rpm, 1)), slope_of(self._acc), now_s)
 
@@ -419,7 +419,7 @@ class MksMotion:
         if rate * self._switch.way > 0:
             self._point.hold(self._point.at(now_s))
             searches, self.under_way = self.searching, None
-            self.ignores_next = self._quirks.flag("deaf_after_limit")
+            self.ignores_next = self._quirks.deaf_after_limit
             if not searches:
                 self._says(asked, Outcome.LIMIT_STOP)
 

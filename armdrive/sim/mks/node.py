@@ -12,13 +12,13 @@ from types import MappingProxyType
 from typing import Any, TypeAlias, get_args
 
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import NodeMotor, NodePort
-from armdrive.sim.device import Options
+from armdrive.sim.bus.node import BusNode, NodeMotor, NodePort
 from armdrive.sim.mks.motion import AGAINST_A_STOP, Flash, MksMotion, stall_counts
+from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.world.saved import Json
 from firmware_protocol import mks
 from firmware_protocol.errors import BadField
-from firmware_protocol.frames import Frame, pack
+from firmware_protocol.frames import Frame
 from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Asked, Code, Outcome
 
 BOARD = 2
@@ -36,8 +36,8 @@ class SavedMksDrive:
     settings: Mapping[str, str]
 
 
-class MksNode:
-    """A drive on one motor (a `BusNode`); `device` is its end of the bus."""
+class MksNode(BusNode):
+    """A drive on one motor; `device` is its end of the bus."""
 
     device: mks.Device
 
@@ -46,11 +46,11 @@ class MksNode:
         motor: NodeMotor,
         firmware: mks.Version,
         flash: Flash,
-        quirks: Options,
+        quirks: MksQuirks,
         bits_s: int,
     ) -> None:
         self.motor = motor
-        self.port = NodePort(quirks.number("answer_ms") / 1000)
+        self.port = NodePort(quirks.answer_ms / 1000)
         self.firmware, self.flash, self.quirks = firmware, flash, quirks
         self.remake()
         self.motion = MksMotion(
@@ -61,7 +61,7 @@ class MksNode:
             says=self.tell,
             lets_go=self._let_go,
         )
-        self.enabled = quirks.flag("enabled_on")
+        self.enabled = quirks.enabled_on
         self.calibrated = True
         self.stalled = False
         self.power_on_zero = motor.zero
@@ -75,7 +75,7 @@ class MksNode:
 
     def listens(self, can_id: int) -> bool:
         """Return whether it takes frames with an id from the bus."""
-        hears_all = self.quirks.flag("watchdog_hears_all")
+        hears_all = self.quirks.watchdog_hears_all
         return self.port.plugged and (self._is_for(can_id) or hears_all)
 
     def receive(self, frame: Frame, now_s: float) -> None:
@@ -85,7 +85,7 @@ class MksNode:
             return
         self.motion.feed_watchdog(now_s)
         if self._is_for(frame.can_id):
-            self.device.receive_data(pack(frame))
+            self.device.receive_frame(frame)
         while (event := self.device.next_event()) is not None:
             if isinstance(event, Asked):
                 if event.request.code is not Code.ABSOLUTE_AXIS:  # streamed targets need no reading
@@ -124,9 +124,9 @@ class MksNode:
 
     def tell(self, asked: Asked, outcome: Outcome) -> None:
         """Report the outcome of a request; the end of a motion only if the quirks allow that."""
-        withheld = self.port.withheld or not self.quirks.flag("says_done")
+        withheld = self.port.withheld or not self.quirks.says_done
         quiet = withheld and outcome is Outcome.DONE and asked is self.motion.under_way
-        self.port.say(b"" if quiet else self.device.tell(asked, outcome))
+        self.port.say(None if quiet else self.device.tell(asked, outcome))
 
     # Power.
 
@@ -141,14 +141,14 @@ class MksNode:
         """Start the firmware: it has kept the settings, but not the position."""
         self._restart_firmware(now_s)
         self.remake()
-        turned = self.motor.shaft % COUNTS_PER_TURN if self.quirks.flag("keeps_angle") else 0
+        turned = self.motor.shaft % COUNTS_PER_TURN if self.quirks.keeps_angle else 0
         self.motor.zero = self.power_on_zero = self.motor.shaft - turned
-        self.set_enabled(self.quirks.flag("enabled_on"), now_s)
+        self.set_enabled(self.quirks.enabled_on, now_s)
 
     def restart(self, now_s: float) -> None:
         """Restart: for a while the shaft is free and no question is answered."""
         self.forget(now_s)
-        self.port.boots_s = now_s + self.quirks.number("boot_ms") / 1000
+        self.port.boots_s = now_s + self.quirks.boot_ms / 1000
 
     def set_enabled(self, on: bool, now_s: float) -> None:
         """Switch the motor's current; a motor that is on already continues its motion."""
@@ -162,7 +162,7 @@ class MksNode:
     def put(self, setting: mks.Setting, now_s: float) -> None:
         """Store a setting, and be deaf meanwhile."""
         self.flash.put(setting)
-        self._deaf_until_s = now_s + self.quirks.number("flash_ms") / 1000
+        self._deaf_until_s = now_s + self.quirks.flash_ms / 1000
 
     # What a person changes and sees.
 
@@ -229,7 +229,7 @@ class MksNode:
             row.does(self, asked, now_s)
             if row.says is not None:
                 self.tell(asked, row.says)
-        elif self.quirks.flag("says_refused"):
+        elif self.quirks.says_refused:
             self.tell(asked, Outcome.FAILED)
 
     def remake(self) -> None:
@@ -241,7 +241,7 @@ class MksNode:
             group=group.node if isinstance(group, mks.SetGroup) else None,
             replies=self.flash.of(mks.SetReplies).mode,
             bitrate=self.flash.of(mks.SetBitrate).bitrate,
-            new_id_answers=self.quirks.flag("new_id_answers"),
+            new_id_answers=self.quirks.new_id_answers,
         )
 
     def _restart_firmware(self, now_s: float) -> None:
@@ -299,7 +299,7 @@ def _move(node: MksNode, asked: Asked, now_s: float) -> None:
         node.tell(asked, Outcome.STORED)
         return
     absolute = before is not None and isinstance(before.request, mks.MoveAbsoluteAxis)
-    says = node.quirks.text("superseded") if absolute and motion.moving(now_s) else "never"
+    says = node.quirks.superseded if absolute and motion.moving(now_s) else "never"
     if before is not None and says == "first":
         node.tell(before, Outcome.FAILED)
     if motion.ignores_next:
@@ -425,14 +425,14 @@ def _homing(node: MksNode, _: float) -> mks.HomingRead:
 
 
 def _version(node: MksNode, _: float) -> mks.VersionRead:
-    version = bytes(node.firmware)[1 if node.quirks.flag("short_version") else 0 :]
-    return mks.VersionRead(node.calibrated, BOARD, version, node.quirks.flag("e_series"))
+    version = bytes(node.firmware)[1 if node.quirks.short_version else 0 :]
+    return mks.VersionRead(node.calibrated, BOARD, version, node.quirks.e_series)
 
 
 # fmt: off
 READINGS: Mapping[Code, Callable[[MksNode, float], mks.Reading]] = MappingProxyType({
     Code.ENCODER: lambda node, _: mks.EncoderRead(
-        node.raw_counts if node.quirks.flag("keeps_count") else node.motor.counts),
+        node.raw_counts if node.quirks.keeps_count else node.motor.counts),
     Code.RAW_ENCODER: lambda node, _: mks.RawEncoderRead(node.raw_counts),
     Code.SPEED: _speed,
     Code.PULSES: _pulses,

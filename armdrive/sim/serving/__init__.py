@@ -24,12 +24,10 @@ from armdrive.sim.device import SimDevice
 from armdrive.sim.faults import FaultRequest
 from armdrive.sim.serving.console import Console
 from armdrive.sim.serving.servers import (
-    Adapter,
     PtyServer,
     Server,
     SlcanServer,
     TcpServer,
-    TwoAdapters,
     UdpServer,
     split_address,
 )
@@ -59,10 +57,8 @@ def make_server(
     behind it, on a bus of that bit rate; `beside` adds a second such adapter. Raises
     `PortUnavailable`.
     """
-    if beside is not None:
-        return TwoAdapters(slcan, beside, bits_s)
     if slcan is not None:
-        return SlcanServer(slcan, Adapter(bits_s))
+        return SlcanServer(*filter(None, (slcan, beside)), bits_s=bits_s)
     if tcp is not None:
         return TcpServer(*split_address(tcp))
     return PtyServer(pty) if udp is None else UdpServer(*split_address(udp))
@@ -163,7 +159,7 @@ class _ServeLoop:
 def _line_to(device: SimDevice, server: Server) -> DeviceLine:
     """Return the line that carries the bytes: a paced serial line, or the bus behind an adapter."""
     if isinstance(server, SlcanServer):
-        adapter = server.adapter
+        adapter = server.adapters[0]
         return BusLine(device, adapter.bus_bitrate, adapter.faults)
     return DeviceLine(device, device.board.baud if server.paced else None)
 

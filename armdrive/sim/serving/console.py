@@ -14,7 +14,6 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import (
     HasPendant,
-    HasSpeedError,
     SimDevice,
     lacks,
     state_json,
@@ -25,7 +24,7 @@ from armdrive.sim.serving.servers import Server
 from armdrive.sim.wire import DeviceLine
 from armdrive.sim.world.saved import Json
 from armdrive.sim.world.table import PARTS, block_of
-from armdrive.text.numbers import number, whole
+from armdrive.text.numbers import whole
 from kinematics.errors import did_you_mean
 from kinematics.text import counted
 
@@ -155,7 +154,7 @@ def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
     if any(not 1 <= each <= len(names) for each in numbers):
         raise BadRequest(f"drives are numbered 1 to {len(names)}, not {' '.join(words)}")
     for number_of, _ in enumerate(names, 1):
-        board.drives.plug(number_of - 1, number_of in numbers)
+        board.node(number_of - 1).port.plugged = number_of in numbers
     there = ", ".join(names[each - 1] for each in sorted({*numbers})) or "none"
     return ConsoleAnswer(f"on the bus: {there}")
 
@@ -175,14 +174,6 @@ def _push(console: Console, words: list[str]) -> ConsoleAnswer:
     return ConsoleAnswer(
         f"pushed motor {motor} by {counted(steps, 'half-step')}, unknown to the registers"
     )
-
-
-def _speed_error(console: Console, words: list[str]) -> ConsoleAnswer:
-    board = console.device.board
-    if not isinstance(board, HasSpeedError):
-        raise lacks(board, "speed error: it keeps its own time")
-    board.motor_speed.set(number(words[0]))
-    return ConsoleAnswer(f"motions last {board.motor_speed.stretch:.2f} times as long")
 
 
 def _help(_: Console, __: list[str]) -> ConsoleAnswer:
@@ -233,12 +224,6 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
             ConsoleCommand("input", "NUMBER on|off", "set an input, counted from 1", _input),
             ConsoleCommand(
                 "push", "MOTOR STEPS", "turn a motor by force; no register counts it", _push
-            ),
-            ConsoleCommand(
-                "speed-error",
-                "FRACTION",
-                "make motions longer: 0.2 is a fifth slower",
-                _speed_error,
             ),
             ConsoleCommand("help", "", "list the commands (with --json: what they do)", _help),
             ConsoleCommand("quit", "", "end the simulation", _quit),

@@ -403,10 +403,10 @@ class Adapter:
         sent, self._sent = self._sent, []
         return sent
 
-    def show(self, frame: Frame) -> None:
-        """Receive a frame from the bus."""
+    def show(self, *frames: Frame) -> None:
+        """Receive frames from the bus."""
         if self.on_bus and not self.faults.dead:
-            self._said += line_of(frame)
+            self._said += b"".join(map(line_of, frames))
 
     def say(self) -> bytes:
         """Take the bytes to send to the host."""
@@ -469,94 +469,75 @@ class Adapter:
 
 
 class SlcanServer:
-    """A `Server` whose other end is a serial CAN adapter; `adapter` can be given faults.
+    """A `Server` whose bus other programs reach through serial CAN adapters, one for each path.
 
-    Another program opens `can:slcan:PATH`, or its own form of such an address. On the simulator's
-    side the server reads and writes packed frames, like every other server.
+    Each program opens `can:slcan:PATH`, or its own form of such an address, and also receives what
+    the others send. Faults affect the first adapter. On the simulator's side the server reads and
+    writes packed frames, like every other server.
 
-    `close` followed by `open` corresponds to pulling the adapter out and plugging it in: it loses
-    its bit rate and its open channel.
+    `close` followed by `open` corresponds to pulling the adapters out and plugging them in: they
+    lose their bit rates and their open channels.
     """
 
     paced = False
 
-    def __init__(self, path: Path | None = None, adapter: Adapter | None = None) -> None:
-        """Make the pseudo-terminal, linked at a path. Raises `PortUnavailable`."""
-        self.adapter = adapter or Adapter()
-        self._port = PtyServer(path)
+    def __init__(self, *paths: Path | None, bits_s: int = 500_000) -> None:
+        """Make the pseudo-terminals, linked at paths. Raises `PortUnavailable`."""
+        self._ports = tuple(PtyServer(path) for path in paths or (None,))
+        self.adapters = tuple(Adapter(bits_s) for _ in self._ports)
         self._unpacker = Unpacker()
 
     @property
     def address(self) -> str:
-        """The path of the serial port for others to open."""
-        return self._port.address
+        """The path of the first serial port for others to open."""
+        return self._ports[0].address
 
     @property
-    def can_address(self) -> str:
-        """The same address in armdrive's notation."""
-        return f"can:slcan:{self.address}?bitrate={self.adapter.bus_bitrate}"
+    def can_addresses(self) -> tuple[str, ...]:
+        """The address of each adapter in armdrive's notation."""
+        rate = self.adapters[0].bus_bitrate
+        return tuple(f"can:slcan:{port.address}?bitrate={rate}" for port in self._ports)
 
     def open(self, address: str | None = None) -> None:
-        """Plug the adapter in, possibly under another name. Raises `PortUnavailable`."""
-        self._port.open(address)
+        """Plug the adapters in, the first one possibly under another name.
+
+        Raises `PortUnavailable`.
+        """
+        first, *others = self._ports
+        first.open(address)
+        for port in others:
+            port.open()
 
     def filenos(self) -> tuple[int, ...]:
         """The file descriptors to select on for reading."""
-        return self._port.filenos()
+        return tuple(fileno for port in self._ports for fileno in port.filenos())
 
     def read(self) -> bytes:
-        """Return the frames sent by the other program, packed; commands are answered."""
-        frames = self.adapter.receive(self._port.read())
+        """Return the frames sent by the other programs, packed; commands are answered."""
+        sent: list[Frame] = []
+        for port, adapter in zip(self._ports, self.adapters, strict=True):
+            frames = adapter.receive(port.read())
+            for other in self.adapters:
+                if other is not adapter:
+                    other.show(*frames)
+            sent += frames
         self._answer()
-        return b"".join(map(pack, frames))
+        return b"".join(map(pack, sent))
 
     def write(self, data: bytes) -> None:
-        """Pass frames of the bus to the adapter."""
-        for frame in self._unpacker.feed(data):
-            self.adapter.show(frame)
+        """Pass frames of the bus to the adapters."""
+        frames = self._unpacker.feed(data)
+        for adapter in self.adapters:
+            adapter.show(*frames)
         self._answer()
 
     def close(self) -> None:
-        """Pull the adapter out of its port."""
-        self._port.close()
-        self.adapter.restart()
+        """Pull the adapters out of their ports."""
+        for port, adapter in zip(self._ports, self.adapters, strict=True):
+            port.close()
+            adapter.restart()
 
     def _answer(self) -> None:
-        sent = self.adapter.say()
-        if sent:
-            self._port.write(sent)
-
-
-class TwoAdapters(SlcanServer):
-    """A `Server` whose bus a second program can read and write through an adapter of its own.
-
-    Faults affect the first adapter; `second` is a server like it.
-    """
-
-    def __init__(self, path: Path | None, beside: Path | None, bits_s: int = 500_000) -> None:
-        """Make two pseudo-terminals, linked at paths. Raises `PortUnavailable`."""
-        super().__init__(path, Adapter(bits_s))
-        self.second = SlcanServer(beside, Adapter(bits_s))
-
-    def filenos(self) -> tuple[int, ...]:
-        """The file descriptors to select on for reading."""
-        return (*super().filenos(), *self.second.filenos())
-
-    def read(self) -> bytes:
-        """Return the frames that both programs have sent; each also receives the other's."""
-        first, other = super().read(), self.second.read()
-        if first:
-            self.second.write(first)
-        if other:
-            super().write(other)
-        return first + other
-
-    def write(self, data: bytes) -> None:
-        """Pass frames of the bus to both adapters."""
-        super().write(data)
-        self.second.write(data)
-
-    def close(self) -> None:
-        """Pull both adapters out."""
-        super().close()
-        self.second.close()
+        for port, adapter in zip(self._ports, self.adapters, strict=True):
+            if sent := adapter.say():
+                port.write(sent)

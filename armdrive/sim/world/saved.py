@@ -88,23 +88,22 @@ def world_to_json(world: World) -> dict[str, Json]:
     return entries
 
 
-def world_from_json(data: object, body: ArmBody | None = None) -> World:
+def world_from_json(data: object, body: ArmBody) -> World:
     """Recreate a world.
 
     Raises `StateFileError` if the data do not fit this arm or contradict themselves.
     """
     saved = restored(SavedWorld, data, "world")
-    world = World(body)
-    if saved.arm != world.body.key:
-        raise unfit(f"the saved world is of a {saved.arm}, not of a {world.body.key}")
-    count = len(world.body.transmission.motors)
+    if saved.arm != body.key:
+        raise unfit(f"the saved world is of a {saved.arm}, not of a {body.key}")
+    count = len(body.transmission.motors)
     require_counts("motors", saved.motors, count, -STEPS_MOST, STEPS_MOST)
     world = World(body, saved.motors)
     world.energised = saved.energised
     if saved.play_taken is not None:
         require_counts("play_taken", saved.play_taken, count, 0, STEPS_MOST)
         world.play.stand(saved.play_taken)
-    if (saved.fingers_mm is None) is not world.body.transmission.has_gripper:
+    if (saved.fingers_mm is None) is not body.transmission.has_gripper:
         raise unfit("fingers_mm is saved of an arm without a gripper's motor, and of no other")
     if saved.fingers_mm is not None:
         world.move_fingers(saved.fingers_mm)

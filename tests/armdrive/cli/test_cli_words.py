@@ -18,9 +18,8 @@ from armdrive.cli import main, options, runner
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.commands import COMMANDS, EXIT_CODES, GROUPS, INSTEAD, ROWS
 from armdrive.cli.drive import arguments as drive_arguments
-from armdrive.cli.loading import load
 from armdrive.cli.program import arguments as program_arguments
-from armdrive.cli.runner import command_parser
+from armdrive.cli.runner import command_at, command_parser
 from armdrive.cli.set_up import arguments as set_up_arguments
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError
@@ -293,12 +292,12 @@ def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
 @pytest.mark.parametrize("name", COMMANDS)
 def test_what_is_declared_of_a_command_is_carried_out(name):
     function, _, _ = ROWS[name]
-    assert name in load(f"{function.partition('.')[0]}.arguments:ARGUMENTS")
+    assert name in command_at(f"{function.partition('.')[0]}.arguments:ARGUMENTS")
     if name not in WITH_ACTIONS:
-        assert callable(load(function))
+        assert callable(command_at(function))
     else:
         assert ":" not in function
-        assert all(callable(load(action.function)) for action in WITH_ACTIONS[name].values())
+        assert all(callable(command_at(action.function)) for action in WITH_ACTIONS[name].values())
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no shell that closes streams")

@@ -20,7 +20,6 @@ from armdrive.sim.cia402.objects import varied
 from armdrive.status import State, Trust
 from firmware_protocol import mks
 from firmware_protocol.canopen import DEVICE_TYPE, Nmt, NmtCommand
-from firmware_protocol.frames import pack
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "benchmarks"))
 from sim_process import SimProcess
@@ -73,7 +72,7 @@ def another(*lacking: int, **objects: int):
         def put(dictionary) -> None:
             node.objects.dictionary = node.pdos._dictionary = dictionary
             node.objects.renew(node.number)
-            bus.twin.board.drives.reset(ELBOW)
+            bus.twin.board.reset_drive(ELBOW)
 
         changed = {DEVICE_TYPE: objects["kind"]} if objects else {}
         put(varied(frozenset(lacking), changed, ()))
@@ -286,8 +285,8 @@ def test_drives_with_other_microsteps_are_switched_on_and_nothing_moves():
 
 def test_a_node_that_another_master_stopped_is_started_again():
     bus = Bus("cia402")
-    stopped = pack(Nmt(NmtCommand.STOP, ELBOW + 1).frame)
-    bus.twin.device.receive(stopped, bus.twin.device.now_s)
+    stopped = Nmt(NmtCommand.STOP, ELBOW + 1).frame
+    bus.twin.device.receive((stopped,), bus.twin.device.now_s)
     stood = bus.motors
     arm = bus.connect()
     assert bus.motors == stood

@@ -202,8 +202,8 @@ def test_what_was_done_before_is_said_at_the_beginning():
 
 def test_a_drive_that_was_done_and_has_lost_its_mode_is_set_up_once_more():
     bench = Bench(factory=False)
-    bench.board.drives.plug(2, True)
-    bench.board.drives.set_mode(2, mks.Mode.PULSE_FOC)
+    bench.board.node(2).port.plugged = True
+    bench.board.set_mode(2, mks.Mode.PULSE_FOC)
     bench.kept["elbow"] = Notes(done=True, watchdog=True)
     assert bench.one("elbow")
     assert (3, mks.SetMode(mks.Mode.BUS_FOC)) in bench.said
@@ -227,7 +227,7 @@ def test_two_new_drives_at_once_are_found_out_and_explained():
     plugged: list[int] = []
 
     def two_then_one() -> str:
-        bench.board.drives.plug(2, not plugged)
+        bench.board.node(2).port.plugged = not plugged
         plugged.append(1)
         return "yes"
 
@@ -245,7 +245,7 @@ def test_a_second_new_drive_that_speaks_up_once_the_id_was_given_is_told_of():
 
     def plug_another(data: bytes, now_s: float) -> None:
         if taken.of(mks.SetId).node == 2 and not put:
-            bench.board.drives.plug(0, True)
+            bench.board.node(0).port.plugged = True
             put.append(1)
         send(data, now_s)
 
@@ -269,7 +269,7 @@ def test_a_drive_without_power_is_looked_for_with_what_to_check():
 def test_at_last_all_are_asked_together_and_who_is_missing_is_named():
     bench = Bench(factory=False)
     for motor in (0, 1, 2, 3, 5):
-        bench.board.drives.plug(motor, True)
+        bench.board.node(motor).port.plugged = True
     answers = iter(["yes", "no"])
     bench.person.says["in all? Then they are asked"] = lambda: next(answers)
     missing = together(bench.dialog, bench.plan)
@@ -361,7 +361,7 @@ def test_ctrl_c_in_motion_stops_the_motor():
 @pytest.mark.parametrize("seed", range(amount(3, 20)))
 def test_lost_frames_turn_nothing_farther_than_was_announced(seed):
     bench = Bench()
-    bench.twin.faults.add("lose-frame", 0.04, seed=seed)
+    bench.twin.faults.add("drop", 0.04, seed=seed)
     most, start = [0], bench.twin.world.motors
 
     def watched():
@@ -503,7 +503,7 @@ def interrupt(_bench=None):
 
 
 def unplug(bench):
-    bench.board.drives.plug(1, False)
+    bench.board.node(1).port.plugged = False
 
 
 @pytest.fixture(scope="module")
@@ -520,7 +520,7 @@ def test_a_watchdog_trial_that_is_cut_short_sets_it_back_or_tells_the_user(untri
     shortened, told = 0, 0
     for waits in range(1, 70, 3):
         bench = Bench(factory=False)
-        bench.board.drives.plug(1, True)
+        bench.board.node(1).port.plugged = True
         bench.kept["shoulder"] = replace(untried)
         left = count(waits, -1)
 

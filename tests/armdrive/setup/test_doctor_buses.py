@@ -256,7 +256,7 @@ def test_a_bus_without_an_arm_file_is_asked_in_every_protocol():
     assert [each.there for each in answers] == [(1, 2), ()]
     assert answers[1].asked == (1, 2)
     on = Bench(factory=False)
-    on.device.board.drives.plug(0, True)
+    on.device.board.node(0).port.plugged = True
     line = on.twin.link.line
     line.send = type(line).send.__get__(line)  # nobody looks that all is of the MKS protocol
     answers = ask_bus(on.twin.link, DialogClock(), (1,))
@@ -355,7 +355,7 @@ def bus_bench(**settings):
     """Return a bus with commissioned drives, all plugged in."""
     found = Bench(factory=False, **settings)
     for motor in range(6):
-        found.device.board.drives.plug(motor, True)
+        found.device.board.node(motor).port.plugged = True
     return found
 
 
@@ -375,7 +375,7 @@ def test_nothing_but_readings_is_ever_sent_and_everybody_is_found():
 
 def test_a_drives_problem_is_reported_with_its_remedy():
     on = bus_bench()
-    on.device.board.drives.set_mode(1, Mode.PULSE_FOC)
+    on.device.board.set_mode(1, Mode.PULSE_FOC)
     on.device.board.nodes[2].stalled = True
     on.device.board.nodes[3].calibrated = False
     found = on.survey()
@@ -389,12 +389,12 @@ def test_a_drives_problem_is_reported_with_its_remedy():
 
 def test_two_drives_with_one_id_are_reported_and_a_late_answer_is_not():
     on = bus_bench(keeps_angle=True)
-    on.device.board.drives.set_id(4, 2)
+    on.device.board.set_id(4, 2)
     found = on.survey((1, 2))
     assert [each.doubled for each in found.drives] == [False, True]
     assert "two drives have this id" in words(mks.of_answers(found, BusHealth()))
     late = bus_bench()
-    late.twin.faults.add("double-frame", 0.02, seed=3)
+    late.twin.faults.add("duplicate", 0.02, seed=3)
     assert not any(each.doubled for each in late.survey((1, 2, 3)).drives)
 
 
@@ -410,7 +410,7 @@ def test_who_answers_for_mks_drives_is_compared_with_the_arm_file():
 
 def test_of_a_drive_of_the_e_series_nothing_else_is_a_problem():
     on = bus_bench(e_series=True)
-    on.device.board.drives.set_mode(0, Mode.PULSE_FOC)
+    on.device.board.set_mode(0, Mode.PULSE_FOC)
     told = words(mks.of_answers(on.survey((1,)), BusHealth()))
     assert "drive 1 is of the E series" in told
     assert told.count("problem") == 1
@@ -454,7 +454,7 @@ def test_a_bus_that_was_left_is_a_problem_and_one_that_warns_a_note():
 
 def test_answers_that_get_lost_point_to_the_wiring():
     on = bus_bench()
-    on.twin.faults.add("lose-frame", 0.2, seed=5)
+    on.twin.faults.add("drop", 0.2, seed=5)
     found = on.survey((1, 2, 3))
     assert found.drives
     missed = sum(each.missed for each in found.drives)

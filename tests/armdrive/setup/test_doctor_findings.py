@@ -48,8 +48,13 @@ from firmware_protocol.canopen import DEVICE_TYPE, INCREMENTS_A_SECOND, SPEED_UN
             "FluidNC v3.7.8 (wifi)",
             True,
         ),
-        (b"<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n", "grbl", "GRBL, version unknown", False),
-        (b"error:9\r\n", "grbl", "GRBL, version unknown", False),
+        (
+            b"<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n",
+            "grbl",
+            "a firmware of the GRBL family",
+            False,
+        ),
+        (b"error:9\r\n", "grbl", "a firmware of the GRBL family", False),
         (BANNER + b"[VER:1.1h.20190830:]\r\nok\r\n", "grbl", "Grbl 1.1h (1.1h.20190830)", True),
         (b"?\xaa\x02\x02\x01\x01\xa9\x03?", "robko01", "Robko 01 SUPER protocol", False),
         (b"0\r1\r1,-2,3,4,5,6,0\r", "teachmover", "TeachMover", False),
@@ -181,7 +186,14 @@ def test_settings_that_differ_are_findings_with_the_line_that_mends_them():
     listed = of_settings(DeviceSettings((must, may)))
     assert [each.grade for each in listed] == [Grade.PROBLEM, Grade.NOTE]
     assert [each.mend for each in listed] == ["$1=255", "$110=600"]
-    assert of_settings(DeviceSettings(firmware="Grbl 1.1h"))[0].grade is Grade.OK
+
+
+def test_the_firmware_is_named_whether_settings_differ_or_not():
+    differs = Difference("max rate $110", "500", "600", "$110=600", must=False)
+    for differences in ((), (differs,)):
+        named, *rest = of_settings(DeviceSettings(differences, "Grbl 1.1h"))
+        assert (named.grade, named.what) == (Grade.OK, "the controller's firmware is Grbl 1.1h")
+        assert rest[0].grade is (Grade.NOTE if differences else Grade.OK)
 
 
 def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):

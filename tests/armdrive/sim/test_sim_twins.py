@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import dataclass
 
 import pytest
 from cli_calls import Caller
@@ -13,20 +14,24 @@ from sim_bench import RobkoBench, SilentDevice, TeachMoverBench, axes
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, simulate, simulate_device, simulated_kind
-from armdrive.sim.device import Option, Options, SimDevice
+from armdrive.sim.device import SimDevice, chosen, parse_settings
 from armdrive.sim.robko01 import ESP32, RobkoQuirks
 from armdrive.sim.wire import DeviceLine, PacedWire, WireDevice
+from armdrive.text.toml import setting
 from firmware_protocol.robko01 import MoveRelative
 from firmware_protocol.teachmover import Step
 from kinematics import Joints
 
 SPOKEN = tuple(DIALECTS)
-TABLE = (
-    Option("pace", 0.5, "how fast"),
-    Option("slots", 3, "how many"),
-    Option("deaf", False, "whether"),
-    Option("board", "avr", "which", ("avr", "esp32")),
-)
+
+
+@dataclass(frozen=True)
+class Table:
+    pace: float = setting(0.5, "how fast")
+    slots: int = setting(3, "how many")
+    deaf: bool = setting(False, "whether")
+    board: str = setting("avr", "which", words=("avr", "esp32"))
+    inner: int = 7
 
 
 @pytest.fixture
@@ -86,7 +91,7 @@ def test_without_power_every_arm_sags_says_nothing_and_forgets_where_it_was(dial
     device.power_off()
     assert not twin.world.energised
     assert twin.world.pose.z_mm < height_mm - 5
-    assert device.transmit(now_s + 1.0) == b""
+    assert not device.transmit(now_s + 1.0)
     assert not device.powered
     device.power_on()
     device.transmit(now_s + 5.0)
@@ -181,9 +186,8 @@ def test_every_motor_needs_a_drive(dialect, ids):
 
 
 def test_settings_reach_the_device():
-    assert (
-        simulate(simulated_config("teachmover"), speed_error=0.25).board.motor_speed.error == 0.25
-    )
+    twin = simulate(simulated_config("teachmover"), speed_error=0.25)
+    assert twin.board.settings.speed_error == 0.25
     robko = simulate_device(
         simulated_config("robko01"), settings={"board": "esp32", "watchdog_s": 3.0}
     )
@@ -222,11 +226,8 @@ def test_how_often_one_looks_changes_nothing(dialect, moves, looks):
 
 def test_settings_are_read_as_a_person_types_them():
     words = ["pace=2", "slots=7", "deaf=yes", "board=esp32"]
-    chosen = Options(TABLE, Options.parse(TABLE, words))
-    assert (chosen.number("pace"), chosen.whole("slots")) == (2.0, 7)
-    assert (chosen.flag("deaf"), chosen.text("board")) == (True, "esp32")
-    rest = Options(TABLE)
-    assert (rest.number("pace"), rest.flag("deaf"), rest.text("board")) == (0.5, False, "avr")
+    assert chosen(Table, parse_settings(Table, words)) == Table(2.0, 7, True, "esp32")
+    assert chosen(Table, {}) == Table()
 
 
 @pytest.mark.parametrize(
@@ -234,6 +235,7 @@ def test_settings_are_read_as_a_person_types_them():
     [
         ("pace", "NAME=VALUE"),
         ("pase=1", "did you mean 'pace'"),
+        ("inner=1", "no setting 'inner'"),
         ("pace=fast", "a finite number"),
         ("pace=inf", "finite"),
         ("slots=1.5", "a whole number"),
@@ -243,13 +245,13 @@ def test_settings_are_read_as_a_person_types_them():
 )
 def test_a_wrong_setting_is_named(word, said):
     with pytest.raises(BadRequest, match=said):
-        Options.parse(TABLE, [word])
+        parse_settings(Table, [word])
 
 
 @pytest.mark.parametrize("value", [True, "1", None])
 def test_a_setting_of_the_wrong_kind_is_refused(value):
     with pytest.raises(BadRequest):
-        Options(TABLE, {"pace": value})
+        chosen(Table, {"pace": value})
 
 
 def test_without_a_pace_messages_arrive_at_once_and_each_by_itself():

@@ -8,6 +8,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from forked import Forked
 from waiting import soon
 
 if sys.platform == "win32":
@@ -44,7 +45,7 @@ def served(tmp_path):
 
 @pytest.fixture
 def opened(served):
-    link = open_link(served.server.can_address, 0)
+    link = open_link(served.server.can_addresses[0], 0)
     yield link
     link.close()
 
@@ -77,8 +78,8 @@ def test_any_user_of_python_can_can_open_it(served):
 
 def test_an_adapter_in_another_process(tmp_path):
     path = tmp_path / "far"
-    words = [sys.executable, str(HERE / "can_served.py"), str(path)]
-    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with Forked(str(HERE / "can_served.py"), str(path), **pipes) as process:
         assert process.stdout.readline() == b"ready\n"
         link = open_link(f"can:slcan:{path}?bitrate=500000", 0)
         for number in range(0, 100, 20):
@@ -95,23 +96,23 @@ def test_an_adapter_in_another_process(tmp_path):
 class TestOpening:
     def test_a_second_program_is_turned_away_and_disturbs_nobody(self, served, opened):
         with pytest.raises(PortInUse):
-            open_link(served.server.can_address, 0)
+            open_link(served.server.can_addresses[0], 0)
         opened.write(pack(Frame(1)), 0.0)
         assert frames_of(opened) == [Frame(2)]
 
     def test_an_adapter_that_sleeps_at_first_is_waited_for(self, served, monkeypatch):
         monkeypatch.setattr(can_slcan, "GREETING_S", 0.1)
-        served.server.adapter.faults.dead = True
-        soon(setattr, served.server.adapter.faults, "dead", False)
-        with contextlib.closing(open_link(served.server.can_address, 0)) as link:
+        served.server.adapters[0].faults.dead = True
+        soon(setattr, served.server.adapters[0].faults, "dead", False)
+        with contextlib.closing(open_link(served.server.can_addresses[0], 0)) as link:
             link.write(pack(Frame(1)), 0.0)
             assert frames_of(link) == [Frame(2)]
             assert link.health.refused == 0
 
     def test_an_adapter_of_few_words_is_understood(self, served, monkeypatch):
         monkeypatch.setattr(can_slcan, "GREETING_S", 0.1)
-        served.server.adapter.faults.mute = True
-        with contextlib.closing(open_link(served.server.can_address, 0)) as link:
+        served.server.adapters[0].faults.mute = True
+        with contextlib.closing(open_link(served.server.can_addresses[0], 0)) as link:
             link.write(pack(Frame(1)), 0.0)
             assert frames_of(link) == [Frame(2)]
 
@@ -149,7 +150,7 @@ class TestOpening:
         for _ in range(3):
             with pytest.raises(PortUnavailable):
                 open_link(f"can:slcan:{served.server.address}?bitrate=123", 0)
-        open_link(served.server.can_address, 0).close()
+        open_link(served.server.can_addresses[0], 0).close()
 
 
 class TestLosses:
@@ -162,16 +163,16 @@ class TestLosses:
         assert served.drive.heard == []
 
     def test_with_no_other_node_the_first_frame_tells(self, served, opened):
-        served.server.adapter.faults.alone = True
+        served.server.adapters[0].faults.alone = True
         opened.write(pack(Frame(1)), 0.0)
         assert "no node on the bus receives what is sent" in until_lost(opened)
 
     def test_bus_off_is_told_and_reopening_mends_it(self, served, opened):
-        served.server.adapter.faults.bus_off = True
+        served.server.adapters[0].faults.bus_off = True
         opened.write(pack(Frame(1)), 0.0)
         until_lost(opened)
         opened.close()
-        with contextlib.closing(open_link(served.server.can_address, 0)) as link:
+        with contextlib.closing(open_link(served.server.can_addresses[0], 0)) as link:
             link.write(pack(Frame(3)), 0.0)
             assert frames_of(link) == [Frame(4)]
             assert link.health.state is BusState.ACTIVE
@@ -179,7 +180,7 @@ class TestLosses:
     @pytest.mark.parametrize("answered", [True, False])
     def test_a_moment_of_refusals_is_forgiven(self, served, opened, monkeypatch, answered):
         monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", LONG_S)
-        faults = served.server.adapter.faults
+        faults = served.server.adapters[0].faults
         faults.alone = True
         opened.write(pack(Frame(1)), 0.0)
         while opened.health.state is not BusState.PASSIVE:
@@ -203,17 +204,17 @@ class TestLosses:
         assert "gone" in until_lost(opened)
         opened.close()
         with pytest.raises(NoSuchPort):
-            open_link(served.server.can_address, 0)
+            open_link(served.server.can_addresses[0], 0)
         served.replug(tmp_path / "elsewhere")
-        with contextlib.closing(open_link(served.server.can_address, 0)) as link:
+        with contextlib.closing(open_link(served.server.can_addresses[0], 0)) as link:
             link.write(pack(Frame(1)), 0.0)
             assert frames_of(link) == [Frame(2)]
 
     def test_nothing_is_left_open_after_all_of_that(self, served):
-        open_link(served.server.can_address, 0).close()
+        open_link(served.server.can_addresses[0], 0).close()
         before = open_files()
         for _ in range(3):
-            open_link(served.server.can_address, 0).close()
+            open_link(served.server.can_addresses[0], 0).close()
         assert open_files() == before
 
 

@@ -1,5 +1,7 @@
 """MKS machines: the host's, the device's, and the two back to back."""
 
+from collections.abc import Iterable
+
 import pytest
 from cases_mks import (
     ACTIONS,
@@ -225,14 +227,20 @@ AT_5 = mks.EncoderRead(5)
 ENDS = (mks.Outcome.DONE, mks.Outcome.LIMIT_STOP)
 
 
-def put(can_id, *requests) -> bytes:
-    return b"".join(pack(mks.encode(can_id, request)) for request in requests)
+def put(can_id, *requests) -> list[Frame]:
+    return [mks.encode(can_id, request) for request in requests]
 
 
-def heard_of(data: bytes):
-    """Return who heard_of what, or None where nothing was heard_of."""
-    frames = Unpacker().feed(data)
-    return (frames[0].can_id, mks.decode_answer(frames[0])) if frames else None
+def heard_of(frame: Frame):
+    """Return who heard_of what."""
+    return frame.can_id, mks.decode_answer(frame)
+
+
+def events_of(device: mks.Device, frames: Iterable[Frame]) -> list[object]:
+    """Return what a drive makes of frames."""
+    for frame in frames:
+        device.receive_frame(frame)
+    return events(device)
 
 
 def test_a_drive_hears_what_is_for_it_for_its_group_and_for_all():
@@ -243,7 +251,7 @@ def test_a_drive_hears_what_is_for_it_for_its_group_and_for_all():
         + put(0x50, MOVE)
         + put(mks.BROADCAST, mks.GoSynchronous())
     )
-    assert events(device, data) == [
+    assert events_of(device, data) == [
         mks.Asked(MOVE),
         mks.Asked(MOVE, alone=False),
         mks.Asked(mks.GoSynchronous(), alone=False),
@@ -252,13 +260,13 @@ def test_a_drive_hears_what_is_for_it_for_its_group_and_for_all():
 
 def test_frames_of_another_kind_are_nothing_to_it():
     frames = [Frame(1, b"\x31\x32", extended=True), Frame(1, remote=True), Frame(0x181, b"\1")]
-    assert events(mks.Device(1), b"".join(map(pack, frames))) == []
+    assert events_of(mks.Device(1), frames) == []
 
 
 def test_what_it_cannot_read_is_ignored_with_a_reason():
     device = mks.Device(1)
     bad, odd = Frame(1, b"\x31\x33"), Frame(1, b"\x77\x78")
-    assert events(device, pack(bad) + pack(odd)) == [
+    assert events_of(device, (bad, odd)) == [
         mks.UnreadableFrame(bad, "the check byte should be 32"),
         mks.UnreadableFrame(odd, "no code has the number 77"),
     ]
@@ -267,9 +275,9 @@ def test_what_it_cannot_read_is_ignored_with_a_reason():
 def test_an_older_firmware_ignores_what_it_does_not_have():
     device = mks.Device(1, (1, 0, 8))
     assert device.abilities == mks.abilities_of((1, 0, 8))
-    (ignored,) = events(device, put(1, mks.SilenceWatchdog(500)))
+    (ignored,) = events_of(device, put(1, mks.SilenceWatchdog(500)))
     assert ignored.reason == "firmware 1.0.8 has no SilenceWatchdog"
-    assert events(device, put(mks.BROADCAST, mks.GoSynchronous())) == [
+    assert events_of(device, put(mks.BROADCAST, mks.GoSynchronous())) == [
         mks.Asked(mks.GoSynchronous(), alone=False)
     ]
 
@@ -284,9 +292,7 @@ def test_it_answers_reads_and_says_how_motions_go():
 
 def test_a_setting_is_answered_by_its_code_and_value():
     told = mks.SettingRead(mks.Code.MODE, b"\5")
-    (frame,) = Unpacker().feed(
-        mks.Device(1).answer(mks.Asked(mks.ReadSetting(mks.Code.MODE)), told)
-    )
+    frame = mks.Device(1).answer(mks.Asked(mks.ReadSetting(mks.Code.MODE)), told)
     assert mks.decode_answer(frame, setting=True) == told
 
 
@@ -337,7 +343,7 @@ def test_it_says_what_its_replies_let_it_and_nothing_to_several(request_, replie
 def test_reads_are_answered_whatever_its_replies_but_not_to_several(replies):
     device = mks.Device(1, replies=replies)
     assert device.answer(mks.Asked(mks.ReadEncoder()), AT_5)
-    assert device.answer(mks.Asked(mks.ReadEncoder(), alone=False), AT_5) == b""
+    assert device.answer(mks.Asked(mks.ReadEncoder(), alone=False), AT_5) is None
 
 
 @pytest.mark.parametrize(("new_id_answers", "by"), [(True, 9), (False, 1)])
@@ -353,7 +359,7 @@ def test_a_new_id_takes_effect_once_it_is_done(new_id_answers, by):
         mks.Status(mks.Code.NODE, mks.Outcome.DONE),
     )
     assert device.node == 9
-    assert events(device, put(1, MOVE) + put(9, MOVE)) == [mks.Asked(MOVE)]
+    assert events_of(device, put(1, MOVE) + put(9, MOVE)) == [mks.Asked(MOVE)]
 
 
 def test_groups_replies_and_bitrates_take_effect_for_several_too():
@@ -363,7 +369,7 @@ def test_groups_replies_and_bitrates_take_effect_for_several_too():
         mks.SetReplies(mks.ReplyMode.NONE),
         mks.SetBitrate(mks.Bitrate.K1000),
     ):
-        assert device.tell(mks.Asked(request, alone=False), mks.Outcome.DONE) == b""
+        assert device.tell(mks.Asked(request, alone=False), mks.Outcome.DONE) is None
     assert (device.group, device.replies, device.bitrate) == (
         0x50,
         mks.ReplyMode.NONE,
@@ -383,23 +389,20 @@ def test_the_answers_of_a_second_drive_of_its_id_are_commands_to_it():
     # why several drives of one id on a bus switch each other's modes
     first, second = mks.Device(1), mks.Device(1)
     enabled = first.tell(mks.Asked(mks.Enable(False)), mks.Outcome.DONE)
-    assert events(second, enabled) == [mks.Asked(mks.Enable(True))]
+    assert events_of(second, [enabled]) == [mks.Asked(mks.Enable(True))]
 
 
 def test_a_flood_that_no_device_fetches_is_bounded_and_ends_with_the_newest():
     device = mks.Device(1)
-    device.receive_data(put(1, *[mks.Home()] * 300))
-    lost, *kept = events(device)
+    lost, *kept = events_of(device, put(1, *[mks.Home()] * 300))
     assert lost == mks.Overrun(44)
     assert kept == [mks.Asked(mks.Home())] * 256
 
 
 def test_without_current_it_has_heard_nothing():
     device = mks.Device(1)
-    device.receive_data(put(1, MOVE) + put(1, MOVE)[:5])
-    assert device.buffered == 5
+    device.receive_frame(*put(1, MOVE))
     device.discard()
-    assert device.buffered == 0
     assert events(device) == []
 
 
@@ -414,6 +417,11 @@ def test_no_drive_has_the_id_of_all(build):
 ONE_OF_NODES = st.sampled_from(DRIVES)
 
 
+def heard_by(drive: mks.Device, data: bytes) -> list[object]:
+    """Return what a drive makes of what a host has sent."""
+    return events_of(drive, Unpacker().feed(data))
+
+
 class Bus:
     """A host and its drives: whatever is sent is heard by all others."""
 
@@ -424,15 +432,14 @@ class Bus:
     def put(self, node, request) -> dict[int, list[mks.Asked]]:
         """Have the host send, and return what each drive hears."""
         data = self.host.send(node, request)
-        heard = {node: events(drive, data) for node, drive in self.drives.items()}
+        heard = {node: heard_by(drive, data) for node, drive in self.drives.items()}
         return {node: found for node, found in heard.items() if found}
 
-    def say(self, node, data) -> list[object]:
+    def say(self, node, frame) -> list[object]:
         """Have a drive send; the others hear it too, and nothing in it is for them."""
-        assert all(
-            events(drive, data) == [] for other, drive in self.drives.items() if other != node
-        )
-        return events(self.host, data)
+        others = [drive for other, drive in self.drives.items() if other != node]
+        assert all(events_of(drive, [frame]) == [] for drive in others)
+        return events(self.host, pack(frame))
 
 
 @given(st.lists(st.tuples(ONE_OF_NODES, READS | READ_SETTINGS), max_size=6), st.data())
@@ -493,20 +500,20 @@ def test_without_completions_a_motion_is_over_when_its_owner_says_so(node, move)
     bus.put(node, move)
     started = bus.drives[node].tell(mks.Asked(move), mks.Outcome.STARTED)
     assert bus.say(node, started) == [mks.Started(node, move)]
-    assert bus.drives[node].tell(mks.Asked(move), mks.Outcome.DONE) == b""
+    assert bus.drives[node].tell(mks.Asked(move), mks.Outcome.DONE) is None
     bus.host.settle(node)
     done = mks.Status(move.code, mks.Outcome.DONE)
-    assert bus.say(node, pack(mks.encode(node, done))) == [mks.Stray(node, done)]
+    assert bus.say(node, mks.encode(node, done)) == [mks.Stray(node, done)]
 
 
 @given(st.booleans())
 def test_a_drive_as_shipped_gets_an_id_of_its_own(new_id_answers):
     host, drive = mks.Host([1]), mks.Device(new_id_answers=new_id_answers)
-    assert events(drive, host.send(1, mks.SetId(4))) == [mks.Asked(mks.SetId(4))]
-    assert events(host, drive.tell(mks.Asked(mks.SetId(4)), mks.Outcome.DONE)) == [
+    assert heard_by(drive, host.send(1, mks.SetId(4))) == [mks.Asked(mks.SetId(4))]
+    assert events(host, pack(drive.tell(mks.Asked(mks.SetId(4)), mks.Outcome.DONE))) == [
         mks.Done(1, mks.SetId(4))
     ]
-    assert events(drive, host.send(4, mks.ReadEncoder())) == [mks.Asked(mks.ReadEncoder())]
+    assert heard_by(drive, host.send(4, mks.ReadEncoder())) == [mks.Asked(mks.ReadEncoder())]
 
 
 def test_a_broadcast_stop_reaches_all_and_is_answered_by_none():
@@ -514,7 +521,7 @@ def test_a_broadcast_stop_reaches_all_and_is_answered_by_none():
     heard = bus.put(mks.BROADCAST, mks.EmergencyStop())
     assert set(heard) == set(DRIVES)
     for node, (stop,) in heard.items():
-        assert bus.drives[node].tell(stop, mks.Outcome.DONE) == b""
+        assert bus.drives[node].tell(stop, mks.Outcome.DONE) is None
 
 
 FRAMES = ANSWER_RECORDS | REQUEST_RECORDS
@@ -536,14 +543,12 @@ def test_after_any_mess_a_read_is_answered_once_a_silence_follows(messes, node, 
     host, drive = mks.Host(DRIVES), mks.Device(node)
     stream = b"".join(messes)
     events(host, stream)
-    events(drive, stream)
+    heard_by(drive, stream)
     host.silence()
-    drive.silence()
     events(host)
-    events(drive)
     reading = data.draw(readings_for(read))
-    assert events(drive, host.send(node, read)) == [mks.Asked(read)]
-    assert events(host, drive.answer(mks.Asked(read), reading)) == [
+    assert heard_by(drive, host.send(node, read)) == [mks.Asked(read)]
+    assert events(host, pack(drive.answer(mks.Asked(read), reading))) == [
         mks.Answered(node, read, reading)
     ]
 
@@ -553,7 +558,7 @@ def test_a_well_checked_frame_of_anything_is_heard_by_whom_it_is_for(can_id, dat
     record = pack(Frame(can_id, data + bytes((mks.check_byte(can_id, data),))))
     (event,) = events(mks.Host(DRIVES), record)
     assert isinstance(event, mks.Foreign) == (can_id not in DRIVES)
-    found = events(mks.Device(1), record)
+    found = heard_by(mks.Device(1), record)
     assert len(found) == (can_id in (0, 1))
     assert all(isinstance(event, mks.Asked | mks.UnreadableFrame) for event in found)
 

@@ -79,10 +79,12 @@ FIVE_ASKEW = table(
     (0, 200, 50, QUARTER), (0, 60, 250, 0.4), (0, 0, 200, QUARTER), (QUARTER, 200, 0, QUARTER),
     (0, 80, 30, 0.3),
 )  # fmt: skip
-IIWA = table(
+SEVEN_JOINTS = table(
     (0, 340, 0, -QUARTER), (0, 0, 0, QUARTER), (0, 400, 0, QUARTER), (0, 0, 0, -QUARTER),
     (0, 400, 0, -QUARTER), (0, 0, 0, QUARTER), (0, 126, 0, 0),
 )  # fmt: skip
+"""KUKA's LBR iiwa."""
+
 COBOT_WITHOUT_WRIST = table(
     (0, 150, 20, 1.2), (0, 30, 250, 0.4), (0, 20, 200, 0.9), (0, 130, 15, 1.1), (0, 100, 30, -0.9),
     (0, 99, 10, 0.2),
@@ -105,13 +107,10 @@ FORWARDS = {
     "SCORBOT": SCORBOT,
     "beside the base": BESIDE_THE_BASE,
     "five askew": FIVE_ASKEW,
-    "iiwa": IIWA,
 }
 
 ARMS = FORWARDS | {
-    f"{name}, from the hand": seen_from_the_hand(chain)
-    for name, chain in FORWARDS.items()
-    if len(chain) < 7
+    f"{name}, from the hand": seen_from_the_hand(chain) for name, chain in FORWARDS.items()
 }
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from kinematics_cases import HALF_TURNS, TEACHMOVER, UNEVEN, arm_and_posture
 
 from kinematics import FiveAxisArm, JointRange, Joints
-from kinematics.five_axis.closed_form import ON_MANIFOLD_RAD, forward_frame, inverse
+from kinematics.five_axis.closed_form import ON_MANIFOLD_RAD, forward_frame, inverse, solve_frame
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z, transpose
 from kinematics.frames.transforms import Transform, compose, position_of, rotation_of, transform
 from kinematics.geometry import AXIS_MM
@@ -155,7 +155,7 @@ def postures(arm, kind, chance):
 
 def assert_honest(arm, goal, near):
     """Everything that is offered for a goal holds it; return whether anything is offered."""
-    found = arm.solve_frame_angles(goal, near)
+    found = solve_frame(goal, arm, near)
     met = found.angles is not None and found.off_manifold_rad <= ON_MANIFOLD_RAD
     offered = []
     on_axis = math.hypot(*position_of(goal)[:2]) <= AXIS_MM  # where poses leave the base free

@@ -92,7 +92,8 @@ def test_the_study_of_the_two_link_arm_reads_as_section_7_prints_it():
 
 def test_a_stretched_elbow_is_singular_in_the_summary():
     of = study(named_subject("two-link-1"), (0.3, 0.0))
-    assert summary(of).startswith("manipulability 0.000, condition infinite: SINGULAR; 0.0°")
+    said = summary(of)
+    assert said.startswith("manipulability 0.000, condition infinite: SINGULAR; singular 0.0°")
     assert of.conditioning == math.inf
     assert "singular: the tip cannot move along" in text_of(of, 200)
 

@@ -243,8 +243,8 @@ async def test_its_stop_button_stops_on_any_screen_and_its_others_count_at_the_j
         assert session.screen.form.cartesian, "the mode button is of the jog screen"
         await session.press("f2")
         session.tell(pressed(BUTTONS["select"]), pressed(BUTTONS["north"]))
-        assert session.desk.settings.cartesian
-        assert session.desk.settings.speed == 0.1
+        assert session.desk.settings.jog.cartesian
+        assert session.desk.settings.jog.speed == 0.1
 
 
 async def test_without_a_link_its_buttons_do_what_their_keys_do_and_its_sticks_say_why_not():
@@ -253,7 +253,7 @@ async def test_without_a_link_its_buttons_do_what_their_keys_do_and_its_sticks_s
         await session.poll()
         session.arm.calls.clear()
         session.tell(pressed(BUTTONS["north"]), pressed(BUTTONS["select"]))
-        assert (session.desk.settings.cartesian, session.desk.settings.speed) == (True, 0.1)
+        assert (session.desk.settings.jog.cartesian, session.desk.settings.jog.speed) == (True, 0.1)
         assert session.desk.message == ""
         session.tell(pressed(), PadEvent(LEFT_X, -1.0))
         assert "there is no link to the arm, and no key moves it" in session.desk.message

@@ -8,7 +8,7 @@ from desk_planner import PlannerArm
 from desk_session import Session
 from textual import events
 
-from armdrive.errors import Refused
+from armdrive.errors import Refused, Stopped
 from armdrive.motion.dead_man import GATE_S, HOLD_LONGEST_S
 from armdrive.moves import Jog, ParkMove, Space
 from armdrive.status import LinkStats, State, Trust
@@ -221,6 +221,18 @@ async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
         assert not session.screen.armed
         assert "grasped: 30.0 mm wide, pressed with 8.9 N" in session.text("messages")
         assert "pressing 8.9 N" in session.text("gripper")
+
+
+@pytest.mark.parametrize("key", ["G", "1"])
+async def test_a_stop_after_the_press_lets_the_fingers_begin_nothing(key):
+    async with Session() as session:
+        await session.arm_keys()
+        session.desk.calls.make = lambda call: (session.arm.request_stop(), begun.append(call))
+        begun = []
+        await session.once(key)
+        with pytest.raises(Stopped):
+            begun[0]()
+        assert session.arm.asked("grasp") == session.arm.asked("open") == []
 
 
 async def test_grasping_is_offered_where_a_grip_switch_can_end_it():

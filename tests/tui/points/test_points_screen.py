@@ -187,7 +187,7 @@ async def test_what_another_program_changes_is_shown_and_not_overwritten():
         await session.settle()
         await session.settle()
         assert "up" in session.arm.points
-        session.shows("a first press again", begin="AGAIN deletes up", chosen="base 30.0°")
+        session.shows("a first press again", begin="delete AGAIN deletes up", chosen="base 30.0°")
         session.arm.points["new"] = UP
         await session.settle()
         session.shows("a new point", list="new")
@@ -207,7 +207,7 @@ async def test_steps_that_another_program_has_changed_are_not_overwritten():
         assert session.arm.points.sequence("stack") == other
         await session.settle()
         assert session.screen.selection.marked is None, "what was marked is another step by now"
-        session.screen.sequence.busy = True
+        session.screen.sequence.going.busy = True
         await session.press("pagedown", "J")
         session.shows("under way", messages="under way")
         assert session.arm.points.sequence("stack") == other
@@ -321,7 +321,7 @@ async def test_a_marked_step_is_taken_out_by_two_presses():
         session.clock.now_s += 0.5
         await session.settle()
         assert session.steps() == STACK.steps, "one press takes nothing out"
-        session.shows("D", begin="AGAIN takes step 2 (gripper open) out of stack")
+        session.shows("D", begin="D AGAIN takes step 2 (gripper open) out of stack")
         await session.press("pageup")
         await session.twice("D")
         assert session.steps() == STACK.steps[1:]
@@ -398,7 +398,7 @@ async def test_a_stop_ends_a_run_and_the_step_is_the_next_one_again():
         await session.twice("enter")
         session.shows("a stop", messages="stopped")
         assert session.screen.sequence.stepper.at == 0
-        assert not session.screen.sequence.busy
+        assert not session.screen.sequence.going.busy
         assert len(arm.asked_for) == 1
 
 

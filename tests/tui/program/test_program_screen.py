@@ -147,7 +147,7 @@ async def test_a_click_chooses_a_program(arm, tmp_path):
 
 async def test_a_folder_without_programs_says_how_one_is_named(arm, tmp_path):
     async with ProgramSession(arm, tmp_path) as session:
-        assert "armdrive jog --program FILE" in session.text("run")
+        session.shows("none", run="armdrive jog --program FILE", not_footer="rehearse")
         await session.press("down", "enter", "pagedown", "r")
         assert "there is no program to run" in session.text("messages")
 
@@ -225,7 +225,7 @@ async def test_a_refusal_names_the_keys_of_the_desk_and_not_the_calls_of_python(
 
 
 NOT_READY = [
-    (State.DISABLED, "P switches them on"),
+    (State.DISABLED, "P switches the motors on"),
     (State.ERROR_STOP, "the arm is in error-stop"),
     (State.DISCONNECTED, "there is no link to the arm"),
 ]
@@ -241,6 +241,9 @@ async def test_nothing_runs_on_an_arm_that_is_not_ready(arm, tmp_path):
             assert not session.desk.confirmation.effect
         session.desk.link.status = replace(arm.status, state=State.MOVING)
         await session.press("enter")
+        assert "wait until it stands" in session.text("messages")
+        await session.keys("m r")
+        assert not session.screen.start.rehearsal.job.busy, "the arm will be elsewhere"
         assert "wait until it stands" in session.text("messages")
         session.desk.link.status = arm.status
         await session.press("enter", "enter", after_s=0.03)

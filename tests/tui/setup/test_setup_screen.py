@@ -36,7 +36,7 @@ async def test_from_a_port_to_a_file_nothing_is_opened_or_written_by_one_press(m
         await session.press("enter")
         session.clock.now_s += 2.0
         await session.settle()
-        assert "ONCE MORE" in session.words
+        assert "enter AGAIN opens /dev/arm" in session.words
         assert opened == []
         await session.press("enter")
         session.clock.now_s += 0.5

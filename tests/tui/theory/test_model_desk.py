@@ -13,8 +13,8 @@ from kinematics.textbook.study import example_posture
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.remap import LAYOUTS, _of_layout, load_keys
-from tui.keys.table import TABLE
-from tui.model_desk import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys, model_pairs
+from tui.keys.table import TABLE, pairs_of
+from tui.model_desk import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys
 from tui.widgets import PlainText
 
 
@@ -221,7 +221,7 @@ def test_a_file_that_gives_one_key_to_two_rows_of_a_model_is_refused():
 
 def test_the_help_names_every_key_of_a_model_and_no_other():
     keys = model_keys()
-    pairs = model_pairs(("theta1", "theta2"), ("x", "y", "z"))
+    pairs = pairs_of(("theta1", "theta2"), ("x", "y", "z"))
     listed = "\n".join(keys.help(PLACE, pairs))
     offered = [row.id for row in keys.next_keys(PLACE)]
     for row in TABLE:
@@ -242,8 +242,8 @@ def test_no_key_of_a_model_does_two_things_on_any_layout(layout):
 
 def test_a_model_of_many_joints_has_keys_for_seven():
     names = tuple(f"joint_{number}" for number in range(1, 10))
-    pairs = model_pairs(names, ("x",))
-    assert [pair.joint for pair in pairs if len(pair.plus) == 1] == list(names[:7])
+    pairs = pairs_of(names, ("x",))
+    assert [pair.joint for pair in pairs if not pair.is_arrow] == list(names[:7])
 
 
 def test_a_hand_begins_in_the_example_posture():

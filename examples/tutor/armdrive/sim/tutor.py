@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.sim.device import Board, Options
+from armdrive.sim.device import Board, NoSettings
 from armdrive.sim.mechanics.motors import CoordinatedDrive
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
@@ -64,7 +64,7 @@ class TutorBoard(Board):
         self._device = Device()
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> TutorBoard:  # noqa: ARG001
+def _make(config: ArmConfig, world: World, settings: NoSettings) -> TutorBoard:  # noqa: ARG001
     return TutorBoard(world, config.connection.baud)
 
 

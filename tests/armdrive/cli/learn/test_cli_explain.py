@@ -36,7 +36,7 @@ def test_every_system_is_explained(call, name):
     [
         ("puma", "spherical wrist: the last three axes meet in one point"),
         ("teachmover", "three parallel axes: 2, 3 and 4"),
-        ("two-link-1", "none: the classes are of five to seven joints, not of 2"),
+        ("two-link-1", "none: the classes are of five or six joints, not of 2"),
         ("spherical", "none: a joint slides"),
     ],
 )

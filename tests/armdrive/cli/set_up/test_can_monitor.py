@@ -128,7 +128,7 @@ def test_a_second_adapter_shows_both_sides_and_sends_nothing(call, bus):
     assert {each["kind"] for each in views} == {"request", "answer"}
     assert {each["check"] for each in views} == {"right"}
     assert "read encoder" in told
-    assert bus.server.second.adapter.refused == 0
+    assert bus.server.adapters[1].refused == 0
 
 
 @needs_pty

@@ -415,7 +415,7 @@ def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, serv
     assert called.code == 1
     assert "another program commands drives (drive 2: read encoder" in called.out
     assert "answer" not in called.out.replace("answers", "")
-    assert served.server.adapter.refused == 0
+    assert served.server.adapters[0].refused == 0
 
 
 def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):

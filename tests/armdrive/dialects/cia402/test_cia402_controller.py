@@ -53,9 +53,9 @@ def test_the_first_request_sets_every_drive_up_and_moves_nothing():
 
 def test_a_drive_that_comes_later_is_found_by_the_same_controller():
     rig = Rig()
-    rig.device.board.drives.power(2, on=False)
+    rig.device.board.switch_drive(2, on=False)
     assert isinstance(rig.do(ReadPosition()), RequestRejected)
-    rig.device.board.drives.power(2, on=True)
+    rig.device.board.switch_drive(2, on=True)
     rig.run(1.0)
     assert isinstance(rig.do(ReadPosition()), Registers)
 
@@ -268,7 +268,8 @@ def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_
 @pytest.mark.parametrize("strategy", ["cyclic", "profile"])
 def test_a_drive_that_another_program_takes_out_of_operation_in_motion_is_stopped(strategy):
     rig = moving(steps(200_000), 0.5, settings={"strategy": strategy})
-    rig.device.receive(pack(canopen.Nmt(canopen.NmtCommand.PRE_OPERATIONAL, 1).frame), rig.now_s)
+    order = canopen.Nmt(canopen.NmtCommand.PRE_OPERATIONAL, 1)
+    rig.device.receive((order.frame,), rig.now_s)
     before, began_s = rig.positions, rig.now_s
     reply = rig.finish()
     assert "another program has ordered drive 1 (base) to be pre-operational" in reply.reason
@@ -391,12 +392,12 @@ def test_heartbeats_that_just_suffice_hold_nothing_up():
 
 def test_a_drive_that_restarted_unnoticed_is_set_up_again_once_it_is_missing():
     rig = Rig().ready()
-    rig.device.board.drives.mute(2, True)
-    rig.device.board.drives.power(2, on=False)
+    rig.device.board.node(2).port.mute = True
+    rig.device.board.switch_drive(2, on=False)
     rig.run(0.6)
-    rig.device.board.drives.power(2, on=True)
+    rig.device.board.switch_drive(2, on=True)
     rig.run(2.0)
-    rig.device.board.drives.mute(2, False)
+    rig.device.board.node(2).port.mute = False
     rig.do(ClearFault())
     rig.do(ClearFault())
     assert rig.do(SwitchOn()) == Done()
@@ -414,13 +415,13 @@ def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
 
 def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
     rig = Rig().ready()
-    rig.device.board.drives.power(4, on=False)
+    rig.device.board.switch_drive(4, on=False)
     rig.run(0.1)
-    rig.device.board.drives.power(4, on=True)
+    rig.device.board.switch_drive(4, on=True)
     rig.run(0.05)
-    number = rig.device.board.drives.set_id(4, 7)
+    number = rig.device.board.set_id(4, 7)
     rig.run(0.5)
-    rig.device.board.drives.set_id(4, number)
+    rig.device.board.set_id(4, number)
     rig.run(0.5)
     assert canopen.DriveState.FAULT in rig.states()
     rig.do(ReadPosition())
@@ -510,8 +511,8 @@ STOPPED = (NmtCommand.STOP, f"program has ordered {ELBOW} to be stopped")
 
 def ordered(bus, command):
     """Return what has another master order the elbow's drive to be something."""
-    frame = pack(Nmt(command, 3).frame)
-    return lambda: bus.twin.device.receive(frame, bus.twin.device.now_s)
+    frame = Nmt(command, 3).frame
+    return lambda: bus.twin.device.receive((frame,), bus.twin.device.now_s)
 
 
 @pytest.mark.parametrize(

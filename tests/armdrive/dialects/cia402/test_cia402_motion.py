@@ -105,9 +105,9 @@ def be_late(rig):
 
 
 def mute_one(rig):
-    rig.device.board.drives.mute(1, True)
+    rig.device.board.node(1).port.mute = True
     rig.run(0.1)
-    rig.device.board.drives.mute(1, False)
+    rig.device.board.node(1).port.mute = False
 
 
 @pytest.mark.parametrize("fail", [be_late, mute_one])
@@ -230,7 +230,7 @@ def test_a_stop_during_frames_that_are_lost_still_stops():
     rig.begin(MoveAlong(iter(LINE * 4), 1.0))
     rig.run(0.5)
     there = rig.positions[0]
-    rig.device.board.drives.mute(4, True)  # another one is not heard at all
+    rig.device.board.node(4).port.mute = True  # another one is not heard at all
     rig.stop()
     reply = rig.finish()
     assert isinstance(reply, RequestRejected | Halted)
@@ -374,10 +374,10 @@ class Pause:
         self.paused = True
 
     def _mute(self) -> None:
-        self.rig.device.board.drives.mute(1, True)
+        self.rig.device.board.node(1).port.mute = True
 
     def _receive(self) -> None:
-        self.rig.device.board.drives.mute(1, False)
+        self.rig.device.board.node(1).port.mute = False
 
 
 WAITED_IN = (0.04, 0.12, MUTE_S + 0.005)
@@ -403,7 +403,7 @@ def test_drives_that_answer_now_and_then_in_a_pause_do_not_move():
     pause = Pause(0.08)
     rig, stood = pause.rig, pause.rig.positions
     for turn in range(40):
-        rig.device.board.drives.mute(1 + turn % 3, bool(turn // 3 % 2))
+        rig.device.board.node(1 + turn % 3).port.mute = bool(turn // 3 % 2)
         rig.run(0.02)
     assert rig.positions == stood
     assert rig.controller.busy
@@ -420,7 +420,7 @@ def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():
 
 def test_a_drive_that_falls_silent_in_such_a_pause_is_reported():
     pause = Pause(0.08)
-    pause.rig.device.board.drives.mute(2, True)  # counted from 0
+    pause.rig.device.board.node(2).port.mute = True  # counted from 0
     reply = pause.rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "drive 3 (elbow)" in reply.reason
@@ -446,8 +446,10 @@ def test_a_whole_arm_says_that_it_is_paused_stands_and_goes_on_when_it_is_resume
     with driven(arm_config("cia402")) as arm:
         twin = arm.twin
         began_s = arm.pace.now_s()
-        twin.device.at(began_s + 0.4, lambda: twin.board.drives.mute(3, True))
-        twin.device.at(began_s + 0.4 + MUTE_S, lambda: twin.board.drives.mute(3, False))
+        twin.device.at(began_s + 0.4, lambda: setattr(twin.board.node(3).port, "mute", True))
+        twin.device.at(
+            began_s + 0.4 + MUTE_S, lambda: setattr(twin.board.node(3).port, "mute", False)
+        )
         motion = arm.move_j(base_deg=30, wait=False)
         arm.sleep(0.5)
         arm.pause()
@@ -479,7 +481,7 @@ def blocked(strategy: str, *, mute: bool) -> Rig:
     rig.run(0.3)
     rig.twin.world.stalled.add(0)
     rig.run(BLOCKED_S)
-    rig.device.board.drives.mute(0, mute)
+    rig.device.board.node(0).port.mute = mute
     rig.stop()
     began_s, reply = rig.now_s, rig.finish()
     assert isinstance(reply, RequestRejected if mute else Halted)
@@ -505,7 +507,7 @@ def test_a_blocked_shaft_is_held_where_it_stands(strategy):
 def test_a_blocked_shaft_is_held_where_it_stands_once_its_drive_answers_again(strategy, request_):
     rig = blocked(strategy, mute=True)
     assert rig.node(1).motor.point.end != rig.node(1).motor.shaft
-    rig.device.board.drives.mute(0, False)
+    rig.device.board.node(0).port.mute = False
     assert rig.do(request_) == Done()
     comes_free(rig)
 
@@ -571,7 +573,7 @@ def test_a_silent_drive_is_not_turned_back_to_its_last_reading():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter(LONG_LINE), 0.3))
     rig.run(0.3)
-    rig.device.board.drives.mute(0, True)
+    rig.device.board.node(0).port.mute = True
     rig.stop()
     reply, farthest = None, rig.positions[0]
     while reply is None:

@@ -147,7 +147,7 @@ def test_a_drive_that_falls_silent_while_it_is_measured_is_named():
     rig = Rig(missing="60A9").ready()
     rig.begin(MeasureUnits(0, 2000))
     rig.run(2.0)
-    rig.device.board.drives.plug(0, on=False)
+    rig.device.board.node(0).port.plugged = False
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "drive 1 (base)" in reply.reason

@@ -68,6 +68,37 @@ def test_a_fluidnc_board_with_homing_raises_another_alarm_as_it_is_reset_after_a
     assert arm.status.trust is Trust.SUSPECT
 
 
+def test_a_fluidnc_board_without_homing_reports_a_motion_after_a_limit_alarm_until_it_is_reset():
+    arm = ready(config(device={"hard_limits": True}), firmware="fluidnc")
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.6)
+    arm.twin.board.set_switch(0, SwitchState.CLOSED)
+    with pytest.raises(DeviceFault, match="alarm 1"):
+        handle.wait(8.0)
+    arm.twin.board.set_switch(0, SwitchState.FREE)
+    motors = arm.twin.world.motors
+    arm.reset()
+    assert [each for each in arm.twin.link.messages if each == b"\x18"] == [b"\x18"] * 2
+    assert arm.twin.world.motors == motors
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.SUSPECT
+
+
+@in_pairs("firmware, later_s", FIRMWARES, [0.001, 0.003, 0.005, 0.007, 0.009])
+def test_a_late_feed_hold_does_not_keep_the_arm_in_its_error(firmware, later_s):
+    arm = ready(firmware=firmware)
+    arm.estop()
+    arm.sleep(2.0)
+    arm.twin.device.set_input(HOLD_PIN, on=True)
+    assert arm.twin.board.state == "Hold"
+    resets = 2 if firmware == "fluidnc" else 1  # the last one is followed by the hold
+    late = Rule(rb"\x18", lambda message: [(0.0, message), (later_s, b"!")], skip=resets - 1)
+    arm.twin.link.to.append(late)
+    arm.reset()
+    assert not late.times
+    assert arm.status.state is State.STANDBY
+
+
 def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
     arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
     arm.twin.board.set_switch(0, SwitchState.CLOSED)
@@ -105,6 +136,18 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     assert arm.core.differences == ()
     arm.move_j(base_deg=3)
     assert standing_as_said(arm)
+
+
+@pytest.mark.parametrize(
+    ("firmware", "named"),
+    [
+        ("mega5x", "Grbl 1.1q.20210103"),
+        ("grblhal", "GrblHAL 1.1f.20260817"),
+        ("fluidnc", "4.0 FluidNC v4.0.5-pre2 (esp32-wifi)"),
+    ],
+)
+def test_the_settings_of_a_board_that_was_already_running_name_its_firmware(firmware, named):
+    assert found(firmware=firmware).mend_settings([]).firmware == named
 
 
 def test_a_fluidnc_board_from_the_factory_is_mended_by_paths():
@@ -169,10 +212,14 @@ def homing_config(groups=()):
         ("mega5x", ((3,), *ONE_BY_ONE)),
         ("grblhal", ()),
         ("grblhal", ((3,), *ONE_BY_ONE)),
+        ("fluidnc", ()),
+        ("fluidnc", ((3,), *ONE_BY_ONE)),  # it would stay locked, because axis C is not homed
     ],
 )
 def test_homing_ends_where_the_arm_file_says(firmware, groups):
     arm = found(homing_config(groups), firmware=firmware)
+    if arm.status.state is State.ERROR_STOP:  # it boots locked
+        arm.reset()
     arm.home()
     assert arm.status.trust is Trust.REFERENCED
     if not groups:
@@ -182,6 +229,8 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
     one_by_one = "ZYXAB" if groups else "".join(arm.config.device.axes[:6])
     named = [f"$H{letter}\n".encode() for letter in one_by_one]
     assert homed == (named if groups or firmware == "grblhal" else [b"$H\n"])
+    arm.move_j(base_deg=50)
+    assert arm.status.joints.deg["base"] == pytest.approx(50, abs=0.1)
 
 
 def test_a_grblhal_board_that_must_not_sleep_says_so_when_its_motors_are_to_be_released():
@@ -554,6 +603,10 @@ def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, w
     assert arm.twin.device.moving
     if what != "nothing":
         lose(arm, what)
+    stop_homing(arm, task)
+
+
+def stop_homing(arm, task):
     status = arm.status
     arm.request_stop()
     assert stands(arm) - status.time_s <= status.stop_time_s
@@ -561,6 +614,31 @@ def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, w
     assert task.done
     assert arm.status.trust is not Trust.REFERENCED
     assert arm.status.state is State.STANDBY
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("waited_s", [0.0, 0.1, 0.2, 0.24])
+def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s):
+    made = homing_config()
+    arm = found(made, firmware=firmware)
+    task = arm.runner.submit(home_device(arm.context, made.homing))
+    arm.sleep(1.0)
+    while arm.twin.device.moving:
+        arm.sleep(0.001)
+    arm.sleep(waited_s)
+    assert not arm.twin.device.moving
+    stop_homing(arm, task)
+
+
+def test_a_stop_of_fluidnc_before_a_slow_approach_is_announced_in_full():
+    made = homing_config()
+    arm = found(made, firmware="fluidnc")
+    arm.twin.board.settings.values[24] = 600.0  # its motors turn no slower than 38 steps/s
+    task = arm.runner.submit(home_device(arm.context, made.homing))
+    for moves in (True, False, True, False):  # to the switch, off it, and then slowly on again
+        while arm.twin.device.moving is not moves:
+            arm.sleep(0.001)
+    stop_homing(arm, task)
 
 
 def at_zeros(**options):

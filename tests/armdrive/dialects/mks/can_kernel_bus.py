@@ -10,7 +10,7 @@ import errno
 import os
 import threading
 import time
-from collections import deque
+from queue import Empty, SimpleQueue
 from typing import Any
 
 import can
@@ -21,7 +21,7 @@ from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import SimDevice
 from firmware_protocol.frames import Frame, Unpacker, pack
 
-LOOK_S = 0.001
+LONGEST_S = 0.05
 
 
 class Interface:
@@ -33,7 +33,8 @@ class Interface:
         self.sockets: list[Socket] = []
         self._line = BusLine(self.device)
         self._lock = threading.Lock()
-        self._ended = threading.Event()
+        self._work = threading.Event()
+        self._ended = False
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
@@ -49,14 +50,14 @@ class Interface:
         with self._lock:
             self.up = False
             for each in self.sockets if heard else ():
-                each.errors.append(errno.ENETDOWN)
+                each.heard.put(errno.ENETDOWN)
 
     def remove(self) -> None:
         """Have the adapter unplugged: the interface is no more."""
         with self._lock:
             self.up = self.there = False
             for each in self.sockets:
-                each.errors.append(errno.ENODEV)
+                each.heard.put(errno.ENODEV)
 
     def bring_up(self) -> None:
         """`ip link set can0 up`, plugged in again where it was not."""
@@ -68,19 +69,24 @@ class Interface:
             if not self.up:
                 raise failure("transmit", errno.ENETDOWN)
             self._line.send(pack(frame), time.monotonic())
+        self._work.set()
 
     def end(self) -> None:
         """End the drives' time."""
-        self._ended.set()
+        self._ended = True
+        self._work.set()
         self._thread.join()
 
     def _run(self) -> None:
         unpacker = Unpacker()
-        while not self._ended.wait(LOOK_S):
+        while not self._ended:
             with self._lock:
-                frames = unpacker.feed(self._line.receive(time.monotonic()))
-                for each in self.sockets if self.up else ():
-                    each.frames.extend(frames)
+                for frame in unpacker.feed(self._line.receive(time.monotonic())):
+                    for each in self.sockets if self.up else ():
+                        each.heard.put(frame)
+                due_s = self._line.next_s()
+            self._work.wait(min(max(due_s - time.monotonic(), 0.0), LONGEST_S))
+            self._work.clear()
 
 
 class Socket(can.BusABC):
@@ -88,8 +94,8 @@ class Socket(can.BusABC):
 
     def __init__(self, interface: Interface) -> None:
         self.channel_info = "socketcan channel 'can0'"
-        self.errors: deque[int] = deque()
-        self.frames: deque[Frame] = deque()
+        self.heard: SimpleQueue[Frame | int] = SimpleQueue()
+        """Frames, and the numbers of the system's errors."""
         self._interface = interface
         super().__init__("can0")
 
@@ -98,19 +104,15 @@ class Socket(can.BusABC):
         self._interface.send(Frame(msg.arbitration_id, bytes(msg.data)))
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        end_s = time.monotonic() + (timeout or 0.0)
-        while True:
-            if self.errors:
-                raise failure("receive", self.errors.popleft())
-            if self.frames:
-                frame = self.frames.popleft()
-                heard = can.Message(
-                    arbitration_id=frame.can_id, data=frame.data, is_extended_id=False
-                )
-                return heard, False
-            if time.monotonic() >= end_s:
-                return None, False
-            threading.Event().wait(LOOK_S)
+        try:
+            heard = self.heard.get(timeout=timeout or 0.0)
+        except Empty:
+            return None, False
+        if isinstance(heard, int):
+            raise failure("receive", heard)
+        return can.Message(
+            arbitration_id=heard.can_id, data=heard.data, is_extended_id=False
+        ), False
 
 
 def failure(what: str, number: int) -> can.CanOperationError:

@@ -12,13 +12,13 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
-from armdrive.sim.bus import switch_power
 from armdrive.sim.bus.node import NodeMotor
-from armdrive.sim.device import Options, SimDevice
+from armdrive.sim.device import SimDevice
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.mks import KIND, MksBoard
+from armdrive.sim.mks import MksBoard
 from armdrive.sim.mks.motion import MAKES_UP, Flash
 from armdrive.sim.mks.node import MksNode
+from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
@@ -149,12 +149,12 @@ class BenchDrive:
 
     def lose_power(self) -> None:
         """Switch the supply off; the shaft does not turn meanwhile."""
-        switch_power(self.sim, False, self._now_s)
+        self.sim.switch_power(False, self._now_s)
         self._done()
 
     def restore_power(self, *, at: int = 0, holds: bool = True) -> None:
         """Switch the supply on; the drive counts from `at`."""
-        switch_power(self.sim, True, self._now_s)
+        self.sim.switch_power(True, self._now_s)
         self.sim.motor.count_from(at)
         self.enable(holds)
 
@@ -184,7 +184,7 @@ class MksBench(BusBench):
         config = ArmConfig(
             "bench", "bench", preset("minimover5-mks"), Connection("grbl"), device=device
         )
-        count, quirks = len(device.ids), Options(KIND.options, {"enabled_on": False})
+        count, quirks = len(device.ids), MksQuirks(enabled_on=False)
         versions = firmware if isinstance(firmware, list) else [firmware] * count
         shafts, nodes = FreeShafts(count), []
         for index, node in enumerate(device.ids):

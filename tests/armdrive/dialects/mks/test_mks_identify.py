@@ -13,7 +13,7 @@ from firmware_protocol.mks import Code
 def on_bus(*motors, **settings):
     bench = Bench(factory=False, **settings)
     for motor in motors:
-        bench.board.drives.plug(motor, True)
+        bench.board.node(motor).port.plugged = True
     return bench
 
 
@@ -52,7 +52,7 @@ def test_two_more_answers_than_questions_are_those_of_two_drives(asked, answered
 
 def test_a_shared_id_is_found_by_its_answers():
     bench = on_bus(0, 1, keeps_angle=True)
-    bench.board.drives.set_id(1, 1)
+    bench.board.set_id(1, 1)
     assert bench.script(is_shared, 1)
-    bench.board.drives.set_id(1, 2)
+    bench.board.set_id(1, 2)
     assert not bench.script(is_shared, 1)

@@ -161,11 +161,11 @@ def unplug(bus):
 
 def restart(bus):
     """Have the adapter restart, its USB port left as it is: its channel is closed."""
-    bus.server.adapter.restart()
+    bus.server.adapters[0].restart()
 
 
 def hang(bus):
-    bus.server.adapter.faults.dead = True
+    bus.server.adapters[0].faults.dead = True
 
 
 def leave_the_bus(bus):
@@ -181,7 +181,7 @@ def mend(bus):
     """Plug the adapter in again, or have it answer and its frames acknowledged again."""
     bus.tell("fault replug")
     bus.tell("fault off")
-    bus.server.adapter.faults.dead = False
+    bus.server.adapters[0].faults.dead = False
 
 
 @needs_pty
@@ -206,7 +206,7 @@ def test_a_serial_adapter_that_fails_ends_a_motion_and_goes_on_when_it_is_well(
 @needs_pty
 def test_an_adapter_that_closes_its_channel_silently_is_reopened_by_the_next_connection(bus):
     """A CANable's first firmware refuses no frame: what it drops looks like drives that are off."""
-    bus.server.adapter.faults.mute = True
+    bus.server.adapters[0].faults.mute = True
     with Arm.connect(bus.port, dialect="mks") as arm:
         stood = fails_and_ends(arm, bus.device, lambda: restart(bus), NoAnswer, "answer")
         with pytest.raises(NoAnswer):

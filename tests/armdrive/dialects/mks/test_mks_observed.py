@@ -1,6 +1,6 @@
 """What owners have seen real MKS drives do, beyond the manuals: the arm copes, or says what to do.
 
-The rows of `QUIRKS` in `armdrive/sim/mks` name who has seen it.
+The quirks of `armdrive/sim/mks/quirks.py` name who has seen it.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from armdrive.registry import dialect
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
-from armdrive.sim.robko01 import RobkoQuirks, SimRobkoBoard
+from armdrive.sim.robko01 import AVR, RobkoQuirks, SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import State, Trust
 from armdrive.tasks import (
@@ -138,7 +138,7 @@ class TestRequests:
 
     @pytest.mark.parametrize(("fraction", "error"), [(1.0, 0.2), (0.5, 0.0), (0.3, 0.2)])
     def test_a_motion_is_as_fast_as_was_asked_for(self, fraction, error):
-        script = enabled(quirks=RobkoQuirks(speed_error=error))
+        script = enabled(quirks=RobkoQuirks(AVR, 700.0, speed_error=error))
         wanted_hz = script.controller.usable_rate_hz(125.0 * fraction)
         for steps in (100, -100):
             began_s = script.now_s

@@ -1,4 +1,4 @@
-"""The wire of simulated drives: bits, adapters, and the drives' quirks."""
+"""The wire of simulated drives: bits and adapters."""
 
 import itertools
 import random
@@ -7,16 +7,22 @@ import pytest
 from can_bench import EchoDrive
 from hypothesis import given
 from hypothesis import strategies as st
-from pages import page
 
-from armdrive.errors import BadRequest, LinkLost
+from armdrive.errors import LinkLost
 from armdrive.sim.bus.line import BusLine, BusSide, FrameBus
-from armdrive.sim.bus.node import Quirk, options_of
-from armdrive.sim.cia402 import QUIRKS as CIA402
-from armdrive.sim.device import Options
-from armdrive.sim.mks import QUIRKS as MKS
 from armdrive.sim.serving.servers import Adapter
-from armdrive.sim.wire import MemoryLink, Next, Rule, Share, frame_lost, late, lost, overtaken
+from armdrive.sim.wire import (
+    MemoryLink,
+    Next,
+    Nth,
+    Rule,
+    Share,
+    changed,
+    late,
+    lost,
+    overtaken,
+    repeated,
+)
 from armdrive.transports.can_health import frame_bits
 from firmware_protocol.frames import (
     LONGEST_LINE,
@@ -223,15 +229,22 @@ class TestLink:
         assert [each for _, each in bench.run()] == [Frame(6, b"\r\n\r\n")]
 
     def test_a_lost_frame_is_lost_and_the_next_is_not(self):
-        for effect in (frame_lost, lost):
+        for effect in (lost, changed(random.Random(1))):
             bench = Bench()
             bench.link.line.faults.host.rules.append(Rule(effect, Next()))
             bench.write(Frame(1), Frame(3))
             assert [each.can_id for _, each in bench.run()] == [4]
 
+    @pytest.mark.parametrize(("amount", "there"), [(Nth(2), [4, 4, 2]), (Next(), [2, 2, 4])])
+    def test_faults_count_frames(self, amount, there):
+        bench = Bench()
+        bench.link.line.faults.host.rules.append(Rule(repeated, amount))
+        bench.write(Frame(1), Frame(3))
+        assert sorted(each.can_id for _, each in bench.run()) == sorted(there)
+
     def test_a_lost_answer_was_heard_by_the_drive(self):
         bench = Bench()
-        bench.link.line.faults.device.rules.append(Rule(frame_lost, Next()))
+        bench.link.line.faults.device.rules.append(Rule(lost, Next()))
         bench.write(Frame(1))
         assert bench.run() == []
         assert len(bench.drive.heard) == 1
@@ -440,40 +453,3 @@ def test_only_an_adapter_that_is_on_the_bus_shows_its_frames(which):
     adapter.say()
     adapter.show(Frame(6))
     assert adapter.say() == b""
-
-
-# -- Quirks ----------------------------------------------------------------------------------------
-
-PAGE = page("simulating")
-EACH = [*(("mks", quirk) for quirk in MKS), *(("cia402", quirk) for quirk in CIA402)]
-LIMITED = Quirk("answer_ms", 0.2, "milliseconds", "nobody", least=0.1, most=50.0)
-
-
-@pytest.mark.parametrize(("kind", "quirk"), EACH, ids=lambda each: getattr(each, "name", each))
-def test_a_quirk_is_on_its_page_as_it_is_in_its_table(kind, quirk):
-    section = PAGE.split("## CiA 402 drives")[kind == "cia402"]
-    (row,) = [line for line in section.splitlines() if line.startswith(f"| `{quirk.name}` |")]
-    assert quirk.does in row
-    assert quirk.source
-    says = f"**guess**: {quirk.source}" if quirk.guess else quirk.source
-    assert row.endswith(f"| {says} |")
-    assert ("| always |" in row) is (quirk.default is None)
-
-
-@pytest.mark.parametrize("table", [MKS, CIA402])
-def test_names_are_unique_and_what_is_always_so_is_no_setting(table):
-    assert len({quirk.name for quirk in table}) == len(table)
-    settings = {option.name for option in options_of(table)}
-    assert settings == {quirk.name for quirk in table if quirk.default is not None}
-
-
-@pytest.mark.parametrize(
-    ("value", "fits"), [(0.2, True), (50.0, True), (0.0, False), (51.0, False)]
-)
-def test_a_number_has_bounds(value, fits):
-    (option,) = options_of([LIMITED])
-    if fits:
-        assert Options([option], {"answer_ms": value}).number("answer_ms") == value
-    else:
-        with pytest.raises(BadRequest, match=r"answer_ms must be from 0\.1 to 50"):
-            Options([option], {"answer_ms": value})

@@ -258,14 +258,14 @@ class TestSilence:
 
     def test_a_drive_without_its_cable_misses_it_too(self):
         bench = self.ready(3)
-        bench.board.drives.plug(0, False)
+        bench.board.node(0).port.plugged = False
         bench.beat()
         bench.run(0.5)
         assert bench.board.nodes[0].states.state is canopen.DriveState.ENABLED  # never heard one
-        bench.board.drives.plug(0, True)
+        bench.board.node(0).port.plugged = True
         bench.beat()
         bench.run(0.1)
-        bench.board.drives.plug(0, False)
+        bench.board.node(0).port.plugged = False
         bench.run(0.5)
         assert bench.board.nodes[0].states.state is canopen.DriveState.QUICK_STOP
 
@@ -373,10 +373,10 @@ class TestFaults:
         bench.twin.faults.end()
         assert beats(bench.run(0.1), 2) == [canopen.NodeState.BOOTING]
         with pytest.raises(BadRequest, match="1 to 127"):
-            bench.board.drives.set_id(0, 128)
+            bench.board.set_id(0, 128)
 
     def test_two_of_one_id_are_heard_as_one_or_both(self, bench):
-        bench.board.drives.set_id(1, 1)
+        bench.board.set_id(1, 1)
         bench.run(0.1)
         bench.board.nodes[1].motor.zero -= 5
         heard = bench.tell(Frame(0x601, bytes.fromhex("4064600000000000")), 0.1)
@@ -394,7 +394,7 @@ class TestFaults:
         moving_in_cycles(bench, 2)
         assert bench.sync()[1][1] == CSP
         with pytest.raises(BadRequest, match="modes are"):
-            bench.board.drives.set_mode(0, 5)
+            bench.board.set_mode(0, 5)
 
     def test_a_drive_fails_for_as_long_as_it_is_told(self, bench):
         bench.enable(1, 2, mode=PP)
@@ -418,11 +418,11 @@ class TestFaults:
         assert bench.state(2).state is canopen.DriveState.DISABLED
 
     def test_what_is_changed_of_a_drive_without_power_shows_when_it_has_some(self, bench):
-        bench.board.drives.power(0, False)
-        bench.board.drives.set_id(0, 9)
-        bench.board.drives.set_mode(0, 2)
+        bench.board.switch_drive(0, False)
+        bench.board.set_id(0, 9)
+        bench.board.set_mode(0, 2)
         assert bench.run(1.0) == []
-        bench.board.drives.power(0, True)
+        bench.board.switch_drive(0, True)
         assert beats(bench.run(1.0), 9) == [canopen.NodeState.BOOTING]
         assert bench.state(9).state is canopen.DriveState.DISABLED
         assert bench.read(9, canopen.MODE_SHOWN) == 0

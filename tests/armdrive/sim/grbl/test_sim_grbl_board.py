@@ -230,7 +230,7 @@ def test_fluidnc_names_its_settings():
         ("$10=7", "error:80"),
         ("$10=3", "ok"),
     ):
-        assert bench.say(line) == [answer]
+        assert bench.say(line)[0] == answer
     for value in ("x", "nan"):
         said = bench.say(f"$/axes/x/steps_per_mm={value}")
         assert said == ["[MSG:ERR: Bad numeric value]", "ok"]
@@ -347,7 +347,7 @@ def test_fluidnc_drives_what_it_has_computed_after_a_reset_and_counts_it():
     before = bench.device.world.motors[0]
     bench.say("G1X100F1500", 1.0)  # 250 steps a second
     here = bench.device.world.motors[0]
-    assert bench.say(RESET, 0.4) == ["ALARM:3"]
+    assert bench.say(RESET, 0.4)[-1] == "ALARM:3"
     bench.wait(1.0)
     ran_on = bench.device.world.motors[0] - here
     assert ran_on == pytest.approx(0.11 * 250, abs=4)
@@ -370,6 +370,59 @@ def test_fluidnc_carries_out_one_line_that_it_read_in_a_hold():
     assert bench.ask().state is State.HOLD
     bench.say(RESET, 1.0)
     assert (bench.ask().state, bench.x) == (State.IDLE, 5.0)
+
+
+FLUIDNC_SAID = (
+    (f"G1X{'1' * 299}", ["Bad GCode", "error:14", "the line is too long"]),
+    ("XX", ["Bad GCode: XX", "error:2", "a number is missing"]),
+    ("))GG", ["Bad GCode: GG", "error:2", "a number is missing"]),
+    ("$foo", ["error:3", "not known"]),
+    ("$HX", ["error:19", "single axis"]),
+    ("$C", ["INFO: Enabled", "ok"]),
+    ("$C", ["INFO: Disabled", "Grbl 4.0 [FluidNC"]),
+    ("M3S500", ["ok"]),
+    ("M5", ["ok"]),
+    ("?", ["FS:0,500"]),
+    ("S200", ["ok"]),
+    ("?", ["FS:0,500"]),
+    ("M30", ["INFO: Program End", "ok"]),
+    ("$SLP", ["ok", "INFO: Sleeping"]),
+    ("\x18", ["INFO: ALARM: ", "ALARM:3", "Grbl 4.0 [FluidNC"]),
+    (f"G1X{'1' * 299}", ["error:9", "locked"]),
+    ("$X", ["INFO: Caution: Unlocked", "ok"]),
+    ("$X", ["ok"]),
+    ("G4P3", []),
+    ("\x18", ["Grbl 4.0 [FluidNC"]),  # no ok for the line that it ended
+)
+"""Lines to FluidNC 4.0.5 and parts of its answers, as its native build gave them."""
+
+
+def test_fluidnc_answers_as_observed():
+    bench = Bench(firmware="fluidnc")
+    for line, parts in FLUIDNC_SAID:
+        said = bench.say(line, 0.7)
+        assert len(said) == len(parts), (line, said)
+        for heard, part in zip(said, parts, strict=True):
+            assert part in heard, line
+
+
+@pytest.mark.parametrize(("goes", "after"), [(True, State.RUN), (False, State.IDLE)])
+def test_fluidnc_without_homing_comes_out_of_a_limit_alarm_unlocked_or_hung(goes, after):
+    bench = with_switches_ahead(Bench({**MACHINE, 21: 1}, firmware="fluidnc"))
+    if goes:
+        bench.say("G91G1X50F3000", 0.3)
+    bench.board.set_switch(0, SwitchState.CLOSED)
+    assert "ALARM:1" in bench.wait(1.0)
+    bench.board.set_switch(0, SwitchState.FREE)
+    bench.say(RESET, 1.0)
+    assert bench.ask().state is after
+    if goes:
+        assert bench.say("G4P0", 1.0) == []
+        bench.say(HOLD)
+        assert (bench.ask().state, bench.reports[-1].sub_state) == (State.HOLD, 1)
+        assert "ALARM:3" in bench.say(RESET, 1.0)
+        bench.say("$X")
+        assert bench.ask().state is State.IDLE
 
 
 def test_fluidnc_echoes_lines_once_it_has_heard_a_control_character():

@@ -14,6 +14,8 @@ from armdrive.sim.grbl.hardware import BoardOutputs, MotorCurrent, OutputFingers
 from armdrive.sim.mechanics.motors import LimitSwitch, SwitchState
 from firmware_protocol.grbl import Line, State
 
+RESET = "\x18"
+
 HOLD, RESUME, RESET = "!", "~", "\x18"
 BRAKING = 25.0**2 / (2 * SLOPE)
 
@@ -388,6 +390,78 @@ def test_a_reset_ends_homing_with_an_alarm():
     bench.say("$H", 1.0)
     bench.say(RESET, 2.0)
     assert "ALARM:6" in bench.heard
+    assert bench.ask().state is State.ALARM
+
+
+def homing_fluidnc():
+    """Return a FluidNC board that can home, unlocked."""
+    bench = homing_bench(firmware="fluidnc")
+    bench.board.boot()
+    bench.wait(2.0)
+    assert "Unlocked" in bench.say("$X")[0]
+    bench.heard.clear()
+    return bench
+
+
+def answers(bench):
+    """Return what the board has said so far, without messages for people."""
+    return [line for line in bench.heard if not line.startswith("[MSG")]
+
+
+FLUIDNC = "Grbl 4.0 [FluidNC v4.0.5-pre2 (esp32-wifi) '$' for help]"
+
+
+@pytest.mark.parametrize(
+    ("resets", "wanted"), [(1, ["ALARM:6", FLUIDNC]), (2, ["ALARM:6", FLUIDNC] * 2)]
+)
+def test_fluidnc_reads_two_resets_together_while_it_homes_and_answers_both(resets, wanted):
+    bench = homing_fluidnc()
+    bench.say("$HX", 0.3)
+    for _ in range(resets):
+        bench.say(RESET, 0.02)
+    bench.wait(2.0)
+    assert answers(bench) == wanted
+    assert bench.ask().state is State.ALARM
+
+
+def test_fluidnc_obeys_a_reset_only_after_its_wait_at_a_switch_and_starts_to_pull_off():
+    bench = homing_fluidnc()
+    bench.board.settings.values[27] = 10.0
+    bench.say("$HX", 0.3)
+    while bench.board.drive.moving:
+        bench.wait(0.001)
+    bench.wait(0.05)
+    at_switch = bench.x
+    assert bench.say(RESET, 0.19) == []
+    assert "ALARM:6" in bench.wait(0.03)
+    bench.wait(2.0)
+    assert 1.0 < at_switch - bench.x < 5.0  # what its segment buffer holds of the pull-off
+    bench.say("$X")
+    bench.say("G91G1X-50F3000", 3.0)
+    assert bench.ask().pins == "X"  # it does not look at the switch again
+    assert "ALARM:12" in bench.say("$HX", 1.0)
+    bench.board.reset()
+    bench.wait(2.0)
+    assert bench.ask().pins is None
+
+
+def test_a_fluidnc_board_stays_locked_while_an_axis_that_homes_has_not():
+    bench = homing_fluidnc()
+    bench.board.boot()
+    bench.wait(2.0)
+    assert bench.ask().state is State.ALARM
+    assert bench.say("$HX", 20.0)[-1] == "ok"
+    assert bench.ask().state is State.ALARM
+    for letter in "YZABC":
+        bench.say(f"$H{letter}", 20.0)
+    assert bench.ask().state is State.IDLE
+
+
+def test_fluidnc_answers_homing_that_failed_and_does_not_restart():
+    bench = homing_fluidnc()
+    bench.board.set_switch(0, SwitchState.OPEN)
+    bench.say("$HX", 20.0)
+    assert answers(bench) == ["ALARM:9", "ok"]
     assert bench.ask().state is State.ALARM
 
 

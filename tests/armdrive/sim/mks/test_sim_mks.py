@@ -384,12 +384,12 @@ def test_the_watchdog_of_a_motion_that_is_never_done_is_due_no_more(timeout_ms):
 class TestFrames:
     @pytest.mark.parametrize("side", ["host", "device"])
     def test_one_is_lost(self, bench, side):
-        bench.twin.faults.add("lose-frame", "next", side=side)
+        bench.twin.faults.add("drop", "next", side=side)
         assert bench.ask(1, mks.ReadEncoder()) == []
         assert bench.counts(2) == 0
 
     def test_a_share_of_them_is_lost(self, bench):
-        bench.twin.faults.add("lose-frame", 0.3, side="host", seed=1)
+        bench.twin.faults.add("drop", 0.3, side="host", seed=1)
         answered = 0
         for _ in range(100):
             answered += bool(bench.ask(1, mks.ReadEncoder()))
@@ -397,9 +397,9 @@ class TestFrames:
         assert 55 < answered < 85
 
     def test_one_comes_twice(self, bench):
-        bench.twin.faults.add("double-frame", "next", side="device")
+        bench.twin.faults.add("duplicate", "next", side="device")
         assert said(bench.ask(1, mks.ReadEncoder())) == [mks.Answered, mks.Stray]
-        bench.twin.faults.add("double-frame", "next", side="host")
+        bench.twin.faults.add("duplicate", "next", side="host")
         assert said(bench.ask(1, mks.ReadState())) == [mks.Answered, mks.Stray]
 
     def test_one_comes_late(self, bench):

@@ -286,9 +286,9 @@ class TestAsShipped:
     def test_one_drive_after_the_other_is_given_its_id(self):
         bench = Bench(factory=True)
         for motor in range(6):
-            bench.board.drives.power(motor, False)
+            bench.board.switch_drive(motor, False)
         for motor, node in reversed([*enumerate(IDS)]):
-            bench.board.drives.power(motor, True)
+            bench.board.switch_drive(motor, True)
             assert said(bench.ask(1, mks.SetId(node))) == [mks.Done]
             assert said(bench.ask(node, mks.SetMode(Mode.BUS_FOC))) == [mks.Done]
         heard = [said(bench.ask(node, mks.MoveAbsoluteAxis(500, 60, 0), 0.2)) for node in IDS]

@@ -38,7 +38,7 @@ def bench():
 
 
 def esp32(**quirks) -> RobkoBench:
-    quirks = {"grid_s": 0.0, "top_speed_hz": 100.0, **quirks}
+    quirks = {"acceleration": 700.0, "grid_s": 0.0, "top_speed_hz": 100.0, **quirks}
     return RobkoBench(SimRobkoBoard(quirks=RobkoQuirks(ESP32, **quirks))).enabled()
 
 

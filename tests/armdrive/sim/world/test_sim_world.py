@@ -21,6 +21,7 @@ from firmware_protocol.teachmover import Key, ProgramRow, QWrite, Step
 from kinematics.presets import preset
 from kinematics.spaces import Joints
 
+BODY = World().body
 BLOCK = TableBlock("A", 250, 40, 0, width_mm=30, height_mm=30)
 
 
@@ -328,7 +329,7 @@ def lived_in():
 
 def test_a_world_comes_back_as_it_was():
     world = lived_in()
-    again = world_from_json(json.loads(json.dumps(world_to_json(world))))
+    again = world_from_json(json.loads(json.dumps(world_to_json(world))), world.body)
     assert again.motors == world.motors
     assert again.scene.blocks == world.scene.blocks
     assert again.scene.held == "A"
@@ -338,7 +339,7 @@ def test_a_world_comes_back_as_it_was():
 
 
 def test_a_block_held_when_saved_is_still_carried():
-    again = world_from_json(world_to_json(lived_in()))
+    again = world_from_json(world_to_json(lived_in()), BODY)
     before = again.scene.blocks["A"].place
     again.drive((100, 0, 0, 0, 0, 0))
     assert again.scene.blocks["A"].place != before
@@ -352,7 +353,7 @@ def test_a_device_comes_back_with_what_it_knew():
     bench.board.press(Key.FREE)
     bench.device.set_input(5, True)
     saved = json.loads(json.dumps(bench.device.to_json()))
-    again = recalled(saved, TeachMoverBoard)
+    again = recalled(saved, TeachMoverBoard, BODY)
     assert again.registers == (12, 0, 0, 0, 0, 0)
     known = again.board
     assert (known.key, known.outputs, known.shared.inputs_set) == (Key.FREE, 9, 32)
@@ -400,7 +401,7 @@ def _changed(path, value):
 )
 def test_what_no_arm_has_saved_is_refused_by_name(path, value, named):
     with pytest.raises(StateFileError, match=named):
-        recalled(_changed(path, value), TeachMoverBoard)
+        recalled(_changed(path, value), TeachMoverBoard, BODY)
 
 
 @pytest.mark.parametrize(
@@ -414,10 +415,10 @@ def test_what_a_saved_arm_lacks_is_named(way, key):
         table = table[each]
     del table[key]
     with pytest.raises(StateFileError, match=f"missing {key}; .*--fresh"):
-        recalled(data, TeachMoverBoard)
+        recalled(data, TeachMoverBoard, BODY)
 
 
 @pytest.mark.parametrize("data", [None, [], "world", {}, {"format": 1}])
 def test_what_is_no_world_at_all_is_refused(data):
     with pytest.raises(StateFileError, match="--fresh"):
-        world_from_json(data)
+        world_from_json(data, BODY)

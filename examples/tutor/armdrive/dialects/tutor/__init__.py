@@ -3,20 +3,7 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects import DeviceTools, Dialect, Driver
-
-
-def _driver() -> Driver:
-    from armdrive.dialects.tutor.controller import DRIVER
-
-    return DRIVER
-
-
-def _tools() -> DeviceTools:
-    from armdrive.dialects.tutor.words import TOOLS
-
-    return TOOLS
-
+from armdrive.dialects import Dialect, on_demand
 
 ENTRY = Dialect(
     name="tutor",
@@ -39,6 +26,6 @@ ENTRY = Dialect(
         traffic=Traffic(line_chars=30, answer_chars=3),
         register_bits=32,
     ),
-    driver=_driver,
-    tools=_tools,
+    driver=on_demand("armdrive.dialects.tutor.controller:DRIVER"),
+    tools=on_demand("armdrive.dialects.tutor.words:TOOLS"),
 )

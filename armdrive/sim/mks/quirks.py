@@ -1,0 +1,117 @@
+"""What can be chosen of simulated MKS drives, and what they always do.
+
+A setting with a `source` is a quirk: a peculiarity of real drives, or a point on which no source
+says what they do. A guess was never measured; its default is the behaviour that is harder for a
+driver, if there is one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from armdrive.sim.bus.node import milliseconds
+from armdrive.text.toml import setting
+from firmware_protocol.mks import Bitrate
+
+AS_THE_ARM_FILE = "file"
+BITRATES = {each.bits_s: each for each in Bitrate}
+_MANUALS = "CAN manuals 1.0.6 and 1.0.9"
+_NOTES = "version notes of makerbase-motor/MKS-SERVO42D-57D"
+_UNKNOWN = "not published, and no real drive was measured"
+
+
+# fmt: off
+@dataclass(frozen=True, slots=True)
+class MksQuirks:
+    """The settings of simulated drives."""
+
+    firmware: str = setting(AS_THE_ARM_FILE,
+        "for example 1.0.6, or one for each drive, joined by +; file: the arm file's")
+    factory: bool = setting(False, "every drive as it is shipped: id 1, waiting for pulses")
+    bitrate: int = setting(500_000, "bits a second of the drives and their bus", words=(*BITRATES,))
+    limits: bool = setting(False, "a pressed limit switch ends motions that lead into it")
+    stall_protection: bool = setting(True,
+        "a drive that stalls lets its shaft go, and says so")
+
+    stall_turns: float = setting(0.1,
+        "following error, in turns, at which a drive reports a stall", low=0.001, high=1.0,
+        source=f"guess: {_UNKNOWN}")
+    enabled_on: bool = setting(True, "drives hold their shafts as soon as they are powered",
+        source="guess: not published; a drive that holds again counts from a new zero")
+    keeps_angle: bool = setting(False,
+        "after power-on a position is the angle within a turn, not 0",
+        source="the manual 1.0.9: the power-on position is the zero (11.4.4); first readings of "
+        "owners were 3 (TRazDev/servo42es-esp32-can-controller) and -5 "
+        "(riccardi-samuele/mks-servo)")
+    says_done: bool = setting(True, "drives report the end of a motion",
+        source=f"{_MANUALS}: reply 2, seen on CAN (TRazDev/servo42es-esp32-can-controller); not "
+        "always from firmware 1.0.5 with RS485 (makerbase-motor/MKS-SERVO42D-57D, issue 20)")
+    says_refused: bool = setting(True, "drives report that they refuse an order",
+        source=f"{_MANUALS}: reply 0, failed; in a pulse mode 3dberg/arctos-pi saw orders dropped")
+    brakes_on: bool = setting(False,
+        "after a motion, drives report braking until the next one begins",
+        source="observed on a SERVO42D with firmware 1.0.6 and RS485 (riccardi-samuele/mks-servo, "
+        "FAQ, F1 stays at 3); not reported from a CAN bus")
+    keeps_count: bool = setting(False,
+        "a new zero, also by homing, moves the targets but no reading (31)",
+        source="observed on a SERVO42D with RS485 (riccardi-samuele/mks-servo-cpp, CHANGELOG "
+        "0.3.0, set_origin); not known from CAN, where 3dberg/arctos-pi expects 0 and warns "
+        "otherwise")
+    flash_ms: float = milliseconds(0.0,
+        "milliseconds for which a drive is deaf after a setting was written",
+        "about 200 observed with RS485 (riccardi-samuele/mks-servo-cpp, design notes, 5); "
+        "not reported from a CAN bus")
+    e_series: bool = setting(False,
+        "drives report that they are of the E series; else they stay the same",
+        source="a SERVO42ES answered `40 92 01 00 01` (TRazDev/servo42es-esp32-can-controller, "
+        "protocol notes)")
+    deaf_after_limit: bool = setting(False, "a drive ignores its first motion after a limit stop",
+        source="guess: observed on a SERVO57D on CAN (kkhyunhho/MKSServo57DCANController); that "
+        "it answers as if it had begun is a guess")
+    retarget_creeps: bool = setting(False,
+        "a new target (F5) that comes before a drive brakes for the old one makes it creep",
+        source="guess: observed on a SERVO42D with firmware 1.0.6 and RS485: 2.7 s for what takes "
+        "1.06 s otherwise (riccardi-samuele/mks-servo-cpp, examples/hil_chained_moves.cpp); how "
+        "slow it is, is a guess")
+    superseded: str = setting("first",
+        "when a replaced motion is reported as failed: before or after the new one has begun",
+        words=("first", "last", "never"),
+        source="guess: a public transcription of the manual does not say when; reported first, it "
+        "looks like a refusal of the new one")
+    stays_armed: bool = setting(False, "drives keep storing motions after a synchronous start",
+        source=f"guess: {_MANUALS} do not say (4A, 4B)")
+    watchdog_hears_all: bool = setting(False,
+        "frames to other drives also reset a drive's watchdog",
+        source="guess: the manual 1.0.9 does not say (98); if not, each needs frames of its own")
+    new_id_answers: bool = setting(True, "a drive answers a change of its id under the new id",
+        source="the authors of a public driver (zauberzeug/lizard); not in the manuals (8B)")
+    short_version: bool = setting(False,
+        "drives report two bytes of their version instead of three",
+        source="the manual 1.0.9 draws two and names three; a SERVO42ES sent three "
+        "(TRazDev/servo42es-esp32-can-controller, protocol notes)")
+    answer_ms: float = milliseconds(1.0, "milliseconds until a drive has its answer ready",
+        "guess: not measured on CAN; with RS485 up to 700 in motion (riccardi-samuele/mks-servo, "
+        "test report, 6.5); a late answer describes an older state")
+    boot_ms: float = milliseconds(150.0,
+        "milliseconds from a restart until a drive holds and answers again",
+        f"guess: {_UNKNOWN}; a fast restart is harder to notice")
+
+
+ALWAYS: tuple[tuple[str, str, str], ...] = (
+    ("silent_restart",
+     "a drive restarts without a message, counts from a new zero, and obeys the next order",
+     "guess: no known manual or program has a boot message or heartbeat"),
+    ("silent_watchdog", "a drive stopped by its watchdog sends no message",
+     "guess: no known manual or program has a reply for it (98)"),
+    ("silent_group", "from 1.0.2 on, drives do not answer broadcasts and groups",
+     f"{_NOTES}, V1.0.2"),
+    ("done_anyway", "before 1.0.8, a motion ends with its set-point, wherever the shaft is",
+     f"guess: the in-position threshold came with V1.0.8 ({_NOTES})"),
+    ("one_stop", "any stop command ends every motion and drops stored ones",
+     "guess: the manuals describe each stop only with its own kind of motion"),
+    ("pulls_on",
+     "without protection, a blocked drive keeps pulling and jumps to its set-point when freed",
+     "guess: any closed loop does; no manual describes it"),
+)
+"""What cannot be chosen: name, what drives do, source."""
+# fmt: on
