@@ -137,10 +137,15 @@ class MoveAlong:
     held_back: Callable[[], bool] = never
 
 
-class ReadPosition(_PlainRequest):
-    """Read the position registers and the inputs. Moves nothing."""
+@dataclass(frozen=True, slots=True)
+class ReadPosition:
+    """Read the position registers and the inputs. Moves nothing.
 
-    __slots__ = ()
+    If the reading comes `midway` through a motion, a drive that has stopped by itself meanwhile is
+    not taken back: the motion has to end.
+    """
+
+    midway: bool = field(default=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,9 +200,21 @@ class MendSetting:
     line: str
 
 
+@dataclass(frozen=True, slots=True)
+class MeasureUnits:
+    """Measure in which units a motor's drive counts speeds and ramps. Motors count from 0.
+
+    The motor turns slowly by at most `steps`, and back.
+    """
+
+    motor: int
+    steps: int
+
+
 Request = (
     MoveBy | MoveAlong | ReadPosition | SetOutputs | SetGripper | DropCurrent | SwitchOn
     | ClearFault | HomeDevice | ReadSettings | MendSetting | ReadProgram | WriteRow
+    | MeasureUnits
 )  # fmt: skip
 
 # -- replies ------------------------------------------------------------------------------------
@@ -296,6 +313,22 @@ class Registers:
         return f"registers {' '.join(map(str, self.positions))}, inputs {self.inputs}{pressed}"
 
 
+@dataclass(frozen=True, slots=True)
+class MeasuredUnits:
+    """The reply to `MeasureUnits`: a unit of speed in steps/s, and one of ramps in steps/s².
+
+    `told` is whether the drive states the same by itself.
+    """
+
+    speed_hz: float
+    ramp_hz_s: float
+    told: bool
+    words: str
+
+    def __str__(self) -> str:
+        return self.words
+
+
 NO_KEY = "NONE"  # the value of `Registers.key` while no pendant key has been pressed
 
 
@@ -308,6 +341,7 @@ Reply = (
     | Registers
     | DeviceSettings
     | DeviceProgram
+    | MeasuredUnits
 )
 
 # -- unsolicited messages -----------------------------------------------------------------------

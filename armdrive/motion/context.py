@@ -90,15 +90,15 @@ class MotionContext:
             raise
         return reply
 
-    def ask_registers(self) -> TaskBody[Registers]:
+    def ask_registers(self, *, midway: bool = False) -> TaskBody[Registers]:
         """Read the registers, repeating disturbed exchanges. Raises `DeviceFault`.
 
         The call limit applies, even in the middle of a motion.
         """
         with self.engine.limited():
-            return (yield from self._ask_registers())
+            return (yield from self._ask_registers(ReadPosition(midway)))
 
-    def _ask_registers(self) -> TaskBody[Registers]:
+    def _ask_registers(self, question: ReadPosition) -> TaskBody[Registers]:
         """Ask until one answer is certain.
 
         After a disturbance, an answer counts only if the line is quiet after it. Otherwise it may
@@ -113,7 +113,7 @@ class MotionContext:
                 yield from self.quiet()
             asked_s = self.now_s
             try:
-                reply: Reply = yield Exchange(ReadPosition())
+                reply: Reply = yield Exchange(question)
             except NoAnswer as error:
                 silence, mute = error, mute or self.engine.received_s < asked_s
                 continue
@@ -152,21 +152,21 @@ class MotionContext:
     def _beats(self) -> bool:
         return self.core.controller.abilities.beats
 
-    def read(self) -> TaskBody[Motors]:
+    def read(self, *, midway: bool = False) -> TaskBody[Motors]:
         """Read the registers; return their difference from the acknowledged ones.
 
         A difference counts once it is read twice, because the line has no checksum.
         """
-        difference = yield from self._read_once()
+        difference = yield from self._read_once(midway=midway)
         seen = None
         while difference.largest and difference != seen:
             seen = difference
-            difference = yield from self._read_once()
+            difference = yield from self._read_once(midway=midway)
         return difference
 
-    def _read_once(self) -> TaskBody[Motors]:
+    def _read_once(self, *, midway: bool) -> TaskBody[Motors]:
         try:
-            registers = yield from self.ask_registers()
+            registers = yield from self.ask_registers(midway=midway)
         except DeviceFault as fault:
             self.core.learn(Evidence.SILENT, self.now_s)
             self.core.fault(fault)
@@ -177,9 +177,9 @@ class MotionContext:
         """Read the position of an arm at rest; a change means that something else moved it."""
         weigh_difference(self, (yield from self.read()))
 
-    def verify(self) -> TaskBody[None]:
+    def verify(self, *, midway: bool = False) -> TaskBody[None]:
         """Compare the registers with the acknowledged position; a difference is a fault."""
-        difference = yield from self.read()
+        difference = yield from self.read(midway=midway)
         if not difference.largest:
             return
         core = self.core
@@ -270,7 +270,7 @@ class MotionContext:
         # an answer at an implausible time may be that of another request: the registers tell
         timely = isinstance(reply, Done) and reply.timely
         if not timely or self.now_s > self.looked_s + BLIND_S:
-            yield from self.verify()
+            yield from self.verify(midway=True)
         return True
 
     def _driven(self, request: MoveBy | MoveAlong) -> TaskBody[Reply]:

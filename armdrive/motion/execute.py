@@ -41,7 +41,7 @@ def wait_out_pause(context: MotionContext) -> TaskBody[None]:
     speed_override, core = context.core.speed_override, context.core
     if not speed_override.paused or context.stopping:
         return
-    yield from context.verify()
+    yield from context.verify(midway=True)
     core.mark_still()
     stood, believed = core.position.acknowledged, core.belief
     poll_s = core.config.motion.idle_poll_s

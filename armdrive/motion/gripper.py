@@ -149,7 +149,7 @@ def _slide_until_switch(
         if (core.position.coordinates.opening_mm - furthest_mm) * steps > 0.0:
             raise DeviceFault(_broken_switch_words(core, closing=closing))
         yield from _slide(context, speeds, steps)
-        yield from context.verify()
+        yield from context.verify(midway=True)
 
 
 def _broken_switch_words(core: Core, *, closing: bool) -> str:

@@ -1,4 +1,8 @@
-"""Commissions the drives of an arm, one after the other; the user may stop and go on later."""
+"""Commissions the drives of an arm, one after the other; the user may stop and go on later.
+
+New MKS drives get their ids and settings. CiA 402 drives have theirs from their makers' programs:
+of them, the units of speed and ramps are measured.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.tools import (
     DriveAtHand,
     DriveDialog,
@@ -18,14 +23,18 @@ from armdrive.dialects.bus.tools import (
 )
 from armdrive.dialects.controller import Controller
 from armdrive.dialog.conversation import About, Question, choice, number
+from armdrive.errors import BadRequest
 from armdrive.errors.printable import command_line
 from armdrive.runtime.clock import SignalsBetweenSteps
-from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way
+from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way, trials
 from armdrive.setup.draft import ratio
 from armdrive.setup.plan import CommissioningPlan, Notes, Planned
 from armdrive.setup.prober import is_command
+from armdrive.sim.world.body import found_posture
 from armdrive.tasks import (
     Done,
+    MeasuredUnits,
+    MeasureUnits,
     MoveBy,
     ReadPosition,
     Registers,
@@ -523,3 +532,45 @@ def together(dialog: DriveDialog, plan: CommissioningPlan) -> tuple[str, ...]:
             f"Not there, or two drives with one id: {named}. The whole bus needs a resistor of 120 "
             "ohm at each of its two ends, and nowhere else."
         )
+
+
+# The units in which drives count speeds and ramps: each motor turns a little, slowly, and back.
+
+
+def measure_units(
+    dialog: DriveDialog, config: ArmConfig, controller: Controller
+) -> tuple[MeasuredUnits, ...]:
+    """Measure the units of every drive of an arm, in the order of its motors.
+
+    Returns none at all if the user declines, or if one of them cannot be measured. The motors stay
+    on. One question comes before all turns, since drives stop once this program has not sent its
+    heartbeat for a while.
+    """
+    arm, transmission = config.model.arm, config.model.transmission
+    if transmission is None:
+        raise BadRequest(f"{config.name} has no motors: its model file has no [transmission]")
+    by_motor = {each.motor: each for each in trials(arm, transmission, found_posture(arm))}
+    tried = [by_motor[motor] for motor in range(len(transmission.motors))]
+    dialog.say(
+        f"Measuring in which units the {counted(len(tried), 'drive')} of {config.name} count "
+        "speeds and ramps. One motor after the other turns slowly, for about ten seconds: by 5° "
+        "of its joint at most, usually far less, and back. The others hold. Have the arm stand "
+        "clear of everything, and keep a hand at the power switch. Ctrl-C stops.",
+    )
+    if not dialog.agreed(
+        "Switch the motors on and begin?", "Anything but yes leaves the arm alone."
+    ):
+        return ()
+    reply = dialog.carry_out(controller, SwitchOn(), math.inf)
+    found: list[MeasuredUnits] = []
+    if not isinstance(reply, Done):
+        dialog.say(f"The motors were not switched on: {_why(reply)}.")
+        return ()
+    for trial in tried:
+        reply = dialog.carry_out(controller, MeasureUnits(trial.motor, trial.steps), math.inf)
+        if not isinstance(reply, MeasuredUnits):
+            dialog.say(f"The {trial.name} was not measured: {_why(reply)}.")
+            return ()
+        dialog.say(f"{trial.name}: {reply}.")
+        found.append(reply)
+    return tuple(found)

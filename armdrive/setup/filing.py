@@ -9,11 +9,13 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.config.write import MEANINGS
 from armdrive.errors import ArmFileError
 from armdrive.errors.printable import command_line
+from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import arm_problems, load_arm
 from armdrive.setup.directions import Signs, changes, conclude
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
@@ -289,9 +291,13 @@ def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
     check = command_line("config", "check", name)
     lines = [(check, "problems and remarks; opens nothing"), (twin, "its simulated twin")]
     if config.connection.port:
+        bus = DIALECTS[config.connection.dialect].bus
+        untold = bus is not None and bus.units is not None
+        units = {"can setup": "measures units that drives do not tell, by slow turns"}
         on_port = {
             "doctor --arm": "asks who is at its port; moves nothing",
             "status --arm": "connects; moves nothing",
+            **(units if untold else {}),
             "config signs": "turns each motor a little, to see its direction",
             "jog --arm": "slowly, by hand; space stops",
         }
@@ -360,6 +366,13 @@ def commissioned(
         *directions,
     ]
     return amended(text, found)
+
+
+def propose_keys(path: Path, table: str, keys: Mapping[str, Any], why: str) -> FileProposal:
+    """Return the arm file with these keys of one of its tables, which get a comment."""
+    before = _text(path)
+    changes = [Change((table, key), value, why) for key, value in keys.items()]
+    return FileProposal(path, before, amended(before, changes))
 
 
 def propose_drives(

@@ -26,6 +26,7 @@ from armdrive.tasks import (
     MoveBy,
     Progress,
     ProtocolWarning,
+    ReadPosition,
     Registers,
     Request,
     Timeout,
@@ -358,6 +359,8 @@ def _request_text(request: Request) -> str:
     name = type(request).__name__
     if isinstance(request, MoveBy):
         return f"{name}({counts_text(request.steps)}; {request.rate_hz:g} steps/s)"
+    if isinstance(request, ReadPosition):
+        return f"{name}({'midway' if request.midway else ''})"
     if isinstance(request, MoveAlong):
         return f"{name}({'jogging, ' if request.jog else ''}{request.ahead_s:g} s ahead)"
     return f"{name}({plain(request).partition(': ')[2]})"

@@ -12,6 +12,7 @@ What is decided where:
 
 from firmware_protocol.canopen.drives import INCREMENTS_A_SECOND as INCREMENTS_A_SECOND
 from firmware_protocol.canopen.drives import POSITION_INCREMENTS as POSITION_INCREMENTS
+from firmware_protocol.canopen.drives import RPM as RPM
 from firmware_protocol.canopen.drives import TRANSITIONS as TRANSITIONS
 from firmware_protocol.canopen.drives import Command as Command
 from firmware_protocol.canopen.drives import ControlBit as ControlBit

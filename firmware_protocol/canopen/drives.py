@@ -246,6 +246,8 @@ POSITION_INCREMENTS = INCREMENTS << 16
 """The value of 60A8 (unit of position) for increments of the encoder."""
 INCREMENTS_A_SECOND = INCREMENTS << 16 | A_SECOND << 8
 """The value of 60A9 (unit of speed) for increments a second."""
+RPM = REVOLUTIONS << 16 | A_MINUTE << 8
+"""The value of 60A9 for revolutions a minute."""
 
 
 def speed_unit_hz(word: int, per_turn: float) -> float | None:

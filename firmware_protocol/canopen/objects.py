@@ -394,6 +394,7 @@ STANDARD = Dictionary(
         ObjectEntry(HOMING_SPEED, "Speed during search for switch", _U32, _RW, "inc/s"),
         ObjectEntry(HOMING_CREEP, "Speed during search for zero", _U32, _RW, "inc/s"),
         ObjectEntry(HOMING_ACCELERATION, "Homing acceleration", _U32, _RW, "inc/s2"),
+        ObjectEntry(SPEED_UNIT, "SI unit velocity", _U32, _RW),
         ObjectEntry(
             Place(0x60C2, 0), "Highest sub-index of the interpolation time", _U8, _CONST, "", 2
         ),

@@ -45,10 +45,11 @@ def status(options: argparse.Namespace) -> Result:
     try:
         with contextlib.closing(connect_chosen(options, reads=True)) as arm:
             view: Mapping[str, Any] = status_view(arm.status)
-    except (ArmInUse, StateFileError) as refused:
+    except (ArmInUse, StateFileError):
         name = chosen_target(options).config.name
-        if not isinstance(refused, ArmInUse) and notice_of(name) is None:
-            raise  # on a disk that has become read-only, a program may drive the arm all the same
+        # on a disk that has become read-only, a program may drive the arm all the same
+        if notice_of(name) is None:
+            raise  # perhaps its port is in use, for another arm
         view = ask(name, "status")
         held = f"{holder_words(name)} is driving this arm."
         return Result(view, itertools.chain((held, ""), status_lines(view, options)))

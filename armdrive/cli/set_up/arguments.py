@@ -215,7 +215,8 @@ def _can_setup(parser: argparse.ArgumentParser) -> None:
     Each question says what will happen; nothing is written and nothing turns without a yes. `?`
     explains, and Ctrl-C leaves: the same command continues from there. At the end it writes the arm
     file. If there is an arm file of that name, its model and ids are used; otherwise the arm is
-    taken for a Mini-mover on MKS drives.
+    taken for a Mini-mover on MKS drives. Of CiA 402 drives, the units of speed and ramps are
+    measured by slow turns.
 
     The adapter, exactly:
 
@@ -241,7 +242,7 @@ def _can_setup(parser: argparse.ArgumentParser) -> None:
 CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
         "setup": Action(
-            "commission new drives one at a time, and write the arm file",
+            "commission new drives, or measure their units, and write the arm file",
             "set_up.can:set_up",
             _can_setup,
         ),

@@ -31,10 +31,11 @@ from armdrive.connect.control_socket import serve_stop
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, require_real_ports, simulation_forced
 from armdrive.dialects import Language
-from armdrive.dialog.conversation import Question, WrongAnswer
+from armdrive.dialects.bus.tools import BusTools, UnitKeys
+from armdrive.dialog.conversation import DialogPerson, Question, WrongAnswer
 from armdrive.errors import BadRequest, HolderError, OperatorNeeded, PortInUse
 from armdrive.errors.printable import command_line
-from armdrive.registry import LANGUAGES, USUAL, language_of, simulate
+from armdrive.registry import DIALECTS, LANGUAGES, USUAL, language_of, simulate
 from armdrive.registry.arm_files import (
     ENDING,
     arm_path,
@@ -45,15 +46,16 @@ from armdrive.registry.arm_files import (
 )
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
-from armdrive.setup.commissioning import CommissioningOutcome, walk
+from armdrive.setup.commissioning import CommissioningOutcome, measure_units, walk
 from armdrive.setup.dialog_runner import DialogClock, RealClock, drive_dialog
-from armdrive.setup.filing import after_writing, propose_drives, signs_of
+from armdrive.setup.filing import after_writing, propose_drives, propose_keys, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.setup.ports import held_by_armdrive
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import require_writable
 from armdrive.storage.lock_client import holder_words, tap_holder
+from armdrive.tasks import MeasuredUnits
 from armdrive.text.reading import is_there
 from armdrive.transports import opening, ports
 from armdrive.transports.address import CanAddress, is_can
@@ -199,8 +201,8 @@ def held_frames(
             return
 
 
-# `armdrive can setup` commissions the drives of an arm one at a time: ids, settings, directions,
-# gears.
+# `armdrive can setup` commissions MKS drives one at a time: ids, settings, directions, gears. Of
+# CiA 402 drives it measures the units.
 
 DONE, UNFINISHED = 0, 1
 BEFORE = ".before"
@@ -217,6 +219,9 @@ def set_up(options: argparse.Namespace) -> Outcome:
             "give --sim (with --yes or --json it asks no questions)"
         )
     config = _config(options.name)
+    bus = DIALECTS[config.connection.dialect].bus
+    if bus is not None and bus.units is not None:
+        return _measure(config, bus, bus.units, options, simulated=simulated, alone=alone)
     plan = plan_of(config)
     if not is_there(arm_path(options.name)):
         tell(
@@ -288,6 +293,68 @@ def _practise(
     view = {"arm": plan.name, "left_out": list(left_out), "arm_file": text}
     lines = ("", "The arm file would be:", "", *text.split("\n"))
     return Result(view, lines, DONE if outcome.finished else UNFINISHED)
+
+
+# The units of drives that have their ids and settings already.
+
+MEASURED = "measured by `armdrive can setup`"
+
+
+def _measure(
+    config: ArmConfig,
+    bus: BusTools,
+    units: UnitKeys,
+    options: argparse.Namespace,
+    *,
+    simulated: bool,
+    alone: bool,
+) -> Outcome:
+    """Measure the units of an arm's drives, and write them if the user agrees."""
+    path, command = arm_path(options.name), command_line("can", "setup", config.name)
+    if simulated:
+        twin = simulate(config, factory=True)
+        tell(options, "These drives are simulated, and new; nothing is written.")
+        terminal = TerminalPerson(f"{command} --sim")
+        person = SimulatedPerson(twin, partial(tell, options), None if alone else terminal.answer)
+        found = _measured(twin.link, DialogClock(), person, config, bus)
+    else:
+        require_writable(path.parent)  # before a person works for nothing
+        port = options.port or _known_port(config) or chosen_port()
+        with _opened(config, port) as link:
+            clock = dialog_runner.RealClock()
+            found = _measured(link, clock, TerminalPerson(command), config, bus)
+    if not found:
+        return Result({"arm": config.name, "units": {}}, (), UNFINISHED)
+    keys = units(config.device, found)
+    proposal = propose_keys(path, bus.dialect, keys, MEASURED)
+    view = {"arm": config.name, "units": dict(keys), "lines": list(proposal.difference)}
+    if simulated:
+        return Result(view, proposal.difference)
+    say_lines(
+        "\n".join(proposal.difference)
+        or "Nothing to write: the arm file or the drives say so already."
+    )
+    if proposal.differs and agree(f"Write this to {path}?", "no leaves it unchanged.", "yes"):
+        proposal.write()
+        say(f"written: {path}")
+    return DONE
+
+
+def _measured(
+    link: Link,
+    clock: dialog_runner.Clock,
+    person: DialogPerson,
+    config: ArmConfig,
+    bus: BusTools,
+) -> tuple[MeasuredUnits, ...]:
+    """Hold the dialog; afterwards the drives hold without this program's heartbeat."""
+    controller = DIALECTS[bus.dialect].controller(config)
+    scripts = bus.scripts(config.device.ids)
+    dialog = drive_dialog(link, scripts, clock, person, lambda _notes: None)
+    try:
+        return measure_units(dialog, config, controller)
+    finally:
+        link.write(controller.shutdown_frames(), clock.now_s())
 
 
 def _end(

@@ -18,6 +18,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.exchange import Received, Script, ScriptIO, ScriptLoop
 from armdrive.dialog.conversation import Dialog, Finding, note, ok, problem
+from armdrive.tasks import MeasuredUnits
 from armdrive.transports.can_health import BusHealth, BusState
 from firmware_protocol.frames import Frame, Unpacker
 from kinematics.text import counted
@@ -198,6 +199,10 @@ class CommissioningTools:
     section: Callable[[Any, Sequence[int], int], Mapping[str, Any]]
 
 
+UnitKeys: TypeAlias = Callable[[Any, Sequence[MeasuredUnits]], Mapping[str, Any]]
+"""Returns the keys of the arm file's section, from that section and what was measured."""
+
+
 @dataclass(frozen=True, slots=True)
 class BusTools:
     """One protocol of a CAN bus, as a survey uses it. Asking only ever reads.
@@ -211,6 +216,7 @@ class BusTools:
     whose heartbeat counts as one), `reads_answer` a frame that cannot be one. `heard` returns the
     nodes that sent some frames. `bit_rates` are those that the drives support. `connects` means
     that connecting to such an arm sets nothing, so its settings may be compared without asking.
+    `units` returns what the arm file has to say of measured units; None if they are known anyway.
     `next` is the command for drives that no arm file names; `hint` recommends it to people who
     write the file another way.
     """
@@ -230,6 +236,7 @@ class BusTools:
     next: tuple[str, ...] = ()
     hint: str = ""
     commissioning: CommissioningTools | None = None
+    units: UnitKeys | None = None
 
 
 # Findings that do not depend on the protocol.

@@ -8,6 +8,7 @@ Read in this order, after `dialects.bus`:
     contact      finding the drives, setting them up, switching their current, clearing faults
     leading      what all motions share: beginning, outages, arriving, stopping
     motion       cyclic targets, bursts by profile position, homing
+    measuring    the units of a drive's speeds and ramps, by slow turns
 
 The rest serves people: `settings` and `compare` for the arm file, `survey` asks the nodes of a bus
 what they are, and `words` and `objects` describe frames and objects in words. No motion needs them.

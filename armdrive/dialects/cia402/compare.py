@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 from armdrive.dialects.cia402.contact import BRAKE
 from armdrive.dialects.cia402.exchange import ObjectTransfers, Script
+from armdrive.dialects.cia402.objects import value_words
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, Reply
@@ -58,8 +59,8 @@ def compare(transfers: ObjectTransfers, settings: Cia402Settings) -> Script[Repl
     differences = tuple(
         Difference(
             f"{name} ({write.place}) of {result.drive}",
-            str(found),
-            str(write.value),
+            value_words(write.place, found),
+            value_words(write.place, write.value),
             mending_line(result.drive.node, write),
             must,
         )

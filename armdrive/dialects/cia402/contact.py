@@ -62,14 +62,15 @@ def safety(*, watches: bool) -> tuple[Write, ...]:
 
 
 def required_settings(
-    node: int, quick_slope: int, cycle_ms: int | None, *, watches: bool = True
+    node: int, quick_slope: int | None, cycle_ms: int | None, *, watches: bool = True
 ) -> tuple[Write, ...]:
-    """Return the settings that every drive needs. `quick_slope` is in the drive's unit.
+    """Return the settings that every drive needs. `quick_slope` is in the drive's unit, if known.
 
     `cycle_ms` is None if no cyclic mode is used. Drives that `watches` is false for react to no
     missing heartbeat.
     """
     received, transmitted = canopen.drive_pdos(node)
+    ramps = () if quick_slope is None else (quick_slope,)
     cyclic = (
         Write(canopen.PERIOD, DataType.U8, cycle_ms or 0),
         Write(canopen.PERIOD_POWER, DataType.I8, MILLISECONDS),
@@ -78,7 +79,7 @@ def required_settings(
         *received.writes,
         *transmitted.writes,
         *safety(watches=watches),
-        Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, quick_slope),
+        *(Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, each) for each in ramps),
         *(cyclic if cycle_ms else ()),
     )
 
@@ -174,33 +175,29 @@ class Cia402Contact:
         if not self.io.group.configured:
             self.io.group.watches = not self._unwatching(results)
             for result in results.values():
-                result.drive.speed_unit_hz = self._speed_unit_hz(result)
+                self._adopt_units(result)
         words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
         modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
         self.io.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
 
-    def _speed_unit_hz(self, result: SdoResult) -> float:
-        """Return a drive's unit of speed, in increments/s. Raises `Obstructed` if it is unknown.
+    def _adopt_units(self, result: SdoResult) -> None:
+        """Take a drive's units from the arm file, or from itself; else they stay unknown.
 
-        Without object 60A9 it is an increment a second. Nanotec's CL4-E has rpm when it is new (its
-        EDS file), and maxon's EPOS4 has rpm and its decimal fractions only.
+        Nanotec's CL4-E tells rpm when it is new (its EDS file), and maxon's EPOS4 has rpm and its
+        decimal fractions only. Of drives without 60A9 nothing can be assumed (`measuring`).
         """
-        if canopen.SPEED_UNIT in result.refused and canopen.SPEED_UNIT not in result.lacking:
-            raise Obstructed(
-                f"{result.refused[canopen.SPEED_UNIT]}: its unit of speed is not known"
-            )
-        word = result.values.get(canopen.SPEED_UNIT)
+        drive, settings = result.drive, self.io.settings
         increments = result.values.get(canopen.ENCODER_INCREMENTS, 0)
         turns = result.values.get(canopen.ENCODER_TURNS, 1)
-        per_turn = increments / max(turns, 1) or self.io.settings.encoder_increments
-        unit_hz = 1.0 if word is None else canopen.speed_unit_hz(word & 0xFFFF_FFFF, per_turn)
-        if unit_hz:
-            return unit_hz
-        raise Obstructed(
-            f"{result.drive} counts speeds in a unit that is not known here (object 60A9 is "
-            f"{(word or 0) & 0xFFFF_FFFF:08X}): with its maker's program set it to increments a "
-            f"second ({canopen.INCREMENTS_A_SECOND:08X}), or give cia402.encoder_increments"
+        drive.turn = increments / max(turns, 1) or settings.encoder_increments
+        word = result.values.get(canopen.SPEED_UNIT, 0) & 0xFFFF_FFFF
+        drive.told_unit_hz = canopen.speed_unit_hz(word, drive.turn) or 0.0
+        at = self.io.group.drives.index(drive)
+        speed_hz, ramp_hz_s = (
+            units[at] if units else 0.0 for units in (settings.speed_units, settings.ramp_units)
         )
+        drive.speed_unit_hz = speed_hz or drive.told_unit_hz
+        drive.ramp_unit_hz_s = ramp_hz_s or drive.speed_unit_hz
 
     def _unwatching(self, results: Results) -> bool:
         """Return whether a drive cannot stop by itself when this program dies, and warn of it."""
@@ -267,7 +264,10 @@ class Cia402Contact:
         cycle_ms = round(self.io.cycle_s * 1000.0) if cyclic else None
         jobs = {
             node: required_settings(
-                node, drive.units(self.quick_slope), cycle_ms, watches=self.io.group.watches
+                node,
+                drive.ramp(self.quick_slope) if drive.ramp_unit_hz_s else None,
+                cycle_ms,
+                watches=self.io.group.watches,
             )
             for node, drive in self.io.group.by_node.items()
         }

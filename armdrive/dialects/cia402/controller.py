@@ -31,15 +31,18 @@ from armdrive.dialects.cia402.exchange import (
     Script,
 )
 from armdrive.dialects.cia402.leading import MotionLead
+from armdrive.dialects.cia402.measuring import UnitMeasurement
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
 from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.errors import Refused
+from armdrive.errors.printable import command_line
 from armdrive.tasks import (
     Alert,
     AlertKind,
     DropCurrent,
     HomeDevice,
+    MeasureUnits,
     MendSetting,
     MoveAlong,
     MoveBy,
@@ -69,13 +72,15 @@ class Cia402Controller(ScriptRunner[HostEvent]):
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: Cia402Settings = config.device
         motors = bus_motors(config, "cia402", settings.ids)
-        ids, methods = settings.ids[: motors.count], settings.homing_methods[: motors.count]
-        self.settings = settings = replace(settings, ids=ids, homing_methods=methods)
+        names = ("ids", "homing_methods", "speed_units", "ramp_units")
+        own = {name: getattr(settings, name)[: motors.count] for name in names}
+        self.settings = settings = replace(settings, **own)
         self.limits = limits = DriveLimits.of(settings, motors, config.connection.baud)
         order_s = (settings.heartbeat_ms - settings.beat_ms) / 1000.0
         self._exchange = io = Cia402Exchange(
             settings, motors.names, limits.cycle_s, self.unsolicited
         )
+        self._arm = config.name
         super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.bus, io)
         self.group = io.group
         self._transfers, states = ObjectTransfers(io), DriveStates(io)
@@ -84,6 +89,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self._cyclic = CyclicMotion(lead, limits)
         self._profile = ProfileMotion(lead, limits)
         self._homing = Cia402Homing(lead, limits)
+        self._measurement = UnitMeasurement(lead)
         self._silent_s = BEATS_LOST * settings.drive_beat_ms / 1000.0
         self.abilities = replace(
             self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
@@ -96,7 +102,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
         Earlier transfers are given up, and new faults are reported at the end.
         """
-        if not isinstance(request, BUS_REQUESTS):
+        if not isinstance(request, (*BUS_REQUESTS, MeasureUnits)):
             raise Refused(f"CiA 402 drives do not support {type(request).__name__}")
         self.give_up()
         self._exchange.began_s = self.io.now_s
@@ -120,16 +126,24 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
         Drives that missed a heartbeat may have stopped between two bursts of a motion, or between
         two groups that home. So only a request that moves nothing takes them back: at rest, the
-        next reading of the positions.
+        next reading of the positions, but none midway through a motion.
         """
         moves = isinstance(request, MoveBy | MoveAlong | HomeDevice)
-        if moves and self.group.on and self.group.dropped_out:
+        goes_on = moves or (isinstance(request, ReadPosition) and request.midway)
+        if goes_on and self.group.on and self.group.dropped_out:
             drive = self.group.dropped_out[0]
             words = f"{drive} has stopped by itself, and holds{drive.why}"
             self.group.alarm(drive, Alert(AlertKind.ALARM, words))
             raise Obstructed(words)
         if not self.group.contacted:
             yield from self._contact.connect()
+        unknown = [drive for drive in self.group.drives if not drive.speed_unit_hz]
+        if moves and unknown:
+            raise Obstructed(
+                f"{unknown[0]} does not tell its unit of speed (object 60A9): "
+                f"`{command_line('can', 'setup', self._arm)}` measures it, or write "
+                "cia402.speed_units as its manual says"
+            )
         match request:
             case MoveBy(steps, rate_hz, released):
                 return (yield from self._profile.burst(steps, rate_hz, released))
@@ -137,6 +151,8 @@ class Cia402Controller(ScriptRunner[HostEvent]):
                 return (yield from self._cyclic.drive(request))
             case HomeDevice(groups):
                 return (yield from self._homing.home(groups))
+            case MeasureUnits(motor, steps):
+                return (yield from self._measurement.measure(self.group.drives[motor], steps))
             case ReadPosition():
                 return (yield from self._contact.read())
             case ReadSettings():

@@ -87,8 +87,14 @@ class Cia402Drive:
     still_s: float = math.inf
     """Since when it has not turned."""
     still_at: int = 0
-    speed_unit_hz: float = 1.0
-    """The unit of its speeds and, a second, of its ramps, in increments/s."""
+    speed_unit_hz: float = 0.0
+    """Its unit of speed, in increments/s; 0 if neither it nor the arm file tells."""
+    ramp_unit_hz_s: float = 0.0
+    """Its unit of ramps, in increments/s²; 0 like the unit of speed."""
+    told_unit_hz: float = 0.0
+    """The unit of speed that it tells (60A9)."""
+    turn: float = 0.0
+    """The increments of a turn of its motor; 0 if that is unknown."""
     network: canopen.NodeState | None = None
     """The state in its last heartbeat; None before the first one."""
     missed_heartbeat: bool = False
@@ -113,9 +119,13 @@ class Cia402Drive:
         """Its last position."""
         return self.shaft.count or 0
 
-    def units(self, rate_hz: float) -> int:
-        """Return a speed in its own unit, or a ramp: at least 1."""
+    def speed(self, rate_hz: float) -> int:
+        """Return a speed in its own unit: at least 1."""
         return max(round(rate_hz / self.speed_unit_hz), 1)
+
+    def ramp(self, slope_hz_s: float) -> int:
+        """Return a ramp in its own unit: at least 1."""
+        return max(round(slope_hz_s / self.ramp_unit_hz_s), 1)
 
     @property
     def holds(self) -> bool:

@@ -396,20 +396,19 @@ class Arriving:
     """Every drive gets its final target again and again, until it stands there.
 
     A late drive is not to blame: the motion waits for it, and ends if it is mute. Only a drive that
-    is read off its target is blamed, after its time (in listened time) is over.
+    is read off its target is blamed, if it was read there long enough before.
     """
 
     def __init__(self, lead: MotionLead, mode: OperationMode, rest_cycles: int) -> None:
         self._lead, self._mode, self._rest_cycles = lead, mode, rest_cycles
-        self._given_up_s = math.inf
         self._arrived = dict.fromkeys(lead.io.group.drives, 0)
         self._read_s: dict[Cia402Drive, float] = {}
+        self._off_s: dict[Cia402Drive, float] = {}
 
     def send(self) -> float:
         """Send every drive its target."""
         lead = self._lead
         if not self._read_s:
-            self._given_up_s = lead.io.listened.s + SETTLE_S
             self._read_s = {drive: drive.shaft.read_s for drive in lead.io.group.drives}
         for drive in lead.io.group.drives:
             lead.io.command(drive, ENABLE, self._mode, drive.shaft.goal)
@@ -425,10 +424,11 @@ class Arriving:
             if drive.shaft.is_near:
                 exact = abs(drive.seen - drive.shaft.goal) <= EXACT_REACH
                 self._arrived[drive] += EXACT if exact else 1
-            elif lead.io.listened.s > self._given_up_s:
+                continue
+            self._arrived[drive] = 0
+            off_s = self._off_s.setdefault(drive, drive.shaft.read_s)
+            if drive.shaft.asked_s > off_s + SETTLE_S:
                 return lead.blame(off_target_alert(drive))
-            else:
-                self._arrived[drive] = 0
         if lead.io.group.off_target or min(self._arrived.values()) < self._rest_cycles:
             return None
         for drive in drives:

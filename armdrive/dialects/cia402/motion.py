@@ -131,7 +131,7 @@ class CyclicMotion:
     """The present speed of the busiest motor."""
     shown_s: float = -math.inf
     short_s: dict[Cia402Drive, float] = field(default_factory=dict)
-    """Since when, in listened time, each drive stands short of its target."""
+    """When each drive was first read short of its target, where it stands."""
 
     def drive(self, request: MoveAlong) -> Script[Reply]:
         """Send targets along segments, until the end or until something stops the drives."""
@@ -188,15 +188,15 @@ class CyclicMotion:
         """Return TROUBLE if a drive stands short of its target for longer than it may settle.
 
         Its shaft is blocked, and would spring to the target when it comes free. One that has turned
-        meanwhile is not: on a slow bus, each reading is of the time before the last target.
+        meanwhile is not: on a slow bus, each reading is of the time before the last target. What
+        counts is the time between two readings, which passes for a drive however late they come.
         """
-        listened_s = self.lead.io.listened.s
         for drive in self.lead.io.group.drives:
             if not self.lead.stands_short(drive):
                 self.short_s.pop(drive, None)
                 continue
-            since_s = self.short_s.setdefault(drive, listened_s)
-            if listened_s > since_s + SETTLE_S and self.lead.still_s(drive) > SETTLE_S:
+            since_s = max(self.short_s.setdefault(drive, drive.shaft.read_s), drive.still_s)
+            if drive.shaft.asked_s > since_s + SETTLE_S:
                 return self.lead.blame(off_target_alert(drive))
         return None
 
@@ -272,7 +272,7 @@ class ProfileMotion:
         if self.lead.io.stop_asked:
             return Halted()
         for drive, part in parts.items():
-            speed, slope = (each * drive.speed_unit_hz for each in (part.speed, part.slope))
+            speed, slope = part.speed * drive.speed_unit_hz, part.slope * drive.ramp_unit_hz_s
             drive.shaft.order(part.goal, speed, slope, self.lead.io.now_s)
         self.under_way = tuple(parts)
         lasts_s = self.limits.lasts_s(steps.largest, rate_hz)
@@ -285,7 +285,7 @@ class ProfileMotion:
 
     def _part(self, drive: Cia402Drive, count: int, share: float, rate_hz: float) -> BurstPart:
         speed, slope = share * min(rate_hz, TOP_HZ), share * self.limits.ramp_hz_s
-        return BurstPart(drive.shaft.goal + count, drive.units(speed), drive.units(slope))
+        return BurstPart(drive.shaft.goal + count, drive.speed(speed), drive.ramp(slope))
 
     def _send_goals(self) -> float:
         """Send the drives their set-points."""
@@ -374,7 +374,7 @@ class Cia402Homing:
         places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
         for place, speed in zip(places, self.lead.io.settings.homing_speeds, strict=True):
             if speed:
-                jobs.append(canopen.Write(place, canopen.DataType.U32, drive.units(speed)))
+                jobs.append(canopen.Write(place, canopen.DataType.U32, drive.speed(speed)))
         return tuple(jobs)
 
     def _send_search(self) -> float:

@@ -6,6 +6,9 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from firmware_protocol.canopen.drives import (
+    INCREMENTS_A_SECOND,
+    POSITION_INCREMENTS,
+    RPM,
     ControlBit,
     Controlword,
     DriveState,
@@ -27,7 +30,9 @@ from firmware_protocol.canopen.objects import (
     HEARTBEAT_REACTION,
     MODE,
     MODE_SHOWN,
+    POSITION_UNIT,
     QUICK_STOP_OPTION,
+    SPEED_UNIT,
     STANDARD,
     STATUSWORD,
     SUPPORTED_MODES,
@@ -296,6 +301,14 @@ def _cob_words(word: int) -> str:
     return f"{word & ~(NOT_VALID | NO_REMOTE):03X}{off}"
 
 
+_UNITS = {POSITION_INCREMENTS: "increments", INCREMENTS_A_SECOND: "increments/s", RPM: "rpm"}
+
+
+def _unit_words(word: int) -> str:
+    """Return a unit as manuals write it."""
+    return f"{word:08X} ({_UNITS[word]})" if word in _UNITS else f"{word:08X}"
+
+
 def _watch_words(word: int) -> str:
     watch = HeartbeatWatch.of(word)
     return "no node" if watch is None else f"node {watch.node} within {watch.silence_ms} ms"
@@ -319,6 +332,8 @@ _WORDS: Mapping[Place, Callable[[int], str]] = MappingProxyType(
         MODE: mode_words,
         MODE_SHOWN: mode_words,
         SUPPORTED_MODES: modes_words,
+        POSITION_UNIT: _unit_words,
+        SPEED_UNIT: _unit_words,
         Place(0x1018, 1): "{:08X}".format,
         Place(0x1018, 2): "{:08X}".format,
         Place(0x1018, 3): "{:08X}".format,

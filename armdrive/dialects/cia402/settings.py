@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import BusMotors, check_feeding, check_ids
@@ -55,6 +56,13 @@ class Cia402Settings:
     encoder_increments: int = setting(
         0, "per turn, compared with the drives'; 0 does not compare", low=0, high=100_000_000
     )
+    speed_units: tuple[float, ...] = setting(
+        (),
+        "increments/s of one unit of each drive's speeds; 0 is what it tells (60A9)",
+    )
+    ramp_units: tuple[float, ...] = setting(
+        (), "increments/s² of one unit of its ramps; 0 is its unit of speed, a second"
+    )
     answer_s: float = setting(0.05, "timeout of an object transfer", low=0.01, high=2.0)
     homing_methods: tuple[int, ...] = setting(
         (), "object 6098 for each motor; empty leaves them as they are"
@@ -73,6 +81,10 @@ class Cia402Settings:
                 f"{self.master_id} is a drive's"
             )
         check_feeding("cia402.heartbeat_ms", self.heartbeat_ms, "cia402.beat_ms", self.beat_ms)
+        for name in ("homing_methods", "speed_units", "ramp_units"):
+            self._check_count(name, getattr(self, name))
+        for unit in (*self.speed_units, *self.ramp_units):
+            within("a unit in cia402.speed_units or ramp_units", unit, 0.0, 1e9)
         self._check_homing()
 
     @property
@@ -89,15 +101,17 @@ class Cia402Settings:
         return (*own, cob_id(Service.HEARTBEAT, self.master_id))
 
     def _check_homing(self) -> None:
-        if self.homing_methods and len(self.homing_methods) != len(self.ids):
-            raise ArmFileError(
-                f"cia402.homing_methods must have one for each of the {len(self.ids)} drives, or "
-                f"none, not {len(self.homing_methods)}"
-            )
         for index, method in enumerate(self.homing_methods):
             within(f"cia402.homing_methods[{index}]", method, *HOMING_METHODS)
         for index, speed in enumerate(self.homing_speeds):
             within(f"cia402.homing_speeds[{index}]", speed, 0, 10_000_000)
+
+    def _check_count(self, name: str, values: Sequence[float]) -> None:
+        if values and len(values) != len(self.ids):
+            raise ArmFileError(
+                f"cia402.{name} must have one for each of the {len(self.ids)} drives, or none, not "
+                f"{len(values)}"
+            )
 
 
 # What follows for an arm: the speeds of its drives and the period of their targets.

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from statistics import median
 from types import MappingProxyType
+from typing import Any
 
 from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
@@ -33,10 +35,12 @@ from armdrive.dialects.cia402.objects import (
     register_words,
     state_words,
 )
+from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenFrameDescriber
 from armdrive.dialects.exchange import Script
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.errors.printable import command_line
+from armdrive.tasks import MeasuredUnits
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen.drives import (
     DriveState,
@@ -55,6 +59,7 @@ from firmware_protocol.canopen.objects import (
     PRODUCT,
     REVISION,
     SERIAL_NUMBER,
+    SPEED_UNIT,
     STATUSWORD,
     SUPPORTED_MODES,
     VENDOR,
@@ -87,7 +92,7 @@ LONGEST_OBJECT = 256
 QUESTIONS = (
     DEVICE_TYPE, DEVICE_NAME, VENDOR, PRODUCT, REVISION, SERIAL_NUMBER,
     SUPPORTED_MODES, STATUSWORD, MODE_SHOWN, POSITION, ERROR_REGISTER, ERROR_CODE,
-    *WATCH_OBJECTS,
+    *WATCH_OBJECTS, SPEED_UNIT,
 )  # fmt: skip
 """The objects that are read of each node."""
 _TELLTALES = (SERIAL_NUMBER, POSITION, STATUSWORD)
@@ -300,7 +305,8 @@ def of_node(node: CanopenNode, arm: str = "NAME") -> list[Finding]:
         found.append(_no_drive(name, node))
         return found
     found.append(ok(f"{name}: {', '.join(_drive_words(node))}"))
-    return found + [each for each in (_fault(name, node, arm), *_modes(name, node)) if each]
+    more = (_fault(name, node, arm), *_modes(name, node), _unit(name, node, arm))
+    return found + [each for each in more if each]
 
 
 def of_arm(ids: Sequence[int], found: Survey[CanopenNode]) -> list[Finding]:
@@ -406,6 +412,14 @@ def _fault(name: str, node: CanopenNode, arm: str) -> Finding | None:
     return note(f"{name}: it still reports {why}{kinds}", mend)
 
 
+def _unit(name: str, node: CanopenNode, arm: str) -> Finding | None:
+    if SPEED_UNIT not in node.refused:
+        return None
+    measure = command_line("can", "setup", arm)
+    words = f"{name}: it does not tell its unit of speed (60A9), which an arm needs to move"
+    return note(words, f"`{measure}` measures it, unless the arm file states it")
+
+
 def _modes(name: str, node: CanopenNode) -> list[Finding]:
     word = node.number_of(SUPPORTED_MODES)
     if word is None:
@@ -440,6 +454,29 @@ def survey_nodes(io: FrameIO, ids: Sequence[int], heard: SeenNodes) -> Script[Fr
     )
 
 
+ALIKE = 0.1
+"""The measured units of drives of one kind differ by at most this share (Lely's stack: 6 %)."""
+
+
+def measured_units(device: Cia402Settings, found: Sequence[MeasuredUnits]) -> dict[str, Any]:
+    """Return the keys of [cia402] for measured units; none where every drive tells its own."""
+    speeds = _alike([0.0 if each.told else each.speed_hz for each in found])
+    ramps = _alike([0.0 if each.told else each.ramp_hz_s for each in found])
+    if not any(speeds) and not device.speed_units and not device.ramp_units:
+        return {}
+    return {"speed_units": speeds, "ramp_units": ramps}
+
+
+def _alike(units: list[float]) -> list[float]:
+    """Return the units, or their median for all if they differ by what measuring leaves open."""
+    middle = median(units)
+    return (
+        [middle] * len(units)
+        if all(abs(each - middle) <= ALIKE * middle for each in units)
+        else units
+    )
+
+
 BUS = BusTools(
     name="canopen",
     dialect="cia402",
@@ -451,6 +488,7 @@ BUS = BusTools(
     harmless=True,
     leaves_free=NODE_MAX,
     next=("config", "new", "NAME", "--template", "minimover5-cia402"),
+    units=measured_units,
 )
 """CANopen on a bus. Reading objects by SDO does nothing to MKS drives with any ids."""
 

@@ -41,6 +41,7 @@ from armdrive.tasks import (
     DeviceSettings,
     DropCurrent,
     HomeDevice,
+    MeasureUnits,
     MendSetting,
     MoveAlong,
     MoveBy,
@@ -140,8 +141,9 @@ class GrblController(ScriptRunner[HostEvent]):
                 return (yield from self.homing.home(groups))
             case SwitchOn() | ClearFault():
                 return (yield from self.contact.clear())
-            case ReadProgram() | WriteRow():
-                return RequestRejected("a GRBL board has no program memory", moved=False)
+            case ReadProgram() | WriteRow() | MeasureUnits():
+                words = "a GRBL board has no program memory, and its units are known"
+                return RequestRejected(words, moved=False)
 
     def _motion(self, request: MoveAlong) -> GrblMotion:
         """Return a motion from where the board stands."""

@@ -79,9 +79,10 @@ def _numbers(config: ArmConfig, count: int) -> tuple[int, ...]:
 def _objects(quirks: Cia402Quirks) -> Dictionary:
     """Return every drive's objects: those of its EDS, changed by the settings."""
     missing, profile = quirks.missing, quirks.profile
+    new = ("60A9",) if quirks.factory else ()
     if missing and not _INDICES.fullmatch(missing):
         raise BadRequest(f'missing is written "60C2", or as more joined by +, not {missing!r}')
-    indices = frozenset(int(word, 16) for word in missing.split("+") if word)
+    indices = frozenset(int(word, 16) for word in (*missing.split("+"), *new) if word)
     kind = dictionary().find(canopen.DEVICE_TYPE)
     high = 0 if kind is None else int(kind.default or 0) & ~0xFFFF
     changed: dict[Place, int] = {

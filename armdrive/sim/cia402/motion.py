@@ -100,7 +100,7 @@ class Cia402Motion:
 
     def go(self, now_s: float) -> None:
         """Move to the goal with the profile's speed and ramps."""
-        speed = self._objects.number_of(canopen.PROFILE_SPEED, 0) * self._unit_hz
+        speed = self._objects.number_of(canopen.PROFILE_SPEED, 0) * self._speed_unit_hz
         self._point.go_to(
             self._motor.zero + self.goal,
             max(min(speed, self._top_rate), 1.0),
@@ -139,12 +139,16 @@ class Cia402Motion:
 
     def slope(self, place: Place) -> float:
         """Return an acceleration from an object."""
-        return max(self._objects.number_of(place, _USUAL_SLOPE), 1) * self._unit_hz
+        unit_hz_s = self._quirks.ramp_unit or self._speed_unit_hz
+        return max(self._objects.number_of(place, _USUAL_SLOPE), 1) * unit_hz_s
 
     @property
-    def _unit_hz(self) -> float:
-        """The unit of speeds and, a second, of ramps (60A9); an unknown one counts as one."""
-        word = self._objects.number_of(canopen.SPEED_UNIT, canopen.INCREMENTS_A_SECOND)
+    def _speed_unit_hz(self) -> float:
+        """The unit of speeds: that of the options, or the one in 60A9, or one increment/s."""
+        if unit_hz := self._quirks.speed_unit:
+            return unit_hz
+        usual = canopen.RPM if self._quirks.factory else canopen.INCREMENTS_A_SECOND
+        word = self._objects.number_of(canopen.SPEED_UNIT, usual)
         per_turn = self._objects.number_of(canopen.ENCODER_INCREMENTS, 10_000)
         return canopen.speed_unit_hz(word, per_turn) or 1.0
 
@@ -222,7 +226,7 @@ class Cia402Motion:
 
     def _search(self, way: int, speed: Place, at: int, now_s: float) -> None:
         """Move towards the position where the switch changes."""
-        rate = max(self._objects.number_of(speed, _USUAL_SPEED), 1) * self._unit_hz
+        rate = max(self._objects.number_of(speed, _USUAL_SPEED), 1) * self._speed_unit_hz
         self._point.go_at(way * rate, self.slope(canopen.HOMING_ACCELERATION), now_s)
         self.ends = False
         self.switch_s = self._point.passes_s(at, way, now_s)

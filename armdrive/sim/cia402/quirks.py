@@ -22,6 +22,8 @@ class Cia402Quirks:
     """The settings of simulated drives."""
 
     bitrate: int = setting(500_000, "bits a second of the drives and their bus", words=BITRATES)
+    factory: bool = setting(False,
+        "drives as many are sold: they count speeds in rpm, without 60A9")
     csp: bool = setting(True,
         "drives have cyclic synchronous position; else profile position alone")
     homing: bool = setting(True, "drives can home by themselves")
@@ -40,6 +42,14 @@ class Cia402Quirks:
         source="makers differ: SEW-EURODRIVE (MOVI-C, EtherCAT) can hold the set-point; "
         "STOBER (CiA 402 Controller Based, ID 442454.02, section 2.4) extrapolates "
         "up to I423, then faults")
+    speed_unit: float = setting(0.0,
+        "increments/s that a unit of speed is; 0: what 60A9 tells, or 1", low=0.0, high=1e6,
+        source="makers differ: rpm (Roboteq, CANBus Networking Manual, 0x6081), 65536ths of "
+        "increments in a period (Technosoft's iPOS, in roboticslab-uc3m/yarp-devices)")
+    ramp_unit: float = setting(0.0,
+        "increments/s² that a unit of ramps is; 0: the unit of speed, a second",
+        low=0.0, high=1e6,
+        source="makers differ: tenths of rpm/s (Roboteq, CANBus Networking Manual, 0x6083)")
     limits: bool = setting(False,
         "a drive that runs into a pressed limit switch does a quick stop",
         source="the profile leaves it to the maker")

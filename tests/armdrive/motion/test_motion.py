@@ -18,7 +18,7 @@ from armdrive.runtime.position import DeviceReadings, FingerState
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import Current, State, Trust, status_view
-from armdrive.tasks import Registers
+from armdrive.tasks import ReadPosition, Registers
 from kinematics import PRESETS, Joints, KinematicsError, Motors, PathBroken, Pose, Unreachable
 from kinematics.chains.arm import ChainArm
 from kinematics.errors import BadNumber
@@ -117,6 +117,22 @@ def test_a_motion_reports_where_the_motors_stand_and_not_where_they_were_sent():
     assert moved.rounding_mm == pytest.approx(off_mm, abs=1e-6)
     assert off_mm > 0.001
     assert moved.joints == arm.twin.world.joints
+
+
+def test_readings_midway_through_a_motion_say_so(monkeypatch):
+    arm, asked = ready_arm(), []
+    kind = type(arm.core.controller)
+    begin = kind.begin
+
+    def noted(controller, request, now_s):
+        asked.append(request)
+        begin(controller, request, now_s)
+
+    monkeypatch.setattr(kind, "begin", noted)
+    arm.move_j(base_deg=80.0, speed=0.3)
+    midway = [each.midway for each in asked if isinstance(each, ReadPosition)]
+    assert midway == [True] * (len(midway) - 1) + [False]
+    assert len(midway) > 3
 
 
 def test_joints_that_are_not_named_keep_their_angle_to_the_last_digit():

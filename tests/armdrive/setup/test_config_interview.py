@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from pathlib import Path
 
 import pytest
 from pages import blocks, page
@@ -13,7 +14,7 @@ from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.draft import Surroundings
-from armdrive.setup.filing import checked, files_of
+from armdrive.setup.filing import after_writing, checked, files_of
 from armdrive.setup.interview import Interview
 from armdrive.setup.questions import homing_order
 from armdrive.setup.templates import TEMPLATES, available
@@ -342,6 +343,15 @@ def test_the_file_says_how_drives_get_their_numbers(template, words):
 
 
 # -- CiA 402 -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("template", "measures"), [("minimover5-cia402", True), ("minimover5-mks", False)]
+)
+def test_the_next_commands_measure_the_units_of_drives_that_may_not_tell_them(template, measures):
+    config = checked(files(template, {"connection.port": BUS}), "bench")
+    named = "\n".join(after_writing(Path("bench.toml"), config))
+    assert ("armdrive can setup bench" in named) is measures
 
 
 def test_the_template_of_canopen_drives_asks_for_their_nodes():

@@ -39,9 +39,11 @@ from firmware_protocol.canopen import (
     ERROR_CODE,
     ERROR_REGISTER,
     HEARTBEAT_REACTION,
+    INCREMENTS_A_SECOND,
     MODE_SHOWN,
     NODE_MAX,
     POSITION,
+    SPEED_UNIT,
     STATUSWORD,
     SUPPORTED_MODES,
     DriveState,
@@ -77,10 +79,12 @@ def drive(number, **values):
     places = {
         "kind": DEVICE_TYPE, "name": NAME, "serial": SERIAL_NUMBER, "vendor": VENDOR,
         "at": POSITION, "status": STATUSWORD, "modes": SUPPORTED_MODES, "error": ERROR_CODE,
-        "register": ERROR_REGISTER, "mode": MODE_SHOWN,
+        "register": ERROR_REGISTER, "mode": MODE_SHOWN, "unit": SPEED_UNIT,
     }  # fmt: skip
     usual = {"name": "a stepper", "serial": 100 + number, "status": HEALTHY, "modes": ALL_MODES}
-    return Device(number).has({places[key]: value for key, value in (usual | values).items()})
+    usual["unit"] = INCREMENTS_A_SECOND
+    holds = {key: value for key, value in (usual | values).items() if value is not None}
+    return Device(number).has({places[key]: value for key, value in holds.items()})
 
 
 def survey(bus, ids=range(1, 7), heard=None, clock=None):
@@ -149,6 +153,12 @@ def test_what_is_wrong_with_a_node_is_told(values, sentence):
     said = told(drive(4, **values))
     assert sentence in said
     assert said.count("problem") + said.count("note") == 1
+
+
+def test_a_drive_that_does_not_tell_its_unit_of_speed_is_named_with_what_measures_it():
+    said = told(drive(4, unit=None))
+    assert "note node 4: it does not tell its unit of speed (60A9)" in said
+    assert "`armdrive can setup bench` measures it" in said
 
 
 def test_what_a_device_does_not_have_is_told_and_no_more_is_made_of_it():

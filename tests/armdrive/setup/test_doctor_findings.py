@@ -29,7 +29,7 @@ from armdrive.tasks import DeviceSettings, Difference
 from armdrive.transports import opening, ports
 from armdrive.transports.can_health import BusHealth
 from armdrive.transports.ports import CanPort
-from firmware_protocol.canopen import DEVICE_TYPE
+from firmware_protocol.canopen import DEVICE_TYPE, INCREMENTS_A_SECOND, SPEED_UNIT
 
 
 @pytest.mark.parametrize(
@@ -297,7 +297,8 @@ def test_mks_drives_are_found_and_offered_their_template(monkeypatch):
 
 
 def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
-    bus = NodesBus(*map(Device, range(1, 7)))
+    unit = {SPEED_UNIT: INCREMENTS_A_SECOND}
+    bus = NodesBus(*(Device(number).has(unit) for number in range(1, 7)))
     monkeypatch.setattr(opening, "open_can_link", lambda port: bus)
     monkeypatch.setattr(dialog_runner, "RealClock", DialogClock)
     found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")

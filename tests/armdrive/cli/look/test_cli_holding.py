@@ -8,6 +8,7 @@ from dataclasses import replace
 from itertools import count
 
 import pytest
+from cli_calls import write_arm_file
 from waiting import FOREVER_S, soon, until
 
 from armdrive import Stopped
@@ -40,6 +41,12 @@ def test_commands_that_need_the_arm_name_its_holder(call, held):
         assert f"{ARM} is held by the program" in sentence
         assert f"(process {os.getpid()})" in sentence
         assert "`armdrive stop`" in sentence
+
+
+def test_the_status_of_an_arm_whose_port_another_arm_holds_names_the_port(call):
+    write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/ttyACM9"\n')
+    with arm_lock.hold("other", "/dev/ttyACM9"):
+        assert "/dev/ttyACM9 is held" in call.refused("status", "--arm", "bench", code=4)
 
 
 def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):

@@ -22,6 +22,7 @@ from armdrive.dialects.mks.words import MksFrameDescriber
 from armdrive.dialog.conversation import About
 from armdrive.errors import NoAnswer, StateFileError
 from armdrive.registry import simulate
+from armdrive.registry.arm_files import load_arm
 from armdrive.setup import plan as kept
 from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.plan import plan_of
@@ -295,6 +296,53 @@ def test_a_file_that_is_there_is_taken_as_it_is_and_its_old_text_kept(call, driv
     assert path.with_name("bench.toml.before").read_text() == old
     type_in(monkeypatch)
     assert "contains all this already" in call("can", "setup", "bench", code=1).out
+
+
+CIA402 = f'model = "minimover5-cia402"\n[connection]\ndialect = "cia402"\nport = "{PORT}"\n'
+RPM_HZ = 166.6667
+
+
+@pytest.fixture
+def untold(monkeypatch):
+    """Have the adapter lead to simulated CiA 402 drives that count speeds in rpm and do not say."""
+    config = load_arm(write_arm_file("bench", CIA402))
+    twin = simulate(config, factory=True)
+    monkeypatch.setattr(twin.link, "close", lambda: None)
+    monkeypatch.setattr("armdrive.transports.opening.open_link", lambda port, baud: twin.link)
+    clock = DialogClock()  # one for all calls, as the drives' time goes on between them
+    monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", lambda: clock)
+    person = SimulatedPerson(twin, print)
+    monkeypatch.setattr(can, "TerminalPerson", lambda name: person)
+    return SimpleNamespace(twin=twin, person=person, path=config.source.folder / "bench.toml")
+
+
+def test_units_are_measured_and_written_once_that_is_agreed_to(call, untold, monkeypatch):
+    before = untold.twin.world.motors
+    type_in(monkeypatch, "no")
+    called = call("can", "setup", "bench", code=0)
+    assert "base: one unit of speed is 1 rpm, one of ramps 1 rpm a second" in called.out
+    assert untold.path.read_text() == CIA402
+    type_in(monkeypatch, "yes")
+    assert "written:" in call("can", "setup", "bench", code=0).out
+    device = load_arm(untold.path).device
+    assert device.speed_units == device.ramp_units == (RPM_HZ,) * 6
+    assert max(map(abs, untold.twin.world.motors - before)) <= 8
+    type_in(monkeypatch)
+    assert "Nothing to write" in call("can", "setup", "bench", code=0).out  # as it is
+
+
+def test_without_a_yes_no_motor_is_switched_on(call, untold, monkeypatch):
+    untold.person.answer = lambda asked: asked.question.read("no")
+    type_in(monkeypatch)
+    call("can", "setup", "bench", code=1)
+    assert not any(node.motor.holding for node in untold.twin.board.nodes)
+    assert untold.path.read_text() == CIA402
+
+
+def test_practising_the_measurement_needs_no_drives(call):
+    write_arm_file("bench", CIA402)
+    called = call("can", "setup", "bench", "--sim", "--json", code=0)
+    assert called.json["units"] == {name: [RPM_HZ] * 6 for name in ("speed_units", "ramp_units")}
 
 
 def test_another_kind_of_arm_is_refused(call):

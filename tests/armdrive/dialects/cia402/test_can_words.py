@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from armdrive.dialects.bus.words import FrameCheck, FrameKind, PackedFrames
 from armdrive.dialects.cia402 import words as messages_canopen
-from armdrive.dialects.cia402.objects import held_words
+from armdrive.dialects.cia402.objects import held_words, value_words
 from armdrive.dialects.cia402.words import CanopenFrameDescriber
 from armdrive.dialects.words import Weight
 from armdrive.registry import DIALECTS, LANGUAGES, language_of, likely
@@ -17,6 +17,8 @@ from firmware_protocol.canopen import (
     DEVICE_TYPE,
     MODE,
     POSITION,
+    POSITION_UNIT,
+    SPEED_UNIT,
     STATUSWORD,
     SUPPORTED_MODES,
     TARGET_POSITION,
@@ -160,6 +162,7 @@ def test_the_node_of_a_frame_is_told_as_plain_data():
 
 
 HELD = (
+    (SPEED_UNIT, 0x00B4_4700, "00B44700 (rpm)"),
     (DEVICE_TYPE, 0x0004_0192, "CiA 402, a drive (stepper)"),
     (DEVICE_TYPE, 0x0000_0191, "CiA 401, an I/O module"),
     (DEVICE_TYPE, 0x0000_0123, "CiA 291, a device of an unknown profile"),
@@ -179,6 +182,11 @@ HELD = (
 def test_what_an_object_holds_is_told_in_words(place, value, words):
     data = value.to_bytes(4, "little", signed=value < 0)
     assert held_words(place, data) == words
+
+
+def test_a_unit_is_written_as_in_manuals():
+    assert value_words(POSITION_UNIT, 0x00B5_0000) == "00B50000 (increments)"
+    assert value_words(POSITION_UNIT, 0xFF41_0000) == "FF410000"  # 0.1 degrees: Nanotec's CL4-E
 
 
 def test_text_and_what_is_too_short_are_told_as_they_are():

@@ -301,6 +301,19 @@ def test_a_program_that_is_later_than_the_heartbeat_timeout_finds_the_motion_end
     assert rig.positions == there
 
 
+def test_drives_that_stopped_between_two_bursts_are_taken_back_by_no_reading_midway():
+    rig = Rig({"strategy": "profile"}).ready()
+    assert rig.do(MoveBy(steps(2000), 20_000.0)) == Done()
+    there = rig.suspend(0.5)
+    for request in (ReadPosition(midway=True), MoveBy(steps(2000), 20_000.0)):
+        reply = rig.do(request)
+        assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
+    assert {alert.kind for alert in rig.alerts()} == {AlertKind.ALARM}
+    assert rig.positions == there
+    assert isinstance(rig.do(ReadPosition()), Registers)  # at rest
+    assert rig.do(MoveBy(steps(2000), 20_000.0)) == Done()
+
+
 def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_motion_go_on(
     monkeypatch,
 ):

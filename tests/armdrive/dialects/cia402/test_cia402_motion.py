@@ -7,7 +7,6 @@ from cia402_rig import Rig, moving, steps
 from faults import arm_config, driven
 
 from armdrive.dialects.bus.paths import PlannedPath
-from armdrive.dialects.cia402 import exchange
 from armdrive.errors import Refused
 from armdrive.status import State, Trust
 from armdrive.tasks import (
@@ -27,7 +26,6 @@ from armdrive.tasks import (
     Timeout,
 )
 from firmware_protocol.canopen import (
-    QUICK_STOP_DECELERATION,
     DriveState,
     OperationMode,
     Service,
@@ -265,42 +263,6 @@ def test_a_burst_lasts_as_long_as_announced(missing):
     began_s = rig.now_s
     assert rig.do(MoveBy(steps(6000), 20_000.0)) == Done()
     assert rig.now_s - began_s <= rig.controller.duration_s(6000, 20_000.0) + 0.15
-
-
-RPM, TENTH_OF_RPM, DEGREES = 0x00B4_4700, 0xFFB4_4700, 0x0041_0300  # the first is Nanotec's default
-
-
-@pytest.mark.parametrize(("unit", "unit_hz"), [(RPM, 10_000 / 60), (TENTH_OF_RPM, 1000 / 60)])
-@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
-def test_speeds_and_ramps_are_given_in_the_drives_own_unit(unit, unit_hz, strategy):
-    rig = Rig({"strategy": strategy}, constant=f"60A9:00={unit}").ready()
-    node, before = rig.node(1), rig.positions
-    slope = node.objects.number_of(QUICK_STOP_DECELERATION, 0)
-    assert slope == round(rig.controller.limits.quick_hz_s / unit_hz)
-    rig.begin(MoveBy(steps(30_000, -15_000), 20_000.0))
-    rig.run(1.0)
-    assert 15_000 < (rig.positions - before)[0] < 20_500
-    assert rig.finish() == Done()
-    assert rig.positions - before == steps(30_000, -15_000)
-    assert not rig.alerts()
-    assert rig.controller.strays_steps(steps(9), 20_000.0)[0] in (0.0, 2.0 * max(unit_hz, 1.0))
-
-
-def test_an_unknown_unit_of_speed_refuses_contact_in_words():
-    reply = Rig(constant=f"60A9:00={DEGREES}").do(ReadPosition())
-    assert isinstance(reply, RequestRejected)
-    assert "object 60A9 is 00410300" in reply.reason
-
-
-def test_a_drive_that_lacks_the_unit_of_speed_counts_increments_and_one_that_hides_it_is_refused(
-    monkeypatch,
-):
-    rig = Rig(missing="60A9").ready()
-    assert rig.controller.group.drives[0].speed_unit_hz == 1.0
-    monkeypatch.setattr(exchange, "ABSENT", ())  # as if it had said: not now
-    reply = Rig(missing="60A9").do(ReadPosition())
-    assert isinstance(reply, RequestRejected)
-    assert "unit of speed is not known" in reply.reason
 
 
 def test_drives_with_a_braking_ramp_of_their_own_move_in_bursts():

@@ -1,0 +1,246 @@
+"""Measure in which units a CiA 402 drive counts speeds and ramps, by slow turns of its motor.
+
+CiA 402 leaves both to the maker, and only newer drives tell theirs (60A9). Increments/s is common
+(Novanta's drives, object 606B; ABB's FEPL-02 manual), Roboteq has rpm, and ramps in tenths of
+rpm/s (CANBus Networking Manual, 0x6081 and 0x6083), and Technosoft's iPOS 65536ths of increments in
+a period of its loop (roboticslab-uc3m/yarp-devices, TechnosoftIpos). Taken for increments/s, a
+speed in rpm would be hundreds of times too fast.
+
+Each number begins at 1 and grows fourfold until the motor turns fast enough to be timed. So
+whatever the unit is, no motor turns fast.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from armdrive.dialects.bus.drives import Obstructed
+from armdrive.dialects.bus.phases import Phase, Signal
+from armdrive.dialects.cia402.drives import Cia402Drive
+from armdrive.dialects.cia402.exchange import Script, SetPoints
+from armdrive.dialects.cia402.leading import MotionLead
+from armdrive.dialects.cia402.motion import BurstPart
+from armdrive.tasks import Done, MeasuredUnits, Reply, RequestRejected
+from firmware_protocol import canopen
+
+FACTOR = 4
+"""How much the next number is greater, if the motor turned too slowly."""
+MOST = FACTOR**10
+"""The greatest number that is tried: with it even an iPOS turns at 16,000 increments/s."""
+SHORT = 64
+"""The way of a first try, in increments: eight times as far as a drive may rest off its target."""
+ENOUGH = 16
+"""A motor that has come so far has surely turned."""
+TRY_S = 0.6
+"""How long a try may take."""
+SLOW_HZ = 150.0
+"""About how fast a motor turns while its speed is timed: a turn a minute at 10,000 increments."""
+TIMED_S = 1.0
+"""About how long that takes."""
+STEEP = 100_000
+"""The number of the ramps meanwhile. In any unit of a ramp a slow motor is at its speed at once."""
+RAMP_WAY = 240
+"""The way on which a ramp is timed, in increments."""
+FAST_HZ = 20_000.0
+"""A speed that is not reached on that way by a ramp that can be timed."""
+CRUISE, RISE = (0.2, 0.8), (0.06, 0.45)
+"""The parts of the way on which a motor keeps its speed, and on which it gains speed."""
+LEAST_READINGS = 4
+REST_S = 0.05
+"""A motor at its goal that does not turn for so long stands: the next turn begins from rest."""
+NEAR = 0.05
+"""A measured unit this close to a usual one is taken for that."""
+DECIMALS = (1.0, 0.1, 0.01, 0.001)
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """Where a motor was in one turn: times in seconds, and increments from its start."""
+
+    readings: tuple[tuple[float, int], ...]
+
+    @property
+    def way(self) -> int:
+        """How far it came."""
+        return self.readings[-1][1] if self.readings else 0
+
+    def within(self, part: tuple[float, float], way: int) -> tuple[tuple[float, int], ...]:
+        """Return the readings on a part of the way; empty if they are too few to time it."""
+        low, high = (each * way for each in part)
+        found = tuple(each for each in self.readings if low <= each[1] <= high)
+        return found if len(found) >= LEAST_READINGS else ()
+
+    @property
+    def rough_hz(self) -> float:
+        """About how fast it turned, or slower than that if it arrived between two readings."""
+        moved = [each for each in self.readings if each[1] > 0]
+        rest_s = max((s for s, at in self.readings if at <= 0), default=moved[0][0])
+        end_s, end = next(each for each in moved if each[1] >= self.way)
+        return end / max(end_s - rest_s, 1e-3)
+
+
+def slope(points: Iterable[tuple[float, float]]) -> float:
+    """Return the slope of the line through points, by least squares."""
+    xs, ys = zip(*points, strict=True)
+    x0, y0 = math.fsum(xs) / len(xs), math.fsum(ys) / len(ys)
+    over = math.fsum((x - x0) * (y - y0) for x, y in zip(xs, ys, strict=True))
+    return over / math.fsum((x - x0) ** 2 for x in xs)
+
+
+def named_unit(hz: float, turn: float) -> tuple[float, str]:
+    """Return the usual unit of speed that a measured one is, with its name; else itself.
+
+    `turn` are the increments of a turn of the motor, 0 if they are unknown.
+    """
+    for one, name in ((1.0, "increments/s"), (turn / 60.0, "rpm"), (turn, "turns/s")):
+        for decimal in DECIMALS:
+            if one and abs(hz / (one * decimal) - 1.0) <= NEAR:
+                return float(f"{one * decimal:.7g}"), f"{decimal:g} {name}"
+    return float(f"{hz:.3g}"), f"{hz:.3g} increments/s"
+
+
+def _failed(words: str) -> Obstructed:
+    """Return that a measurement failed, after the motor may have turned."""
+    return Obstructed(RequestRejected(words))
+
+
+@dataclass(slots=True, eq=False)
+class UnitMeasurement:
+    """Times slow turns of one motor; the other drives hold meanwhile."""
+
+    MODE = canopen.OperationMode.PROFILE_POSITION
+
+    lead: MotionLead
+
+    def measure(self, drive: Cia402Drive, steps: int) -> Script[Reply]:
+        """Measure the units of a drive, whose motor turns by at most `steps` and back."""
+        states, resting = self.lead.states, self.lead.io.group.resting_mode
+        yield from self.lead.prepare(resting)
+        yield from states.take_mode((drive,), self.MODE)
+        start = drive.seen
+        try:
+            speed, ramp = yield from self._timed(drive, start, steps)
+        except Obstructed:
+            yield from self._hold(drive)
+            raise
+        yield from self._hold(drive)
+        (speed_hz, named), (ramp_hz, ramp_named) = (
+            named_unit(each, drive.turn) for each in (speed, ramp)
+        )
+        told_hz = drive.told_unit_hz
+        return MeasuredUnits(
+            speed_hz,
+            ramp_hz,
+            bool(told_hz) and all(abs(each / told_hz - 1.0) <= NEAR for each in (speed, ramp)),
+            f"one unit of speed is {named}, one of ramps {ramp_named} a second "
+            f"(measured: {speed:.4g} increments/s and {ramp:.4g} increments/s²)",
+        )
+
+    def _hold(self, drive: Cia402Drive) -> Script[None]:
+        """Make a drive hold where it is, like the others."""
+        drive.rest()
+        yield from self.lead.states.take_mode((drive,), self.lead.io.group.resting_mode)
+        yield from self.lead.states.hold_here((drive,))
+
+    def _timed(self, drive: Cia402Drive, start: int, steps: int) -> Script[tuple[float, float]]:
+        """Return the unit of speed in increments/s, and that of ramps in increments/s²."""
+        speed_hz = yield from self._speed_hz(drive, start, steps)
+        back = BurstPart(start, max(round(SLOW_HZ / speed_hz), 1), STEEP)
+        yield from self._turn(drive, back, self._patience_s(steps))
+        ramp_hz_s = yield from self._ramp_hz_s(drive, start, steps, speed_hz)
+        yield from self._turn(drive, back, self._patience_s(steps))
+        return speed_hz, ramp_hz_s
+
+    def _speed_hz(self, drive: Cia402Drive, start: int, steps: int) -> Script[float]:
+        number, goal = 1, start + min(SHORT, steps)
+        while True:
+            tried = yield from self._turn(drive, BurstPart(goal, number, STEEP), TRY_S)
+            if tried.way >= min(ENOUGH, steps):
+                break
+            if number >= MOST:
+                raise _failed(
+                    f"{drive} does not turn whatever speed it gets: look at its supply, its "
+                    "current and its brake"
+                )
+            number *= FACTOR
+        rough_hz = tried.rough_hz / number
+        yield from self._turn(
+            drive, BurstPart(start, number, STEEP), self._patience_s(SHORT, tried.rough_hz)
+        )
+        number = max(round(SLOW_HZ / rough_hz), 1)
+        way = min(max(round(number * rough_hz * TIMED_S), SHORT), steps)
+        track = yield from self._turn(
+            drive,
+            BurstPart(start + way, number, STEEP),
+            self._patience_s(way, number * rough_hz),
+        )
+        if not (cruise := track.within(CRUISE, way)):
+            raise _failed(
+                f"{drive} turns too fast to be timed with the number 1 in object 6081: write "
+                "cia402.speed_units as its manual says"
+            )
+        return slope(cruise) / number
+
+    def _ramp_hz_s(
+        self, drive: Cia402Drive, start: int, steps: int, speed_hz: float
+    ) -> Script[float]:
+        number, way = 1, min(RAMP_WAY, steps)
+        fast = max(round(FAST_HZ / speed_hz), 1)
+        back = BurstPart(start, max(round(SLOW_HZ / speed_hz), 1), STEEP)
+        while True:
+            track = yield from self._turn(drive, BurstPart(start + way, fast, number), TRY_S)
+            # s = a / 2 * t^2, whenever it began: the root of the way grows evenly
+            if rise := track.within(RISE, way):
+                root = slope((s, math.sqrt(at)) for s, at in rise)
+                return 2.0 * root**2 / number
+            yield from self._turn(drive, back, self._patience_s(way))
+            if track.way < RISE[1] * way and number < MOST:
+                number *= FACTOR
+            elif way < steps:
+                way = steps
+            else:
+                raise _failed(
+                    f"{drive} does not gain speed as a ramp of increments/s² does: if its manual "
+                    "states ramps (6083, 6085) as times, it cannot be driven; else write "
+                    "cia402.ramp_units as it says"
+                )
+
+    @staticmethod
+    def _patience_s(way: int, rate_hz: float = SLOW_HZ) -> float:
+        """Return how long a turn may take that is expected to have a speed."""
+        return TRY_S + 2.0 * way / rate_hz
+
+    def _turn(self, drive: Cia402Drive, part: BurstPart, for_s: float) -> Script[Track]:
+        """Turn a motor to a goal, for at most a time; return where it was.
+
+        Raises `Obstructed` if something stops it.
+        """
+        lead, node = self.lead, drive.node
+        # drives lack 6084, or have a constant there: see `ProfileMotion`
+        optional = (canopen.PROFILE_DECELERATION,)
+        yield from lead.transfers.carry_out({node: part.writes}, optional=optional)
+        points = SetPoints({drive: part.goal})
+        yield from lead.states.ready(points)
+        begin, began_s, until_s = drive.seen, lead.io.now_s, lead.io.listened.s + for_s
+        direction = 1 if part.goal >= begin else -1
+        readings: list[tuple[float, int]] = []
+
+        def send() -> float:
+            points.send(lead.io, drive)
+            return lead.cycle_ends_s
+
+        def judge() -> Signal | None:
+            points.arrived()
+            if not readings or drive.shaft.read_s > readings[-1][0]:
+                readings.append((drive.shaft.read_s, direction * (drive.seen - begin)))
+            near = abs(drive.seen - part.goal) <= drive.shaft.bounds.tremble
+            there = near and drive.stands(began_s, REST_S)
+            over = there or lead.io.listened.s > until_s
+            return Signal.ARRIVED if over else None
+
+        reply = yield from lead.carry_out(Phase.HOMING, send, judge, None)
+        if not isinstance(reply, Done):
+            raise Obstructed(reply)
+        return Track(tuple(readings))

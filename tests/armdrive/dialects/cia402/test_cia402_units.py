@@ -1,0 +1,153 @@
+"""The units of speeds and ramps: told by the drive, stated by the arm file, or measured."""
+
+import pytest
+from cia402_rig import Rig, steps
+
+from armdrive.tasks import (
+    Done,
+    Halted,
+    HomeDevice,
+    MeasuredUnits,
+    MeasureUnits,
+    MoveAlong,
+    MoveBy,
+    ReadPosition,
+    RequestRejected,
+)
+from firmware_protocol.canopen import QUICK_STOP_DECELERATION
+
+RPM, TENTH_OF_RPM, DEGREES = 0x00B4_4700, 0xFFB4_4700, 0x0041_0300  # the first is Nanotec's default
+RPM_HZ = 10_000 / 60
+FAST = MoveBy(steps(30_000), 20_000.0)
+
+
+@pytest.mark.parametrize(("unit", "unit_hz"), [(RPM, RPM_HZ), (TENTH_OF_RPM, RPM_HZ / 10)])
+@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
+def test_speeds_and_ramps_are_given_in_the_drives_own_unit(unit, unit_hz, strategy):
+    rig = Rig({"strategy": strategy}, constant=f"60A9:00={unit}").ready()
+    check_speed(rig, unit_hz, unit_hz)
+
+
+@pytest.mark.parametrize(("speed", "ramp"), [(RPM_HZ, RPM_HZ / 10), (1000 / 65536, 1e6 / 65536)])
+@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
+def test_units_that_the_arm_file_states_count(speed, ramp, strategy):
+    stated = {"strategy": strategy, "speed_units": (speed,) * 6, "ramp_units": (ramp,) * 6}
+    check_speed(Rig(stated, missing="60A9", speed_unit=speed, ramp_unit=ramp).ready(), speed, ramp)
+
+
+def check_speed(rig, unit_hz, ramp_hz_s):
+    """Check that motors turn as fast as they should, and stop on the ramp that they should."""
+    node, before = rig.node(1), rig.positions
+    slope = node.objects.number_of(QUICK_STOP_DECELERATION, 0)
+    assert slope == round(rig.controller.limits.quick_hz_s / ramp_hz_s)
+    rig.begin(MoveBy(steps(30_000, -15_000), 20_000.0))
+    rig.run(1.0)
+    assert 15_000 < (rig.positions - before)[0] < 20_500
+    assert rig.finish() == Done()
+    assert rig.positions - before == steps(30_000, -15_000)
+    assert not rig.alerts()
+    strays = rig.controller.strays_steps(steps(9), 20_000.0)[0]
+    assert strays == (
+        0.0 if rig.controller.group.is_cyclic else pytest.approx(2.0 * max(unit_hz, 1.0))
+    )
+
+
+UNTOLD = ({"missing": "60A9"}, {"constant": f"60A9:00={DEGREES}"})
+
+
+@pytest.mark.parametrize("request_", [FAST, MoveAlong(iter([FAST]), 0.3), HomeDevice()])
+@pytest.mark.parametrize("options", UNTOLD, ids=["missing", "degrees"])
+def test_without_a_known_unit_the_motors_hold_and_nothing_moves(options, request_):
+    rig = Rig(**options).ready()
+    before = rig.positions
+    reply = rig.do(request_)
+    assert isinstance(reply, RequestRejected)
+    assert not reply.moved
+    assert "drive 1 (base) does not tell its unit of speed (object 60A9)" in reply.reason
+    assert "armdrive can setup" in reply.reason
+    assert isinstance(rig.do(ReadPosition()), type(Rig().do(ReadPosition())))
+    assert rig.positions == before
+
+
+UNITS = [
+    (1.0, 1.0, "1 increments/s, one of ramps 1 increments/s a second"),
+    (RPM_HZ, RPM_HZ, "1 rpm, one of ramps 1 rpm a second"),
+    (RPM_HZ, RPM_HZ / 10, "1 rpm, one of ramps 0.1 rpm a second"),
+    (RPM_HZ / 10, RPM_HZ / 10, "0.1 rpm, one of ramps 0.1 rpm a second"),
+    (RPM_HZ / 1000, RPM_HZ, "0.001 rpm, one of ramps 1 rpm a second"),
+    (10_000.0, 10_000.0, "1 turns/s, one of ramps 1 turns/s a second"),
+    (1000 / 65536, 1e6 / 65536, "0.01"),
+]
+
+
+@pytest.mark.parametrize(("speed", "ramp", "words"), UNITS)
+@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
+def test_units_are_measured_by_slow_turns_of_one_motor(speed, ramp, words, strategy):
+    rig = Rig({"strategy": strategy}, missing="60A9", speed_unit=speed, ramp_unit=ramp).ready()
+    before, most, seen = rig.positions, 0.0, []
+    rig.begin(MeasureUnits(1, 2778))
+    while (reply := rig.reply()) is None and rig.now_s < 120.0:
+        rig.run(0.01)
+        seen.append(rig.positions - before)
+        most = max(most, abs(rig.node(2).motor.point.rate(rig.now_s)))
+    assert isinstance(reply, MeasuredUnits)
+    assert reply.speed_hz == pytest.approx(speed, rel=0.03)
+    assert reply.ramp_hz_s == pytest.approx(ramp, rel=0.05)
+    assert words in str(reply)
+    assert not reply.told
+    assert {way[0] for way in seen} == {0}
+    assert max(abs(way[1]) for way in seen) <= 2778
+    assert abs((rig.positions - before)[1]) <= 8
+    assert most < 12_000.0
+    assert rig.now_s < 40.0
+    assert not rig.alerts()
+
+
+def test_a_unit_that_the_drive_tells_is_measured_too():
+    rig = Rig(constant=f"60A9:00={RPM}").ready()
+    assert rig.do(MeasureUnits(0, 2000), 60.0).told
+    rig = Rig(constant=f"60A9:00={RPM}", speed_unit=RPM_HZ / 10).ready()
+    assert not rig.do(MeasureUnits(0, 2000), 60.0).told
+
+
+def test_a_stop_ends_a_measurement():
+    rig = Rig(missing="60A9").ready()
+    rig.begin(MeasureUnits(0, 2000))
+    rig.run(2.0)
+    rig.stop()
+    assert rig.finish() == Halted()
+    rig.check_stands()
+
+
+def test_ramps_that_are_no_accelerations_are_said_to_be_unusable():
+    rig = Rig(missing="60A9", ramp_unit=1e6).ready()
+    reply = rig.do(MeasureUnits(0, 300), 60.0)
+    assert "drive 1 (base) does not gain speed as a ramp of increments/s² does" in reply.reason
+    rig.check_stands()
+    assert not rig.alerts()
+
+
+def test_a_speed_that_cannot_be_timed_is_left_to_the_manual():
+    rig = Rig(missing="60A9", speed_unit=1e5).ready()
+    reply = rig.do(MeasureUnits(0, 300), 60.0)
+    assert "too fast to be timed" in reply.reason
+    assert "cia402.speed_units" in reply.reason
+
+
+def test_a_motor_that_cannot_turn_is_named():
+    rig = Rig(missing="60A9").ready()
+    rig.twin.world.stalled.add(0)
+    reply = rig.do(MeasureUnits(0, 2000), 60.0)
+    assert "drive 1 (base) does not turn whatever speed it gets" in reply.reason
+    rig.twin.world.stalled.clear()
+    rig.check_stands()
+
+
+def test_a_drive_that_falls_silent_while_it_is_measured_is_named():
+    rig = Rig(missing="60A9").ready()
+    rig.begin(MeasureUnits(0, 2000))
+    rig.run(2.0)
+    rig.device.board.node(0).port.plugged = False
+    reply = rig.finish()
+    assert isinstance(reply, RequestRejected)
+    assert "drive 1 (base)" in reply.reason
