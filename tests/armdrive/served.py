@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import threading
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-from waiting import LONG_S, until
+from waiting import LONG_S
 from watched_sim import Watch
 
 from armdrive.connect.target import simulated_config
@@ -25,25 +23,32 @@ class ServedDevice:
 
     def __init__(self, server: Any, device: SimDevice, *faults: str) -> None:
         self.server, self.device = server, device
-        self.out = io.StringIO()
+        self.said: list[str] = []
+        """The lines of all its answers, and of what it said unasked."""
+        self._says = threading.Event()
         ear, self._mouth = os.pipe()
         self._thread = threading.Thread(
             target=run_device,
-            args=(self.device, self.server, ear, partial(print, file=self.out)),
+            args=(self.device, self.server, ear, self._hear),
             kwargs={"faults": [parse_option(each) for each in faults]},
             daemon=True,
         )
         self._thread.start()
+
+    def _hear(self, text: str) -> None:
+        self.said += text.splitlines() or [""]
+        self._says.set()
 
     def tell(self, line: str) -> str:
         """Give a command of the console and return the last line of its answer."""
         return self._answer(line)[-1]
 
     def _answer(self, line: str) -> list[str]:
-        count = self.out.getvalue().count("\n")
+        count = len(self.said)
+        self._says.clear()
         os.write(self._mouth, line.encode() + b"\n")
-        until(lambda: self.out.getvalue().count("\n") > count)
-        return self.out.getvalue().splitlines()[count:]
+        assert self._says.wait(LONG_S), f"{line!r} was never answered"
+        return self.said[count:]
 
     def end(self) -> None:
         """End the simulation."""

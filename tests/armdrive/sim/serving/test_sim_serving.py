@@ -195,7 +195,7 @@ class TestFaults:
         (tmp_path / "arm2").write_text("mine")
         running = serve(PtyServer(tmp_path / "arm"), f"replug:{tmp_path / 'arm2'}@0.05")
         running.tell("unplug")
-        until(lambda: "choose another path" in running.out.getvalue())
+        until(lambda: "choose another path" in "\n".join(running.said))
 
 
 class TestConsole:
