@@ -253,15 +253,11 @@ class Typist:
             return self._call(*words)
         module, cwd = (words[1], ROOT) if program == "python" else (program, self._folder)
         options = words[2:] if program == "python" else [*words, *AS_INSTALLED]
-        ran = subprocess.run(
-            [sys.executable, "-m", module, *options],
-            cwd=cwd,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert TRACEBACK not in ran.stdout + ran.stderr
-        return Called(ran.returncode, ran.stdout, ran.stderr)
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        with Forked("-m", module, *options, **pipes, text=True, cwd=cwd) as ran:
+            out, err = ran.communicate()
+        assert TRACEBACK not in out + err
+        return Called(ran.returncode, out, err)
 
     def _run(self, code: str) -> str:
         with contextlib.redirect_stdout(io.StringIO()) as printed:
