@@ -92,6 +92,8 @@ def pytest_runtest_protocol(item, nextitem):
         return None  # this process shows its reports by itself
     for report in runtestprotocol(item, log=False, nextitem=nextitem):
         if report.when == "call" or not report.passed:
+            if report.passed:
+                report.keywords = {}  # which take longer to send than all else
             item.ihook.pytest_runtest_logreport(report=report)
     return True
 

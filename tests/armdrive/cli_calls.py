@@ -3,11 +3,10 @@
 import io
 import json
 import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-from forked import Forked
 
 from armdrive.cli import main
 from armdrive.storage import files as places
@@ -71,8 +70,8 @@ class Caller:
 def started(*words: str) -> subprocess.Popen[str]:
     """Start a command in a process of its own, at pipes."""
     pipe = subprocess.PIPE
-    streams = {"stdin": pipe, "stdout": pipe, "stderr": pipe}
-    return Forked("-m", "armdrive", *words, **streams, text=True, bufsize=1)
+    command = [sys.executable, "-m", "armdrive", *words]
+    return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, bufsize=1)
 
 
 class Terminal(io.StringIO):

@@ -1,17 +1,20 @@
-"""A program that drives a real port until something ends it.
+"""A program that drives a real port until something ends it, a child for each way to end.
 
-`python ending_host.py PORT DIALECT ORDER` references the arm by where its `motors` stand and sets
-out on a long way; with `terminal` it has that pseudo-terminal for its own. It tells when it is
-under way, and what its status announces at the next line that it gets. It raises where the order,
-in JSON, has `raises`.
+`python ending_host.py PORT DIALECT` reads one JSON object a line. Each forks a child, so that what
+Python takes to start is paid once. The child references the arm by where its `motors` stand and
+sets out on a long way; with `terminal` it has that pseudo-terminal for its own. Its number is told
+then, what its status announces at the next line that it gets, when it raises where the order has
+`raises`, and how it ended when it has.
 """
 
+import contextlib
 import fcntl
 import json
 import os
 import sys
 import termios
 import threading
+import traceback
 from typing import Any
 
 from mortal_host import ready
@@ -29,7 +32,7 @@ class LineFailure(Exception):
 
 
 def tell(**words: Any) -> None:
-    os.write(1, (json.dumps(words) + "\n").encode())
+    os.write(1, (json.dumps({"pid": os.getpid(), **words}) + "\n").encode())
 
 
 def drive(port: str, dialect: str, order: dict[str, Any]) -> None:
@@ -61,5 +64,27 @@ def live(order: dict[str, Any]) -> int:
     return 0
 
 
+def die_or_end(order: dict[str, Any]) -> None:
+    """Live in a child, and never return."""
+    code = 99
+    with contextlib.suppress(BaseException):
+        try:
+            code = live(order)
+        except BaseException:
+            traceback.print_exc()
+    os._exit(code)
+
+
+def main() -> None:
+    """Have one child after the other."""
+    for line in sys.stdin:
+        order = json.loads(line)
+        child = os.fork()
+        if child == 0:
+            die_or_end(order)
+        _, ended = os.waitpid(child, 0)
+        tell(ended=os.waitstatus_to_exitcode(ended))
+
+
 if __name__ == "__main__":
-    sys.exit(live(json.loads(sys.argv[3])))
+    main()

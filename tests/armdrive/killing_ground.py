@@ -4,12 +4,12 @@ Used by a test for a handful of kills, and by benchmarks/kill_everywhere.py for 
 """
 
 import json
-import signal
+import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from forked import Forked
 from served import Served
 
 from armdrive import Arm
@@ -47,25 +47,36 @@ class KillingGround:
     def __init__(self, folder: Path, dialect: str = "teachmover") -> None:
         self._dialect = dialect
         self._sim = Served(dialect, pty=folder / "arm")
+        self._host = subprocess.Popen(
+            [sys.executable, str(HOST), self._sim.port, dialect],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            bufsize=1,
+        )
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
+        self._host.communicate()
         self._sim.end()
 
     def kill(self, **order: Any) -> Found:
         """Have a program live until it is killed, and another one connect."""
-        words = json.dumps({"motors": list(self._motors()), **order})
-        code = Forked(str(HOST), self._sim.port, self._dialect, words).wait()
-        if code not in (0, -signal.SIGKILL):
+        assert self._host.stdin is not None
+        assert self._host.stdout is not None
+        motors = list(self._motors())
+        self._host.stdin.write(json.dumps({"motors": motors, **order}) + "\n")
+        ended = json.loads(self._host.stdout.readline())
+        if not ended["killed"] and ended["code"]:
             raise RuntimeError(f"the program failed before it was killed: {order}")
         self._sim.watch.rest()
         with Arm.connect(self._sim.port, dialect=self._dialect) as arm:
             status = arm.status
             truth = self._motors()
         return Found(
-            order, code != 0, status.trust, status.trust_reason, status.acknowledged, truth
+            order, ended["killed"], status.trust, status.trust_reason, status.acknowledged, truth
         )
 
     def _motors(self) -> Motors:

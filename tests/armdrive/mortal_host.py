@@ -1,10 +1,11 @@
 """A program that drives a real port and kills itself, really, at the moment it is told to.
 
-`python mortal_host.py PORT DIALECT ORDER` references the arm by where its `motors` physically
-stand, makes two short moves with a rest of `still_s` between, and ends by SIGKILL: at a `disk`
-operation or a `wire` write of this number (after so many `bytes` of it), counted from the first
-move on, once a motion is under way where the order, in JSON, says `moving`, or after `after_s`
-seconds.
+`python mortal_host.py PORT DIALECT` reads one JSON object a line and forks a child for each, so
+that what Python takes to start is paid once. The child references the arm by where its `motors`
+physically stand, makes two short moves with a rest of `still_s` between, and ends by SIGKILL: at a
+`disk` operation or a `wire` write of this number (after so many `bytes` of it), counted from the
+first move on, once a motion is under way where it says `moving`, or after `after_s` seconds. The
+answer is whether it was killed, or how it ended.
 """
 
 import json
@@ -13,6 +14,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from pathlib import Path
 from typing import Any
 
@@ -108,5 +110,28 @@ def ready(port: str, dialect: str, motors: Motors) -> Arm:
     return arm
 
 
+def _die_or_end(order: dict[str, Any]) -> None:
+    """Live in a child, and never return."""
+    try:
+        live(sys.argv[1], sys.argv[2], order)
+    except BaseException:
+        traceback.print_exc()
+        os._exit(1)
+    os._exit(0)
+
+
+def main() -> None:
+    """Have one child after the other."""
+    for line in sys.stdin:
+        order = json.loads(line)
+        child = os.fork()
+        if child == 0:
+            _die_or_end(order)
+        _, ended = os.waitpid(child, 0)
+        answer = {"killed": os.WIFSIGNALED(ended), "code": ended >> 8}
+        sys.stdout.write(json.dumps(answer) + "\n")
+        sys.stdout.flush()
+
+
 if __name__ == "__main__":
-    live(sys.argv[1], sys.argv[2], json.loads(sys.argv[3]))
+    main()

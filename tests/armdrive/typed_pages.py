@@ -35,7 +35,6 @@ from typing import Any, Self
 
 import pytest
 from cli_calls import TRACEBACK, Called
-from forked import Forked
 from pages import ROOT
 from served import Served
 from waiting import LONG_S
@@ -126,9 +125,13 @@ class ServedApart:
     """A simulated arm that `armdrive sim` serves in a process of its own."""
 
     def __init__(self, *words: str) -> None:
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-        unbuffered = os.environ | {"PYTHONUNBUFFERED": "1"}
-        self._process = Forked("-m", "armdrive", *words, **pipes, text=True, env=unbuffered)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "armdrive", *words],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        )
         assert self._process.stdout is not None
         self.first_line = self._process.stdout.readline()
         """It says where the arm is: from then on the port can be opened."""

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, ClassVar, cast
 
 from filelock import FileLock
-from forked import Forked
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
@@ -131,10 +130,8 @@ class DeviceProcess(SimProcess):
     """
 
     def __init__(self, program: Sequence[str], door: tuple[str, str], dialect: str) -> None:
-        self.process = Forked(
-            "-m",
-            *program,
-            *door,
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", *program, *door],
             cwd=ROOT,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

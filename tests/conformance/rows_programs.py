@@ -2,9 +2,8 @@
 
 import json
 import subprocess
+import sys
 import threading
-
-from forked import Forked
 
 from armdrive.errors import Stopped
 
@@ -27,11 +26,8 @@ SLOWLY = 0.15
 def start_command(bench: RealTimeBench, *words: str) -> subprocess.Popen[str]:
     """Start an `armdrive` command for the arm on the bench."""
     where = ["--port", bench.port, "--dialect", bench.row.name]
-    return Forked(
-        "-m",
-        "armdrive",
-        *words,
-        *where,
+    return subprocess.Popen(
+        [sys.executable, "-m", "armdrive", *words, *where],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

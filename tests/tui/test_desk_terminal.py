@@ -5,13 +5,14 @@ import os
 import re
 import select
 import signal
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
 import pytest
-from forked import Forked
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
-from waiting import LONG_S, looks, suspended
+from waiting import LONG_S, looks
 
 from tui.terminal import LastingFile
 
@@ -97,7 +98,7 @@ def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began
         _arm(ours)
         child.send_signal(getattr(signal, suspending))
         for _ in looks("the desk was not suspended"):
-            if suspended(child.pid):
+            if os.waitpid(child.pid, os.WUNTRACED | os.WNOHANG)[0]:
                 break
             if select.select([ours], [], [], 0.05)[0]:  # what it still has to say is read
                 os.read(ours, 65536)
@@ -169,12 +170,8 @@ def _desk_on(theirs, notes, said):
     notes.touch()
     here = Path(__file__).parent
     environment = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
-    return Forked(
-        "-c",
-        CHILD,
-        str(notes),
-        str(here),
-        str(here.parent.parent),
+    return subprocess.Popen(
+        [sys.executable, "-c", CHILD, str(notes), str(here), str(here.parent.parent)],
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,

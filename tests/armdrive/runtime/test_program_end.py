@@ -1,5 +1,6 @@
 """How a program ends, and the signals that reach it."""
 
+import contextlib
 import json
 import os
 import re
@@ -10,10 +11,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from forked import Forked
 from pages import page
 from served import Served
-from waiting import LONG_S, suspended, until
+from waiting import suspended, until
 
 from armdrive import Arm
 from armdrive.runtime import clock
@@ -33,33 +33,45 @@ SUSPENDED_S = 1.2
 
 
 class Ground:
-    """A simulated arm, and the program that drives it."""
+    """A simulated arm, and a program that drives it in a child for each way to end."""
 
     def __init__(self, folder: Path, dialect: str) -> None:
-        self._dialect = dialect
         self.sim = Served(dialect, pty=folder / "arm")
-        self.program: Forked | None = None
+        self._child = 0
+        self._host = subprocess.Popen(
+            [sys.executable, str(HOST), self.sim.port, dialect],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            bufsize=1,
+        )
 
     def close(self) -> None:
-        """End all, a program that a test has left alive included."""
-        if self.program is not None:
-            self.program.kill()
+        """End all, a program that a test has left alive included: it would be waited for."""
+        if self._child:
+            os.kill(self._child, signal.SIGKILL)
+        self._host.communicate()
         self.sim.end()
 
-    def begin(self, **order) -> float:
-        """Have a program set out; return the time within which the arm shall stand."""
-        words = json.dumps({"motors": self.motors, **order})
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-        words = str(HOST), self.sim.port, self._dialect, words
-        self.program = Forked(*words, **pipes, text=True, bufsize=1)
-        self.program.stdout.readline()
+    def begin(self, **order) -> tuple[int, float]:
+        """Have a child set out; return its number and the time within which the arm shall stand."""
+        self._host.stdin.write(json.dumps({"motors": self.motors, **order}) + "\n")
+        told = self.told()
+        assert "ended" not in told, told
         self.sim.watch.moves_by(UNDER_WAY)
-        self.program.stdin.write("\n")
-        return max(json.loads(self.program.stdout.readline()).values())
+        self._host.stdin.write("\n")
+        told = self.told()
+        assert "silent_s" in told, told
+        return told["pid"], max(told["silent_s"], told["stop_s"])
 
     @property
     def motors(self) -> list[int]:
         return self.sim.watch.motors
+
+    def told(self) -> dict:
+        told = json.loads(self._host.stdout.readline())
+        self._child = 0 if "ended" in told else told["pid"]
+        return told
 
     def stands_within(self, bound_s: float) -> None:
         """Check how long the arm moved on once it had heard the last of an ended program."""
@@ -67,32 +79,28 @@ class Ground:
 
     def ended(self, bound_s: float) -> int:
         """Wait until the program has ended, and hold the arm to its bound; return the exit code."""
-        code = self.code()
+        code = self.told()["ended"]
         self.stands_within(bound_s)
         return code
-
-    def code(self) -> int:
-        self.program.communicate(timeout=LONG_S)
-        return self.program.returncode
 
 
 def by_signal(number: int) -> Callable[[Ground], int]:
     def end(ground: Ground) -> int:
-        bound_s = ground.begin()
-        ground.program.send_signal(number)
+        child, bound_s = ground.begin()
+        os.kill(child, number)
         return ground.ended(bound_s)
 
     return end
 
 
 def by_exception(ground: Ground) -> int:
-    bound_s = ground.begin(raises=True)
+    _, bound_s = ground.begin(raises=True)
     return ground.ended(bound_s)
 
 
 def by_closing_its_terminal(ground: Ground) -> int:
     master, slave = os.openpty()
-    bound_s = ground.begin(terminal=os.ttyname(slave))
+    _, bound_s = ground.begin(terminal=os.ttyname(slave))
     os.close(slave)
     os.close(master)
     return ground.ended(bound_s)
@@ -100,17 +108,18 @@ def by_closing_its_terminal(ground: Ground) -> int:
 
 def by_suspending(ground: Ground) -> int:
     """Suspend it, and let it go on: the motion does not."""
-    bound_s, program = ground.begin(), ground.program
-    program.send_signal(signal.SIGSTOP)
-    until(lambda: suspended(program.pid), "the program was not suspended")
+    child, bound_s = ground.begin()
+    os.kill(child, signal.SIGSTOP)
+    until(lambda: suspended(child), "the program was not suspended")
     ground.stands_within(bound_s)
     stood = ground.motors
     ground.sim.watch.passes(SUSPENDED_S)
-    program.send_signal(signal.SIGCONT)
+    os.kill(child, signal.SIGCONT)
     ground.sim.watch.passes(0.3)
     assert ground.motors == stood
-    program.terminate()
-    return ground.code()
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(child, signal.SIGTERM)
+    return ground.told()["ended"]
 
 
 FORGETFUL = """
@@ -150,8 +159,12 @@ FORGOTTEN = (
 def test_a_script_that_forgets_to_close_its_arm_ends_as_the_page_says(tmp_path):
     with Served("teachmover", pty=tmp_path / "arm") as sim:
         for text, number, code, trust in FORGOTTEN:
-            pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
-            script = Forked("-c", text, sim.port, "teachmover", **pipes)
+            script = subprocess.Popen(
+                [sys.executable, "-c", text, sim.port, "teachmover"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+            )
             bound_s = max(map(float, script.stdout.readline().split()))
             sim.watch.moves_by(UNDER_WAY)
             if number is not None:

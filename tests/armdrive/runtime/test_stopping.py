@@ -1,14 +1,12 @@
 """States of an arm, and its stops."""
 
-import math
 import os
 import signal
 import threading
 from dataclasses import replace
 
 import pytest
-from amounts import in_pairs
-from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, stand_still_s
+from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config
 
 from armdrive import Jog, JogMove
 from armdrive.connect.control_socket import answered
@@ -94,48 +92,8 @@ def test_a_call_in_error_stop_is_refused_by_its_own_name_and_says_what_to_do_fir
 
 # -- Stops -----------------------------------------------------------------------------------------
 
-ERRORS = [0.0, 0.5, 0.9, -0.3]
 
-
-def begin_planned(arm):
-    arm.move_j(base_deg=80, shoulder_deg=75, elbow_deg=-40, wait=False)
-
-
-def begin_line(arm):
-    from kinematics import Pose
-
-    pose = arm.pose
-    goal = Pose(pose.x_mm - 40, pose.y_mm + 150, pose.z_mm + 30, pose.pitch_rad, 0.0)
-    arm.move_l(goal, wait=False)
-
-
-def begin_jog(arm):
-    arm.hold(Jog.joint(base=1.0, shoulder=1.0, elbow=1.0), speed=1.0, for_s=1.0)
-
-
-@pytest.mark.parametrize("burst_s", [0.15, 0.5])
-@in_pairs(
-    "error, begin, after_s",
-    list(ERRORS),
-    [begin_planned, begin_line, begin_jog],
-    [0.02, 0.11, 0.4],
-)
-def test_a_stopped_arm_stands_within_the_stated_time_and_way(begin, error, after_s, burst_s):
-    arm = ready_arm(sim_config(planned_burst_s=burst_s), speed_error=error)
-    begin(arm)
-    arm.sleep(0.07)
-    arm.sleep(after_s)
-    status, tip = arm.status, arm.twin.world.tip
-    asked_s = status.time_s
-    assert status.state is State.MOVING
-    arm.request_stop()
-    assert stand_still_s(arm) - asked_s <= status.stop_time_s + 0.006
-    assert math.dist(tip, arm.twin.world.tip) <= status.stop_distance_mm
-    assert arm.status.state is State.STANDBY
-    assert arm.twin.world.motors == arm.status.acknowledged
-
-
-@pytest.mark.parametrize("error", [*ERRORS, 3.0])
+@pytest.mark.parametrize("error", [0.0, 0.5, 0.9, -0.3, 3.0])
 def test_every_burst_fits_its_announced_length_and_once_measured_really_does(error):
     arm = ready_arm(sim_config(planned_burst_s=0.3), speed_error=error)
     link, lengths = arm.twin.link, []
@@ -265,7 +223,7 @@ def test_a_jog_in_error_stop_is_answered_by_the_way_out(jog):
 
 def test_a_reset_right_behind_the_emergency_stop_waits_for_the_burst():
     arm = ready_arm(speed_error=0.9)
-    begin_planned(arm)
+    arm.move_j(base_deg=80, shoulder_deg=75, elbow_deg=-40, wait=False)
     arm.sleep(0.3)
     arm.estop()
     arm.reset()

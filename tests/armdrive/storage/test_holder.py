@@ -6,11 +6,11 @@ import os
 import signal
 import socket
 import subprocess
+import sys
 import threading
 from multiprocessing.connection import Connection
 
 import pytest
-from forked import Forked
 from waiting import looks, soon
 
 from armdrive import Arm
@@ -195,8 +195,9 @@ def test_what_a_killed_program_left_behind_is_recognised(arm):
         "print('holding', flush=True)\n"
         "input()\n"
     )
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with Forked("-c", program, **pipes, text=True) as holder:
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as holder:
         assert holder.stdout.readline() == "holding\n"
         assert held_arms() == ["bench"]
         with pytest.raises(ArmInUse, match=str(holder.pid)):

@@ -403,25 +403,6 @@ pytest_plugins = ["pytester"]
 
 PLUGIN = "armdrive.testing.plugin"
 ALONE = [f"-p{PLUGIN}", "-pno:cacheprovider"]
-SCRIPT = """
-    from armdrive import Arm, Pose
-
-    def down(x_mm, y_mm, z_mm):
-        return Pose.of(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm, pitch_deg=-90)
-
-    def main():
-        with Arm.connect("bench") as arm:
-            arm.home()
-            arm.gripper.open()
-            arm.move_to(down(250, 0, 90))
-            arm.move_l(down(250, 0, 15))
-            width_mm = arm.gripper.grasp()
-            arm.move_to(down(200, 100, 90))
-            arm.move_l(down(200, 100, 15))
-            arm.gripper.open()
-            arm.move_l(down(200, 100, 90))
-        return width_mm
-"""
 
 
 @pytest.fixture
@@ -438,69 +419,28 @@ def passes(pytester, monkeypatch):
     return run
 
 
-def test_a_persons_script_that_connects_by_itself_is_tested_without_its_arm(pytester, passes):
-    pytester.makepyfile(pick=SCRIPT)
+def test_every_test_begins_anew_without_a_real_port_in_a_folder_of_its_own(passes):
+    """The page about testing scripts has a test of a person's own, with faults and marks."""
     passes(
         """
+        import asyncio
+        import os
         import pytest
-        import pick
+        from armdrive import AsyncArm, PortUnavailable, State, Trust
+        from armdrive.connect.parts import connect_real
+        from armdrive.connect.target import simulated_config
+        from armdrive.storage.files import states
 
-        def test_it(arm_world):
-            arm_world.put("A", 250, 0)
-            assert pick.main() == pytest.approx(25, abs=0.3)
-            assert arm_world.blocks["A"].place == pytest.approx((200, 100, 0), abs=1.5)
-            assert arm_world.incidents == ()
-            assert arm_world.held is None
-            assert arm_world.pose.z_mm == pytest.approx(90, abs=1)
-        """
-    )
-
-
-def test_sim_arm_is_enabled_and_referenced_in_the_same_world(passes):
-    passes(
-        """
-        from armdrive import State, Trust
-
-        def test_it(sim_arm, arm_world):
+        def test_referenced(sim_arm, arm_world):
             assert sim_arm.status.state is State.STANDBY
             assert sim_arm.status.trust is Trust.REFERENCED
             assert sim_arm.twin is arm_world.twin
             sim_arm.move_j(base_deg=10)
             assert abs(arm_world.joints.deg["base"] - 10) < 0.2
-        """
-    )
+            arm_world.faults.add("unplug")
 
-
-def test_faults_can_be_had_and_each_test_begins_anew(passes):
-    passes(
-        """
-        import pytest
-        from armdrive import LinkLost
-
-        def test_a_pulled_cable(sim_arm, arm_world):
-            arm_world.faults.add("unplug", after_s=0.5)
-            with pytest.raises(LinkLost):
-                sim_arm.move_j(base_deg=60)
-
-        def test_the_next_one_has_its_cable(sim_arm, arm_world):
-            sim_arm.move_j(base_deg=60)
+        def test_anew(arm_world, tmp_path):
             assert arm_world.faults.active == ()
-        """,
-        passed=2,
-    )
-
-
-def test_no_real_port_can_be_opened_and_what_is_remembered_goes_into_the_tests_folder(passes):
-    passes(
-        """
-        import os
-        import pytest
-        from armdrive import PortUnavailable
-        from armdrive.connect.parts import connect_real
-        from armdrive.connect.target import simulated_config
-        from armdrive.storage.files import states
-
-        def test_within(arm_world, tmp_path):
             assert os.environ["ARMDRIVE_FORCE_SIM"] == "1"
             assert states().is_relative_to(tmp_path)
             with pytest.raises(PortUnavailable):
@@ -508,8 +448,17 @@ def test_no_real_port_can_be_opened_and_what_is_remembered_goes_into_the_tests_f
 
         def test_without():
             assert "ARMDRIVE_FORCE_SIM" not in os.environ
+
+        async def program():
+            async with AsyncArm.connect("bench") as arm:
+                await arm.home()
+                await arm.move_j(base_deg=20)
+
+        def test_a_coroutine(arm_world):
+            asyncio.run(program())
+            assert abs(arm_world.joints.deg["base"] - 20) < 0.2
         """,
-        passed=2,
+        passed=4,
     )
 
 
@@ -595,24 +544,6 @@ def test_an_unknown_arm_is_one_sentence_even_for_a_test_that_never_connects(pass
     """
     ended = passes(source, "--armdrive-dialect=robko", passed=0, errors=3)
     ended.stdout.re_match_lines([".*gerbil.*grbl", ".*none.toml", ".*robko.*robko01"])
-
-
-def test_a_coroutine_may_use_them_too(passes):
-    passes(
-        """
-        import asyncio
-        from armdrive import AsyncArm
-
-        async def program():
-            async with AsyncArm.connect("bench") as arm:
-                await arm.home()
-                await arm.move_j(base_deg=20)
-
-        def test_it(arm_world):
-            asyncio.run(program())
-            assert abs(arm_world.joints.deg["base"] - 20) < 0.2
-        """
-    )
 
 
 def test_the_plugin_is_registered_under_its_modules_name_and_so_never_twice():

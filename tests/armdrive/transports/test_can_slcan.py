@@ -8,7 +8,6 @@ import threading
 from pathlib import Path
 
 import pytest
-from forked import Forked
 from waiting import soon
 
 if sys.platform == "win32":
@@ -78,8 +77,8 @@ def test_any_user_of_python_can_can_open_it(served):
 
 def test_an_adapter_in_another_process(tmp_path):
     path = tmp_path / "far"
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with Forked(str(HERE / "can_served.py"), str(path), **pipes) as process:
+    words = [sys.executable, str(HERE / "can_served.py"), str(path)]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdout.readline() == b"ready\n"
         link = open_link(f"can:slcan:{path}?bitrate=500000", 0)
         for number in range(0, 100, 20):

@@ -16,7 +16,6 @@ from types import SimpleNamespace
 
 import pytest
 from cli_calls import write_arm_file
-from forked import Forked
 from served import Served
 from waiting import LONG_S, ends, tried, until, until_seen
 
@@ -125,10 +124,10 @@ class Browsed:
         write_arm_file("bench", text + 'dialect = "teachmover"\n')
         places.states().mkdir(parents=True, exist_ok=True)
         (places.states() / "desk.json").write_text('{"instructed": true, "screen": "jog"}')
-        words = shlex.split(jog.command(options(arm="bench")))[2:]
+        words = shlex.split(jog.command(options(arm="bench")))[1:]
         driver = "textual.drivers.web_driver:WebDriver"
-        self.process = Forked(
-            *words,
+        self.process = subprocess.Popen(
+            words,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env={**os.environ, "TEXTUAL_DRIVER": driver, "COLUMNS": "100", "ROWS": "30"},
@@ -249,8 +248,10 @@ def test_a_browser_opens_jogs_and_closes_a_desk(tmp_path):
     (places.states() / "desk.json").write_text('{"instructed": true}')
     with jog.socket.create_server((HOST, 0)) as free:
         port = free.getsockname()[1]
-    words = ("-m", "armdrive", "jog", "--sim", "teachmover", "--web", "--web-port", str(port))
-    server = Forked(*words, stdout=subprocess.PIPE, text=True, bufsize=1)
+    words = [sys.executable, "-m", "armdrive", "jog", "--sim", "teachmover", "--web"]
+    server = subprocess.Popen(
+        [*words, "--web-port", str(port)], stdout=subprocess.PIPE, text=True, bufsize=1
+    )
     try:
         said = server.stdout.readline()
         address = said.partition(" at ")[2].strip()

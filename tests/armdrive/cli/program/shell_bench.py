@@ -4,17 +4,17 @@ import os
 import pty
 import re
 import select
+import subprocess
+import sys
 
-from forked import Forked
 from waiting import LONG_S, looks
 
 AGAIN_S = 1.0
 PROMPT, MORE = "\n> ", "\n... "
 _OWN_TERMINAL = """\
-import fcntl, sys, termios
-from armdrive.cli import main
+import fcntl, os, sys, termios
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)
-sys.exit(main(["shell", *sys.argv[1:]]))
+os.execv(sys.executable, [sys.executable, "-m", "armdrive", "shell", *sys.argv[1:]])
 """
 _WIPED = re.compile(r"[^\n]*\r\x1b\[K")
 _CODES = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\r")
@@ -26,10 +26,8 @@ class Prompt:
 
     def __init__(self, *words: str, columns: int = 200) -> None:
         self._number, slave = pty.openpty()
-        self.process = Forked(
-            "-c",
-            _OWN_TERMINAL,
-            *words,
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", _OWN_TERMINAL, *words],
             stdin=slave,
             stdout=slave,
             stderr=slave,
