@@ -30,8 +30,10 @@ from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
 from armdrive.motion.reference import home_device
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedPace
+from armdrive.sim.grbl.board import HARD_LIMIT
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.status import State, Trust
+from firmware_protocol.grbl.answers import Ok
 from kinematics import Joints
 
 HOLD_PIN = 2
@@ -231,6 +233,23 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
     assert homed == (named if groups or firmware == "grblhal" else [b"$H\n"])
     arm.move_j(base_deg=50)
     assert arm.status.joints.deg["base"] == pytest.approx(50, abs=0.1)
+
+
+def test_an_alarm_right_after_homing_is_not_unlocked(monkeypatch):
+    arm = found(homing_config(), firmware="grbl")
+    arm.reset()  # it boots locked
+    board = arm.twin.board
+
+    def touched(_answer, say=board.say):
+        say(_answer)
+        if isinstance(_answer, Ok) and arm.twin.link.sent[-1][1] == b"$H\n":
+            board.routines.critical(board, HARD_LIMIT)
+
+    monkeypatch.setattr(board, "say", touched)
+    with pytest.raises(DeviceFault):
+        arm.home()
+    assert board.state.value == "Alarm"
+    assert arm.status.state is State.ERROR_STOP
 
 
 def test_a_grblhal_board_that_must_not_sleep_says_so_when_its_motors_are_to_be_released():
