@@ -7,8 +7,8 @@ from armdrive.aio import AsyncArm as AsyncArm
 from armdrive.aio.calls import AsyncHandle as AsyncHandle
 from armdrive.arm import Arm as Arm
 from armdrive.arm.connected import Handle as Handle
-from armdrive.dialog.operator import MarkRequest as MarkRequest
-from armdrive.dialog.operator import PostureRequest as PostureRequest
+from armdrive.dialog import MarkRequest as MarkRequest
+from armdrive.dialog import PostureRequest as PostureRequest
 from armdrive.errors import ArmError as ArmError
 from armdrive.errors import ArmFileError as ArmFileError
 from armdrive.errors import ArmInUse as ArmInUse

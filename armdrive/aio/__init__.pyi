@@ -10,7 +10,7 @@ from armdrive.arm.device import Lines
 from armdrive.arm.moving import Gripper, Place
 from armdrive.arm.reference import Accept, GroupReport
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog.operator import Operator, PostureRequest
+from armdrive.dialog import Operator, PostureRequest
 from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped

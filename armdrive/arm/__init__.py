@@ -27,7 +27,7 @@ from armdrive.blocking import blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.connect.target import DEFAULT_TARGET
-from armdrive.dialog.operator import Operator, PostureRequest
+from armdrive.dialog import Operator, PostureRequest
 from armdrive.errors import LinkLost, NoAnswer, StateFileError, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes, made_of
 from armdrive.motion import connecting

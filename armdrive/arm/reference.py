@@ -10,7 +10,7 @@ from armdrive.arm.connected import finished
 from armdrive.arm.moving import BEFORE, Moving
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
-from armdrive.dialog.operator import JoggedArm, MarkRequest, Operator, PostureRequest
+from armdrive.dialog import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.errors.printable import reason_of
 from armdrive.motion import reference as reference_tasks

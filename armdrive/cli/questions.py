@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from armdrive.cli.presenter import forget_typed, say, typed
-from armdrive.dialog.conversation import AskPerson, Question, WrongAnswer, yes_or_no
+from armdrive.dialog import AskPerson, Question, WrongAnswer, yes_or_no
 from armdrive.errors import BadRequest, OperatorNeeded
 
 HELP, BACK = "?", "back"

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import opened_arm, switch_on_settled
 from armdrive.cli.presenter import agreed, confirmation, say, say_lines, typed
-from armdrive.dialog.operator import JoggedArm, PostureRequest
+from armdrive.dialog import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille

@@ -16,7 +16,7 @@ from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import NewLink, Reconnector
 from armdrive.connect.target import DEFAULT_TARGET, find, require_real_ports, state_file
-from armdrive.dialog.operator import Operator
+from armdrive.dialog import Operator
 from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, Stopped
 from armdrive.motion import connecting
 from armdrive.motion.context import MotionContext

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog.conversation import About, Dialog, Question, choice
+from armdrive.dialog import About, Dialog, Question, choice
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
 from armdrive.errors.printable import command_line
 from armdrive.errors.table import named

@@ -28,7 +28,7 @@ from armdrive.dialects.bus.tools import (
     frame_scripts,
     of_nobody,
 )
-from armdrive.dialog.conversation import Finding, note, ok, parted, problem
+from armdrive.dialog import Finding, note, ok, parted, problem
 from armdrive.errors import ArmError, BadRequest, LinkLost, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS

@@ -22,7 +22,7 @@ from armdrive.dialects.bus.tools import (
     listen,
 )
 from armdrive.dialects.controller import Controller
-from armdrive.dialog.conversation import About, Question, choice, number
+from armdrive.dialog import About, Question, choice, number
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import command_line
 from armdrive.runtime.clock import SignalsBetweenSteps

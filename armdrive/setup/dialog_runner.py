@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from armdrive.dialects.bus.tools import DriveDialog, Executor
 from armdrive.dialects.exchange import ScriptLoop
-from armdrive.dialog.conversation import DialogPerson
+from armdrive.dialog import DialogPerson
 from armdrive.errors import LinkError
 from armdrive.runtime.clock import SignalsBetweenSteps
 from armdrive.tasks import Alert, Progress, ProtocolWarning, RequestRejected

@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog.conversation import About, Dialog, Question, WrongAnswer, choice
+from armdrive.dialog import About, Dialog, Question, WrongAnswer, choice
 from armdrive.errors import BadRequest, Refused
 from armdrive.sim.world.body import found_posture
 from armdrive.text.toml_amend import Change

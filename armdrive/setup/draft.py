@@ -14,7 +14,7 @@ from typing import Any
 
 from armdrive.config.link_model import parse_model, read_model
 from armdrive.dialects import Dialect
-from armdrive.dialog.conversation import WrongAnswer, plain_number
+from armdrive.dialog import WrongAnswer, plain_number
 from armdrive.errors import ArmError, ArmFileError
 from armdrive.registry import DIALECTS
 from armdrive.setup.templates import COUPLED, NOTHING, OUTPUT, OWN_MOTOR, SERVO, TEMPLATES, Template

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from armdrive.dialog.conversation import Question, WrongAnswer, text
+from armdrive.dialog import Question, WrongAnswer, text
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import arm_path
 from armdrive.setup.draft import Draft, Surroundings

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
-from armdrive.dialog.conversation import Finding, Grade, note, ok, parted, problem
+from armdrive.dialog import Finding, Grade, note, ok, parted, problem
 from armdrive.errors import ArmError, NoSuchPort, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry.arm_files import arm_paths, load_arm

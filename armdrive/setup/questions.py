@@ -15,7 +15,7 @@ from typing import Any, get_args, get_type_hints
 from armdrive.config.preset import LENGTHS
 from armdrive.config.sections import Connection, FingerModel, GuardSettings, wrong_homing_order
 from armdrive.config.write import MEANINGS
-from armdrive.dialog.conversation import (
+from armdrive.dialog import (
     Question,
     Reader,
     WrongAnswer,

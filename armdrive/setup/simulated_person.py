@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from armdrive.dialog.conversation import About, AskPerson
+from armdrive.dialog import About, AskPerson
 from armdrive.setup.directions import ArmMotion
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import HasSwitches

@@ -15,7 +15,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.dialects.bus.tools import RESISTORS, Listened, numbers
 from armdrive.dialects.recognition import Identity, says_something_readable
-from armdrive.dialog.conversation import Finding, any_problem, note, ok, problem
+from armdrive.dialog import Finding, any_problem, note, ok, problem
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS, likely
 from armdrive.runtime.engine import excerpt

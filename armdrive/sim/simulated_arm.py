@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Self
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog.operator import PostureRequest
+from armdrive.dialog import PostureRequest
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board, NoSettings, SavedDevice, SimDevice, Value, chosen
 from armdrive.sim.wire import MemoryLink

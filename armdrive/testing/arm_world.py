@@ -18,7 +18,7 @@ from armdrive.arm import Arm, override_connections
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, Target, find
-from armdrive.dialog.operator import Operator
+from armdrive.dialog import Operator
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
 from armdrive.errors.arguments import BASIC, Rule, call, checked_calls, known_attributes, made_of
 from armdrive.registry import simulate

@@ -14,7 +14,7 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.bus.tools import IDS, DriveDialog, Listened, Survey, frame_scripts, listen
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import ask_round
-from armdrive.dialog.conversation import About, AskPerson
+from armdrive.dialog import About, AskPerson
 from armdrive.registry import simulate, simulate_device
 from armdrive.setup.commissioning import CommissioningOutcome, one, walk
 from armdrive.setup.dialog_runner import DialogClock, carry_out, drive_dialog

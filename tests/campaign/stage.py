@@ -22,7 +22,7 @@ from armdrive.dialects.controller import Controller
 from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
-from armdrive.dialog.operator import PostureRequest
+from armdrive.dialog import PostureRequest
 from armdrive.motion.connecting import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.bus import DrivesBoard

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 from armdrive.abilities import Abilities, Switching
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog.operator import Operator
+from armdrive.dialog import Operator
 from armdrive.registry import dialect
 from armdrive.status import Current, State, Trust
 from kinematics import Joints, Motors, Transmission

@@ -11,7 +11,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import NewLink
 from armdrive.connect.target import simulated_config
-from armdrive.dialog.operator import Operator
+from armdrive.dialog import Operator
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.sim.faults import parse_words

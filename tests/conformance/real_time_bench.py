@@ -18,7 +18,7 @@ from filelock import FileLock
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find
-from armdrive.dialog.operator import Operator
+from armdrive.dialog import Operator
 from armdrive.errors import ArmError, BadRequest, Refused
 from armdrive.registry import simulated_kind
 from armdrive.sim.simulated_arm import SimulatedOperator

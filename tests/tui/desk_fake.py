@@ -4,7 +4,7 @@ import queue
 from dataclasses import replace
 from types import SimpleNamespace
 
-from armdrive.dialog.operator import PostureRequest
+from armdrive.dialog import PostureRequest
 from armdrive.errors import Refused, Stopped
 from armdrive.motion.gripper import Grasped
 from armdrive.moves import GripperMove

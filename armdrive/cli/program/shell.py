@@ -30,7 +30,7 @@ from armdrive.cli.program.run_common import (
 )
 from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.cli.terminal_operator import ask_operator, settle_trust
-from armdrive.dialog.operator import PostureRequest
+from armdrive.dialog import PostureRequest
 from armdrive.errors import ArmError, BadRequest, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL
 from armdrive.errors.printable import in_words

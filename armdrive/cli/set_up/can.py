@@ -32,7 +32,7 @@ from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, require_real_ports, simulation_forced
 from armdrive.dialects import Language
 from armdrive.dialects.bus.tools import BusTools, UnitKeys
-from armdrive.dialog.conversation import DialogPerson, Question, WrongAnswer
+from armdrive.dialog import DialogPerson, Question, WrongAnswer
 from armdrive.errors import BadRequest, HolderError, OperatorNeeded, PortInUse
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS, LANGUAGES, USUAL, language_of, simulate

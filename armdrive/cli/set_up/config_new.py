@@ -23,7 +23,7 @@ from armdrive.cli.terminal_operator import posture_pictures
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts
 from armdrive.connect.target import simulation_forced
-from armdrive.dialog.conversation import Dialog, DialogPerson, Question, WrongAnswer
+from armdrive.dialog import Dialog, DialogPerson, Question, WrongAnswer
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import arm_path, load_arm
 from armdrive.setup.arm_checks import (

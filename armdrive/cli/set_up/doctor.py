@@ -13,7 +13,7 @@ from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, put_err
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, require_real_ports
-from armdrive.dialog.conversation import Finding
+from armdrive.dialog import Finding
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
 from armdrive.setup.ports import look_at, port_of

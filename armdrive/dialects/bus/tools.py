@@ -17,7 +17,7 @@ from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.exchange import Received, Script, ScriptIO, ScriptLoop
-from armdrive.dialog.conversation import Dialog, Finding, note, ok, problem
+from armdrive.dialog import Dialog, Finding, note, ok, problem
 from armdrive.tasks import MeasuredUnits
 from armdrive.transports.can_health import BusHealth, BusState
 from firmware_protocol.frames import Frame, Unpacker

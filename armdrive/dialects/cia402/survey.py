@@ -38,7 +38,7 @@ from armdrive.dialects.cia402.objects import (
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenFrameDescriber
 from armdrive.dialects.exchange import Script
-from armdrive.dialog.conversation import Finding, note, ok, problem
+from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors.printable import command_line
 from armdrive.tasks import MeasuredUnits
 from armdrive.transports.can_health import BusHealth

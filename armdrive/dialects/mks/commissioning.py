@@ -31,7 +31,7 @@ from armdrive.dialects.mks.survey import (
     survey_drives,
 )
 from armdrive.dialects.mks.words import TALK, MksFrameDescriber
-from armdrive.dialog.conversation import About, Question, whole
+from armdrive.dialog import About, Question, whole
 from armdrive.errors.printable import command_line
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,

@@ -17,7 +17,7 @@ from armdrive.dialects.mks.contact import UNKNOWN_FIRMWARE, Firmware, firmware_o
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.words import read_answer, read_request
-from armdrive.dialog.conversation import Finding, note, ok, problem
+from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors.printable import command_line
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.frames import Frame

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.line import BusLine, Outbox
-from armdrive.sim.bus.node import BusNode
+from armdrive.sim.bus.node import BusNode, switch_power
 from armdrive.sim.device import Board
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
@@ -158,14 +158,14 @@ class DrivesBoard(Board, Generic[N]):
     def boot(self) -> None:
         """Start every drive."""
         for node in self.nodes:
-            node.switch_power(True, self.now_s)
+            switch_power(node, True, self.now_s)
         self.collect()
 
     def forget(self) -> None:
         """Release every shaft, forget every position, and drop the frames on their way."""
         self._shafts.release_all(self.now_s)
         for node in self.nodes:
-            node.switch_power(False, self.now_s)
+            switch_power(node, False, self.now_s)
         self._outbox.clear()  # what a drive had ready to send dies with its supply
         self._due_s = self._nodes_due_s
 
@@ -191,7 +191,7 @@ class DrivesBoard(Board, Generic[N]):
         """Switch a drive's supply off, so that its load sags; or on again."""
         node = self.node(drive)
         if not on or (self.powered and not node.port.powered):
-            node.switch_power(on, self.now_s)
+            switch_power(node, on, self.now_s)
         self.collect()
 
     def reset_drive(self, drive: int) -> None:

@@ -153,14 +153,6 @@ class BusNode(Protocol):
     def forget(self, now_s: float) -> None:
         """Release the shaft, and forget what is lost without power."""
 
-    def switch_power(self, on: bool, now_s: float) -> None:
-        """Switch the supply off or on."""
-        if not on:
-            self.forget(now_s)
-        self.port.powered = on
-        if on:
-            self.begin(now_s)
-
     def begin(self, now_s: float) -> None:
         """Start after power has returned."""
 
@@ -185,3 +177,12 @@ class BusNode(Protocol):
 
     def recall(self, saved: Any) -> None:
         """Restore what `known` returned, once its power is known. Raises `StateFileError`."""
+
+
+def switch_power(node: BusNode, on: bool, now_s: float) -> None:
+    """Switch a drive's supply off or on."""
+    if not on:
+        node.forget(now_s)
+    node.port.powered = on
+    if on:
+        node.begin(now_s)

@@ -9,7 +9,7 @@ from functools import lru_cache, partial
 from types import MappingProxyType
 
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import BusNode, NodeMotor, NodePort
+from armdrive.sim.bus.node import NodeMotor, NodePort
 from armdrive.sim.cia402.motion import METHODS, Cia402Motion, Homing
 from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.cia402.quirks import Cia402Quirks
@@ -30,7 +30,7 @@ BOOT_S, RESET_S = 0.5, 0.02
 """When the boot-up message comes after power or a reset, and after one of the communication."""
 
 
-class Cia402Node(BusNode):
+class Cia402Node:
     """A drive on one motor; `number` is its node id."""
 
     def __init__(

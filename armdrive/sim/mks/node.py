@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias, get_args
 
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.node import BusNode, NodeMotor, NodePort
+from armdrive.sim.bus.node import NodeMotor, NodePort
 from armdrive.sim.mks.motion import AGAINST_A_STOP, STALL_COUNTS, Flash, MksMotion
 from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.world.saved import Json
@@ -38,7 +38,7 @@ class SavedMksDrive:
     settings: Mapping[str, str]
 
 
-class MksNode(BusNode):
+class MksNode:
     """A drive on one motor; `device` is its end of the bus."""
 
     device: mks.Device

@@ -237,7 +237,7 @@ def test_the_help_of_a_command_waits_for_nothing_that_drives_an_arm():
 
 
 OF_OTHERS = (
-    "armdrive.cli.unexpected", "armdrive.config.write", "armdrive.dialog.conversation",
+    "armdrive.cli.unexpected", "armdrive.config.write",
     "armdrive.sim.bus", "armdrive.trace.files", "difflib", "kinematics.frames.graph", "tomlkit",
 )  # fmt: skip
 """What an arm on a serial line does without: buses, interviews, recordings that are written."""

@@ -27,7 +27,7 @@ from armdrive.connect.port import explained, explaining
 from armdrive.connect.target import find, simulated_config, state_file
 from armdrive.dialects.recognition import comes_back
 from armdrive.dialects.teachmover.controller import FIRST_LINE
-from armdrive.dialog.conversation import Grade
+from armdrive.dialog import Grade
 from armdrive.errors import DeviceFault, SettingsDiffer
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS

@@ -18,7 +18,7 @@ from armdrive.arm.connected import Handle
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.controller import ScriptRunner
-from armdrive.dialog.conversation import Grade
+from armdrive.dialog import Grade
 from armdrive.errors import ArmError, BadRequest, DeviceFault, Stopped
 from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime import clock as pace

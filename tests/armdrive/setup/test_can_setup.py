@@ -11,7 +11,7 @@ from amounts import amount
 from can_setup_bench import NAMES, READING, TURNING, Bench, arm, arm_as_built
 
 from armdrive.dialects.bus.tools import DrivePlace
-from armdrive.dialog.conversation import About
+from armdrive.dialog import About
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import parse_arm
 from armdrive.setup.commissioning import TriedMotor, together

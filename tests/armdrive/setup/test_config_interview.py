@@ -10,7 +10,7 @@ from pages import blocks, page
 from armdrive import Arm
 from armdrive.cli.set_up.config_new import write
 from armdrive.connect.parts import connect_simulated
-from armdrive.dialog.conversation import WrongAnswer
+from armdrive.dialog import WrongAnswer
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.draft import Surroundings

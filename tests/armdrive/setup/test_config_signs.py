@@ -13,7 +13,7 @@ from armdrive import Arm
 from armdrive.cli.set_up.config_new import write
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.dialog.conversation import Dialog, WrongAnswer
+from armdrive.dialog import Dialog, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm

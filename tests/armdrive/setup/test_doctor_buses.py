@@ -25,7 +25,7 @@ from armdrive.dialects.cia402.survey import (
     seen_nodes,
 )
 from armdrive.dialects.mks import survey as mks
-from armdrive.dialog.conversation import Grade, any_problem
+from armdrive.dialog import Grade, any_problem
 from armdrive.errors import BadRequest
 from armdrive.setup import prober
 from armdrive.setup import survey as can_findings

@@ -10,7 +10,7 @@ from pages import page
 
 from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import Identity
-from armdrive.dialog.conversation import Grade, WrongAnswer, any_problem
+from armdrive.dialog import Grade, WrongAnswer, any_problem
 from armdrive.errors import PortUnavailable
 from armdrive.registry import DIALECTS, simulate
 from armdrive.registry.arm_files import arm_path, load_arm

@@ -11,7 +11,7 @@ from armdrive import Arm
 from armdrive.cli.set_up import config_new
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.dialog.conversation import Dialog
+from armdrive.dialog import Dialog
 from armdrive.errors import Refused, SettingsDiffer
 from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm

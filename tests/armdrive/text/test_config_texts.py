@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.config.write import shortest
-from armdrive.dialog.conversation import WrongAnswer
+from armdrive.dialog import WrongAnswer
 from armdrive.errors import BadRequest
 from armdrive.setup.draft import flattened, ratio
 from armdrive.text.numbers import number, parse_speed, whole

@@ -7,7 +7,7 @@ from desk_session import Session
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.dialog.conversation import ok
+from armdrive.dialog import ok
 from armdrive.registry import simulate
 from armdrive.setup.directions import sight
 from armdrive.setup.ports import ClosedPort

@@ -9,7 +9,7 @@ from desk_session import AGAIN_S
 from setup_session import FILE, ROBKO, SetupSession, found_at, written
 
 from armdrive.connect.target import simulated_config
-from armdrive.dialog.conversation import ok
+from armdrive.dialog import ok
 from armdrive.errors import PortUnavailable
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.directions import TRIAL_SPEED

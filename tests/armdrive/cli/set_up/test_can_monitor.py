@@ -19,7 +19,7 @@ from armdrive import Arm
 from armdrive.cli.set_up import can
 from armdrive.dialects.bus.words import FrameCheck, FrameKind
 from armdrive.dialects.mks.words import MksFrameDescriber
-from armdrive.dialog.conversation import About
+from armdrive.dialog import About
 from armdrive.errors import NoAnswer, StateFileError
 from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm

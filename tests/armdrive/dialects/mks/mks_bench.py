@@ -12,7 +12,7 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
-from armdrive.sim.bus.node import NodeMotor
+from armdrive.sim.bus.node import NodeMotor, switch_power
 from armdrive.sim.device import SimDevice
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks import MksBoard
@@ -149,12 +149,12 @@ class BenchDrive:
 
     def lose_power(self) -> None:
         """Switch the supply off; the shaft does not turn meanwhile."""
-        self.sim.switch_power(False, self._now_s)
+        switch_power(self.sim, False, self._now_s)
         self._done()
 
     def restore_power(self, *, at: int = 0, holds: bool = True) -> None:
         """Switch the supply on; the drive counts from `at`."""
-        self.sim.switch_power(True, self._now_s)
+        switch_power(self.sim, True, self._now_s)
         self.sim.motor.count_from(at)
         self.enable(holds)
 
