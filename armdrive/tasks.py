@@ -317,12 +317,12 @@ class Registers:
 class MeasuredUnits:
     """The reply to `MeasureUnits`: a unit of speed in steps/s, and one of ramps in steps/s².
 
-    `told` is whether the drive states the same by itself.
+    `reported` is whether the drive reports the same by itself.
     """
 
     speed_hz: float
     ramp_hz_s: float
-    told: bool
+    reported: bool
     words: str
 
     def __str__(self) -> str:

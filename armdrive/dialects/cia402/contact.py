@@ -191,12 +191,12 @@ class Cia402Contact:
         turns = result.values.get(canopen.ENCODER_TURNS, 1)
         drive.turn = increments / max(turns, 1) or settings.encoder_increments
         word = result.values.get(canopen.SPEED_UNIT, 0) & 0xFFFF_FFFF
-        drive.told_unit_hz = canopen.speed_unit_hz(word, drive.turn) or 0.0
+        drive.reported_unit_hz = canopen.speed_unit_hz(word, drive.turn) or 0.0
         at = self.io.group.drives.index(drive)
         speed_hz, ramp_hz_s = (
             units[at] if units else 0.0 for units in (settings.speed_units, settings.ramp_units)
         )
-        drive.speed_unit_hz = speed_hz or drive.told_unit_hz
+        drive.speed_unit_hz = speed_hz or drive.reported_unit_hz
         drive.ramp_unit_hz_s = ramp_hz_s or drive.speed_unit_hz
 
     def _unwatching(self, results: Results) -> bool:

@@ -91,7 +91,7 @@ class Cia402Drive:
     """Its unit of speed, in increments/s; 0 if neither it nor the arm file tells."""
     ramp_unit_hz_s: float = 0.0
     """Its unit of ramps, in increments/s²; 0 like the unit of speed."""
-    told_unit_hz: float = 0.0
+    reported_unit_hz: float = 0.0
     """The unit of speed that it tells (60A9)."""
     turn: float = 0.0
     """The increments of a turn of its motor; 0 if that is unknown."""

@@ -49,7 +49,7 @@ CRUISE, RISE = (0.2, 0.8), (0.06, 0.45)
 """The parts of the way on which a motor keeps its speed, and on which it gains speed."""
 LEAST_READINGS = 4
 REST_S = 0.05
-"""A motor at its goal that does not turn for so long stands: the next turn begins from rest."""
+"""A motor at its goal that has not turned for this long stands: the next turn begins from rest."""
 NEAR = 0.05
 """A measured unit this close to a usual one is taken for that."""
 DECIMALS = (1.0, 0.1, 0.01, 0.001)
@@ -129,11 +129,12 @@ class UnitMeasurement:
         (speed_hz, named), (ramp_hz, ramp_named) = (
             named_unit(each, drive.turn) for each in (speed, ramp)
         )
-        told_hz = drive.told_unit_hz
+        reported_hz = drive.reported_unit_hz
         return MeasuredUnits(
             speed_hz,
             ramp_hz,
-            bool(told_hz) and all(abs(each / told_hz - 1.0) <= NEAR for each in (speed, ramp)),
+            bool(reported_hz)
+            and all(abs(each / reported_hz - 1.0) <= NEAR for each in (speed, ramp)),
             f"one unit of speed is {named}, one of ramps {ramp_named} a second "
             f"(measured: {speed:.4g} increments/s and {ramp:.4g} increments/s²)",
         )

@@ -94,7 +94,7 @@ def test_units_are_measured_by_slow_turns_of_one_motor(speed, ramp, words, strat
     assert reply.speed_hz == pytest.approx(speed, rel=0.03)
     assert reply.ramp_hz_s == pytest.approx(ramp, rel=0.05)
     assert words in str(reply)
-    assert not reply.told
+    assert not reply.reported
     assert {way[0] for way in seen} == {0}
     assert max(abs(way[1]) for way in seen) <= 2778
     assert abs((rig.positions - before)[1]) <= 8
@@ -105,9 +105,9 @@ def test_units_are_measured_by_slow_turns_of_one_motor(speed, ramp, words, strat
 
 def test_a_unit_that_the_drive_tells_is_measured_too():
     rig = Rig(constant=f"60A9:00={RPM}").ready()
-    assert rig.do(MeasureUnits(0, 2000), 60.0).told
+    assert rig.do(MeasureUnits(0, 2000), 60.0).reported
     rig = Rig(constant=f"60A9:00={RPM}", speed_unit=RPM_HZ / 10).ready()
-    assert not rig.do(MeasureUnits(0, 2000), 60.0).told
+    assert not rig.do(MeasureUnits(0, 2000), 60.0).reported
 
 
 def test_a_stop_ends_a_measurement():
