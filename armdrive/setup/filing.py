@@ -291,16 +291,15 @@ def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
     check = command_line("config", "check", name)
     lines = [(check, "problems and remarks; opens nothing"), (twin, "its simulated twin")]
     if config.connection.port:
-        bus = DIALECTS[config.connection.dialect].bus
-        untold = bus is not None and bus.units is not None
-        units = {"can setup": "measures units that drives do not tell, by slow turns"}
         on_port = {
             "doctor --arm": "asks who is at its port; moves nothing",
             "status --arm": "connects; moves nothing",
-            **(units if untold else {}),
-            "config signs": "turns each motor a little, to see its direction",
-            "jog --arm": "slowly, by hand; space stops",
         }
+        bus = DIALECTS[config.connection.dialect].bus
+        if bus is not None and bus.units is not None:
+            on_port["can setup"] = "measures units that drives do not tell, by slow turns"
+        on_port["config signs"] = "turns each motor a little, to see its direction"
+        on_port["jog --arm"] = "slowly, by hand; space stops"
         lines += [(command_line(*words.split(), name), does) for words, does in on_port.items()]
     lines.append((command_line("config", "set-default", name), "use it if no arm is named"))
     width = max(len(command) for command, _ in lines)

@@ -116,7 +116,7 @@ class Board(abc.ABC):
         self.drive = drive
         self.baud = baud
         self.now_s = 0.0
-        """The current time, which the device sets; and so are the power and the inputs."""
+        """The current time. The device sets it, the power and the inputs."""
         self.powered = True
         self.inputs_set = 0
         self.outgoing: Any = bytearray()

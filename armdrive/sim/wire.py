@@ -242,12 +242,12 @@ class WireFaults:
 
 
 def lost(message: M, amount: Amount) -> tuple[M, float]:
-    """Drop the affected bytes."""
+    """Drop the affected bytes or frames."""
     return _each(message, amount.strike(len(message)), 0), 0.0
 
 
 def repeated(message: M, amount: Amount) -> tuple[M, float]:
-    """Send each affected byte twice; send a wholly affected message twice in a row."""
+    """Send each affected byte or frame twice, and a wholly affected message twice in a row."""
     struck = amount.strike(len(message))
     if len(struck) == len(message):
         return message * 2, 0.0
@@ -255,7 +255,7 @@ def repeated(message: M, amount: Amount) -> tuple[M, float]:
 
 
 def _each(message: M, struck: Container[int], times: int) -> M:
-    """Return a message with its affected bytes sent so many times."""
+    """Return a message in which each affected byte or frame stands `times` times."""
     passed = message[:0]
     for index in range(len(message)):
         passed += message[index : index + 1] * (times if index in struck else 1)

@@ -52,6 +52,7 @@ from armdrive.setup.filing import after_writing, propose_drives, propose_keys, s
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.setup.ports import held_by_armdrive
 from armdrive.setup.simulated_person import SimulatedPerson
+from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import require_writable
 from armdrive.storage.lock_client import holder_words, tap_holder
@@ -218,6 +219,8 @@ def set_up(options: argparse.Namespace) -> Outcome:
             "you have to plug real drives in and watch their motors: run this in a terminal, or "
             "give --sim (with --yes or --json it asks no questions)"
         )
+    if simulated and options.port:
+        raise BadRequest("--sim needs no --port: the drives are in this program")
     config = _config(options.name)
     bus = DIALECTS[config.connection.dialect].bus
     if bus is not None and bus.units is not None:
@@ -247,12 +250,11 @@ def _config(name: str) -> ArmConfig:
 
 def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:
     """Commission real drives."""
-    require_writable(arm_path(options.name).parent)  # before a person works for nothing
-    port = options.port or _known_port(config) or chosen_port()
+    port = _port_of(config, options)
     notes = kept.read(plan.name, config.calibration)
     with _opened(config, port) as link:
         keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
-        person = TerminalPerson(command_line("can", "setup", plan.name))
+        person = _person(config)
         dialog = drive_dialog(link, plan.scripts(), dialog_runner.RealClock(), person, keep)
         outcome = walk(dialog, plan, notes, again=options.again)
     _end(config, plan, outcome, port, options)
@@ -270,22 +272,40 @@ def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
         yield link
 
 
+def _port_of(config: ArmConfig, options: argparse.Namespace) -> str:
+    """Return the adapter that is named, or the arm file's, or the one that the user chooses.
+
+    Raises `OSError` if the arm file could not be written afterwards.
+    """
+    require_writable(arm_path(options.name).parent)  # before a person works for nothing
+    return options.port or _known_port(config) or chosen_port()
+
+
 def _known_port(config: ArmConfig) -> str:
     connection = config.connection
     return PortOpening(config).find() if connection.port or connection.usb_serial else ""
+
+
+def _person(config: ArmConfig, *more: str) -> TerminalPerson:
+    return TerminalPerson(command_line("can", "setup", config.name, *more))
+
+
+def _new_drives(
+    config: ArmConfig, options: argparse.Namespace, *, alone: bool
+) -> tuple[SimulatedArm, SimulatedPerson]:
+    """Return simulated drives as they are shipped, and who handles them."""
+    twin = simulate(config, factory=True)
+    ask = None if alone else _person(config, "--sim").answer
+    tell(options, "These drives are simulated, and new; nothing is written.")
+    return twin, SimulatedPerson(twin, partial(tell, options), ask)
 
 
 def _practise(
     config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace, *, alone: bool
 ) -> Result:
     """Commission simulated new drives. Nothing is kept, and no file is written."""
-    if options.port:
-        raise BadRequest("--sim needs no --port: the drives are in this program")
-    twin = simulate(config, factory=True)
-    terminal = TerminalPerson(command_line("can", "setup", plan.name, "--sim"))
-    person = SimulatedPerson(twin, partial(tell, options), None if alone else terminal.answer)
+    twin, person = _new_drives(config, options, alone=alone)
     person.unplug_all(len(plan.drives))
-    tell(options, "These drives are simulated, and new; nothing is written.")
     dialog = drive_dialog(twin.link, plan.scripts(), DialogClock(), person, lambda _notes: None)
     outcome = walk(dialog, plan, {}, again=True)
     notes, left_out = outcome.notes, outcome.left_out
@@ -310,22 +330,15 @@ def _measure(
     alone: bool,
 ) -> Outcome:
     """Measure the units of an arm's drives, and write them if the user agrees."""
-    path, command = arm_path(options.name), command_line("can", "setup", config.name)
     if simulated:
-        twin = simulate(config, factory=True)
-        tell(options, "These drives are simulated, and new; nothing is written.")
-        terminal = TerminalPerson(f"{command} --sim")
-        person = SimulatedPerson(twin, partial(tell, options), None if alone else terminal.answer)
+        twin, person = _new_drives(config, options, alone=alone)
         found = _measured(twin.link, DialogClock(), person, config, bus)
     else:
-        require_writable(path.parent)  # before a person works for nothing
-        port = options.port or _known_port(config) or chosen_port()
-        with _opened(config, port) as link:
-            clock = dialog_runner.RealClock()
-            found = _measured(link, clock, TerminalPerson(command), config, bus)
+        with _opened(config, _port_of(config, options)) as link:
+            found = _measured(link, dialog_runner.RealClock(), _person(config), config, bus)
     if not found:
         return Result({"arm": config.name, "units": {}}, (), UNFINISHED)
-    keys = units(config.device, found)
+    path, keys = arm_path(options.name), units(config.device, found)
     proposal = propose_keys(path, bus.dialect, keys, MEASURED)
     view = {"arm": config.name, "units": dict(keys), "lines": list(proposal.difference)}
     if simulated:

@@ -137,13 +137,8 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             raise Obstructed(words)
         if not self.group.contacted:
             yield from self._contact.connect()
-        unknown = [drive for drive in self.group.drives if not drive.speed_unit_hz]
-        if moves and unknown:
-            raise Obstructed(
-                f"{unknown[0]} does not tell its unit of speed (object 60A9): "
-                f"`{command_line('can', 'setup', self._arm)}` measures it, or write "
-                "cia402.speed_units as its manual says"
-            )
+        if moves:
+            self._require_units()
         match request:
             case MoveBy(steps, rate_hz, released):
                 return (yield from self._profile.burst(steps, rate_hz, released))
@@ -164,6 +159,16 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             case DropCurrent():
                 return (yield from self._contact.switch_off())
         return (yield from self._contact.clear())
+
+    def _require_units(self) -> None:
+        """Raise `Obstructed` for a drive whose unit of speed is unknown: it might turn too fast."""
+        for drive in self.group.drives:
+            if not drive.speed_unit_hz:
+                measure = command_line("can", "setup", self._arm)
+                raise Obstructed(
+                    f"{drive} does not tell its unit of speed (object 60A9): `{measure}` measures "
+                    "it, or write cia402.speed_units as its manual says"
+                )
 
     def unsolicited(self, event: HostEvent) -> None:
         """Record an event; between requests, report what is wrong."""

@@ -6,8 +6,8 @@ rpm/s (CANBus Networking Manual, 0x6081 and 0x6083), and Technosoft's iPOS 65536
 a period of its loop (roboticslab-uc3m/yarp-devices, TechnosoftIpos). Taken for increments/s, a
 speed in rpm would be hundreds of times too fast.
 
-Each number begins at 1 and grows fourfold until the motor turns fast enough to be timed. So
-whatever the unit is, no motor turns fast.
+A speed is written as a number of units. Each measurement begins with the number 1, which grows
+fourfold until the motor turns fast enough to be timed: whatever the unit is, no motor turns fast.
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ from armdrive.dialects.cia402.motion import BurstPart
 from armdrive.tasks import Done, MeasuredUnits, Reply, RequestRejected
 from firmware_protocol import canopen
 
-FACTOR = 4
-"""How much the next number is greater, if the motor turned too slowly."""
-MOST = FACTOR**10
-"""The greatest number that is tried: with it even an iPOS turns at 16,000 increments/s."""
-SHORT = 64
-"""The way of a first try, in increments: eight times as far as a drive may rest off its target."""
-ENOUGH = 16
-"""A motor that has come so far has surely turned."""
+GROWTH = 4
+"""The next number is this many times as great, if the motor turned too slowly."""
+LARGEST_NUMBER = GROWTH**10
+"""With this number even an iPOS turns at 16,000 increments/s."""
+TRY_INCREMENTS = 64
+"""The distance of a first try: eight times as far as a drive may rest off its target."""
+TURNED_INCREMENTS = 16
+"""A motor that has come this far has turned; a shorter distance may be its trembling."""
 TRY_S = 0.6
 """How long a try may take."""
 SLOW_HZ = 150.0
 """About how fast a motor turns while its speed is timed: a turn a minute at 10,000 increments."""
 TIMED_S = 1.0
-"""About how long that takes."""
-STEEP = 100_000
-"""The number of the ramps meanwhile. In any unit of a ramp a slow motor is at its speed at once."""
-RAMP_WAY = 240
-"""The way on which a ramp is timed, in increments."""
+"""About how long the turn takes whose speed is measured."""
+STEEP_RAMP = 100_000
+"""The number of the ramps while a speed is measured: a slow motor reaches it at once."""
+RAMP_INCREMENTS = 240
+"""The distance on which a ramp is timed."""
 FAST_HZ = 20_000.0
-"""A speed that is not reached on that way by a ramp that can be timed."""
+"""A speed that no ramp that can be timed reaches on that distance."""
 CRUISE, RISE = (0.2, 0.8), (0.06, 0.45)
-"""The parts of the way on which a motor keeps its speed, and on which it gains speed."""
+"""The shares of a distance on which a motor keeps its speed, and on which it gains speed."""
 LEAST_READINGS = 4
 REST_S = 0.05
 """A motor at its goal that has not turned for this long stands: the next turn begins from rest."""
@@ -62,13 +62,13 @@ class Track:
     readings: tuple[tuple[float, int], ...]
 
     @property
-    def way(self) -> int:
+    def distance(self) -> int:
         """How far it came."""
         return self.readings[-1][1] if self.readings else 0
 
-    def within(self, part: tuple[float, float], way: int) -> tuple[tuple[float, int], ...]:
-        """Return the readings on a part of the way; empty if they are too few to time it."""
-        low, high = (each * way for each in part)
+    def within(self, shares: tuple[float, float], distance: int) -> tuple[tuple[float, int], ...]:
+        """Return the readings between two shares of a distance; none if they are too few."""
+        low, high = (share * distance for share in shares)
         found = tuple(each for each in self.readings if low <= each[1] <= high)
         return found if len(found) >= LEAST_READINGS else ()
 
@@ -77,7 +77,7 @@ class Track:
         """About how fast it turned, or slower than that if it arrived between two readings."""
         moved = [each for each in self.readings if each[1] > 0]
         rest_s = max((s for s, at in self.readings if at <= 0), default=moved[0][0])
-        end_s, end = next(each for each in moved if each[1] >= self.way)
+        end_s, end = next(each for each in moved if each[1] >= self.distance)
         return end / max(end_s - rest_s, 1e-3)
 
 
@@ -148,36 +148,40 @@ class UnitMeasurement:
     def _timed(self, drive: Cia402Drive, start: int, steps: int) -> Script[tuple[float, float]]:
         """Return the unit of speed in increments/s, and that of ramps in increments/s²."""
         speed_hz = yield from self._speed_hz(drive, start, steps)
-        back = BurstPart(start, max(round(SLOW_HZ / speed_hz), 1), STEEP)
+        back = BurstPart(start, max(round(SLOW_HZ / speed_hz), 1), STEEP_RAMP)
         yield from self._turn(drive, back, self._patience_s(steps))
-        ramp_hz_s = yield from self._ramp_hz_s(drive, start, steps, speed_hz)
+        fast = max(round(FAST_HZ / speed_hz), 1)
+        ramp_hz_s = yield from self._ramp_hz_s(drive, back, steps, fast)
         yield from self._turn(drive, back, self._patience_s(steps))
         return speed_hz, ramp_hz_s
 
     def _speed_hz(self, drive: Cia402Drive, start: int, steps: int) -> Script[float]:
-        number, goal = 1, start + min(SHORT, steps)
+        """Measure the speed of the number 1: roughly by short tries, then by one longer turn."""
+        number, goal = 1, start + min(TRY_INCREMENTS, steps)
         while True:
-            tried = yield from self._turn(drive, BurstPart(goal, number, STEEP), TRY_S)
-            if tried.way >= min(ENOUGH, steps):
+            tried = yield from self._turn(drive, BurstPart(goal, number, STEEP_RAMP), TRY_S)
+            if tried.distance >= min(TURNED_INCREMENTS, steps):
                 break
-            if number >= MOST:
+            if number >= LARGEST_NUMBER:
                 raise _failed(
                     f"{drive} does not turn whatever speed it gets: look at its supply, its "
                     "current and its brake"
                 )
-            number *= FACTOR
+            number *= GROWTH
         rough_hz = tried.rough_hz / number
         yield from self._turn(
-            drive, BurstPart(start, number, STEEP), self._patience_s(SHORT, tried.rough_hz)
+            drive,
+            BurstPart(start, number, STEEP_RAMP),
+            self._patience_s(TRY_INCREMENTS, tried.rough_hz),
         )
         number = max(round(SLOW_HZ / rough_hz), 1)
-        way = min(max(round(number * rough_hz * TIMED_S), SHORT), steps)
+        distance = min(max(round(number * rough_hz * TIMED_S), TRY_INCREMENTS), steps)
         track = yield from self._turn(
             drive,
-            BurstPart(start + way, number, STEEP),
-            self._patience_s(way, number * rough_hz),
+            BurstPart(start + distance, number, STEEP_RAMP),
+            self._patience_s(distance, number * rough_hz),
         )
-        if not (cruise := track.within(CRUISE, way)):
+        if not (cruise := track.within(CRUISE, distance)):
             raise _failed(
                 f"{drive} turns too fast to be timed with the number 1 in object 6081: write "
                 "cia402.speed_units as its manual says"
@@ -185,22 +189,25 @@ class UnitMeasurement:
         return slope(cruise) / number
 
     def _ramp_hz_s(
-        self, drive: Cia402Drive, start: int, steps: int, speed_hz: float
+        self, drive: Cia402Drive, back: BurstPart, steps: int, fast: int
     ) -> Script[float]:
-        number, way = 1, min(RAMP_WAY, steps)
-        fast = max(round(FAST_HZ / speed_hz), 1)
-        back = BurstPart(start, max(round(SLOW_HZ / speed_hz), 1), STEEP)
+        """Measure the ramp at which the motor leaves its start; `back` leads there again.
+
+        `fast` is the number of a speed that it does not reach.
+        """
+        number, distance = 1, min(RAMP_INCREMENTS, steps)
         while True:
-            track = yield from self._turn(drive, BurstPart(start + way, fast, number), TRY_S)
-            # s = a / 2 * t^2, whenever it began: the root of the way grows evenly
-            if rise := track.within(RISE, way):
+            away = BurstPart(back.goal + distance, fast, number)
+            track = yield from self._turn(drive, away, TRY_S)
+            # s = a / 2 * t^2, whenever it began: the root of the distance grows evenly
+            if rise := track.within(RISE, distance):
                 root = slope((s, math.sqrt(at)) for s, at in rise)
                 return 2.0 * root**2 / number
-            yield from self._turn(drive, back, self._patience_s(way))
-            if track.way < RISE[1] * way and number < MOST:
-                number *= FACTOR
-            elif way < steps:
-                way = steps
+            yield from self._turn(drive, back, self._patience_s(distance))
+            if track.distance < RISE[1] * distance and number < LARGEST_NUMBER:
+                number *= GROWTH
+            elif distance < steps:
+                distance = steps
             else:
                 raise _failed(
                     f"{drive} does not gain speed as a ramp of increments/s² does: if its manual "
@@ -209,9 +216,9 @@ class UnitMeasurement:
                 )
 
     @staticmethod
-    def _patience_s(way: int, rate_hz: float = SLOW_HZ) -> float:
-        """Return how long a turn may take that is expected to have a speed."""
-        return TRY_S + 2.0 * way / rate_hz
+    def _patience_s(distance: int, rate_hz: float = SLOW_HZ) -> float:
+        """Return how long a turn at about this speed may take."""
+        return TRY_S + 2.0 * distance / rate_hz
 
     def _turn(self, drive: Cia402Drive, part: BurstPart, for_s: float) -> Script[Track]:
         """Turn a motor to a goal, for at most a time; return where it was.

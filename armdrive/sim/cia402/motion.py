@@ -144,7 +144,7 @@ class Cia402Motion:
 
     @property
     def _speed_unit_hz(self) -> float:
-        """The unit of speeds: that of the options, or the one in 60A9, or one increment/s."""
+        """The unit of speeds: that of the settings, or the one in 60A9, or one increment/s."""
         if unit_hz := self._quirks.speed_unit:
             return unit_hz
         usual = canopen.RPM if self._quirks.factory else canopen.INCREMENTS_A_SECOND

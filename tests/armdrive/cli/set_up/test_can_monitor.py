@@ -343,6 +343,10 @@ def test_practising_the_measurement_needs_no_drives(call):
     write_arm_file("bench", CIA402)
     called = call("can", "setup", "bench", "--sim", "--json", code=0)
     assert called.json["units"] == {name: [RPM_HZ] * 6 for name in ("speed_units", "ramp_units")}
+    said = call.refused(
+        "can", "setup", "bench", "--sim", "--json", "--port", "can:virtual:x", code=2
+    )
+    assert "--sim needs no --port" in said
 
 
 def test_another_kind_of_arm_is_refused(call):

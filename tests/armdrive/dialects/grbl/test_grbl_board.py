@@ -39,13 +39,18 @@ from kinematics import Joints
 HOLD_PIN = 2
 
 
-def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
-    arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
+def run_into_a_switch(arm):
+    """End a motion of the base by a limit switch, which stays pressed."""
     handle = arm.move_j(base_deg=60, wait=False)
     arm.sleep(0.6)
     arm.twin.board.set_switch(0, SwitchState.CLOSED)
     with pytest.raises(DeviceFault, match="alarm 1"):
         handle.wait(8.0)
+
+
+def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
+    arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
+    run_into_a_switch(arm)
     assert arm.status.state is State.ERROR_STOP
     assert "even if the cable is fine" in arm.status.error
     assert arm.status.trust is Trust.SUSPECT
@@ -58,11 +63,7 @@ def test_a_fluidnc_board_with_homing_raises_another_alarm_as_it_is_reset_after_a
     arm = found(config(device={"hard_limits": True, "homing": True}), firmware="fluidnc")
     arm.reset()  # it boots locked
     arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
-    handle = arm.move_j(base_deg=60, wait=False)
-    arm.sleep(0.6)
-    arm.twin.board.set_switch(0, SwitchState.CLOSED)
-    with pytest.raises(DeviceFault, match="alarm 1"):
-        handle.wait(8.0)
+    run_into_a_switch(arm)
     arm.twin.board.set_switch(0, SwitchState.FREE)
     arm.reset()
     arm.sleep(1.0)
@@ -72,11 +73,7 @@ def test_a_fluidnc_board_with_homing_raises_another_alarm_as_it_is_reset_after_a
 
 def test_a_fluidnc_board_without_homing_reports_a_motion_after_a_limit_alarm_until_it_is_reset():
     arm = ready(config(device={"hard_limits": True}), firmware="fluidnc")
-    handle = arm.move_j(base_deg=60, wait=False)
-    arm.sleep(0.6)
-    arm.twin.board.set_switch(0, SwitchState.CLOSED)
-    with pytest.raises(DeviceFault, match="alarm 1"):
-        handle.wait(8.0)
+    run_into_a_switch(arm)
     arm.twin.board.set_switch(0, SwitchState.FREE)
     motors = arm.twin.world.motors
     arm.reset()
