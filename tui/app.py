@@ -1,4 +1,4 @@
-"""The base of every app of the desk: what a key does, and what the person is told about it.
+"""The base of every app of the desk: what a key does, and what the user then reads about it.
 
 The stop keys come first and stale input is dropped. Everything else that a key, a click or a
 gamepad's button asks for goes through `Calls.acting`, so one rule holds for all of them: the last
@@ -177,8 +177,8 @@ class AppInput:
         elif absent_s > self.starved_s and (hand := self.hand()) is not None:
             hand.doubt(absent_s)
 
-    async def takes(self, event: events.Event) -> bool:
-        """Take an event of the app; return whether the framework is not to see it any more."""
+    async def handles(self, event: events.Event) -> bool:
+        """Handle a key or a click; return False for what is left to the framework."""
         if isinstance(event, events.Key):
             if event.is_forwarded:  # no widget wanted it
                 return self._types(event)
@@ -414,9 +414,9 @@ class Calls:
                 wrong = words_of(error)
             except Exception as flaw:  # the desk and its stop key must live on
                 wrong = f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
-            self._app.call_from_thread(took, found, wrong)
+            self._app.call_from_thread(finish, found, wrong)
 
-        def took(found: Found | None, wrong: str) -> None:
+        def finish(found: Found | None, wrong: str) -> None:
             job.busy = False
             ended(found, wrong)
 
@@ -610,7 +610,7 @@ class KeyApp(App[int], inherit_bindings=False):
 
     async def on_event(self, event: events.Event) -> None:
         """Take the stop keys before anything else sees them, and drop what is stale."""
-        if not await self.input.takes(event):
+        if not await self.input.handles(event):
             await self.hand_on(event)
 
     async def hand_on(self, event: events.Event) -> None:
