@@ -6,7 +6,7 @@ What is decided where:
     objects             object dictionaries
     sdo, sdo_server     objects read and written one by one; abort codes
     pdo                 objects sent in one frame
-    drives              states and modes of a drive, and the way from one state to another
+    drives              states, commands and modes of a drive
     host                a master's end
 """
 
@@ -34,7 +34,6 @@ from firmware_protocol.canopen.drives import speed_unit_hz as speed_unit_hz
 from firmware_protocol.canopen.drives import supported_modes as supported_modes
 from firmware_protocol.canopen.drives import supported_word as supported_word
 from firmware_protocol.canopen.drives import transition as transition
-from firmware_protocol.canopen.drives import way as way
 from firmware_protocol.canopen.host import COMMAND_PDO as COMMAND_PDO
 from firmware_protocol.canopen.host import REPORT_PDO as REPORT_PDO
 from firmware_protocol.canopen.host import DriveReport as DriveReport
@@ -121,7 +120,6 @@ from firmware_protocol.canopen.sdo import StrayResponse as StrayResponse
 from firmware_protocol.canopen.sdo import Uploaded as Uploaded
 from firmware_protocol.canopen.sdo import abort_words as abort_words
 from firmware_protocol.canopen.sdo_server import Ask as Ask
-from firmware_protocol.canopen.sdo_server import GivenUp as GivenUp
 from firmware_protocol.canopen.sdo_server import ObjectStore as ObjectStore
 from firmware_protocol.canopen.sdo_server import ReadAsked as ReadAsked
 from firmware_protocol.canopen.sdo_server import SdoServer as SdoServer
@@ -131,7 +129,6 @@ from firmware_protocol.canopen.services import ALL_NODES as ALL_NODES
 from firmware_protocol.canopen.services import ERROR_WORDS as ERROR_WORDS
 from firmware_protocol.canopen.services import HEARTBEAT_MISSING as HEARTBEAT_MISSING
 from firmware_protocol.canopen.services import NODE_MAX as NODE_MAX
-from firmware_protocol.canopen.services import SPEAKS as SPEAKS
 from firmware_protocol.canopen.services import Emergency as Emergency
 from firmware_protocol.canopen.services import ErrorRegister as ErrorRegister
 from firmware_protocol.canopen.services import Heartbeat as Heartbeat

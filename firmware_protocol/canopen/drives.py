@@ -6,7 +6,6 @@ statusword. They are named for profile position; comments give the meaning in ho
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
 from functools import lru_cache
@@ -291,7 +290,7 @@ class QuickStopOption(IntEnum):
         return self >= QuickStopOption.RAMP_AND_STAY
 
 
-# The state machine of a CiA 402 drive: one table, used by the drive and by the master's planning.
+# The state machine of a CiA 402 drive: one table.
 #
 #     0, 1  NOT_READY -> DISABLED -> READY -> SWITCHED_ON -> ENABLED -> QUICK_STOP
 #     13    any state -> FAULT_REACTION -> FAULT -> DISABLED
@@ -319,11 +318,6 @@ class Transition:
     begin: DriveState
     cause: Cause
     end: DriveState
-
-    @property
-    def drops_current(self) -> bool:
-        """Whether the motor loses its current here, so that an arm without brakes sags."""
-        return self.begin.holds and not self.end.holds
 
 
 _NOT_READY, _DISABLED, _READY = DriveState.NOT_READY, DriveState.DISABLED, DriveState.READY
@@ -358,38 +352,11 @@ TRANSITIONS: tuple[Transition, ...] = (
 
 _BY_CAUSE = {(row.begin, row.cause): row for row in TRANSITIONS}
 RESUMES, RESETS = 16, 15
-"""Transitions that the master takes only on request."""
 
 
 def transition(state: DriveState, cause: Cause) -> Transition | None:
     """Return the transition that a cause triggers in a state; None if there is none."""
     return _BY_CAUSE.get((state, cause))
-
-
-def way(
-    state: DriveState, goal: DriveState, *, reset: bool = False, resume: bool = False
-) -> tuple[Transition, ...] | None:
-    """Return the shortest sequence of commands from one state to another; None if there is none.
-
-    A fault is left only with `reset`. A quick stop is resumed only with `resume`, which some
-    drives lack. A path between states that hold the arm never passes through a state that drops it.
-    The drive leaves NOT_READY and FAULT_REACTION by itself, so no path begins there.
-    """
-    refused = {RESETS: not reset, RESUMES: not resume}
-    found: dict[DriveState, tuple[Transition, ...]] = {state: ()}
-    ahead = deque((state,))
-    while ahead:
-        here = ahead.popleft()
-        if here is goal:
-            return found[here]
-        for row in TRANSITIONS:
-            if row.begin is not here or row.end in found or isinstance(row.cause, Happening):
-                continue
-            if refused.get(row.number, row.drops_current and goal.holds):
-                continue
-            found[row.end] = (*found[here], row)
-            ahead.append(row.end)
-    return None
 
 
 @dataclass(frozen=True, slots=True)

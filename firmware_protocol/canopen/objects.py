@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-import struct
-from collections.abc import Iterable, Iterator, Mapping
-from configparser import Error, RawConfigParser, SectionProxy
+from collections.abc import Iterable, Iterator
+from configparser import RawConfigParser, SectionProxy
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from functools import cached_property
@@ -14,8 +13,8 @@ from typing import NamedTuple, TypeAlias
 from firmware_protocol.canopen.services import checked_node
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 
-Value: TypeAlias = bool | int | float | str | bytes
-"""An object's value: bool, int, float, ASCII text, or bytes without a known meaning."""
+Value: TypeAlias = int | str
+"""An object's value: a whole number or ASCII text."""
 
 
 class _IndexAndSub(NamedTuple):
@@ -46,68 +45,42 @@ class Place(_IndexAndSub):
 
 
 class DataType(IntEnum):
-    """A data type, by its number in object dictionaries and EDS files."""
+    """A data type, by its number in EDS files. Drives of the profile have no others."""
 
-    BOOLEAN = 0x01
     I8 = 0x02
     I16 = 0x03
     I32 = 0x04
     U8 = 0x05
     U16 = 0x06
     U32 = 0x07
-    REAL32 = 0x08
     VISIBLE_STRING = 0x09
-    OCTET_STRING = 0x0A
-    UNICODE_STRING = 0x0B
-    TIME_OF_DAY = 0x0C
-    TIME_DIFFERENCE = 0x0D
-    DOMAIN = 0x0F
-    I24 = 0x10
-    REAL64 = 0x11
-    I40 = 0x12
-    I48 = 0x13
-    I56 = 0x14
-    I64 = 0x15
-    U24 = 0x16
-    U40 = 0x18
-    U48 = 0x19
-    U56 = 0x1A
-    U64 = 0x1B
 
     @cached_property  # used for every PDO
     def size(self) -> int | None:
         """Bytes per value; None if the length varies."""
-        return _SIZES.get(self)
-
-    @cached_property
-    def bits(self) -> int | None:
-        """Bits per value in a PDO; None if the type cannot be mapped."""
-        return 1 if self is DataType.BOOLEAN else None if self.size is None else 8 * self.size
+        return None if self is DataType.VISIBLE_STRING else int(self.name[1:]) // 8
 
     @cached_property
     def signed(self) -> bool:
         """Whether the type is a signed integer."""
-        return self in _SIGNED
+        return self.name.startswith("I")
 
     @cached_property
     def limits(self) -> tuple[int, int] | None:
-        """The smallest and the largest integer; None for other types."""
-        return _LIMITS.get(self)
+        """The smallest and the largest integer; None for text."""
+        if self.size is None:
+            return None
+        span = 1 << 8 * self.size
+        return (-span // 2, span // 2 - 1) if self.signed else (0, span - 1)
 
     def pack(self, value: Value) -> bytes:
         """Return a value's bytes. Raises `BadField` for a wrong type or a value out of range."""
-        if (limits := self.limits) is not None:
-            number = whole(self.name, value, *limits)
-            return number.to_bytes(_SIZES[self], "little", signed=self.signed)
-        if self is DataType.BOOLEAN and isinstance(value, bool):
-            return bytes((value,))
-        if self in _REALS and isinstance(value, int | float) and not isinstance(value, bool):
-            return self._pack_real(value)
-        if self is DataType.VISIBLE_STRING and isinstance(value, str) and value.isascii():
-            return value.encode("ascii")
-        if self not in _TYPED and isinstance(value, bytes):
-            return value
-        raise BadField(self.name, value, _ALLOWED.get(self, "bytes"))
+        if self.limits is not None and self.size is not None:
+            number = whole(self.name, value, *self.limits)
+            return number.to_bytes(self.size, "little", signed=self.signed)
+        if not isinstance(value, str) or not value.isascii():
+            raise BadField(self.name, value, "ASCII text")
+        return value.encode("ascii")
 
     def unpack(self, data: bytes, *, exact: bool = True) -> Value:
         """Return the value of bytes. Raises `RemoteProtocolError`.
@@ -116,50 +89,11 @@ class DataType(IntEnum):
         ignored.
         """
         size = self.size
-        if size is not None and (len(data) != size if exact else len(data) < size):
-            raise RemoteProtocolError(f"length {len(data)} where {self.name} has {size}")
-        data = data[:size]
-        if self.limits is not None:
-            return int.from_bytes(data, "little", signed=self.signed)
-        if self is DataType.BOOLEAN:
-            return bool(data[0])
-        if self in _REALS:
-            (real,) = struct.unpack(_REALS[self], data)
-            return float(real)
-        if self is DataType.VISIBLE_STRING:
+        if size is None:
             return data.rstrip(b"\0").decode("ascii", "replace")
-        return data
-
-    def _pack_real(self, value: float) -> bytes:
-        try:
-            return struct.pack(_REALS[self], value)
-        except (OverflowError, struct.error):
-            raise BadField(self.name, value, "a number that it can hold") from None
-
-
-# an integer type's name contains its sign and its number of bits
-_WHOLE = {kind: int(kind.name[1:]) // 8 for kind in DataType if kind.name[1:].isdigit()}
-_SIGNED = frozenset(kind for kind in _WHOLE if kind.name.startswith("I"))
-_LIMITS = {
-    kind: (-(1 << 8 * size - 1), (1 << 8 * size - 1) - 1)
-    if kind in _SIGNED
-    else (0, (1 << 8 * size) - 1)
-    for kind, size in _WHOLE.items()
-}
-_REALS = {DataType.REAL32: "<f", DataType.REAL64: "<d"}
-_SIZES = {
-    **_WHOLE,
-    DataType.BOOLEAN: 1,
-    DataType.REAL32: 4,
-    DataType.REAL64: 8,
-}
-_TYPED = frozenset((*_SIZES, DataType.VISIBLE_STRING))
-_ALLOWED = {
-    DataType.BOOLEAN: "True or False",
-    DataType.REAL32: "a number",
-    DataType.REAL64: "a number",
-    DataType.VISIBLE_STRING: "ASCII text",
-}
+        if len(data) != size if exact else len(data) < size:
+            raise RemoteProtocolError(f"length {len(data)} where {self.name} has {size}")
+        return int.from_bytes(data[:size], "little", signed=self.signed)
 
 
 # Objects as data: index, sub-index, name, type, access, unit, default.
@@ -172,8 +106,6 @@ class Access(Enum):
     RO = "ro"
     WO = "wo"
     RW = "rw"
-    RWR = "rwr"
-    """Read and write; may be mapped into a transmitted PDO."""
     RWW = "rww"
     """Read and write; may be mapped into a received PDO."""
 
@@ -186,14 +118,6 @@ class Access(Enum):
     def writable(self) -> bool:
         """Whether the object can be written over the bus."""
         return self not in (Access.CONST, Access.RO)
-
-
-def one_line(field: str, value: object) -> str:
-    """Return text that fits on a line of an EDS file, or raise `BadField`."""
-    fits = isinstance(value, str) and value.isprintable() and value == value.strip()
-    if not fits or not value or " ;" in str(value):
-        raise BadField(field, value, "one line of text, without blanks around it and without ' ;'")
-    return str(value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,21 +138,8 @@ class ObjectEntry:
     adds_node: bool = False
 
     def __post_init__(self) -> None:
-        one_line("name", self.name)
-        if self.unit:
-            one_line("unit", self.unit)
-        if isinstance(self.default, str | bytes):
-            self._check_text(self.default)
-        if self.adds_node:
-            whole("default", self.default, 0, 0xFFFF_FFFF)
         if self.default is not None:
             self.type.pack(self.default)
-
-    def _check_text(self, default: str | bytes) -> None:
-        if not default:
-            raise BadField("default", default, "None where there is nothing")
-        if isinstance(default, str):
-            one_line("default", default)
 
     def initial(self, node: int) -> Value | None:
         """Return the object's initial value on a node."""
@@ -238,51 +149,19 @@ class ObjectEntry:
 
 
 class Dictionary:
-    """A device's objects, sorted by place. Raises `BadField` for duplicates.
+    """A device's objects, sorted by place. Raises `BadField` for duplicates."""
 
-    `records` names the indices that have sub-indices; an unnamed one takes its first entry's name.
-    """
-
-    def __init__(
-        self, entries: Iterable[ObjectEntry], records: Mapping[int, str] | None = None
-    ) -> None:
+    def __init__(self, entries: Iterable[ObjectEntry]) -> None:
         self._entries: dict[Place, ObjectEntry] = {}
         for entry in sorted(entries, key=lambda entry: entry.place):
             if entry.place in self._entries:
                 raise BadField("place", str(entry.place), "of one object alone")
             self._entries[entry.place] = entry
-        self._indices = frozenset(place.index for place in self._entries)
-        self._records = {
-            index: one_line("records", name)
-            for index, name in (records or {}).items()
-            if index in self._indices
-        }
-        for entry in self:
-            if entry.place.sub:
-                self._records.setdefault(entry.place.index, entry.name)
+        self.indices = frozenset(place.index for place in self._entries)
+        """The indices of all objects."""
 
     def __iter__(self) -> Iterator[ObjectEntry]:
         return iter(self._entries.values())
-
-    def __len__(self) -> int:
-        return len(self._entries)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Dictionary):
-            return NotImplemented
-        return self._entries == other._entries and self._records == other._records
-
-    __hash__ = None  # type: ignore[assignment]
-
-    @property
-    def indices(self) -> frozenset[int]:
-        """The indices of all objects."""
-        return self._indices
-
-    @property
-    def records(self) -> dict[int, str]:
-        """The names of the indices that have sub-indices."""
-        return dict(self._records)
 
     def find(self, place: Place) -> ObjectEntry | None:
         """Return the object at a place, or None."""
@@ -405,157 +284,41 @@ STANDARD = Dictionary(
         ),
         ObjectEntry(SUPPORTED_MODES, "Supported drive modes", _U32, _RO, "", 0),
     ),
-    {
-        0x1003: "Pre-defined error field",
-        0x1016: "Consumer heartbeat time",
-        0x1018: "Identity object",
-        0x607D: "Software position limit",
-        0x6099: "Homing speeds",
-        0x60C2: "Interpolation time period",
-    },
 )
 """The objects of a CiA 402 drive that arms use; an EDS file describes a particular drive."""
 
 
-# Parsing of EDS files (CiA 306).
-ARRAY, RECORD, VARIABLE = 0x08, 0x09, 0x07
-"""Object codes of CiA 301."""
+# The EDS file of a drive (CiA 306), as a simulated drive needs it: whole numbers and texts.
 
-_OBJECT = re.compile(r"([0-9A-F]{4})(?:sub([0-9A-F]{1,2}))?", re.IGNORECASE)
-_NODE = re.compile(r"\$NODEID", re.IGNORECASE)
+_OBJECT = re.compile(r"([0-9A-F]{4})(?:sub([0-9A-F]{1,2}))?")
+_RECORD = "0x9"
+_NODE = "$NODEID+"
 
 
 def read_eds(text: str) -> Dictionary:
-    """Return the objects of an EDS or DCF file. Raises `RemoteProtocolError`, with the section.
-
-    Objects of manufacturer-specific types stay bytes. The unit comes from the keyword `Unit`,
-    which is an extension of CiA 306.
-    """
-    parser = RawConfigParser(strict=False, inline_comment_prefixes=(";",), default_section="")
-    try:
-        parser.read_string(text.removeprefix("\ufeff"))
-    except Error as error:
-        reason = " ".join(error.message.split())
-        raise RemoteProtocolError(f"this is no EDS file: {reason}") from None
-    entries: dict[Place, ObjectEntry] = {}
-    records: dict[int, str] = {}
-    for name in parser.sections():
-        found = _OBJECT.fullmatch(name)
-        if found is None:
-            continue
-        index, sub = int(found[1], 16), found[2]
-        try:
-            if sub is None and _number(parser[name], "ObjectType", VARIABLE) in (ARRAY, RECORD):
-                records[index] = _word(parser[name], "ParameterName")
-                entries |= {entry.place: entry for entry in _compact(index, parser[name])}
-            else:
-                place = Place(index, int(sub or "0", 16))
-                entries[place] = _entry(place, parser[name])
-        except (BadField, RemoteProtocolError) as error:
-            raise RemoteProtocolError(f"section [{name}]: {error}") from None
-    return Dictionary(entries.values(), records)
-
-
-def _compact(index: int, section: SectionProxy) -> Iterator[ObjectEntry]:
-    """Yield the entries of an array that is described in a single section."""
-    count = _number(section, "CompactSubObj", 0)
-    if not count:
-        return
-    yield ObjectEntry(Place(index), "Highest sub-index", DataType.U8, Access.CONST, default=count)
-    model = _entry(Place(index), section)
-    for sub in range(1, count + 1):
-        yield ObjectEntry(
-            Place(index, sub),
-            f"{model.name} {sub}",
-            model.type,
-            model.access,
-            model.unit,
-            model.default,
-            model.mappable,
-            model.adds_node,
-        )
-
-
-def _entry(place: Place, section: SectionProxy) -> ObjectEntry:
-    kind = _type(_number(section, "DataType", 0))
-    default, adds_node = _default(kind, section.get("DefaultValue"))
-    return ObjectEntry(
-        place,
-        _word(section, "ParameterName"),
-        kind,
-        _access(section),
-        _clean(section.get("Unit")),
-        default,
-        bool(_number(section, "PDOMapping", 0)),
-        adds_node,
+    """Return the objects of an EDS file. Units are from the keyword `Unit`, which is our own."""
+    parser = RawConfigParser()
+    parser.read_string(text)
+    found = [(parser[name], _OBJECT.fullmatch(name)) for name in parser.sections()]
+    return Dictionary(
+        _entry(Place(int(place[1], 16), int(place[2] or "0", 16)), section)
+        for section, place in found
+        if place is not None and section["ObjectType"] != _RECORD
     )
 
 
-def _word(section: SectionProxy, key: str) -> str:
-    value = _clean(section.get(key))
-    if not value:
-        raise RemoteProtocolError(f"{key} is missing")
-    return value
-
-
-def _clean(value: str | None) -> str:
-    """Return the text as a single clean line."""
-    return "".join(c if c.isprintable() else " " for c in value or "").strip()
-
-
-def _access(section: SectionProxy) -> Access:
-    word = (section.get("AccessType") or Access.RO.value).lower()  # optional for a DOMAIN
-    try:
-        return Access(word)
-    except ValueError:
-        raise RemoteProtocolError(f"AccessType {word} is none") from None
-
-
-def _number(section: SectionProxy, key: str, default: int) -> int:
-    value = section.get(key)
-    return default if not value else _whole(key, value)
-
-
-def _whole(key: str, value: str) -> int:
-    try:
-        return int(value, 0)
-    except ValueError:
-        pass
-    try:
-        return int(value)  # "010" means ten
-    except ValueError:
-        raise RemoteProtocolError(f"{key} {value} is no whole number") from None
-
-
-def _type(number: int) -> DataType:
-    try:
-        return DataType(number)
-    except ValueError:
-        return DataType.DOMAIN
-
-
-def _default(kind: DataType, text: str | None) -> tuple[Value | None, bool]:
-    """Return a default value, and whether to add the node's number."""
-    if not text:
-        return None, False
-    bare, times = _NODE.subn("", text)
-    if times and kind.limits is not None:
-        return _whole("DefaultValue", bare.replace("+", "").strip() or "0"), True
-    return _value(kind, text), False
-
-
-def _value(kind: DataType, text: str) -> Value | None:
-    if kind.limits is not None:
-        number = _whole("DefaultValue", text)
-        wraps = kind.signed and number > kind.limits[1]  # FFh as an I8 is -1
-        return number - (1 << (kind.bits or 0)) if wraps else number
-    if kind is DataType.BOOLEAN:
-        return bool(_whole("DefaultValue", text))
-    try:
-        if kind in (DataType.REAL32, DataType.REAL64):
-            return float(text)
-        if kind is DataType.VISIBLE_STRING:
-            return (_clean(text) or None) if text.isascii() else None
-        return bytes.fromhex(text) or None
-    except ValueError:
-        return None  # manufacturers write byte strings in many forms
+def _entry(place: Place, section: SectionProxy) -> ObjectEntry:
+    kind, text = DataType(int(section["DataType"], 0)), section.get("DefaultValue")
+    default: Value | None = text
+    if text is not None and kind.limits is not None:
+        default = int(text.removeprefix(_NODE), 0)
+    return ObjectEntry(
+        place,
+        section["ParameterName"],
+        kind,
+        Access(section["AccessType"]),
+        section.get("Unit", ""),
+        default,
+        section["PDOMapping"] == "1",
+        text is not None and text.startswith(_NODE),
+    )

@@ -19,8 +19,6 @@ from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.fields import BYTE, an_instance, message, whole_from
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 
-# The `struct` codes of the types that a PDO can carry. The rarer integers of three, five, six and
-# seven bytes are left out: no object of the profile has one.
 _CODES = {
     DataType.I8: "b",
     DataType.U8: "B",
@@ -28,23 +26,20 @@ _CODES = {
     DataType.U16: "H",
     DataType.I32: "i",
     DataType.U32: "I",
-    DataType.I64: "q",
-    DataType.U64: "Q",
-    DataType.REAL32: "f",
-    DataType.REAL64: "d",
 }
+"""The `struct` codes of the types that a PDO can carry."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mapped:
-    """An object in a PDO: a real number, or an integer of 1, 2, 4 or 8 bytes."""
+    """An object in a PDO: a whole number."""
 
     place: Place
     type: DataType
 
     def __post_init__(self) -> None:
         if self.type not in _CODES:
-            raise BadField("type", self.type, "a real number, or an integer of 1, 2, 4 or 8 bytes")
+            raise BadField("type", self.type, "a whole number")
 
     @property
     def size(self) -> int:
@@ -67,7 +62,7 @@ class Mapped:
         entry = dictionary.find(place)
         if entry is None:
             raise RemoteProtocolError(f"{place} is mapped, and is no object of the dictionary")
-        if entry.type.bits != word & 0xFF or entry.type not in _CODES:
+        if entry.type not in _CODES or 8 * (entry.type.size or 0) != word & 0xFF:
             raise RemoteProtocolError(
                 f"{place} is mapped with {word & 0xFF} bits; it is {entry.type.name}"
             )
@@ -105,13 +100,13 @@ class Mapping:
                 raise BadField("places", str(place), "an object that can be mapped")
         return cls(tuple(Mapped(entry.place, entry.type) for entry in found if entry is not None))
 
-    def pack(self, values: Sequence[float]) -> bytes:
+    def pack(self, values: Sequence[int]) -> bytes:
         """Return a PDO's data for one value per entry. Raises `BadField`."""
         if len(values) != len(self.entries):
             raise BadField("values", values, f"{len(self.entries)} of them")
         try:
             return self._codec.pack(*values)
-        except (struct.error, OverflowError):  # once more one by one, to name the invalid one
+        except struct.error:  # once more one by one, to name the invalid one
             pairs = zip(self.entries, values, strict=True)
             return b"".join(entry.type.pack(value) for entry, value in pairs)
 

@@ -295,8 +295,8 @@ _RESPONSES: dict[int, Callable[[bytes], Response]] = {
 
 # Splitting data into segments and joining them, for both sides.
 
-SIZE_MAX = 4096
-"""Default limit for the size of a transferred object, in bytes."""
+SIZE_MAX = 1024
+"""The greatest object that is transferred, in bytes. Names are the longest."""
 
 
 class Sending:
@@ -325,11 +325,11 @@ class Sending:
 
 
 class Receiving:
-    """Data being received in segments, at most `size_max` bytes."""
+    """Data being received in segments."""
 
-    def __init__(self, size: int | None, size_max: int) -> None:
+    def __init__(self, size: int | None) -> None:
         self._size = size
-        self._most = size_max if size is None else size
+        self._most = SIZE_MAX if size is None else size
         self._too_much = AbortCode.OUT_OF_MEMORY if size is None else AbortCode.TOO_LONG
         self._data = bytearray()
         self.toggle = False
@@ -400,11 +400,9 @@ class _Reading:
     segments: Receiving | None = None  # set once segments begin
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Writing:
     place: Place
-    segments: Sending | None
-    started: bool = False
 
 
 class SdoClient:
@@ -418,10 +416,9 @@ class SdoClient:
     difference. So give the server time after abandoning a transfer, or read the object back.
     """
 
-    def __init__(self, node: int, *, size_max: int = SIZE_MAX) -> None:
+    def __init__(self, node: int) -> None:
         self._request_id = cob_id(Service.SDO_REQUEST, node)
         self._response_id = cob_id(Service.SDO_RESPONSE, node)
-        self._size_max = whole("size_max", size_max, EXPEDITED_MAX, 1 << 24)
         self._current: _Reading | _Writing | None = None
         self._events: EventQueue[SdoEvent] = EventQueue(EVENTS_MAX)
 
@@ -437,13 +434,14 @@ class SdoClient:
         return self._frame(StartUpload(place))
 
     def download(self, place: Place, data: bytes) -> Frame:
-        """Return the frame that begins to write an object. Raises `LocalProtocolError` if busy."""
+        """Return the frame that writes an object: a number, so in one to four bytes.
+
+        Raises `LocalProtocolError` if busy.
+        """
         self._must_be_free()
-        if not isinstance(data, bytes) or len(data) > self._size_max:
-            raise BadField("data", data, f"at most {self._size_max} bytes")
-        expedited = 1 <= len(data) <= EXPEDITED_MAX
-        self._current = _Writing(place, None if expedited else Sending(data))
-        return self._frame(StartDownload(place, Content(data if expedited else None, len(data))))
+        content = Content(data, len(data))
+        self._current = _Writing(place)
+        return self._frame(StartDownload(place, content))
 
     def abandon(self, code: AbortCode = AbortCode.TIMED_OUT) -> Frame | None:
         """Abort the current transfer without an event; return the abort frame for the server."""
@@ -485,14 +483,8 @@ class SdoClient:
                 segment.toggle == segments.toggle
             ):
                 return self._take(reading, segments, segment)
-            case _Writing(place, _, False) as writing, DownloadStarted(named) if named == place:
-                writing.started = True
-                return self._write(writing)
-            case _Writing(_, Sending() as segments, True) as writing, SegmentTaken(toggle) if (
-                toggle == segments.toggle
-            ):
-                segments.advance()
-                return self._write(writing)
+            case _Writing(place), DownloadStarted(named) if named == place:
+                return self._end(Downloaded(place))
             case _:
                 self._events.put(StrayResponse(response))
                 return None
@@ -500,9 +492,9 @@ class SdoClient:
     def _begin(self, reading: _Reading, content: Content) -> Request | None:
         if content.data is not None:
             return self._end(Uploaded(reading.place, content.data, content.size is not None))
-        if content.size is not None and content.size > self._size_max:
+        if content.size is not None and content.size > SIZE_MAX:
             return self._break(reading, AbortCode.OUT_OF_MEMORY)
-        reading.segments = Receiving(content.size, self._size_max)
+        reading.segments = Receiving(content.size)
         return NextSegment(toggle=False)
 
     def _take(self, reading: _Reading, segments: Receiving, segment: Segment) -> Request | None:
@@ -513,14 +505,9 @@ class SdoClient:
             return self._end(Uploaded(reading.place, segments.data))
         return NextSegment(segments.toggle)
 
-    def _write(self, writing: _Writing) -> Request | None:
-        if writing.segments is None or writing.segments.done:
-            return self._end(Downloaded(writing.place))
-        return writing.segments.segment
-
-    def _break(self, current: _Reading | _Writing, code: AbortCode) -> Abort:
-        self._end(Aborted(current.place, code, by_server=False))
-        return Abort(current.place, code)
+    def _break(self, reading: _Reading, code: AbortCode) -> Abort:
+        self._end(Aborted(reading.place, code, by_server=False))
+        return Abort(reading.place, code)
 
     def _end(self, event: SdoEvent) -> Request | None:
         self._current = None
@@ -534,5 +521,5 @@ def _names(place: Place, current: _Reading | _Writing) -> bool:
     During segments some servers name no object. Before the first segment, such an abort is late: it
     answers a repeated frame of the previous transfer.
     """
-    in_segments = current.started if isinstance(current, _Writing) else current.segments is not None
+    in_segments = isinstance(current, _Reading) and current.segments is not None
     return place == current.place or (in_segments and place == Place(0))

@@ -56,15 +56,8 @@ class WriteAsked:
     exact: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class GivenUp:
-    """The client has aborted a transfer."""
-
-    abort: Abort
-
-
 Ask: TypeAlias = ReadAsked | WriteAsked
-SdoServerEvent: TypeAlias = Ask | GivenUp | UnreadableFrame | Overrun
+SdoServerEvent: TypeAlias = Ask | UnreadableFrame | Overrun
 
 
 @dataclass(slots=True)
@@ -88,10 +81,9 @@ class _Taking:
 class SdoServer:
     """The server that gives a client access to a device's objects."""
 
-    def __init__(self, node: int, *, size_max: int = SIZE_MAX) -> None:
+    def __init__(self, node: int) -> None:
         self._request_id = cob_id(Service.SDO_REQUEST, node)
         self._response_id = cob_id(Service.SDO_RESPONSE, node)
-        self._size_max = whole("size_max", size_max, EXPEDITED_MAX, 1 << 24)
         self._current: _Asked | _Telling | _Taking | None = None
         self._events: EventQueue[SdoServerEvent] = EventQueue(EVENTS_MAX)
 
@@ -119,8 +111,8 @@ class SdoServer:
 
     def supply(self, ask: ReadAsked, data: bytes) -> Frame | None:
         """Answer a `ReadAsked`; return the frame, or None if the request was replaced."""
-        if not isinstance(data, bytes) or len(data) > self._size_max:
-            raise BadField("data", data, f"at most {self._size_max} bytes")
+        if not isinstance(data, bytes) or len(data) > SIZE_MAX:
+            raise BadField("data", data, f"at most {SIZE_MAX} bytes")
         if ask != self.asked:
             return None
         expedited = 1 <= len(data) <= EXPEDITED_MAX
@@ -138,11 +130,6 @@ class SdoServer:
         """Refuse a request; return the abort frame, or None if the request was replaced."""
         return self._give_up(ask.place, code) if ask == self.asked else None
 
-    def reset(self) -> None:
-        """Discard all state, as in a reset."""
-        self._current = None
-        self._events.clear()
-
     def _hear(self, request: Request) -> Frame | None:
         match self._current, request:
             case _, StartUpload(place):
@@ -156,7 +143,6 @@ class SdoServer:
             case current, Abort() as abort:
                 if current is not None and abort.place in (_place(current), Place(0)):
                     self._current = None
-                self._events.put(GivenUp(abort))
                 return None
             case current, _:
                 return self._give_up(_place(current), AbortCode.COMMAND)
@@ -165,9 +151,9 @@ class SdoServer:
         if content.data is not None:
             exact = content.size is not None
             return self._ask(WriteAsked(place, content.data, exact), DownloadStarted(place))
-        if content.size is not None and content.size > self._size_max:
+        if content.size is not None and content.size > SIZE_MAX:
             return self._give_up(place, AbortCode.OUT_OF_MEMORY)
-        self._current = _Taking(place, Receiving(content.size, self._size_max))
+        self._current = _Taking(place, Receiving(content.size))
         return self._frame(DownloadStarted(place))
 
     def _tell(self, telling: _Telling, toggle: bool) -> Frame:
@@ -218,13 +204,7 @@ class ObjectStore:
 
     def __init__(self, dictionary: Dictionary, node: int) -> None:
         self._dictionary = dictionary
-        self._node = checked_node(node)
-        self._values: dict[Place, Value] = {}
-        self.restore()
-
-    def restore(self) -> None:
-        """Reset every object to its initial value in the dictionary."""
-        initial = ((entry.place, entry.initial(self._node)) for entry in self._dictionary)
+        initial = ((entry.place, entry.initial(checked_node(node))) for entry in dictionary)
         self._values = {place: value for place, value in initial if value is not None}
 
     def value(self, place: Place) -> Value | None:
@@ -243,11 +223,11 @@ class ObjectStore:
 
     def put(self, entry: ObjectEntry, value: Value) -> None:
         """Set an object that was found in the dictionary, like `set`."""
-        kind = entry.type
-        if (limits := kind.limits) is not None:  # fast path for values from PDOs
-            self._values[entry.place] = whole(kind.name, value, *limits)
+        if (limits := entry.type.limits) is not None:  # fast path for values from PDOs
+            whole(entry.type.name, value, *limits)
         else:
-            self._values[entry.place] = kind.unpack(kind.pack(value))  # rounded as on the bus
+            entry.type.pack(value)
+        self._values[entry.place] = value
 
     def read(self, place: Place) -> bytes | AbortCode:
         """Return an object's bytes for a client, or the abort code."""

@@ -126,15 +126,6 @@ class NodeState(IntEnum):
     PRE_OPERATIONAL = 0x7F
 
 
-SPEAKS: dict[NodeState, frozenset[str]] = {
-    NodeState.BOOTING: frozenset(),
-    NodeState.STOPPED: frozenset(("nmt", "heartbeat")),
-    NodeState.PRE_OPERATIONAL: frozenset(("nmt", "heartbeat", "sdo", "sync", "emcy")),
-    NodeState.OPERATIONAL: frozenset(("nmt", "heartbeat", "sdo", "sync", "emcy", "pdo")),
-}
-"""The services available in each state, by CiA 301."""
-
-
 @message(command=an_instance(NmtCommand, "an NmtCommand"), node=whole_from(ALL_NODES, NODE_MAX))
 class Nmt:
     """A command to one node or to `ALL_NODES`. There is no answer."""
@@ -240,9 +231,10 @@ class NmtNode:
         """The current heartbeat message; the owner sends it periodically."""
         return Heartbeat(self._node, self._state)
 
-    def takes(self, service: str) -> bool:
-        """Return whether a service (`sdo`, `pdo`, `sync`, `emcy`) is available in this state."""
-        return service in SPEAKS[self._state]
+    @property
+    def communicates(self) -> bool:
+        """Whether SDO and EMCY are available in this state. PDOs are in `OPERATIONAL` alone."""
+        return self._state in (NodeState.PRE_OPERATIONAL, NodeState.OPERATIONAL)
 
     def booted(self) -> Frame:
         """Enter pre-operational after a start; return the boot-up message."""

@@ -2,14 +2,10 @@
 
 from collections.abc import Iterator, Mapping
 
-from firmware_protocol.canopen.objects import (
-    RECORD,
-    VARIABLE,
-    DataType,
-    Dictionary,
-    ObjectEntry,
-    one_line,
-)
+from firmware_protocol.canopen.objects import Dictionary, ObjectEntry
+
+VARIABLE, RECORD = 0x7, 0x9
+"""Object codes of CiA 301."""
 
 _MANDATORY = frozenset((0x1000, 0x1001, 0x1018))
 _MANUFACTURERS = range(0x2000, 0x6000)
@@ -21,7 +17,7 @@ def write_eds(dictionary: Dictionary, *, product: str = "drive") -> str:
     optional = [i for i in indices if i not in _MANDATORY and i not in _MANUFACTURERS]
     parts = [
         _section("FileInfo", {"EDSVersion": "4.0", "FileVersion": "1", "FileRevision": "1"}),
-        _section("DeviceInfo", {"ProductName": one_line("product", product)}),
+        _section("DeviceInfo", {"ProductName": product}),
         _listed("MandatoryObjects", [i for i in indices if i in _MANDATORY]),
         _listed("OptionalObjects", optional),
         _listed("ManufacturerObjects", [i for i in indices if i in _MANUFACTURERS]),
@@ -41,13 +37,12 @@ def _listed(name: str, indices: list[int]) -> str:
 
 def _object(dictionary: Dictionary, index: int) -> Iterator[str]:
     entries = [entry for entry in dictionary if entry.place.index == index]
-    record = dictionary.records.get(index)
-    if record is not None:
-        values = {"ParameterName": record, "ObjectType": f"0x{RECORD:X}"}
+    record = any(entry.place.sub for entry in entries)
+    if record:
+        values = {"ParameterName": entries[0].name, "ObjectType": f"0x{RECORD:X}"}
         yield _section(f"{index:04X}", {**values, "SubNumber": str(len(entries))})
     for entry in entries:
-        plain = record is None and not entry.place.sub
-        sub = "" if plain else f"sub{entry.place.sub:X}"
+        sub = f"sub{entry.place.sub:X}" if record else ""
         yield _section(f"{index:04X}{sub}", _values(entry))
 
 
@@ -70,8 +65,4 @@ def _default(entry: ObjectEntry) -> str | None:
     value = entry.default
     if value is None:
         return None
-    if isinstance(value, bytes):
-        return value.hex()
-    if entry.type is DataType.BOOLEAN:
-        return str(int(bool(value)))
     return f"$NODEID+0x{value:X}" if entry.adds_node else str(value)

@@ -96,8 +96,7 @@ def mend(transfers: ObjectTransfers, line: str) -> Script[Reply]:
 
 def mending_line(node: int, write: Write) -> str:
     """Return the line that writes an object."""
-    kind = f"{'i' if write.type.signed else 'u'}{write.type.bits}"
-    return f"{node}: {write.place} {kind} {write.value}"
+    return f"{node}: {write.place} {write.type.name.lower()} {write.value}"
 
 
 def parsed_line(line: str) -> tuple[int, Write]:

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from types import MappingProxyType
 from typing import TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import ALL_SILENT, Obstructed, absence
@@ -33,7 +34,6 @@ from firmware_protocol.canopen import (
     DriveState,
     HostEvent,
     OperationMode,
-    way,
 )
 from firmware_protocol.frames import pack
 
@@ -47,6 +47,13 @@ BEATS_LOST = 3.5
 ENABLE = Controlword.of(Command.ENABLE_OPERATION)
 DISABLE = Controlword.of(Command.DISABLE_VOLTAGE)
 STOP = Controlword.of(Command.QUICK_STOP)
+TOWARDS_ENABLED: Mapping[DriveState | None, Controlword] = MappingProxyType(
+    {
+        DriveState.DISABLED: Controlword.of(Command.SHUT_DOWN),
+        DriveState.READY: Controlword.of(Command.SWITCH_ON),
+    }
+)
+"""The commands on the way to "operation enabled"; in any other state it is commanded itself."""
 
 RESPONSE_S = 1.0
 """How long a drive may take to change its state or mode, or to accept a set-point. Simulated drives
@@ -244,15 +251,11 @@ class DriveStates:
 
     def _next_word(self, drive: Cia402Drive, goal: DriveState) -> Controlword:
         """Return the next command towards a state; a drive that holds gets its mode first."""
-        state = drive.state
-        rests = drive.mode == self.io.group.resting_mode
-        if state is DriveState.QUICK_STOP and goal.holds and not rests:
+        if not goal.holds:
+            return DISABLE
+        if drive.state is DriveState.QUICK_STOP and drive.mode != self.io.group.resting_mode:
             return STOP
-        found = None if state is None else way(state, goal, resume=True)
-        cause = found[0].cause if found else None  # there already, on the way, or unknown
-        if isinstance(cause, Command):
-            return Controlword.of(cause)
-        return ENABLE if goal.holds else DISABLE
+        return TOWARDS_ENABLED.get(drive.state, ENABLE)
 
     def reset_faults(self, drives: Collection[Cia402Drive]) -> Script[tuple[Cia402Drive, ...]]:
         """Reset faults with a rising edge; return the drives that stay in fault."""

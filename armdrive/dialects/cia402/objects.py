@@ -258,7 +258,7 @@ def held_words(place: Place, data: bytes) -> str:
         value = None if entry is None else entry.type.unpack(data, exact=False)
     except RemoteProtocolError:
         value = None
-    if entry is None or value is None or isinstance(value, bytes):
+    if entry is None or value is None:
         return data.hex(" ") or "nothing"
     return value_words(place, value, entry.unit)
 
@@ -268,8 +268,7 @@ def value_words(place: Place, value: Value, unit: str = "") -> str:
     words = _WORDS.get(place) or _pdo_words(place)
     if words is not None and isinstance(value, int):
         return words(value)
-    shown = value.hex(" ") if isinstance(value, bytes) else str(value)
-    return f"{shown} {unit}" if unit else shown
+    return f"{value} {unit}" if unit else str(value)
 
 
 def _pdo_entry(place: Place) -> ObjectEntry | None:

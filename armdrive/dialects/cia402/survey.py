@@ -86,8 +86,6 @@ ASK_S = 0.02
 """Timeout of the first question to a node; drives answer within some milliseconds."""
 PAUSE_S = 0.005
 ROUNDS = 2
-LONGEST_OBJECT = 256
-"""The greatest object that is read, in bytes; names are the longest."""
 
 QUESTIONS = (
     DEVICE_TYPE, DEVICE_NAME, VENDOR, PRODUCT, REVISION, SERIAL_NUMBER,
@@ -117,7 +115,7 @@ class CanopenNode:
     def number_of(self, place: Place) -> int | None:
         """Return an object's whole number; None if it has none."""
         value = self.objects.get(place)
-        return value if isinstance(value, int) and not isinstance(value, bool) else None
+        return value if isinstance(value, int) else None
 
     @property
     def name(self) -> str:
@@ -216,7 +214,7 @@ def _upload(
     io: FrameIO, node: int, place: Place, wait_s: float, counts: _NodeCounts
 ) -> Script[Frame, Uploaded | Aborted | None]:
     """Read an object once; None if the transfer does not finish."""
-    client = SdoClient(node, size_max=LONGEST_OBJECT)
+    client = SdoClient(node)
     frame: Frame | None = client.upload(place)
     response_id = cob_id(Service.SDO_RESPONSE, node)
     while frame is not None:

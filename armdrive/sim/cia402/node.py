@@ -92,7 +92,7 @@ class Cia402Node:
 
     def say_emcy(self, code: int) -> None:
         """Send an EMCY with an error code."""
-        if self.nmt.takes("emcy"):
+        if self.nmt.communicates:
             register = self.objects.number_of(canopen.ERROR_REGISTER, 0)
             self.port.say(canopen.Emergency(self.number, code, register).frame)
 
@@ -117,7 +117,7 @@ class Cia402Node:
             self._renew_talk(self.number, now_s)
 
     def _serve(self, frame: Frame, now_s: float) -> None:
-        if not self.nmt.takes("sdo"):
+        if not self.nmt.communicates:
             return
         answers = [self.sdo.receive_frame(frame)]
         while (event := self.sdo.next_event()) is not None:

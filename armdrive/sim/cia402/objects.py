@@ -39,17 +39,16 @@ def varied(
     missing: Container[int], changed: Mapping[Place, int], constant: Container[Place]
 ) -> Dictionary:
     """Return the objects of a drive: some missing, with other defaults, or constant."""
-    whole = dictionary()
     entries = [
         replace(
             entry,
             default=changed.get(entry.place, entry.default),
             access=Access.CONST if entry.place in constant else entry.access,
         )
-        for entry in whole
+        for entry in dictionary()
         if entry.place.index not in missing
     ]
-    return Dictionary(entries, whole.records)
+    return Dictionary(entries)
 
 
 class DriveObjects:

@@ -23,8 +23,7 @@ from firmware_protocol.frames import Frame, Unpacker, pack
 ANSWER_S = 0.001
 NAME = Place(0x1008)
 OBJECTS = Dictionary(
-    (*STANDARD, ObjectEntry(NAME, "Device name", DataType.VISIBLE_STRING, Access.CONST)),
-    STANDARD.records,
+    (*STANDARD, ObjectEntry(NAME, "Device name", DataType.VISIBLE_STRING, Access.CONST))
 )
 
 

@@ -41,8 +41,7 @@ DICTIONARY = Dictionary(
         *parameters(0x1600, ENTRIES),
         *parameters(0x1800, COMMUNICATION),
         *parameters(0x1A00, ENTRIES),
-    ),
-    STANDARD.records,
+    )
 )
 
 

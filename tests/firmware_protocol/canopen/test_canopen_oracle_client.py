@@ -57,11 +57,17 @@ def transfer(bus, client, request):
 
 
 @pytest.mark.parametrize("size", [1, 4, 5, 7, 8, 14, 100])
-def test_our_client_writes_to_and_reads_from_their_server(bus, slave, size):
+def test_our_client_reads_from_their_server(bus, slave, size):
     client, name = SdoClient(NODE), b"armdrive!".ljust(size, b"x")[:size]
-    assert transfer(bus, client, client.download(NAME, name)) == Downloaded(NAME)
-    assert slave.sdo["Device name"].raw == name.decode()
+    slave.sdo["Device name"].raw = name.decode()
     assert transfer(bus, client, client.upload(NAME)) == Uploaded(NAME, name)
+
+
+def test_our_client_writes_to_their_server(bus, slave):
+    client, data = SdoClient(NODE), (-5000).to_bytes(4, "little", signed=True)
+    written = transfer(bus, client, client.download(TARGET_POSITION, data))
+    assert written == Downloaded(TARGET_POSITION)
+    assert slave.sdo["Target position"].raw == -5000
 
 
 def test_our_client_understands_why_their_server_refuses(bus, slave):
@@ -93,7 +99,7 @@ def test_their_node_has_the_pdos_that_we_set_up(bus, slave):
         theirs.read()
         found = [(each.index, each.subindex, each.length) for each in theirs.map]
         assert found == [
-            (each.place.index, each.place.sub, each.type.bits) for each in setup.mapping.entries
+            (each.place.index, each.place.sub, 8 * each.size) for each in setup.mapping.entries
         ]
         assert (theirs.cob_id, theirs.enabled, theirs.trans_type) == (setup.frame_id, True, 1)
     theirs = slave.tpdo[1]
