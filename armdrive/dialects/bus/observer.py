@@ -221,8 +221,10 @@ class ObservedDrive:
         """How many readings in a row were out of reach."""
         self._doubt: _Look | None = None
         """The look behind its course that the next one is compared with; None while it follows."""
-        self._standing: Reading | None = None
-        """The first of the latest readings that all found it in one place, off its course."""
+        self._still: Reading | None = None
+        """The first of its latest readings that all found it in one place."""
+        self._off_course_s = math.inf
+        """Since when its readings find it off its course; infinity while they do not."""
         self._met: _Look | None = None
         """The look that the course was last compared with."""
         self._shares: deque[tuple[float, float]] = deque(maxlen=WEAK_LOOKS)
@@ -305,7 +307,7 @@ class ObservedDrive:
         self.rejections.forget()
 
     def _restart_comparison(self, now_s: float) -> None:
-        self._doubt, self._standing, self.lag = None, None, 0.0
+        self._doubt, self._off_course_s, self.lag = None, math.inf, 0.0
         self._shares.clear()
         self._met = _Look(self.course.place, self.course.place, now_s)
 
@@ -321,6 +323,8 @@ class ObservedDrive:
         if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
             self.prompt_s = now_s
         self._readings.append(Reading(count, self.asked_s, now_s))
+        if self._still is None or abs(count - self._still.count) > self.bounds.tremble:
+            self._still = self._readings[-1]
         self.ledger.conclude(now_s)
         off = self._off(count)
         # its courses lie within its reach, so a drive that is on one of them is within it
@@ -371,15 +375,13 @@ class ObservedDrive:
         A slow drive that is blocked stays within its corridor: it is steered from where it was
         read, so its targets stay near it. It would spring to them as soon as it comes free.
         """
-        last, first = self._readings[-1], self._standing
         if off <= self.bounds.rest:
-            self._standing = None
+            self._off_course_s = math.inf
             return False
-        if first is None or abs(last.count - first.count) > self.bounds.tremble:
-            self._standing = last
-            return False
-        confirmed = self.rejections.started_s > first.read_s  # else its orders may have been lost
-        return confirmed and last.asked_s >= first.read_s + STANDING_S
+        self._off_course_s = min(self._off_course_s, self.read_s)
+        since_s = max(self.still_s, self._off_course_s)
+        confirmed = self.rejections.started_s > since_s  # else its orders may have been lost
+        return confirmed and self.asked_s >= since_s + STANDING_S
 
     def _progresses(self, before: _Look) -> bool:
         """Return whether it turned and came nearer to its course, or at least half as far as that.
@@ -521,6 +523,11 @@ class ObservedDrive:
     def rests_off_path(self) -> bool:
         """Whether it came to rest outside the interval of its stop."""
         return bool(self.course.max_speed) and (self.count or 0) not in self._rest
+
+    @property
+    def still_s(self) -> float:
+        """Since when its readings find it in one place; infinity before the first one."""
+        return math.inf if self._still is None else self._still.read_s
 
     @property
     def measured_speed(self) -> float | None:

@@ -84,9 +84,6 @@ class Cia402Drive:
     """When its last frame came, in listened time."""
     missed: int = 0
     """How many SYNCs were sent since its last report."""
-    still_s: float = math.inf
-    """Since when it has not turned."""
-    still_at: int = 0
     speed_unit_hz: float = 0.0
     """Its unit of speed, in increments/s; 0 if neither it nor the arm file tells."""
     ramp_unit_hz_s: float = 0.0
@@ -154,13 +151,10 @@ class Cia402Drive:
         self.show(report.word)
         self.mode, self.missed = report.mode, 0
         self.shaft.read(report.position, now_s)
-        turned = abs(report.position - self.still_at) > self.shaft.bounds.tremble
-        if turned or math.isinf(self.still_s):
-            self.still_at, self.still_s = report.position, now_s
 
     def stands(self, since_s: float, for_s: float) -> bool:
         """Return whether it was seen not to turn for a time span after a moment."""
-        return self.shaft.read_s - max(self.still_s, since_s) >= for_s - 1e-9
+        return self.shaft.read_s - max(self.shaft.still_s, since_s) >= for_s - 1e-9
 
     def rest(self) -> None:
         """Record that it is held where it is."""

@@ -356,7 +356,27 @@ class SdoResult:
 
 Results: TypeAlias = Mapping[int, SdoResult]
 SdoExchange: TypeAlias = Generator[float, canopen.SdoEvent | None, T]
-SdoQueue: TypeAlias = SdoExchange[None]
+"""Transfers with one drive: yields the deadline of each answer, and is sent it, or None."""
+
+
+class SdoQueue:
+    """One drive's transfers, one after the other. Each waits for its answer until `due_s`."""
+
+    def __init__(self, io: Cia402Exchange, node: int, transfers: SdoExchange[None]) -> None:
+        self._io, self._node, self._transfers = io, node, transfers
+        io.write(io.bus.abandon(node))
+        io.group.answers.pop(node, None)
+        self.due_s = next(transfers, math.inf)
+        """The deadline of the present transfer; infinity once all are over."""
+
+    def step(self) -> None:
+        """Go on if the answer has come, or the deadline has passed."""
+        answer = self._io.group.answers.pop(self._node, None)
+        if answer is not None or self._io.now_s >= self.due_s:
+            try:
+                self.due_s = self._transfers.send(answer)
+            except StopIteration:
+                self.due_s = math.inf
 
 
 @dataclass(slots=True, eq=False)
@@ -382,38 +402,48 @@ class ObjectTransfers:
         Jobs build on the writes before them, so the rest is skipped after a refused write, unless
         `lenient`.
         """
+        results = {node: SdoResult(self.io.group.by_node[node]) for node in jobs}
+        queues = {
+            node: SdoQueue(self.io, node, self._all(results[node], each, tries, lenient=lenient))
+            for node, each in jobs.items()
+        }
 
         def is_over() -> bool:
             return given_up() or self.io.group.has_answer(waiting)
 
-        # Each drive has a queue of its own: a generator that yields the deadline of the answer that
-        # it waits for, and is sent that answer, or None when the deadline has passed.
-        answers, results = self.io.group.answers, {}
-        queues: dict[int, SdoQueue] = {}
-        due_s: dict[int, float] = {}
-        for node, each in jobs.items():
-            self.io.write(self.io.bus.abandon(node))
-            answers.pop(node, None)
-            results[node] = SdoResult(self.io.group.by_node[node])
-            queues[node] = self._queue(results[node], each, tries, lenient=lenient)
-            due_s[node] = next(queues[node], math.inf)
-        while waiting := [node for node in due_s if math.isfinite(due_s[node])]:
-            yield from self.io.wait(min(due_s[node] for node in waiting), is_over)
+        while waiting := {n: each for n, each in queues.items() if math.isfinite(each.due_s)}:
+            yield from self.io.wait(min(each.due_s for each in waiting.values()), is_over)
             if given_up():
                 break
-            for node in waiting:
-                answer = answers.pop(node, None)
-                if answer is not None or self.io.now_s >= due_s[node]:
-                    try:
-                        due_s[node] = queues[node].send(answer)
-                    except StopIteration:
-                        due_s[node] = math.inf
+            for queue in waiting.values():
+                queue.step()
         return results
 
-    def _queue(
+    def stopping(self, drive: Cia402Drive) -> SdoQueue:
+        """Return a queue that stops a drive and reads its state and position, until it is left.
+
+        What gets no answer in time is followed by the next one: the round comes back to it.
+        """
+        return SdoQueue(self.io, drive.node, self._stop_and_look(drive))
+
+    def _stop_and_look(self, drive: Cia402Drive) -> SdoExchange[None]:
+        stop = canopen.Write(canopen.CONTROLWORD, canopen.DataType.U16, STOP.value)
+        result = SdoResult(drive)
+        while True:
+            for job in (stop, canopen.STATUSWORD, canopen.POSITION):
+                yield from self._all(result, (job,), 1, lenient=True)
+            word = result.values.get(canopen.STATUSWORD)
+            position = result.values.pop(canopen.POSITION, None)
+            if word is not None and position is not None:
+                report = canopen.DriveReport(
+                    drive.node, canopen.Statusword(word), drive.mode, position
+                )
+                drive.see(report, self.io.now_s)
+
+    def _all(
         self, result: SdoResult, jobs: Sequence[Job], tries: int, *, lenient: bool
-    ) -> SdoQueue:
-        """Carry out one drive's jobs in order; yields the deadline of each answer."""
+    ) -> SdoExchange[None]:
+        """Carry out one drive's jobs in order."""
         node = result.drive.node
         for job in jobs:
             answer = yield from self._ask(node, job, tries)

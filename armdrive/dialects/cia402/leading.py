@@ -11,8 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
-from itertools import cycle
 
 from armdrive.dialects.bus.drives import SLOW_BUS, Obstructed, not_heard_words
 from armdrive.dialects.bus.observer import LATE_OUTAGES, DriveFinding
@@ -25,7 +23,7 @@ from armdrive.dialects.cia402.exchange import (
     DriveStates,
     ObjectTransfers,
     Script,
-    value_of,
+    SdoQueue,
 )
 from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.tasks import (
@@ -39,16 +37,10 @@ from armdrive.tasks import (
     never,
 )
 from firmware_protocol.canopen import (
-    CONTROLWORD,
-    POSITION,
     STATUSWORD,
-    DataType,
-    DriveReport,
     DriveState,
     OperationMode,
-    Place,
     Statusword,
-    Uploaded,
 )
 
 SILENT_CYCLES = 5
@@ -260,9 +252,9 @@ class MotionLead:
 
     def still_s(self, drive: Cia402Drive) -> float:
         """Return for how long a drive has stood in this motion; 0 if it may still turn."""
-        if math.isinf(drive.still_s):
+        if math.isinf(drive.shaft.still_s):
             return 0.0
-        since_s, cycle_s = max(drive.still_s, self.began_s), self.io.cycle_s
+        since_s, cycle_s = max(drive.shaft.still_s, self.began_s), self.io.cycle_s
         # either its reports show that it stands, or none came for long enough that it may
         seen = drive.shaft.read_s - since_s > (WAIT_CYCLES - 0.5) * cycle_s
         lost = self.io.now_s - since_s > LOST_CYCLES * cycle_s
@@ -447,7 +439,7 @@ class Cia402Brakes:
 
     lead: MotionLead
     began_s: float = math.inf
-    asked: dict[Cia402Drive, SdoBraking] = field(default_factory=dict)
+    asked: dict[Cia402Drive, SdoQueue] = field(default_factory=dict)
 
     def begin(self) -> None:
         """Begin at once."""
@@ -461,7 +453,9 @@ class Cia402Brakes:
             return lead.due_s
         for drive in left:
             if not drive.operates or drive.missed >= WAIT_CYCLES:
-                self.asked.setdefault(drive, SdoBraking(lead.io, drive)).step()
+                if drive not in self.asked:
+                    self.asked[drive] = lead.transfers.stopping(drive)
+                self.asked[drive].step()
             if drive.operates and drive.state in NEEDS_STOP:
                 lead.io.command(drive, STOP, lead.states.mode_of(drive))
         lead.io.last_command = "QUICK STOP"
@@ -494,48 +488,6 @@ class Cia402Brakes:
     def absence(self, mute: Sequence[Cia402Drive]) -> Timeout | RequestRejected:
         """Return the reply that names drives that fell silent while they braked."""
         return self.lead.io.absence(mute, moved=True)
-
-
-class SdoBraking:
-    """The stop of a drive by SDO: an order and two questions, again and again, one a cycle.
-
-    What gets no answer in time is followed by the next one: the round comes back to it.
-    """
-
-    def __init__(self, io: Cia402Exchange, drive: Cia402Drive) -> None:
-        self._io, self._drive = io, drive
-        orders: tuple[Callable[[], bytes], ...] = (
-            self._stop,
-            partial(self._ask, STATUSWORD),
-            partial(self._ask, POSITION),
-        )
-        self._next = cycle(orders)
-        self._word: Statusword | None = None
-        self._given_up_s = -math.inf
-
-    def step(self) -> None:
-        """Take in the last answer, and send the next frame."""
-        answer = self._io.group.answers.pop(self._drive.node, None)
-        if answer is None and self._io.now_s < self._given_up_s:
-            return
-        if isinstance(answer, Uploaded):
-            self._take(answer.place, value_of(answer.place, answer.data, exact=answer.exact))
-        self._given_up_s = self._io.now_s + self._io.settings.answer_s
-        self._io.write(self._io.bus.abandon(self._drive.node))
-        self._io.write(next(self._next)())
-
-    def _stop(self) -> bytes:
-        return self._io.bus.download(self._drive.node, CONTROLWORD, DataType.U16.pack(STOP.value))
-
-    def _ask(self, place: Place) -> bytes:
-        return self._io.bus.upload(self._drive.node, place)
-
-    def _take(self, place: Place, value: int) -> None:
-        if place == STATUSWORD:
-            self._word = Statusword(value)
-        elif place == POSITION and self._word is not None:
-            drive = self._drive
-            drive.see(DriveReport(drive.node, self._word, drive.mode, value), self._io.now_s)
 
 
 def _departed(drive: Cia402Drive) -> Alert | None:

@@ -195,7 +195,7 @@ class CyclicMotion:
             if not self.lead.stands_short(drive):
                 self.short_s.pop(drive, None)
                 continue
-            since_s = max(self.short_s.setdefault(drive, drive.shaft.read_s), drive.still_s)
+            since_s = max(self.short_s.setdefault(drive, drive.shaft.read_s), drive.shaft.still_s)
             if drive.shaft.asked_s > since_s + SETTLE_S:
                 return self.lead.blame(off_target_alert(drive))
         return None

@@ -6,7 +6,6 @@ that is safe to repeat is sent again if its reply is missing, since frames can b
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
@@ -78,7 +77,8 @@ Answer: TypeAlias = Reading | SettingRead
 GIVE = COUNTS_PER_TURN // 32
 """How many counts a loaded shaft may give way while its position loop still holds it."""
 STILL_S = 0.2
-"""A drive stands if its count has not changed for so long, although it reports braking.
+"""A drive stands if its count has not changed for so long since its last order, although it
+reports braking.
 
 Firmware 1.0.6 was seen to report braking for ever after a motion (riccardi-samuele/mks-servo,
 FAQ). At the lowest speed, 1 rpm, a count changes by 54 in this time.
@@ -101,8 +101,6 @@ class MksExchange(ScriptIO[Event]):
         """The abilities that all drives have, as far as is known."""
         self.states: dict[ObservedDrive, MotorState] = {}
         """The last motor state of each drive since its entry was cleared."""
-        self._still: dict[ObservedDrive, tuple[int, float]] = {}
-        """The count that each drive has kept since its last order, and when it was first read."""
         self.orders: dict[ObservedDrive, MoveAbsoluteAxis] = {}
         """The last order to each drive."""
         self.homing: dict[ObservedDrive, HomingState] = {}
@@ -177,7 +175,6 @@ class MksExchange(ScriptIO[Event]):
     def note_order(self, drive: ObservedDrive, order: MoveAbsoluteAxis) -> None:
         """Record that a drive has received an order."""
         self.orders[drive] = order
-        self._still.pop(drive, None)
         speed, slope = order.speed_rpm * COUNTS_S_PER_RPM, slope_of(order.acc)
         drive.order(order.counts, speed, slope, self.now_s)
         self.said = f"F5 to {' '.join(str(each.goal) for each in self.drives)}"
@@ -306,8 +303,6 @@ class MksExchange(ScriptIO[Event]):
                 drive.rejections.refused(self.now_s)
             case Answered(_, _, EncoderRead(counts)):
                 drive.read(counts, self.now_s)
-                if abs(counts - self._still.get(drive, (math.inf, 0.0))[0]) > drive.bounds.tremble:
-                    self._still[drive] = counts, self.now_s
             case Stray(_, EncoderRead()):
                 drive.ledger.located(self.now_s)
             case Answered(_, _, StateRead(state)):
@@ -328,7 +323,7 @@ class MksExchange(ScriptIO[Event]):
 
     def _believed(self, drive: ObservedDrive, state: MotorState) -> MotorState:
         """Return a drive's state, corrected if it reports braking but its count stays."""
-        since_s = self._still.get(drive, (0, math.inf))[1]
+        since_s = max(drive.still_s, drive.course.ordered_s)
         stands = state is MotorState.DECELERATING and drive.asked_s >= since_s + STILL_S
         return MotorState.STOPPED if stands else state
 

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.ledger import MUTE_POLLS
-from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.bus.observer import APART_S, ObservedDrive
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
@@ -79,7 +79,6 @@ class MksBrakes:
         self._hard, self._judged, self._repeats = hard, judged, repeats
         self._unconfirmed = tuple(drives) if repeats else ()
         self._began_s = self._due_s = io.now_s
-        self._still: dict[ObservedDrive, tuple[int, float]] = {}
         for drive in drives:
             io.states.pop(drive, None)
             drive.ledger.braking = True  # drives that stand are not asked
@@ -117,14 +116,9 @@ class MksBrakes:
 
         Not while it may have been away: it may still answer what it was sent meanwhile.
         """
-        if drive.count is None or drive.read_s < self._began_s:
-            return False
-        first = self._still.get(drive)
-        if first is None or abs(drive.count - first[0]) > drive.bounds.tremble:
-            self._still[drive] = drive.count, drive.read_s
-            return False
         stands = self._io.states.get(drive) is MotorState.STOPPED
-        return stands and drive.asked_s > first[1] and not drive.ledger.pending
+        still_s = max(drive.still_s, self._began_s)
+        return stands and drive.asked_s >= still_s + APART_S and not drive.ledger.pending
 
     def settle(self, drive: ObservedDrive, now_s: float) -> None:
         """Record that a drive stands, and report one that stands off its path."""
