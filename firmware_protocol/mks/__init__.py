@@ -42,7 +42,6 @@ from firmware_protocol.mks.host import Failed as Failed
 from firmware_protocol.mks.host import Foreign as Foreign
 from firmware_protocol.mks.host import Host as Host
 from firmware_protocol.mks.host import LimitStop as LimitStop
-from firmware_protocol.mks.host import Reported as Reported
 from firmware_protocol.mks.host import Started as Started
 from firmware_protocol.mks.host import StoredForStart as StoredForStart
 from firmware_protocol.mks.host import Stray as Stray

@@ -19,7 +19,6 @@ from firmware_protocol.mks.requests import (
     ReadSetting,
     ReportByItself,
     Request,
-    SetBitrate,
     SetGroup,
     SetId,
     SetReplies,
@@ -31,7 +30,6 @@ from firmware_protocol.mks.values import (
     LATEST,
     NODE_DEFAULT,
     Ability,
-    Bitrate,
     Outcome,
     ReplyMode,
     Version,
@@ -59,7 +57,8 @@ DeviceEvent: TypeAlias = Asked | UnreadableFrame | Overrun
 class Device:
     """The protocol machine of a simulated drive. Raises `LocalProtocolError` if misused.
 
-    Several requests may be open at once: the owner keeps them and reports their outcomes later.
+    Several requests may be open at once: the owner keeps them and reports their outcomes later. It
+    makes a new device when the id, the group or the replies change, or the power is lost.
     Which id a drive uses to answer a `SetId` is not documented; `new_id_answers` selects the new
     one, as the authors of a public driver report. The device ignores frames to other drives. It
     takes another drive's answers with its own id, or its group's, for requests, because nothing in
@@ -73,13 +72,11 @@ class Device:
         *,
         group: int | None = None,
         replies: ReplyMode = ReplyMode.FULL,
-        bitrate: Bitrate = Bitrate.K500,
         new_id_answers: bool = True,
     ) -> None:
         self._node = SetId(node).node
         self._group = None if group is None else SetGroup(group).node
         self._replies = SetReplies(replies).mode
-        self._bitrate = SetBitrate(bitrate).bitrate
         self._abilities = abilities_of(firmware)
         self._firmware = ".".join(map(str, firmware))
         self._new_id_answers = new_id_answers
@@ -94,16 +91,6 @@ class Device:
     def group(self) -> int | None:
         """The id of the drive's group."""
         return self._group
-
-    @property
-    def replies(self) -> ReplyMode:
-        """Which replies the drive sends to commands."""
-        return self._replies
-
-    @property
-    def bitrate(self) -> Bitrate:
-        """The bus speed."""
-        return self._bitrate
 
     @property
     def abilities(self) -> frozenset[Ability]:
@@ -136,21 +123,18 @@ class Device:
     def tell(self, asked: Asked, outcome: Outcome) -> Frame | None:
         """Report the outcome of a request other than a read, at once or later.
 
-        Returns the frame to send, None if the drive does not send this outcome. `Outcome.DONE`
-        makes a `SetId`, `SetGroup`, `SetReplies` or `SetBitrate` take effect. Raises `BadField` for
-        an outcome that the request cannot have; `GoSynchronous` has none.
+        Returns the frame to send, None if the drive does not send this outcome. Raises `BadField`
+        for an outcome that the request cannot have; `GoSynchronous` has none.
         """
         request = asked.request
         reading = request.reading if isinstance(request, ReportByItself) else None
         if isinstance(request, Read | ReadSetting):
             raise LocalProtocolError(f"{type(request).__name__} is answered by a reading")
         status = Status(request.code, outcome, reading)
-        said = self._speaks_to(asked) and self._says(request, outcome)
         by_id = self._node
-        if outcome is Outcome.DONE:
-            self._apply(request)
-        if isinstance(request, SetId) and self._new_id_answers:
-            by_id = self._node
+        if isinstance(request, SetId) and outcome is Outcome.DONE and self._new_id_answers:
+            by_id = request.node
+        said = self._speaks_to(asked) and self._says(request, outcome)
         return encode(by_id, status) if said else None
 
     def answer(self, asked: Asked, reading: Reading | SettingRead) -> Frame | None:
@@ -168,10 +152,6 @@ class Device:
         """Return an automatic report."""
         return encode(self._node, reading)
 
-    def discard(self) -> None:
-        """Discard everything received, as after a loss of power."""
-        self._waiting.clear()
-
     def _speaks_to(self, asked: Asked) -> bool:
         return asked.alone or Ability.SILENT_BROADCAST not in self._abilities
 
@@ -180,14 +160,3 @@ class Device:
         return self._replies is ReplyMode.FULL or (
             self._replies is ReplyMode.IMMEDIATE and not ends
         )
-
-    def _apply(self, request: Request) -> None:
-        match request:
-            case SetId():
-                self._node = request.node
-            case SetGroup():
-                self._group = request.node
-            case SetReplies():
-                self._replies = request.mode
-            case SetBitrate():
-                self._bitrate = request.bitrate

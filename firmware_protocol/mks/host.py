@@ -4,7 +4,7 @@ A reply contains only a drive and a code. Of each reading, setting and action, o
 code is open at a time. Several motions with one code may be unanswered:
 
     STARTED     belongs to the oldest unanswered motion
-    STORED      the same; a stored motion is under way from the synchronous start on
+    STORED      the same; armdrive starts no stored motion
     DONE,       end the motion under way, or else the oldest unanswered one, whose STARTED
     LIMIT_STOP  was then lost
     FAILED      belongs to a superseded motion if there is one, else to the oldest unanswered
@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import TypeAlias
 
-from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
+from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError, whole
 from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks.answers import (
@@ -38,19 +38,15 @@ from firmware_protocol.mks.answers import (
 )
 from firmware_protocol.mks.requests import (
     EmergencyStop,
-    GoSynchronous,
     Motion,
     Read,
     ReadSetting,
-    ReportByItself,
     Request,
-    Restart,
-    SetGroup,
     SetId,
     Stop,
     answer_code,
 )
-from firmware_protocol.mks.values import BROADCAST, NODE_MAX, Code, Outcome
+from firmware_protocol.mks.values import NODE_MAX, Code, Outcome
 
 # -- events --------------------------------------------------------------------------------------
 
@@ -107,14 +103,6 @@ class Superseded(_OfMotion):
 
 
 @dataclass(frozen=True, slots=True)
-class Reported:
-    """A reading in an automatic report that was requested earlier."""
-
-    node: int
-    reading: Reading
-
-
-@dataclass(frozen=True, slots=True)
 class Stray:
     """A readable but unexpected answer: late, or from a second drive with this id."""
 
@@ -137,7 +125,6 @@ Event: TypeAlias = (
     | LimitStop
     | StoredForStart
     | Superseded
-    | Reported
     | Stray
     | UnreadableFrame
     | Foreign
@@ -159,8 +146,6 @@ class Course:
         self._unanswered: deque[Motion] = deque(maxlen=UNANSWERED_MAX)
         self._under_way: Motion | None = None
         self._superseded: Motion | None = None
-        self._stored: Motion | None = None
-        self._begun_unsaid = False
 
     @property
     def unanswered(self) -> tuple[Motion, ...]:
@@ -170,12 +155,6 @@ class Course:
     def send(self, motion: Motion) -> None:
         """Record a motion that is being sent."""
         self._unanswered.append(motion)
-
-    def go(self) -> None:
-        """Record the synchronous start, which drives do not answer."""
-        if self._stored is not None:
-            self._begin(self._stored)
-            self._stored, self._begun_unsaid = None, True
 
     def forget(self, motion: Motion) -> None:
         """Stop waiting for the first reply to a motion."""
@@ -194,7 +173,8 @@ class Course:
             case Outcome.STARTED:
                 return self._started()
             case Outcome.STORED:
-                return self._to_store()
+                waits = self._unanswered
+                return StoredForStart(self._node, waits.popleft()) if waits else None
             case Outcome.FAILED:
                 return self._failed()
             case Outcome.DONE:
@@ -207,24 +187,17 @@ class Course:
     def _begin(self, motion: Motion) -> None:
         if self._gives_way_to(motion):  # the drive will say FAILED for the old one
             self._superseded = self._under_way
-        self._under_way, self._begun_unsaid = motion, False
+        self._under_way = motion
 
     def _gives_way_to(self, motion: Motion) -> bool:
         return self._under_way is not None and (self._retargets or isinstance(motion, Stop))
 
     def _started(self) -> Started | None:
-        if self._unanswered:
-            self._begin(self._unanswered.popleft())
-        elif not self._begun_unsaid:
-            return None
-        self._begun_unsaid = False
-        return None if self._under_way is None else Started(self._node, self._under_way)
-
-    def _to_store(self) -> StoredForStart | None:
         if not self._unanswered:
             return None
-        self._stored = self._unanswered.popleft()
-        return StoredForStart(self._node, self._stored)
+        motion = self._unanswered.popleft()
+        self._begin(motion)
+        return Started(self._node, motion)
 
     def _ended(self) -> Motion | None:
         motion = self._under_way
@@ -249,7 +222,7 @@ class Course:
 
 
 class Expecting:
-    """A drive's unanswered requests, and the automatic reports requested from it.
+    """A drive's unanswered requests.
 
     Several motions may be unanswered, but only one other request per code.
     """
@@ -258,7 +231,6 @@ class Expecting:
         self._node = node
         self._asked: dict[Code, Request] = {}
         self._courses: dict[Code, Course] = {}
-        self._reports: set[Code] = set()
 
     @property
     def unanswered(self) -> tuple[Request, ...]:
@@ -280,16 +252,7 @@ class Expecting:
                 f"{type(earlier).__name__} to drive {self._node} is unanswered: wait for its "
                 f"answer, or forget it, before sending {type(request).__name__}"
             )
-        if isinstance(request, Restart):
-            self.clear()  # a restarted drive answers nothing that it was asked before
-        if isinstance(request, ReportByItself):
-            (self._reports.add if request.period_ms else self._reports.discard)(request.reading)
         self._asked[code] = request
-
-    def go(self) -> None:
-        """Record the synchronous start."""
-        for course in self._courses.values():
-            course.go()
 
     def settle(self) -> None:
         """Record that the motor is at rest."""
@@ -306,8 +269,8 @@ class Expecting:
 
     def clear(self) -> None:
         """Stop waiting for all answers."""
-        for expected in (self._asked, self._courses, self._reports):
-            expected.clear()
+        self._asked.clear()
+        self._courses.clear()
 
     def awaited(self, code: int) -> Request | None:
         """Return the request (not a motion) that an answer with this code belongs to."""
@@ -321,17 +284,14 @@ class Expecting:
         if isinstance(request, Read | ReadSetting):
             del self._asked[answer.code]
             return Answered(self._node, request, answer)
-        if answer.code in self._reports and not isinstance(answer, SettingRead):
-            return Reported(self._node, answer)
         return Stray(self._node, answer)
 
     def _status(self, status: Status) -> Event | None:
         if (course := self._courses.get(status.code)) is not None:
             return course.receive(status.outcome)
-        request = self._asked.get(status.code)
-        if request is None or status.reading != getattr(request, "reading", None):
+        request = self._asked.pop(status.code, None)
+        if request is None:
             return None
-        del self._asked[status.code]
         kind = Done if status.outcome is Outcome.DONE else Failed
         return kind(self._node, request)
 
@@ -346,22 +306,19 @@ class Host:
     Input and output are frame records (`firmware_protocol.frames`). No frame on the bus raises.
     An answer is matched on arrival to the request with the same drive and code, so that an earlier
     answer never matches a later request. A late answer after `forget` may be taken for the answer
-    to the next request with this code, because nothing in it shows the difference. Requests to a
-    group and broadcasts have no answers.
+    to the next request with this code, because nothing in it shows the difference. It speaks to one
+    drive at a time: broadcasts and groups have no answers, so nobody knows who has obeyed.
 
     There is no clock: the caller calls `forget` after a timeout. A drive need not report the end of
     a motion, so the caller calls `settle` once the position shows that the drive is at rest.
     """
 
-    def __init__(self, nodes: Iterable[int], groups: Iterable[int] = ()) -> None:
+    def __init__(self, nodes: Iterable[int]) -> None:
         self._drives: dict[int, Expecting] = {}
         self._unpacker = Unpacker()
         self._events: EventQueue[Event] = EventQueue(EVENTS_MAX)
         for node in nodes:
             self.add(node)
-        self._groups = frozenset(whole("groups", group, 1, NODE_MAX) for group in groups)
-        if shared := self._groups & self.nodes:
-            raise BadField("groups", sorted(shared), "other ids than those of drives")
 
     @property
     def nodes(self) -> frozenset[int]:
@@ -383,25 +340,15 @@ class Host:
         return self._drive(node).unanswered
 
     def send(self, node: int, request: Request) -> bytes:
-        """Return the bytes of a request to a drive, a group or `BROADCAST`.
+        """Return the bytes of a request to a drive.
 
         Motions, stops and `EmergencyStop` are never refused. Raises `LocalProtocolError` for an
-        unknown id, for a request that several drives cannot take, and while an earlier request is
-        unanswered whose answer has the same code.
+        unknown id, and while an earlier request is unanswered whose answer has the same code.
         """
-        data = pack(encode(node, request))
-        if isinstance(request, SetGroup) and request.node in self._drives:
-            raise LocalProtocolError(f"{request.node} is a drive: its answers would be commands")
-        if node == BROADCAST or node in self._groups:
-            self._to_many(node, request)
-            return data
-        drive = self._drive(node)
-        if isinstance(request, GoSynchronous):
-            raise LocalProtocolError("GoSynchronous is broadcast, or no drive goes")
-        drive.send(request)
+        self._drive(node).send(request)
         if isinstance(request, SetId):
             self.add(request.node)
-        return data
+        return pack(encode(node, request))
 
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the bus, in any portions."""
@@ -436,15 +383,6 @@ class Host:
         if node not in self._drives:
             raise LocalProtocolError(f"no drive of this host has the id {node}")
         return self._drives[node]
-
-    def _to_many(self, node: int, request: Request) -> None:
-        if isinstance(request, Read | ReadSetting | SetId):
-            raise LocalProtocolError(f"{type(request).__name__} is put to one drive alone")
-        if isinstance(request, GoSynchronous):
-            if node != BROADCAST:
-                raise LocalProtocolError("GoSynchronous is broadcast, or no drive goes")
-            for drive in self._drives.values():
-                drive.go()
 
     def _hear(self, frame: Frame) -> Event:
         drive = self._drives.get(frame.can_id)

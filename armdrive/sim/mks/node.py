@@ -83,7 +83,7 @@ class MksNode:
     def receive(self, frame: Frame, now_s: float) -> None:
         """Carry out a frame's request, if it is awake and uses the bit rate of the bus."""
         deaf = not self.port.awake or now_s < self._deaf_until_s
-        if deaf or self.device.bitrate.bits_s != self._bits_s:
+        if deaf or self.flash.of(mks.SetBitrate).bitrate.bits_s != self._bits_s:
             return
         self.motion.feed_watchdog(now_s)
         self.device.receive_frame(frame)
@@ -135,7 +135,7 @@ class MksNode:
         """Release the shaft, and forget what is lost without power."""
         self.motor.release(now_s)
         self._restart_firmware(now_s)
-        self.device.discard()
+        self.remake()
         self.port.outgoing.clear()
 
     def begin(self, now_s: float) -> None:
@@ -238,7 +238,6 @@ class MksNode:
             self.firmware,
             group=group.node if isinstance(group, mks.SetGroup) else None,
             replies=self.flash.of(mks.SetReplies).mode,
-            bitrate=self.flash.of(mks.SetBitrate).bitrate,
             new_id_answers=self.quirks.new_id_answers,
         )
 
@@ -353,6 +352,8 @@ def _set(node: MksNode, asked: Any, now_s: float) -> None:
     if isinstance(setting, mks.SetMode) and setting.mode is not mks.Mode.BUS_FOC:
         node.motion.halt(now_s)
     node.put(replace(setting, keep=True) if isinstance(setting, mks.SetCurrent) else setting, now_s)
+    node.tell(asked, Outcome.DONE)
+    node.remake()
 
 
 def _tell_setting(node: MksNode, asked: Any, _: float) -> None:
@@ -388,7 +389,7 @@ COMMANDS: Mapping[type, Command] = MappingProxyType({
     mks.ReportByItself: Command(_report),
     mks.ReadSetting: Command(_tell_setting, None),
     **dict.fromkeys(get_args(mks.Read), Command(_tell, None)),
-    **dict.fromkeys(get_args(mks.Setting), Command(_set)),
+    **dict.fromkeys(get_args(mks.Setting), Command(_set, None)),
 })
 # fmt: on
 

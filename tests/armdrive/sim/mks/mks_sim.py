@@ -7,6 +7,7 @@ from bus_sim import IDS, LONG_S, BusSim, bus_arm
 
 from armdrive.config.arm import ArmConfig
 from firmware_protocol import mks
+from firmware_protocol.frames import pack
 
 TURN = 0x4000
 arm_config = partial(bus_arm, "mks")
@@ -27,8 +28,11 @@ class Bench(BusSim[mks.Event]):
         self.host = mks.Host(ids)
 
     def send(self, node: int, request: mks.Request) -> None:
-        """Put a request on the bus."""
-        self.link.write(self.host.send(node, request), self.now_s)
+        """Put a request on the bus; to a group or to all, as another program could."""
+        if node in self.host.nodes:
+            self.link.write(self.host.send(node, request), self.now_s)
+        else:
+            self.link.write(pack(mks.encode(node, request)), self.now_s)
 
     def ask(self, node: int, request: mks.Request, seconds: float = LONG_S) -> list[mks.Event]:
         """Put a request on the bus and return what is heard soon after."""

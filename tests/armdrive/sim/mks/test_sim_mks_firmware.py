@@ -113,8 +113,9 @@ class TestSynchronousStart:
         assert bench.world.motors == there
         began_s = bench.now_s
         bench.send(mks.BROADCAST, mks.GoSynchronous())
-        assert said(bench.run(1.1)) == [mks.Done] * 6
-        ends = [at for at, event in bench.heard if isinstance(event, mks.Done)][-6:]
+        done = mks.Status(mks.Code.ABSOLUTE_AXIS, mks.Outcome.DONE)
+        assert [event.answer for event in bench.run(1.1)] == [done] * 6
+        ends = [at for at, _ in bench.heard][-6:]
         assert ends[0] - began_s == pytest.approx(1.0, abs=0.002)
         # all at the same moment, and then one after the other on the bus
         assert ends[-1] - ends[0] < 5 * 90 / 500_000
@@ -190,9 +191,9 @@ class TestTalking:
         bench = Bench()
         assert said(bench.ask(1, mks.ReportByItself(mks.Code.ENCODER, 20))) == [mks.Done]
         bench.send(1, mks.MoveAbsoluteAxis(TURN, 60, 0))
-        heard = [event for event in bench.run(1.0) if isinstance(event, mks.Reported)]
+        heard = [event for event in bench.run(1.0) if isinstance(event, mks.Stray)]
         assert len(heard) == 50
-        counts = [event.reading.counts for event in heard]
+        counts = [event.answer.counts for event in heard]
         assert counts == sorted(counts)
         bench.send(1, mks.ReportByItself(mks.Code.ENCODER, 0))
         bench.run(LONG_S)
@@ -220,7 +221,6 @@ class TestTalking:
 
     def test_nobody_answers_what_is_for_all_or_for_a_group(self):
         bench = Bench()
-        bench.host = type(bench.host)(IDS, groups=(0x50,))
         for node in (2, 3):
             bench.ask(node, mks.SetGroup(0x50))
         there = bench.world.motors
