@@ -135,11 +135,6 @@ class Controlword:
         """The command to the state machine; every controlword contains one."""
         return _command_of(self.value)
 
-    @property
-    def bits(self) -> ControlBit:
-        """The named bits."""
-        return ControlBit(self.value & _ALL_CONTROL)
-
     def has(self, bit: ControlBit) -> bool:
         """Whether a bit is set."""
         return bool(self.value & int(bit))  # combining IntFlags is slow, and this is called often
@@ -170,11 +165,6 @@ class Statusword:
         """The drive's state; None for a pattern that CiA 402 does not define."""
         return _state_of(self.value)
 
-    @property
-    def bits(self) -> StatusBit:
-        """The named bits."""
-        return StatusBit(self.value & _ALL_STATUS)
-
     def has(self, bit: StatusBit) -> bool:
         """Whether a bit is set."""
         return bool(self.value & int(bit))  # combining IntFlags is slow, and this is called often
@@ -197,10 +187,6 @@ def _command_of(value: int) -> Command:
 @lru_cache(maxsize=256)
 def _state_of(value: int) -> DriveState | None:
     return next((each for each in DriveState if value & each.mask == each.wanted), None)
-
-
-_ALL_CONTROL = sum(ControlBit)
-_ALL_STATUS = sum(StatusBit)
 
 
 # Options of CiA 402: modes of operation, and the reaction to a quick stop.

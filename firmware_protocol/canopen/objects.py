@@ -227,64 +227,52 @@ FOLLOWING_ERROR = Place(0x60F4)
 DIGITAL_INPUTS = Place(0x60FD)
 SUPPORTED_MODES = Place(0x6502)
 
-STANDARD = Dictionary(
-    (
-        ObjectEntry(DEVICE_TYPE, "Device type", _U32, _CONST, "", 0x0004_0192),
-        ObjectEntry(ERROR_REGISTER, "Error register", _U8, _RO, "", 0, mappable=True),
-        ObjectEntry(ERROR_COUNT, "Number of errors", _U8, _RW, "", 0),
-        ObjectEntry(LAST_ERROR, "Standard error field", _U32, _RO),
-        ObjectEntry(
-            Place(0x1016, 0), "Highest sub-index of consumer heartbeats", _U8, _CONST, "", 1
-        ),
-        ObjectEntry(CONSUMER_HEARTBEAT, "Consumer heartbeat time", _U32, _RW, "", 0),
-        ObjectEntry(PRODUCER_HEARTBEAT_MS, "Producer heartbeat time", _U16, _RW, "ms", 0),
-        ObjectEntry(Place(0x1018, 0), "Highest sub-index of the identity", _U8, _CONST, "", 4),
-        ObjectEntry(VENDOR, "Vendor-ID", _U32, _CONST, "", 0),
-        ObjectEntry(PRODUCT, "Product code", _U32, _CONST, "", 0),
-        ObjectEntry(REVISION, "Revision number", _U32, _CONST, "", 0),
-        ObjectEntry(SERIAL_NUMBER, "Serial number", _U32, _CONST, "", 0),
-        ObjectEntry(HEARTBEAT_REACTION, "Abort connection option code", _I16, _RW, "", 1),
-        ObjectEntry(ERROR_CODE, "Error code", _U16, _RO, "", 0, mappable=True),
-        ObjectEntry(CONTROLWORD, "Controlword", _U16, _RWW, "", 0, mappable=True),
-        ObjectEntry(STATUSWORD, "Statusword", _U16, _RO, "", 0, mappable=True),
-        ObjectEntry(QUICK_STOP_OPTION, "Quick stop option code", _I16, _RW, "", 2),
-        ObjectEntry(FAULT_REACTION_OPTION, "Fault reaction option code", _I16, _RW, "", 2),
-        ObjectEntry(MODE, "Modes of operation", _I8, _RWW, "", 0, mappable=True),
-        ObjectEntry(MODE_SHOWN, "Modes of operation display", _I8, _RO, "", 0, mappable=True),
-        ObjectEntry(POSITION, "Position actual value", _I32, _RO, "inc", 0, mappable=True),
-        ObjectEntry(FOLLOWING_ERROR_WINDOW, "Following error window", _U32, _RW, "inc"),
-        ObjectEntry(FOLLOWING_ERROR_TIMEOUT_MS, "Following error time out", _U16, _RW, "ms"),
-        ObjectEntry(TARGET_POSITION, "Target position", _I32, _RWW, "inc", 0, mappable=True),
-        ObjectEntry(
-            Place(0x607D, 0), "Highest sub-index of the software limits", _U8, _CONST, "", 2
-        ),
-        ObjectEntry(LEAST_POSITION, "Min position limit", _I32, _RW, "inc"),
-        ObjectEntry(MOST_POSITION, "Max position limit", _I32, _RW, "inc"),
-        ObjectEntry(PROFILE_SPEED, "Profile velocity", _U32, _RWW, "inc/s", None, mappable=True),
-        ObjectEntry(
-            PROFILE_ACCELERATION, "Profile acceleration", _U32, _RWW, "inc/s2", None, mappable=True
-        ),
-        ObjectEntry(
-            PROFILE_DECELERATION, "Profile deceleration", _U32, _RWW, "inc/s2", None, mappable=True
-        ),
-        ObjectEntry(QUICK_STOP_DECELERATION, "Quick stop deceleration", _U32, _RWW, "inc/s2"),
-        ObjectEntry(HOMING_METHOD, "Homing method", _I8, _RW, "", 0),
-        ObjectEntry(Place(0x6099, 0), "Highest sub-index of the homing speeds", _U8, _CONST, "", 2),
-        ObjectEntry(HOMING_SPEED, "Speed during search for switch", _U32, _RW, "inc/s"),
-        ObjectEntry(HOMING_CREEP, "Speed during search for zero", _U32, _RW, "inc/s"),
-        ObjectEntry(HOMING_ACCELERATION, "Homing acceleration", _U32, _RW, "inc/s2"),
-        ObjectEntry(SPEED_UNIT, "SI unit velocity", _U32, _RW),
-        ObjectEntry(
-            Place(0x60C2, 0), "Highest sub-index of the interpolation time", _U8, _CONST, "", 2
-        ),
-        ObjectEntry(PERIOD, "Interpolation time period value", _U8, _RW, "", 1),
-        ObjectEntry(PERIOD_POWER, "Interpolation time index", _I8, _RW, "power of ten s", -3),
-        ObjectEntry(
-            FOLLOWING_ERROR, "Following error actual value", _I32, _RO, "inc", 0, mappable=True
-        ),
-        ObjectEntry(SUPPORTED_MODES, "Supported drive modes", _U32, _RO, "", 0),
-    ),
-)
+# fmt: off
+STANDARD = Dictionary((
+    ObjectEntry(DEVICE_TYPE, "Device type", _U32, _CONST, "", 0x0004_0192),
+    ObjectEntry(ERROR_REGISTER, "Error register", _U8, _RO, "", 0, True),
+    ObjectEntry(ERROR_COUNT, "Number of errors", _U8, _RW, "", 0),
+    ObjectEntry(LAST_ERROR, "Standard error field", _U32, _RO),
+    ObjectEntry(Place(0x1016, 0), "Highest sub-index of consumer heartbeats", _U8, _CONST, "", 1),
+    ObjectEntry(CONSUMER_HEARTBEAT, "Consumer heartbeat time", _U32, _RW, "", 0),
+    ObjectEntry(PRODUCER_HEARTBEAT_MS, "Producer heartbeat time", _U16, _RW, "ms", 0),
+    ObjectEntry(Place(0x1018, 0), "Highest sub-index of the identity", _U8, _CONST, "", 4),
+    ObjectEntry(VENDOR, "Vendor-ID", _U32, _CONST, "", 0),
+    ObjectEntry(PRODUCT, "Product code", _U32, _CONST, "", 0),
+    ObjectEntry(REVISION, "Revision number", _U32, _CONST, "", 0),
+    ObjectEntry(SERIAL_NUMBER, "Serial number", _U32, _CONST, "", 0),
+    ObjectEntry(HEARTBEAT_REACTION, "Abort connection option code", _I16, _RW, "", 1),
+    ObjectEntry(ERROR_CODE, "Error code", _U16, _RO, "", 0, True),
+    ObjectEntry(CONTROLWORD, "Controlword", _U16, _RWW, "", 0, True),
+    ObjectEntry(STATUSWORD, "Statusword", _U16, _RO, "", 0, True),
+    ObjectEntry(QUICK_STOP_OPTION, "Quick stop option code", _I16, _RW, "", 2),
+    ObjectEntry(FAULT_REACTION_OPTION, "Fault reaction option code", _I16, _RW, "", 2),
+    ObjectEntry(MODE, "Modes of operation", _I8, _RWW, "", 0, True),
+    ObjectEntry(MODE_SHOWN, "Modes of operation display", _I8, _RO, "", 0, True),
+    ObjectEntry(POSITION, "Position actual value", _I32, _RO, "inc", 0, True),
+    ObjectEntry(FOLLOWING_ERROR_WINDOW, "Following error window", _U32, _RW, "inc"),
+    ObjectEntry(FOLLOWING_ERROR_TIMEOUT_MS, "Following error time out", _U16, _RW, "ms"),
+    ObjectEntry(TARGET_POSITION, "Target position", _I32, _RWW, "inc", 0, True),
+    ObjectEntry(Place(0x607D, 0), "Highest sub-index of the software limits", _U8, _CONST, "", 2),
+    ObjectEntry(LEAST_POSITION, "Min position limit", _I32, _RW, "inc"),
+    ObjectEntry(MOST_POSITION, "Max position limit", _I32, _RW, "inc"),
+    ObjectEntry(PROFILE_SPEED, "Profile velocity", _U32, _RWW, "inc/s", None, True),
+    ObjectEntry(PROFILE_ACCELERATION, "Profile acceleration", _U32, _RWW, "inc/s2", None, True),
+    ObjectEntry(PROFILE_DECELERATION, "Profile deceleration", _U32, _RWW, "inc/s2", None, True),
+    ObjectEntry(QUICK_STOP_DECELERATION, "Quick stop deceleration", _U32, _RWW, "inc/s2"),
+    ObjectEntry(HOMING_METHOD, "Homing method", _I8, _RW, "", 0),
+    ObjectEntry(Place(0x6099, 0), "Highest sub-index of the homing speeds", _U8, _CONST, "", 2),
+    ObjectEntry(HOMING_SPEED, "Speed during search for switch", _U32, _RW, "inc/s"),
+    ObjectEntry(HOMING_CREEP, "Speed during search for zero", _U32, _RW, "inc/s"),
+    ObjectEntry(HOMING_ACCELERATION, "Homing acceleration", _U32, _RW, "inc/s2"),
+    ObjectEntry(SPEED_UNIT, "SI unit velocity", _U32, _RW),
+    ObjectEntry(Place(0x60C2, 0), "Highest sub-index of interpolation time", _U8, _CONST, "", 2),
+    ObjectEntry(PERIOD, "Interpolation time period value", _U8, _RW, "", 1),
+    ObjectEntry(PERIOD_POWER, "Interpolation time index", _I8, _RW, "power of ten s", -3),
+    ObjectEntry(FOLLOWING_ERROR, "Following error actual value", _I32, _RO, "inc", 0, True),
+    ObjectEntry(SUPPORTED_MODES, "Supported drive modes", _U32, _RO, "", 0),
+))
+# fmt: on
 """The objects of a CiA 402 drive that arms use; an EDS file describes a particular drive."""
 
 

@@ -7,6 +7,7 @@ to a replaced request sends nothing. No frame on the bus raises.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -239,8 +240,18 @@ class ObjectStore:
         value = self._values.get(place)
         return AbortCode.NO_DATA if value is None else entry.type.pack(value)
 
-    def write(self, place: Place, data: bytes, *, exact: bool = True) -> AbortCode | None:
-        """Write a client's bytes; return an abort code or None. Unless `exact`, cut excess off."""
+    def write(
+        self,
+        place: Place,
+        data: bytes,
+        *,
+        exact: bool = True,
+        refusal: Callable[[Place, Value], AbortCode | None] = lambda _place, _value: None,
+    ) -> AbortCode | None:
+        """Write a client's bytes; return an abort code or None. Unless `exact`, cut excess off.
+
+        `refusal` says why an object may not have a value of its type.
+        """
         entry = self._dictionary.find(place)
         if entry is None:
             return self._missing(place)
@@ -251,11 +262,14 @@ class ObjectStore:
             return AbortCode.TOO_SHORT
         if size is not None and len(data) > size and exact:
             return AbortCode.TOO_LONG
-        try:
-            self.set(place, entry.type.unpack(data, exact=exact))
-        except (BadField, RemoteProtocolError):  # invalid text, for example
-            return AbortCode.VALUE
-        return None
+        value = entry.type.unpack(data, exact=exact)
+        refused = refusal(place, value)
+        if refused is None:
+            try:
+                self.put(entry, value)
+            except BadField:  # text that is not ASCII
+                return AbortCode.VALUE
+        return refused
 
     def answer(self, server: SdoServer, ask: Ask) -> Frame | None:
         """Answer a server's request; return the frame, or None if the request was replaced."""

@@ -17,9 +17,15 @@ from armdrive.sim.cia402.states import PDO_TOO_SHORT, Cia402States
 from armdrive.sim.world.saved import Json
 from armdrive.text.toml import setting
 from firmware_protocol import canopen
-from firmware_protocol.canopen import AbortCode, NmtCommand, NodeState, OperationMode, Place
+from firmware_protocol.canopen import (
+    AbortCode,
+    NmtCommand,
+    NodeState,
+    OperationMode,
+    Place,
+    Value,
+)
 from firmware_protocol.canopen.pdo import PDO_PARAMETERS, DevicePdos
-from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.frames import Frame
 
 NMT, SYNC = canopen.cob_id(canopen.Service.NMT), canopen.cob_id(canopen.Service.SYNC)
@@ -131,15 +137,9 @@ class Cia402Node:
             self.port.say(each)
 
     def _write(self, ask: canopen.WriteAsked, now_s: float) -> Frame | None:
-        entry = self.objects.dictionary.find(ask.place)
-        try:
-            value = None if entry is None else entry.type.unpack(ask.data, exact=ask.exact)
-        except (BadField, RemoteProtocolError):
-            value = None  # the store says what is wrong with it
-        refused: AbortCode | None = None
-        if entry is not None and entry.access.writable and isinstance(value, int):
-            refused = self._refusal(ask.place, value)
-        refused = refused or self.objects.store.write(ask.place, ask.data, exact=ask.exact)
+        refused = self.objects.store.write(
+            ask.place, ask.data, exact=ask.exact, refusal=self._refusal
+        )
         if refused is not None:
             return self.sdo.refuse(ask, refused)
         accepted = self.sdo.accept(ask)
@@ -166,7 +166,7 @@ class Cia402Node:
             self.objects.keep(place, value)
         self._written([place for place, _ in taken], now_s)
 
-    def _refusal(self, place: Place, value: int) -> AbortCode | None:
+    def _refusal(self, place: Place, value: Value) -> AbortCode | None:
         """Return why an object may not have a value of its type; None if it may."""
         row = OBJECTS.get(place)
         if row is not None and row.allows is not None:
@@ -178,7 +178,7 @@ class Cia402Node:
             return None
         if self.nmt.state is NodeState.OPERATIONAL:
             return AbortCode.DEVICE_STATE
-        return self.pdos.refusal(place, value)
+        return self.pdos.refusal(place, int(value))
 
     def _written(self, written: Collection[Place], now_s: float) -> None:
         """Act on objects that were written together."""
@@ -414,7 +414,7 @@ _ABOVE_ZERO = range(1, 1 << 32)
 class ObjectRow:
     """An object's allowed values, what a write does, and what a read returns."""
 
-    allows: Container[int] | None = None
+    allows: Container[Value] | None = None
     does: Callable[[Cia402Node, float], None] | None = None
     tells: Callable[[Cia402Node, float], int] | None = None
 

@@ -310,9 +310,9 @@ class TestHoming:
         bench, goal = self.fitted()
         bench.write(1, OFFSET, 1234)
         bench.write(1, canopen.CONTROLWORD, ENABLE | canopen.ControlBit.NEW_SET_POINT)
-        assert not bench.state(1).bits & HOMED
+        assert not bench.state(1).value & HOMED
         bench.run(3.0)
-        assert bench.state(1).bits & HOMED == HOMED
+        assert bench.state(1).value & HOMED == HOMED
         assert bench.world.motors[0] == goal
         assert bench.count(1) == 1234
 
@@ -352,7 +352,7 @@ class TestHoming:
         bench.write(1, METHOD, method)
         bench.write(1, OFFSET, -77)
         bench.write(1, canopen.CONTROLWORD, ENABLE | canopen.ControlBit.NEW_SET_POINT)
-        assert bench.state(1).bits & HOMED == HOMED
+        assert bench.state(1).value & HOMED == HOMED
         assert bench.count(1) == -77
 
     def test_without_a_method_it_fails(self, bench):
