@@ -22,11 +22,8 @@ from firmware_protocol.canopen.sdo import (
     Content,
     DownloadStarted,
     NextSegment,
-    Receiving,
     Request,
     Response,
-    Segment,
-    SegmentTaken,
     Sending,
     StartDownload,
     StartUpload,
@@ -62,36 +59,27 @@ SdoServerEvent: TypeAlias = Ask | UnreadableFrame | Overrun
 
 
 @dataclass(slots=True)
-class _Asked:
-    ask: Ask
-    accepted: Response | None  # the response that confirms a write
-
-
-@dataclass(slots=True)
 class _Telling:
     place: Place
     segments: Sending
 
 
-@dataclass(slots=True)
-class _Taking:
-    place: Place
-    segments: Receiving
-
-
 class SdoServer:
-    """The server that gives a client access to a device's objects."""
+    """The server that gives a client access to a device's objects.
+
+    Clients write numbers only, each in one frame; longer objects can be read.
+    """
 
     def __init__(self, node: int) -> None:
         self._request_id = cob_id(Service.SDO_REQUEST, node)
         self._response_id = cob_id(Service.SDO_RESPONSE, node)
-        self._current: _Asked | _Telling | _Taking | None = None
+        self._current: Ask | _Telling | None = None
         self._events: EventQueue[SdoServerEvent] = EventQueue(EVENTS_MAX)
 
     @property
     def asked(self) -> Ask | None:
         """The request that the owner has not answered."""
-        return self._current.ask if isinstance(self._current, _Asked) else None
+        return None if isinstance(self._current, _Telling) else self._current
 
     def receive_frame(self, frame: Frame) -> Frame | None:
         """Process any frame on the bus; return the frame to send next. Never raises."""
@@ -122,10 +110,10 @@ class SdoServer:
 
     def accept(self, ask: WriteAsked) -> Frame | None:
         """Confirm a `WriteAsked`; return the frame, or None if the request was replaced."""
-        if not isinstance(self._current, _Asked) or ask != self._current.ask:
+        if ask != self.asked:
             return None
-        accepted, self._current = self._current.accepted, None
-        return None if accepted is None else self._frame(accepted)
+        self._current = None
+        return self._frame(DownloadStarted(ask.place))
 
     def refuse(self, ask: Ask, code: AbortCode) -> Frame | None:
         """Refuse a request; return the abort frame, or None if the request was replaced."""
@@ -134,28 +122,19 @@ class SdoServer:
     def _hear(self, request: Request) -> Frame | None:
         match self._current, request:
             case _, StartUpload(place):
-                return self._ask(ReadAsked(place), None)
-            case _, StartDownload(place, content):
-                return self._begin(place, content)
+                return self._ask(ReadAsked(place))
+            case _, StartDownload(place, Content(None)):
+                return self._give_up(place, AbortCode.TOO_LONG)
+            case _, StartDownload(place, Content(bytes() as data, size)):
+                return self._ask(WriteAsked(place, data, size is not None))
             case _Telling() as telling, NextSegment(toggle):
                 return self._tell(telling, toggle)
-            case _Taking() as taking, Segment() as segment:
-                return self._take(taking, segment)
-            case current, Abort() as abort:
-                if current is not None and abort.place in (_place(current), Place(0)):
+            case current, Abort(place):
+                if current is not None and place in (current.place, Place(0)):
                     self._current = None
                 return None
             case current, _:
-                return self._give_up(_place(current), AbortCode.COMMAND)
-
-    def _begin(self, place: Place, content: Content) -> Frame | None:
-        if content.data is not None:
-            exact = content.size is not None
-            return self._ask(WriteAsked(place, content.data, exact), DownloadStarted(place))
-        if content.size is not None and content.size > SIZE_MAX:
-            return self._give_up(place, AbortCode.OUT_OF_MEMORY)
-        self._current = _Taking(place, Receiving(content.size))
-        return self._frame(DownloadStarted(place))
+                return self._give_up(current.place if current else Place(0), AbortCode.COMMAND)
 
     def _tell(self, telling: _Telling, toggle: bool) -> Frame:
         segments = telling.segments
@@ -167,19 +146,8 @@ class SdoServer:
             self._current = None
         return self._frame(segment)
 
-    def _take(self, taking: _Taking, segment: Segment) -> Frame | None:
-        if segment.toggle != taking.segments.toggle:
-            return self._give_up(taking.place, AbortCode.TOGGLE)
-        refusal = taking.segments.take(segment)
-        if refusal is not None:
-            return self._give_up(taking.place, refusal)
-        taken = SegmentTaken(segment.toggle)
-        if segment.last:
-            return self._ask(WriteAsked(taking.place, taking.segments.data), taken)
-        return self._frame(taken)
-
-    def _ask(self, ask: Ask, accepted: Response | None) -> Frame | None:
-        self._current = _Asked(ask, accepted)
+    def _ask(self, ask: Ask) -> Frame | None:
+        self._current = ask
         self._events.put(ask)
         return None  # the owner sends the response later
 
@@ -189,12 +157,6 @@ class SdoServer:
 
     def _frame(self, response: Response) -> Frame:
         return Frame(self._response_id, encode(response))
-
-
-def _place(current: _Asked | _Telling | _Taking | None) -> Place:
-    if current is None:
-        return Place(0)
-    return current.ask.place if isinstance(current, _Asked) else current.place
 
 
 # The values of a device's objects, with access by the rules of its dictionary.

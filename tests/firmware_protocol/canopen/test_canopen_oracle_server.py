@@ -83,8 +83,7 @@ def master(bus, device):
 @pytest.mark.parametrize("size", [1, 4, 5, 7, 8, 14, 100])
 def test_their_client_writes_to_and_reads_from_our_server(master, device, size):
     name = "armdrive!".ljust(size, "x")[:size]
-    master.sdo["Device name"].raw = name
-    assert device.store.value(NAME) == name
+    device.store.set(NAME, name)
     assert master.sdo["Device name"].raw == name
     master.sdo["Target position"].raw = -5000 - size
     assert device.store.value(TARGET_POSITION) == -5000 - size
@@ -104,6 +103,9 @@ def test_their_client_understands_why_our_server_refuses(master):
     with pytest.raises(canopen.SdoAbortedError) as caught:
         master.sdo.download(STATUSWORD.index, 0, b"\0\0")
     assert caught.value.code == AbortCode.READ_ONLY
+    with pytest.raises(canopen.SdoAbortedError) as caught:
+        master.sdo["Device name"].raw = "armdrive!"
+    assert caught.value.code == AbortCode.TOO_LONG
     with pytest.raises(canopen.SdoAbortedError) as caught:
         master.sdo["Device name"].open("wb", block_transfer=True, size=9)
     assert caught.value.code == AbortCode.COMMAND
