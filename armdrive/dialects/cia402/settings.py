@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import BusMotors, check_feeding, check_ids
 from armdrive.dialects.bus.observer import MAX_DELAY_S, Bounds
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import check_settings, setting, within
+from armdrive.text.toml import check_settings, setting
 from armdrive.transports.can_health import BUSY_LOAD
 from firmware_protocol.canopen import NODE_MAX, Service, cob_id
 from kinematics.paths.profiles import trapezoid
 
 CYCLIC, PROFILE = "cyclic", "profile"
-HOMING_METHODS = (-128, 37)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +26,9 @@ class Cia402Settings:
     `following_window` for longer than `following_ms`.
     """
 
-    ids: tuple[int, ...] = setting((1, 2, 3, 4, 5, 6), "node numbers, in the order of the motors")
+    ids: tuple[int, ...] = setting(
+        (1, 2, 3, 4, 5, 6), "node numbers, in the order of the motors", low=1, high=NODE_MAX
+    )
     master_id: int = setting(
         NODE_MAX, "this program's node number, in its heartbeat", low=1, high=NODE_MAX
     )
@@ -59,22 +59,30 @@ class Cia402Settings:
     speed_units: tuple[float, ...] = setting(
         (),
         "increments/s of one unit of each drive's speeds; 0 is what it tells (60A9)",
+        low=0.0,
+        high=1e9,
     )
     ramp_units: tuple[float, ...] = setting(
-        (), "increments/s² of one unit of its ramps; 0 is its unit of speed, a second"
+        (),
+        "increments/s² of one unit of its ramps; 0 is its unit of speed, a second",
+        low=0.0,
+        high=1e9,
     )
     answer_s: float = setting(0.05, "timeout of an object transfer", low=0.01, high=2.0)
     homing_methods: tuple[int, ...] = setting(
-        (), "object 6098 for each motor; empty leaves them as they are"
+        (), "object 6098 for each motor; empty leaves them as they are", low=-128, high=37
     )
     homing_speeds: tuple[int, int] = setting(
-        (0, 0), "increments/s towards the switch and away; 0 leaves them as they are"
+        (0, 0),
+        "increments/s towards the switch and away; 0 leaves them as they are",
+        low=0,
+        high=10_000_000,
     )
     homing_s: float = setting(60.0, "longest homing of one group", low=1.0, high=290.0)
 
     def __post_init__(self) -> None:
-        check_ids("cia402", self.ids, NODE_MAX, "a node number")
         check_settings(self, "cia402")
+        check_ids("cia402", self.ids, "a node number")
         if self.master_id in self.ids:
             raise ArmFileError(
                 "cia402.master_id must be this program's own number, but "
@@ -82,10 +90,12 @@ class Cia402Settings:
             )
         check_feeding("cia402.heartbeat_ms", self.heartbeat_ms, "cia402.beat_ms", self.beat_ms)
         for name in ("homing_methods", "speed_units", "ramp_units"):
-            self._check_count(name, getattr(self, name))
-        for unit in (*self.speed_units, *self.ramp_units):
-            within("a unit in cia402.speed_units or ramp_units", unit, 0.0, 1e9)
-        self._check_homing()
+            values = getattr(self, name)
+            if values and len(values) != len(self.ids):
+                raise ArmFileError(
+                    f"cia402.{name} must have one for each of the {len(self.ids)} drives, or none, "
+                    f"not {len(values)}"
+                )
 
     @property
     def bounds(self) -> Bounds:
@@ -99,19 +109,6 @@ class Cia402Settings:
         services = (Service.EMCY, Service.TPDO1, Service.SDO_RESPONSE, Service.HEARTBEAT)
         own = tuple(cob_id(service, node) for service in services for node in self.ids)
         return (*own, cob_id(Service.HEARTBEAT, self.master_id))
-
-    def _check_homing(self) -> None:
-        for index, method in enumerate(self.homing_methods):
-            within(f"cia402.homing_methods[{index}]", method, *HOMING_METHODS)
-        for index, speed in enumerate(self.homing_speeds):
-            within(f"cia402.homing_speeds[{index}]", speed, 0, 10_000_000)
-
-    def _check_count(self, name: str, values: Sequence[float]) -> None:
-        if values and len(values) != len(self.ids):
-            raise ArmFileError(
-                f"cia402.{name} must have one for each of the {len(self.ids)} drives, or none, not "
-                f"{len(values)}"
-            )
 
 
 # What follows for an arm: the speeds of its drives and the period of their targets.

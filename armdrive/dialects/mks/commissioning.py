@@ -51,7 +51,6 @@ from firmware_protocol.mks import (
     MotorState,
     ReadEncoder,
     ReadState,
-    ReadVersion,
     Request,
     SetCurrent,
     SetId,
@@ -59,7 +58,6 @@ from firmware_protocol.mks import (
     SetZero,
     SilenceWatchdog,
     StateRead,
-    VersionRead,
     needed_for,
 )
 from kinematics.text import counted
@@ -76,12 +74,6 @@ def order(io: MksExchange, node: int, message: Request) -> MksScript[bool | None
     drive = io.drive(node)
     reply = (yield from io.ask({drive: message}, tries=1)).get(drive)
     return None if reply is None else isinstance(reply, Done)
-
-
-def is_e_series(io: MksExchange, node: int) -> MksScript[bool]:
-    """Return whether a drive reports that it is of the E series."""
-    found = yield from io.reading(io.drive(node), ReadVersion())
-    return isinstance(found, VersionRead) and found.e_series
 
 
 def is_at_zero(io: MksExchange, node: int) -> MksScript[bool]:
@@ -372,7 +364,7 @@ def arrive(
         if ready is None:
             return None
         if ready:
-            found = _checked(dialog, drive)
+            found = _checked(dialog, drive.node)
     return MksDriveAtHand(dialog, arm, drive, found)
 
 
@@ -382,7 +374,7 @@ def _recognised(dialog: DriveDialog, drive: DrivePlace, others: bool) -> KnownDr
         return None  # may be a new drive, so the person has to confirm it
     if not dialog.on_wire(answers, drive.node):
         return None
-    return _checked(dialog, drive)
+    return _checked(dialog, drive.node)
 
 
 def _plug_in(dialog: DriveDialog, drive: DrivePlace) -> bool:
@@ -398,19 +390,22 @@ def _plug_in(dialog: DriveDialog, drive: DrivePlace) -> bool:
     )
 
 
-def _checked(dialog: DriveDialog, drive: DrivePlace) -> KnownDrive | None:
-    """Examine a drive that answers; None if two do, or it is gone again."""
-    found = dialog.on_wire(known, drive.node)
+def _checked(dialog: DriveDialog, node: int) -> KnownDrive | None:
+    """Examine the drive with an id; None if none has it, two have, or it is of another series."""
+    found = dialog.on_wire(known, node)
     if found is None:
         dialog.say(CHECKS)
         return None
     if found.doubled:
-        dialog.say(_two(drive.node))
+        dialog.say(f"More than one drive answers as id {node}. {ONE_AT_A_TIME}")
         return None
     if found.version is not None and found.version.e_series:
-        dialog.say(series_words(f"drive {drive.node}") + ".")
+        dialog.say(series_words(f"drive {node}") + ".")
         return None
-    calibrated = "" if found.version is None else _calibrated_words(found.version.calibrated)
+    calibrated = ""
+    if found.version is not None:
+        is_so = found.version.calibrated
+        calibrated = ", calibrated" if is_so else ", its encoder not calibrated"
     at = "" if found.counts is None else f", at {counted(found.counts, 'count')}"
     dialog.say(
         f"Drive {found.node} answers: {found.board}, {found.firmware_words}{at}{calibrated}."
@@ -418,24 +413,13 @@ def _checked(dialog: DriveDialog, drive: DrivePlace) -> KnownDrive | None:
     return found
 
 
-def _calibrated_words(is_so: bool) -> str:
-    return ", calibrated" if is_so else ", its encoder not calibrated"
-
-
 def _give_id(dialog: DriveDialog, drive: DrivePlace) -> bool | None:
     """Give the new drive, which has id 1, the id of its motor; None if the person declines.
 
     False means that it failed: the person may plug in another drive and try again.
     """
-    if not dialog.on_wire(answers, NODE_DEFAULT):
-        dialog.say(CHECKS)
+    if _checked(dialog, NODE_DEFAULT) is None:
         return False
-    if dialog.on_wire(is_shared, NODE_DEFAULT):
-        dialog.say(_two(NODE_DEFAULT))
-        return False
-    if dialog.on_wire(is_e_series, NODE_DEFAULT):
-        dialog.say(series_words(f"drive {NODE_DEFAULT}") + ".")
-        return None
     if not dialog.agreed(
         f"A new drive answers as id {NODE_DEFAULT}. Make it id {drive.node}, for the "
         f"{drive.name}? Nothing turns.",
@@ -463,10 +447,6 @@ def _take_id(io: MksExchange, node: int) -> MksScript[bool | None]:
     taken = yield from order(io, NODE_DEFAULT, SetId(node))
     yield from io.pause(io.now_s + SETTLE_S)
     return taken
-
-
-def _two(node: int) -> str:
-    return f"More than one drive answers as id {node}. {ONE_AT_A_TIME}"
 
 
 def alone(io: MksExchange, node: int) -> MksScript[bool]:

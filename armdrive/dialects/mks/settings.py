@@ -23,7 +23,9 @@ class MksSettings:
     sent in bursts.
     """
 
-    ids: tuple[int, ...] = setting((1, 2, 3, 4, 5, 6), "CAN ids, in the order of the motors")
+    ids: tuple[int, ...] = setting(
+        (1, 2, 3, 4, 5, 6), "CAN ids, in the order of the motors", low=1, high=NODE_MAX
+    )
     firmware: str = setting("", "the oldest firmware, such as 1.0.9; empty asks the drives")
     watchdog_s: float = setting(
         0.5, "drives stop when the bus is silent this long; 0 changes nothing", low=0.0, high=60.0
@@ -49,7 +51,8 @@ class MksSettings:
     homing_s: float = setting(60.0, "longest homing of one group", low=1.0, high=290.0)
 
     def __post_init__(self) -> None:
-        check_ids("mks", self.ids, NODE_MAX, "an id")
+        check_settings(self, "mks")
+        check_ids("mks", self.ids, "an id")
         if self.firmware and _FIRMWARE.fullmatch(self.firmware) is None:
             raise ArmFileError(f'mks.firmware must look like "1.0.9", not {self.firmware!r}')
         if self.microsteps not in MICROSTEPS:
@@ -58,7 +61,6 @@ class MksSettings:
                 f"mks.microsteps must be one of {known}, not {self.microsteps}: only with these "
                 "are the drive's speeds in rpm"
             )
-        check_settings(self, "mks")
         if self.watchdog_s:
             check_feeding("mks.watchdog_s", self.watchdog_s, "mks.poll_s", self.poll_s)
         if self.segment_s:
