@@ -442,7 +442,7 @@ class DriveDevice:
     """The state machine of a simulated drive. It begins in NOT_READY, without a fault."""
 
     def __init__(self, quick_stop: QuickStopOption = QuickStopOption.QUICK_RAMP) -> None:
-        self.quick_stop = QuickStopOption(quick_stop)
+        self.quick_stop = quick_stop
         self._state = DriveState.NOT_READY
         self._faulty = False
         self._word = Controlword(0)
@@ -486,6 +486,10 @@ class DriveDevice:
     def mend(self) -> None:
         """Report that the cause of the fault is gone, so that the fault can be reset."""
         self._faulty = False
+
+    def recall(self, state: DriveState, *, faulty: bool) -> None:
+        """Restore a saved state; it is `faulty` while the cause of its fault exists."""
+        self._state, self._faulty = state, faulty
 
     def _obey(self, command: Command) -> tuple[Transition, ...]:
         taken = []

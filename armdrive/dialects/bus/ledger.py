@@ -229,10 +229,6 @@ class SurplusAnswers:
         """Record a reply, expected or not."""
         self._surplus[node, code] += 1
 
-    def exceeds(self, node: int, code: int) -> bool:
-        """Return whether a drive has sent more replies to a question than were due."""
-        return self._surplus[node, code] > 0
-
     def clear(self) -> None:
         """Start counting from zero."""
         self._surplus.clear()

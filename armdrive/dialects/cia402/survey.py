@@ -15,7 +15,7 @@ from typing import Any
 
 from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
-from armdrive.dialects.bus.ledger import TRIES, SurplusAnswers
+from armdrive.dialects.bus.ledger import SURPLUS_LIMIT, TRIES
 from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,
@@ -169,7 +169,7 @@ def ask_nodes(
     answering: set[int] = set()
     for _ in range(ROUNDS):
         for node in [each for each in asked if each not in answering]:
-            if (yield from _upload(io, node, DEVICE_TYPE, ASK_S, counts)) is not None:
+            if (yield from _asked(io, node, DEVICE_TYPE, counts, ASK_S, 1)) is not None:
                 answering.add(node)
             yield from io.pause(io.now_s + PAUSE_S)
     nodes = []
@@ -199,46 +199,41 @@ def _known(
 
 
 def _asked(
-    io: FrameIO, node: int, place: Place, counts: _NodeCounts
+    io: FrameIO,
+    node: int,
+    place: Place,
+    counts: _NodeCounts,
+    wait_s: float = ANSWER_S,
+    tries: int = TRIES,
 ) -> Script[Frame, Uploaded | Aborted | None]:
-    """Read an object, with retries; None if no answer comes."""
-    for _ in range(TRIES):
-        answer = yield from _upload(io, node, place, ANSWER_S, counts)
-        if answer is not None:
-            return answer
-        counts.missed += 1
-    return None
-
-
-def _upload(
-    io: FrameIO, node: int, place: Place, wait_s: float, counts: _NodeCounts
-) -> Script[Frame, Uploaded | Aborted | None]:
-    """Read an object once; None if the transfer does not finish."""
-    client = SdoClient(node)
-    frame: Frame | None = client.upload(place)
+    """Read an object, with retries; None if no transfer finishes."""
     response_id = cob_id(Service.SDO_RESPONSE, node)
-    while frame is not None:
-        io.write(pack(frame))
-        frames = yield from io.collect(wait_s, lambda frames: is_for(frames[-1], response_id))
-        frame = None
-        for each in frames:
-            frame = client.receive_frame(each) or frame
-        while (event := client.next_event()) is not None:
-            if isinstance(event, Uploaded | Aborted):
-                return event  # no further frame is sent: see the first lines of this file
-            counts.garbled += isinstance(event, UnreadableFrame)
+    for _ in range(tries):
+        client = SdoClient(node)
+        frame: Frame | None = client.upload(place)
+        while frame is not None:
+            io.write(pack(frame))
+            frames = yield from io.collect(wait_s, lambda frames: is_for(frames[-1], response_id))
+            frame = None
+            for each in frames:
+                frame = client.receive_frame(each) or frame
+            while (event := client.next_event()) is not None:
+                if isinstance(event, Uploaded | Aborted):
+                    return event  # no further frame is sent: see the first lines of this file
+                counts.garbled += isinstance(event, UnreadableFrame)
+        counts.missed += 1
     return None
 
 
 def _is_shared(io: FrameIO, node: int) -> Script[Frame, bool]:
     """Find out whether two nodes answer to a number."""
-    response_id, surplus = cob_id(Service.SDO_RESPONSE, node), SurplusAnswers()
+    response_id = cob_id(Service.SDO_RESPONSE, node)
     for place in _TELLTALES:
 
         def answers(frame: Frame, place: Place = place) -> bool:
             return is_for(frame, response_id) and frame.data[1:4] == place.packed
 
-        surplus.clear()
+        surplus = 0
         for _ in range(TRIES):
             io.write(pack(SdoClient(node).upload(place)))
             frames = yield from io.collect(ANSWER_S, lambda frames: answers(frames[-1]), LINGER_S)
@@ -246,13 +241,11 @@ def _is_shared(io: FrameIO, node: int) -> Script[Frame, bool]:
             if not count:
                 yield from io.pause(io.now_s + LAST_REPLY_S)
                 continue
-            surplus.asked(node, place.index)
-            for _ in range(count):
-                surplus.answered(node, place.index)
-            if not surplus.exceeds(node, place.index):
+            surplus += count - 1
+            if surplus >= SURPLUS_LIMIT:
+                return True
+            if not surplus:
                 break  # one answer: the next object may tell two nodes apart
-        if surplus.shared:
-            return True
     return False
 
 

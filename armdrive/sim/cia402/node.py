@@ -357,32 +357,19 @@ class Cia402Node:
 
     def _recall_state(self, state: canopen.DriveState) -> None:
         """Restore the saved state; nothing sags, since the saved arm has sagged already."""
-        machine = self.states.machine
-        if state is canopen.DriveState.FAULT:
-            machine.happen(canopen.Happening.FAULT)
-            machine.happen(canopen.Happening.REACTED)
-            if not self.states.ailing:
-                machine.mend()
-        for command in _WAYS[state]:
-            machine.control(canopen.Controlword.of(command))
+        self.states.machine.recall(state, faulty=bool(self.states.ailing))
         self.motor.recall(self.port.powered and self.states.state.holds)
         self.motion.goal = self.motor.counts
 
 
-# --- The commands that bring a drive to the state in which it was saved --------------------------
+# --- What is saved of a drive ---------------------------------------------------------------------
 
-_SHUT_DOWN, _ON = canopen.Command.SHUT_DOWN, canopen.Command.SWITCH_ON
-_ENABLE, _STOP = canopen.Command.ENABLE_OPERATION, canopen.Command.QUICK_STOP
-_WAYS: dict[canopen.DriveState, tuple[canopen.Command, ...]] = {
-    canopen.DriveState.DISABLED: (),
-    canopen.DriveState.READY: (_SHUT_DOWN,),
-    canopen.DriveState.SWITCHED_ON: (_SHUT_DOWN, _ON),
-    canopen.DriveState.ENABLED: (_SHUT_DOWN, _ENABLE),
-    canopen.DriveState.QUICK_STOP: (_SHUT_DOWN, _ENABLE, _STOP),
-    canopen.DriveState.FAULT: (),
-}
 _ORDERS = {NodeState.OPERATIONAL: NmtCommand.START, NodeState.STOPPED: NmtCommand.STOP}
-_STATES = {state.name.lower(): state for state in _WAYS}
+_STATES = {
+    state.name.lower(): state
+    for state in canopen.DriveState
+    if state not in (canopen.DriveState.NOT_READY, canopen.DriveState.FAULT_REACTION)
+}
 _TALKS = {state.name.lower(): state for state in (NodeState.PRE_OPERATIONAL, *_ORDERS)}
 
 
