@@ -35,6 +35,7 @@ from firmware_protocol.canopen import (
     HostEvent,
     OperationMode,
 )
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import pack
 
 MUTE_CYCLES = 20
@@ -549,10 +550,10 @@ class ObjectTransfers:
 
 
 def value_of(place: canopen.Place, data: bytes, *, exact: bool = True) -> int:
-    """Decode a whole number by the type of its object."""
+    """Decode a whole number by the type of its object, or by its length if that does not fit."""
     entry = canopen.STANDARD.find(place)
     kind = entry.type if entry is not None else canopen.DataType.U32
-    size = kind.size or len(data)
-    if kind.limits is None or (exact and len(data) != size):
+    try:
+        return int(kind.unpack(data, exact=exact))
+    except RemoteProtocolError:
         return int.from_bytes(data, "little")
-    return int.from_bytes(data[:size], "little", signed=kind.signed)
