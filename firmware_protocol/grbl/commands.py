@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
+from types import MappingProxyType
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, LocalProtocolError
@@ -13,6 +15,7 @@ from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
     Dialect,
     Template,
+    Variant,
     line_text,
     number,
 )
@@ -327,29 +330,37 @@ GRBLHAL_ONLY = frozenset(
 )
 """What GRBL 1.1 itself does not have."""
 
-_BY_BYTE = {int(member): member for member in Realtime}
+_GRBL = {int(member): member for member in Realtime if member not in GRBLHAL_ONLY}
+_BY_BYTE: Mapping[Variant, Mapping[int, Realtime]] = MappingProxyType(
+    {
+        Variant.GRBL: _GRBL,
+        Variant.GRBLHAL: {int(member): member for member in Realtime},
+        Variant.FLUIDNC: _GRBL,
+    }
+)
 _EXTENDED = 0x80
 
 
-def realtime_of(byte: int, *, grblhal: bool = False) -> Realtime | None:
+def realtime_of(byte: int, variant: Variant = Variant.GRBL) -> Realtime | None:
     """Return the real-time command of a byte on this firmware, or None where it is none."""
-    member = _BY_BYTE.get(byte)
-    return None if member in GRBLHAL_ONLY and not grblhal else member
+    return _BY_BYTE[variant].get(byte)
 
 
-def is_picked_out(byte: int, *, grblhal: bool = False) -> bool:
+def is_picked_out(byte: int, variant: Variant = Variant.GRBL) -> bool:
     """Tell whether a byte never reaches the ring: a real-time command, or any over 0x7F.
 
     Those over 0x7F that mean nothing are thrown away.
     """
-    return byte >= _EXTENDED or realtime_of(byte, grblhal=grblhal) is not None
+    return byte >= _EXTENDED or byte in _BY_BYTE[variant]
 
 
-def split_realtime(data: bytes, *, grblhal: bool = False) -> tuple[tuple[Realtime, ...], bytes]:
+def split_realtime(
+    data: bytes, variant: Variant = Variant.GRBL
+) -> tuple[tuple[Realtime, ...], bytes]:
     """Part a stream, as the receive interrupt does: the real-time commands, and the other bytes.
 
     Any chunking gives the same two sequences.
     """
-    found = (realtime_of(byte, grblhal=grblhal) for byte in data)
-    rest = bytes(byte for byte in data if not is_picked_out(byte, grblhal=grblhal))
+    found = (realtime_of(byte, variant) for byte in data)
+    rest = bytes(byte for byte in data if not is_picked_out(byte, variant))
     return tuple(member for member in found if member is not None), rest

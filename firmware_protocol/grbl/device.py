@@ -316,14 +316,14 @@ class Device:
 
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the host in any chunks."""
-        grblhal = self._dialect.grblhal_realtime
+        variant = self._dialect.variant
         start = 0
         for at, byte in enumerate(data):
-            if is_picked_out(byte, grblhal=grblhal):
+            if is_picked_out(byte, variant):
                 self._lines.feed(data[start:at])
                 self._fetch_lines()
                 start = at + 1
-                self._put(realtime_of(byte, grblhal=grblhal))
+                self._put(realtime_of(byte, variant))
         self._lines.feed(data[start:])
         self._fetch_lines()
 

@@ -185,11 +185,6 @@ class Dialect:
         """The error of a line that is too long. FluidNC's error 11 means something else."""
         return 14 if self.variant is Variant.FLUIDNC else 11
 
-    @property
-    def grblhal_realtime(self) -> bool:
-        """Whether the firmware supports grblHAL's additional real-time bytes."""
-        return self.variant is Variant.GRBLHAL
-
 
 GRBL = Dialect()
 MEGA_5X = Dialect(axes="XYZABC", ring_bytes=255, outputs=True, single_axis_homing=True)

@@ -258,7 +258,7 @@ def test_a_cancel_before_the_first_jog_is_planned_is_ignored_and_all_sixteen_uni
 
 def test_a_cancel_does_not_clear_lines_that_are_unread():
     """Seven unanswered lines: 12.2 units further, against 0.63 units of braking."""
-    assert not FIRMWARES["fluidnc"].cancel_clears_ring
+    assert not FIRMWARES["fluidnc"].cancel_clears_in
     bench = Bench(baud=None, firmware="grbl", plan_ms=4.0)
     bench.put(JOG_2 * 8)
     bench.wait(0.006)
