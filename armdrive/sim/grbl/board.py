@@ -312,7 +312,7 @@ class MotionCycle:
 
     def kill(self, board: GrblBoard) -> None:
         """Stop dead."""
-        board.drive.kill(board.now_s, board.build.coast)
+        board.drive.kill(board.now_s)
         self.forget()
 
     def ended(self, board: GrblBoard) -> None:

@@ -150,7 +150,6 @@ SETTINGS = [
     ("armdroid", {"greet": 1}, "greets"),
     ("armdroid", {"room_bytes": -5}, "room_bytes must be at least 1"),
     ("grbl", {"firmware": "marlin"}, "grblhal"),
-    ("grbl", {"coast": -1.0}, "coast"),
     ("mks", {"firmware": "1.0"}, "1.0.9"),
     ("mks", {"firmware": "1.0.6+1.0.9"}, "6 of them"),
     ("mks", {"bitrate": 9600}, "125000"),

@@ -49,7 +49,7 @@ def run_into_a_switch(arm):
 
 
 def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
-    arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
+    arm = ready(config(device={"hard_limits": True}), firmware="grbl")
     run_into_a_switch(arm)
     assert arm.status.state is State.ERROR_STOP
     assert "even if the cable is fine" in arm.status.error
@@ -99,7 +99,7 @@ def test_a_late_feed_hold_does_not_keep_the_arm_in_its_error(firmware, later_s):
 
 
 def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
-    arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
+    arm = ready(config(device={"hard_limits": True}), firmware="grbl")
     arm.twin.board.set_switch(0, SwitchState.CLOSED)
     arm.sleep(2.0)
     assert arm.status.state is State.ERROR_STOP
