@@ -46,8 +46,8 @@ def test_no_promise_is_broken_in_a_sample(dialect):
 @pytest.mark.parametrize(
     ("dialect", "seed"),
     [
-        # a board goes on with a line after its cable was pulled, while a slower call is refused
-        ("grbl", 64000065),
+        # a hand turns a motor while a program connects over a slow wire, after it read the position
+        ("grbl", 651000660),
         # a shaft comes free 0.6 s after a jog's release, and 0.3 s after it was blocked in a pause
         ("cia402", 19501081),
         ("mks", 150001687),

@@ -640,7 +640,7 @@ def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s
     task = arm.runner.submit(home_device(arm.context, made.homing))
     arm.sleep(1.0)
     while arm.twin.device.moving:
-        arm.sleep(0.001)
+        arm.sleep(0.005)
     arm.sleep(waited_s)
     assert not arm.twin.device.moving
     stop_homing(arm, task)
@@ -653,7 +653,7 @@ def test_a_stop_of_fluidnc_before_a_slow_approach_is_announced_in_full():
     task = arm.runner.submit(home_device(arm.context, made.homing))
     for moves in (True, False, True, False):  # to the switch, off it, and then slowly on again
         while arm.twin.device.moving is not moves:
-            arm.sleep(0.001)
+            arm.sleep(0.005)
     stop_homing(arm, task)
 
 
