@@ -163,7 +163,8 @@ class Dialect:
 
     `max_line` counts characters without the line end. `ring_bytes` is the receive ring as `$I`
     gives it, or None where it is unknown: then one line at a time. `outputs` admits M62 to M68.
-    `crlf_answers_twice` is GRBL's habit: CR and LF each end a line, and an empty line gets its ok.
+    `crlf_answers_twice`: CR and LF each end a line, and an empty line gets its ok. Observed on GRBL
+    and FluidNC, but not on grblHAL.
     """
 
     variant: Variant = Variant.GRBL
@@ -205,5 +206,4 @@ FLUIDNC = Dialect(
     ring_bytes=None,
     outputs=True,
     single_axis_homing=True,
-    crlf_answers_twice=False,
 )

@@ -16,7 +16,7 @@ from enum import Enum
 from types import MappingProxyType
 
 from armdrive.sim.mechanics.planner import PathLimits, Stepping
-from firmware_protocol.grbl import GRBL, Banner, Dialect, State, Variant
+from firmware_protocol.grbl import FLUIDNC, GRBL, GRBLHAL, Banner, Dialect, State, Variant
 
 # The numbers of settings.
 IDLE_MS, REPORT, JUNCTION = 1, 10, 11
@@ -184,8 +184,10 @@ class Firmware:
     """
     single_axis_bits: int = _ANY_BIT
     """The bits of $22 that permit `$HX`."""
-    lock_bits: int = _ANY_BIT
-    """The bits of $22 that lock the board at its start. Observed: bit 2 on grblHAL."""
+    homing_locks: bool = True
+    """Whether a board with homing starts locked. Observed: not grblHAL. With bit 2 of $22 it raises
+    ALARM:11 and refuses `$X` with error 46, which is not built in here.
+    """
     refused_axis: int = 5
     """The error of `$HX` without homing. Observed: 19 on FluidNC."""
     homing_masks: range = range(0)
@@ -300,13 +302,7 @@ _FIRMWARES = (
             "DRIVER:Simulator",
             "DRIVER VERSION:260324",
         ),
-        dialect=Dialect(
-            Variant.GRBLHAL,
-            max_line=256,
-            outputs=True,
-            single_axis_homing=True,
-            crlf_answers_twice=False,
-        ),
+        dialect=GRBLHAL,
         blocks=100,
         ring_bytes=1024,
         stepping=Stepping(9),
@@ -321,7 +317,7 @@ _FIRMWARES = (
         resets_kept=1,
         homing=3.0,
         single_axis_bits=2,
-        lock_bits=4,
+        homing_locks=False,
         homing_masks=HOMING_CYCLES,
         holds_jogs=False,
         cancel_clears_in=tuple(State),
@@ -342,7 +338,7 @@ _FIRMWARES = (
         "fluidnc",
         Banner("4.0", Variant.FLUIDNC, "v4.0.5-pre2 (esp32-wifi)"),
         ("VER:4.0 FluidNC v4.0.5-pre2 (esp32-wifi) :", "OPT:MPHS", "MSG:Machine: arm"),
-        dialect=Dialect(Variant.FLUIDNC, max_line=127, outputs=True, single_axis_homing=True),
+        dialect=FLUIDNC,
         ring_bytes=256,
         stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),
         reads_every_s=0.051,

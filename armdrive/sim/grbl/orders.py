@@ -317,9 +317,9 @@ def fail(board: GrblBoard, code: int) -> Waits:
 
 
 def switched_on(board: GrblBoard, wait_s: float) -> Boot:
-    """Start after power-on, with all counts at zero; locked, if $22 says so."""
+    """Start after power-on, with all counts at zero; most boards with homing are locked."""
     yield board.now_s + wait_s
-    locked = int(board.settings[HOMING]) & board.firmware.lock_bits
+    locked = board.firmware.homing_locks and board.settings.on(HOMING)
     board.state = State.ALARM if locked else State.IDLE
     board.holds_next = False
     board.unhome()
