@@ -93,15 +93,6 @@ def written(value: object) -> str:
     return write_number(value) if isinstance(value, float) else str(value)
 
 
-def axis_letters(value: object, field: str = "axes") -> str:
-    """Return the letters of a machine's axes, each at most once, or raise `BadField`."""
-    if not isinstance(value, str) or not value or not set(value) <= set(AXIS_LETTERS):
-        raise BadField(field, value, f"letters out of {AXIS_LETTERS}")
-    if len(set(value)) != len(value):
-        raise BadField(field, value, "letters that differ from one another")
-    return value
-
-
 def line_text(field: str, value: object) -> str:
     """Return text that one line can carry to the device, or raise `BadField`.
 
@@ -176,7 +167,11 @@ class Dialect:
     crlf_answers_twice: bool = True
 
     def __post_init__(self) -> None:
-        axis_letters(self.axes)
+        axes = self.axes
+        if not isinstance(axes, str) or not axes or not set(axes) <= set(AXIS_LETTERS):
+            raise BadField("axes", axes, f"letters out of {AXIS_LETTERS}")
+        if len(set(axes)) != len(axes):
+            raise BadField("axes", axes, "letters that differ from one another")
         whole("max_line", self.max_line, 1, LINE_CHARACTERS_MAX)
         if self.ring_bytes is not None:
             whole("ring_bytes", self.ring_bytes, 2, RING_BYTES_MAX)
