@@ -26,6 +26,7 @@ from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog import PostureRequest
 from armdrive.motion.connecting import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
+from armdrive.sim.armdroid import BOARDS as ARMDROIDS
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.device import SimDevice, chosen
@@ -74,7 +75,10 @@ def config_of(name: str, variant: int) -> ArmConfig:
 
 VARIANTS = 8
 BOARDS: Mapping[str, tuple[dict[str, str], ...]] = MappingProxyType(
-    {"grbl": tuple({"firmware": name} for name in FIRMWARES)}
+    {
+        "grbl": tuple({"firmware": name} for name in FIRMWARES),
+        "armdroid": tuple({"board": name} for name in ARMDROIDS),
+    }
 )
 """The options of the simulated devices of a dialect that has several, each in every variant."""
 
@@ -205,9 +209,7 @@ class Stage:
         pace.on_kill, pace.advance_world = self._add_killed_bound, self.link.line.advance
         self.link.owner = self.disk.owner = pace
         self.link.reopen().read(self.now_s)  # drop what arrived without a program
-        opened = getattr(self.twin.board, "opened", None)
-        if opened is not None:
-            opened()
+        self._open_port()
         self.program_ended()
         self.watch.excuse_restart(self.now_s)
         self.connecting, began_s = True, self.now_s
@@ -230,6 +232,19 @@ class Stage:
                 self.watch.note_suspension(began_s, self.now_s - began_s)
         arm.twin = self.twin
         return arm
+
+    def _open_port(self) -> None:
+        """Let the board notice that its port is opened.
+
+        Some reset then, which lets go of the arm. Registers that were zero do not show it.
+        """
+        opened = getattr(self.twin.board, "opened", None)
+        if opened is None:
+            return
+        held, zero = self.world.energised, not self.twin.device.registers.largest
+        opened()
+        if held and not self.world.energised and (zero or self.reads_zero):
+            self.watch.excuse_restart()
 
     def program_ended(self) -> None:
         """Note that no program drives the arm any more."""

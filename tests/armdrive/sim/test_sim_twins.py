@@ -145,10 +145,9 @@ def test_a_dialect_without_a_device_is_refused_with_the_nearest():
 SETTINGS = [
     ("teachmover", {"sped_error": 0.25}, "did you mean 'speed_error'"),
     ("robko01", {"watchdog_s": -1.0}, "watchdog_s must be at least 0"),
-    ("armdroid", {"character_s": -1.0}, "character_s must be from 0 to 1"),
     ("armdroid", {"speed_error": -2.0}, "speed_error"),
-    ("armdroid", {"greet": 1}, "greets"),
-    ("armdroid", {"room_bytes": -5}, "room_bytes must be at least 1"),
+    ("armdroid", {"bord": "uno"}, "did you mean 'board'"),
+    ("armdroid", {"board": "mega"}, "leonardo"),
     ("grbl", {"firmware": "marlin"}, "grblhal"),
     ("mks", {"firmware": "1.0"}, "1.0.9"),
     ("mks", {"firmware": "1.0.6+1.0.9"}, "6 of them"),
