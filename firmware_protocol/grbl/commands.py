@@ -22,8 +22,6 @@ from firmware_protocol.grbl.dialect import (
 
 SETTING_MAX = 65535
 """GRBL's settings end at 255; grblHAL has more."""
-STARTUP_LINES = 2
-RESTORABLE = "$#*"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,13 +57,6 @@ class QueryParserState:
     """Ask for the active modes."""
 
     text: ClassVar[str] = "$G"
-
-
-@dataclass(frozen=True, slots=True)
-class QueryStartupLines:
-    """Ask for the startup lines."""
-
-    text: ClassVar[str] = "$N"
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,38 +102,6 @@ class SetSetting:
     value: float
 
     text = Template("${setting}={value}")
-
-
-@message(which=whole_from(0, STARTUP_LINES - 1), line=line_text)
-class StoreStartupLine:
-    """Store a line of g-code that runs at every start."""
-
-    which: int
-    line: str
-
-    text = Template("$N{which}={line}")
-
-
-@message(note=line_text)
-class StoreBuildInfo:
-    """Store the owner's note that `$I` shows."""
-
-    note: str
-
-    text = Template("$I={note}")
-
-
-@dataclass(frozen=True, slots=True)
-class Restore:
-    """Restore the defaults of the settings (`$`), the coordinate systems (`#`), or all (`*`)."""
-
-    what: str = "$"
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.what, str) or len(self.what) != 1 or self.what not in RESTORABLE:
-            raise BadField("what", self.what, f"one of {RESTORABLE}")
-
-    text = Template("$RST={what}")
 
 
 # G-code lines: modes and outputs. Motions are a driver's own text (`Line`), because only the driver
@@ -211,17 +170,16 @@ SystemCommand: TypeAlias = (
     | QueryBuildInfo
     | QueryParameters
     | QueryParserState
-    | QueryStartupLines
     | Unlock
     | CheckMode
     | Sleep
     | Home
     | SetSetting
-    | StoreStartupLine
-    | StoreBuildInfo
-    | Restore
 )
-"""The lines that begin with `$`, except jogs."""
+"""The lines that begin with `$`, except jogs.
+
+Neither end uses start-up lines (`$N`), notes (`$I=`) and factory resets (`$RST`).
+"""
 
 Command: TypeAlias = SystemCommand | Modes | Coolant | DigitalOutput | Line
 

@@ -23,13 +23,9 @@ from firmware_protocol.grbl.commands import (
     QueryParameters,
     QueryParserState,
     QuerySettings,
-    QueryStartupLines,
     Realtime,
-    Restore,
     SetSetting,
     Sleep,
-    StoreBuildInfo,
-    StoreStartupLine,
     SystemCommand,
     Unlock,
     is_picked_out,
@@ -203,12 +199,11 @@ _PLAIN: dict[str, Callable[[], SystemCommand]] = {
     "$I": QueryBuildInfo,
     "$#": QueryParameters,
     "$G": QueryParserState,
-    "$N": QueryStartupLines,
     "$X": Unlock,
     "$C": CheckMode,
     "$SLP": Sleep,
 }
-_KNOWN_LETTERS = "$GCXJ#HSIR"
+_KNOWN_LETTERS = "$GCXJ#HSIRN"
 """Characters after the `$` of a command; any other begins a setting's number."""
 
 
@@ -218,15 +213,8 @@ def _system(text: str, dialect: Dialect) -> SystemCommand:
         return plain()
     if text.startswith("$H"):
         return _home(text[2:], dialect)
-    if text.startswith("$RST=") and len(text) == len("$RST=") + 1:
-        return Restore(text[-1])
-    if text.startswith("$I="):
-        return StoreBuildInfo(text[3:])
     if text[1] in _KNOWN_LETTERS:
         raise GcodeError(3, text)
-    if text[1] == "N":
-        which, at = _key(text, 2)
-        return StoreStartupLine(which, text[at:])
     return _setting(text, dialect)
 
 
