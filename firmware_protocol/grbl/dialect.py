@@ -165,6 +165,15 @@ class Dialect:
     outputs: bool = False
     single_axis_homing: bool = False
     crlf_answers_twice: bool = True
+    overlong: int = 11
+    """The error of a line that is too long. FluidNC's error 11 means something else."""
+    named_settings: bool = False
+    """Whether settings have names with slashes. Observed on FluidNC, which also drops a closing
+    bracket that ends no comment (GCode.cpp, collapseGCode).
+    """
+    no_setting: int = 2
+    """The error of a `$` before a letter of no command, which GRBL takes for an unreadable number.
+    """
 
     def __post_init__(self) -> None:
         axes = self.axes
@@ -175,11 +184,6 @@ class Dialect:
         whole("max_line", self.max_line, 1, LINE_CHARACTERS_MAX)
         if self.ring_bytes is not None:
             whole("ring_bytes", self.ring_bytes, 2, RING_BYTES_MAX)
-
-    @property
-    def overlong(self) -> int:
-        """The error of a line that is too long. FluidNC's error 11 means something else."""
-        return 14 if self.variant is Variant.FLUIDNC else 11
 
 
 GRBL = Dialect()
@@ -193,6 +197,7 @@ GRBLHAL = Dialect(
     outputs=True,
     single_axis_homing=True,
     crlf_answers_twice=False,
+    no_setting=3,
 )
 FLUIDNC = Dialect(
     Variant.FLUIDNC,
@@ -201,4 +206,7 @@ FLUIDNC = Dialect(
     ring_bytes=None,
     outputs=True,
     single_axis_homing=True,
+    overlong=14,
+    named_settings=True,
+    no_setting=3,
 )

@@ -202,6 +202,7 @@ def test_a_change_of_settings_blocks_and_loses_what_arrives_meanwhile():
         ("$J=X1", "error:22"),
         ("X1X2", "error:25"),
         ("G93X1F60", "error:20"),
+        ("$256=1", "error:3"),
         ("$N", "error:3"),
         ("$N0=G91", "error:3"),
         ("$I=mine", "error:3"),
