@@ -1,9 +1,8 @@
 """A simulated Armdroid: the serial driver sketch on a simulated physical arm.
 
 Observed: the unchanged sketch (Armdroid/Armdroid-Arduino-Library, SerialDriver, with Arduino's AVR
-core 1.8.7) on a simulated processor of an Uno and of a Leonardo. Where these differ, this device
-takes the harsher option: 10 ms per character, as on a Leonardo, whose native USB loses nothing, and
-as small a buffer as on an Uno, which reads a character in no time.
+core 1.8.7) on a simulated processor of an Uno and of a Leonardo: `BOARDS` says how they differ.
+Both are given the buffer of an Uno, because the native USB of a Leonardo loses nothing.
 
 What the interface does at a reset is a guess, the harsher one: the motors are released. The sketch
 leaves the latches of the coils as they are. Not simulated: it then begins with its first coil
@@ -13,8 +12,9 @@ switches on only the motors that make it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
@@ -69,19 +69,25 @@ As observed, the motion makes no step, and nothing is answered until a reset.
 """
 
 
+ROOM_BYTES = 63
+"""The size of the receive buffer."""
+BOOT_S = 1.6
+"""The duration of a reset."""
+LEONARDO, UNO = "leonardo", "uno"
+
+
 @dataclass(frozen=True, slots=True)
 class ArmdroidQuirks:
     """What differs between boards.
 
-    A board with native USB `greets` the program that opens its port; others reset instead.
+    A board with `native_usb` greets the program that opens its port; others reset instead. It takes
+    `character_s` to process a character.
     """
 
+    board: str = setting(LEONARDO, "leonardo, with native USB, or uno", words=(LEONARDO, UNO))
     speed_error: float = speed_error("0.2: motors a fifth slower than the sketch says")
-    character_s: float = setting(0.010, "seconds to process a character", low=0.0, high=1.0)
-    room_bytes: int = setting(63, "size of the receive buffer", low=1)
-    boot_s: float = setting(1.6, "duration of a reset in seconds", low=0.0, high=60.0)
-    greets: bool = setting(True, "native USB: sends Welcome when its port is opened")
-    resets_on_open: bool = setting(False, "restarts when its port is opened")
+    character_s: float = 0.010
+    native_usb: bool = True
 
     def interval_s(self, rpm: int) -> float:
         """Return the time between two steps: whole milliseconds, by integer division."""
@@ -89,6 +95,15 @@ class ArmdroidQuirks:
         if rpm:
             interval_s = max(MINUTE_MS // TURN_STEPS // (rpm % (1 << 32)) / 1000.0, AT_ONCE_S)
         return interval_s * (1.0 + self.speed_error)
+
+
+BOARDS: Mapping[str, ArmdroidQuirks] = MappingProxyType(
+    {
+        LEONARDO: ArmdroidQuirks(LEONARDO),
+        UNO: ArmdroidQuirks(UNO, character_s=0.0, native_usb=False),
+    }
+)
+"""The boards, as observed. The harsher one is the usual one."""
 
 
 def by_channel(by_motor: Sequence[int]) -> tuple[int, ...]:
@@ -166,9 +181,9 @@ class ArmdroidBoard(Board):
 
         A board that greets does not notice during a motion (observed on a Leonardo).
         """
-        if self.quirks.resets_on_open:
+        if not self.quirks.native_usb:
             self.reset()
-        elif self.quirks.greets and self._codec.unanswered is None:
+        elif self._codec.unanswered is None:
             self._greeting, self._turn_s = True, self.now_s
 
     def reset(self) -> None:
@@ -182,7 +197,7 @@ class ArmdroidBoard(Board):
     def receive(self, data: bytes) -> None:
         """Receive as many characters as fit the buffer; none while the board starts."""
         taken = b"" if self.now_s < self._deaf_until_s else data
-        taken = taken[: self.quirks.room_bytes - len(self._waiting)]
+        taken = taken[: ROOM_BYTES - len(self._waiting)]
         self.lost_bytes += len(data) - len(taken)
         if taken and not self._waiting:
             self._turn_s = max(self._turn_s, self.now_s + self.quirks.character_s)
@@ -262,8 +277,8 @@ class ArmdroidBoard(Board):
 
     def boot(self) -> None:
         """Start the sketch: it ignores input for a while, then greets."""
-        self._deaf_until_s = self.now_s + self.quirks.boot_s
-        self._greeting, self._turn_s = self.quirks.greets, self._deaf_until_s
+        self._deaf_until_s = self.now_s + BOOT_S
+        self._greeting, self._turn_s = self.quirks.native_usb, self._deaf_until_s
 
     def forget(self) -> None:
         """Clear the speed and any partly received command."""
@@ -272,10 +287,11 @@ class ArmdroidBoard(Board):
         self.rpm, self._greeting = RPM_DEFAULT, False
 
 
-def _make(config: ArmConfig, world: World, quirks: ArmdroidQuirks) -> ArmdroidBoard:
+def _make(config: ArmConfig, world: World, chosen: ArmdroidQuirks) -> ArmdroidBoard:
     """Make the board as a program finds it that has just opened the port."""
+    quirks = replace(BOARDS[chosen.board], speed_error=chosen.speed_error)
     board = ArmdroidBoard(world, quirks, baud=config.connection.baud)
-    if board.quirks.greets:
+    if quirks.native_usb:
         board.opened()
     return board
 

@@ -39,7 +39,6 @@ class SimulatedOperator:
     """Answers `home` for a simulated arm. It cannot lift an arm whose motors have no current."""
 
     world: World
-    speed: float = 1.0
     backlash_steps: tuple[int, ...] = ()
     """The backlash that the driver compensates, from the arm file."""
 
@@ -50,8 +49,8 @@ class SimulatedOperator:
         above = replace(pose, z_mm=pose.z_mm + LIFT_MM)
         self._bring(request, arm.ik(above))
         if widths := self.backlash_steps:
-            request.arm.move_motors(*(-SIDE * width for width in widths), speed=self.speed)
-            request.arm.move_motors(*(SIDE * width for width in widths), speed=self.speed)
+            request.arm.move_motors(*(-SIDE * width for width in widths), speed=1.0)
+            request.arm.move_motors(*(SIDE * width for width in widths), speed=1.0)
         return any(not self._bring(request, request.joints).largest for _ in range(LOOKS))
 
     def stands_at(self, joints: Joints) -> bool:
@@ -66,7 +65,7 @@ class SimulatedOperator:
         transmission = self.world.body.transmission
         missing = transmission.to_motors(joints, request.opening_mm) - self.world.motors
         if missing.largest:
-            request.arm.move_motors(*missing, speed=self.speed)
+            request.arm.move_motors(*missing, speed=1.0)
         return missing
 
 

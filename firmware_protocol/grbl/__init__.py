@@ -49,13 +49,9 @@ from firmware_protocol.grbl.commands import QueryBuildInfo as QueryBuildInfo
 from firmware_protocol.grbl.commands import QueryParameters as QueryParameters
 from firmware_protocol.grbl.commands import QueryParserState as QueryParserState
 from firmware_protocol.grbl.commands import QuerySettings as QuerySettings
-from firmware_protocol.grbl.commands import QueryStartupLines as QueryStartupLines
 from firmware_protocol.grbl.commands import Realtime as Realtime
-from firmware_protocol.grbl.commands import Restore as Restore
 from firmware_protocol.grbl.commands import SetSetting as SetSetting
 from firmware_protocol.grbl.commands import Sleep as Sleep
-from firmware_protocol.grbl.commands import StoreBuildInfo as StoreBuildInfo
-from firmware_protocol.grbl.commands import StoreStartupLine as StoreStartupLine
 from firmware_protocol.grbl.commands import SystemCommand as SystemCommand
 from firmware_protocol.grbl.commands import Unlock as Unlock
 from firmware_protocol.grbl.commands import split_realtime as split_realtime

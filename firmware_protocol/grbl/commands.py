@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
+from types import MappingProxyType
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, LocalProtocolError
@@ -13,14 +15,13 @@ from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
     Dialect,
     Template,
+    Variant,
     line_text,
     number,
 )
 
 SETTING_MAX = 65535
 """GRBL's settings end at 255; grblHAL has more."""
-STARTUP_LINES = 2
-RESTORABLE = "$#*"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +57,6 @@ class QueryParserState:
     """Ask for the active modes."""
 
     text: ClassVar[str] = "$G"
-
-
-@dataclass(frozen=True, slots=True)
-class QueryStartupLines:
-    """Ask for the startup lines."""
-
-    text: ClassVar[str] = "$N"
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,38 +102,6 @@ class SetSetting:
     value: float
 
     text = Template("${setting}={value}")
-
-
-@message(which=whole_from(0, STARTUP_LINES - 1), line=line_text)
-class StoreStartupLine:
-    """Store a line of g-code that runs at every start."""
-
-    which: int
-    line: str
-
-    text = Template("$N{which}={line}")
-
-
-@message(note=line_text)
-class StoreBuildInfo:
-    """Store the owner's note that `$I` shows."""
-
-    note: str
-
-    text = Template("$I={note}")
-
-
-@dataclass(frozen=True, slots=True)
-class Restore:
-    """Restore the defaults of the settings (`$`), the coordinate systems (`#`), or all (`*`)."""
-
-    what: str = "$"
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.what, str) or len(self.what) != 1 or self.what not in RESTORABLE:
-            raise BadField("what", self.what, f"one of {RESTORABLE}")
-
-    text = Template("$RST={what}")
 
 
 # G-code lines: modes and outputs. Motions are a driver's own text (`Line`), because only the driver
@@ -208,17 +170,16 @@ SystemCommand: TypeAlias = (
     | QueryBuildInfo
     | QueryParameters
     | QueryParserState
-    | QueryStartupLines
     | Unlock
     | CheckMode
     | Sleep
     | Home
     | SetSetting
-    | StoreStartupLine
-    | StoreBuildInfo
-    | Restore
 )
-"""The lines that begin with `$`, except jogs."""
+"""The lines that begin with `$`, except jogs.
+
+Neither end uses start-up lines (`$N`), notes (`$I=`) and factory resets (`$RST`).
+"""
 
 Command: TypeAlias = SystemCommand | Modes | Coolant | DigitalOutput | Line
 
@@ -327,29 +288,37 @@ GRBLHAL_ONLY = frozenset(
 )
 """What GRBL 1.1 itself does not have."""
 
-_BY_BYTE = {int(member): member for member in Realtime}
+_GRBL = {int(member): member for member in Realtime if member not in GRBLHAL_ONLY}
+_BY_BYTE: Mapping[Variant, Mapping[int, Realtime]] = MappingProxyType(
+    {
+        Variant.GRBL: _GRBL,
+        Variant.GRBLHAL: {int(member): member for member in Realtime},
+        Variant.FLUIDNC: _GRBL,
+    }
+)
 _EXTENDED = 0x80
 
 
-def realtime_of(byte: int, *, grblhal: bool = False) -> Realtime | None:
+def realtime_of(byte: int, variant: Variant = Variant.GRBL) -> Realtime | None:
     """Return the real-time command of a byte on this firmware, or None where it is none."""
-    member = _BY_BYTE.get(byte)
-    return None if member in GRBLHAL_ONLY and not grblhal else member
+    return _BY_BYTE[variant].get(byte)
 
 
-def is_picked_out(byte: int, *, grblhal: bool = False) -> bool:
+def is_picked_out(byte: int, variant: Variant = Variant.GRBL) -> bool:
     """Tell whether a byte never reaches the ring: a real-time command, or any over 0x7F.
 
     Those over 0x7F that mean nothing are thrown away.
     """
-    return byte >= _EXTENDED or realtime_of(byte, grblhal=grblhal) is not None
+    return byte >= _EXTENDED or byte in _BY_BYTE[variant]
 
 
-def split_realtime(data: bytes, *, grblhal: bool = False) -> tuple[tuple[Realtime, ...], bytes]:
+def split_realtime(
+    data: bytes, variant: Variant = Variant.GRBL
+) -> tuple[tuple[Realtime, ...], bytes]:
     """Part a stream, as the receive interrupt does: the real-time commands, and the other bytes.
 
     Any chunking gives the same two sequences.
     """
-    found = (realtime_of(byte, grblhal=grblhal) for byte in data)
-    rest = bytes(byte for byte in data if not is_picked_out(byte, grblhal=grblhal))
+    found = (realtime_of(byte, variant) for byte in data)
+    rest = bytes(byte for byte in data if not is_picked_out(byte, variant))
     return tuple(member for member in found if member is not None), rest

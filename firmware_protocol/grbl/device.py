@@ -15,7 +15,6 @@ from typing import TypeAlias
 from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.grbl.answers import Answer, Banner, Error, Ok, encode_answer
 from firmware_protocol.grbl.commands import (
-    SETTING_MAX,
     CheckMode,
     Help,
     Home,
@@ -23,19 +22,15 @@ from firmware_protocol.grbl.commands import (
     QueryParameters,
     QueryParserState,
     QuerySettings,
-    QueryStartupLines,
     Realtime,
-    Restore,
     SetSetting,
     Sleep,
-    StoreBuildInfo,
-    StoreStartupLine,
     SystemCommand,
     Unlock,
     is_picked_out,
     realtime_of,
 )
-from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant, take_number
+from firmware_protocol.grbl.dialect import GRBL, Dialect, take_number
 from firmware_protocol.grbl.gcode import Block, GcodeError, parse_block
 
 # Splits bytes into lines as GRBL's main loop does: without spaces and comments, in upper case.
@@ -69,7 +64,7 @@ class LineReader:
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self._max_line = dialect.max_line
-        self._fluidnc = dialect.variant is Variant.FLUIDNC
+        self._named_settings = dialect.named_settings
         self._each_end_counts = dialect.crlf_answers_twice
         self._waiting: deque[str | Unusable] = deque()
         self.discard()
@@ -107,7 +102,7 @@ class LineReader:
     @property
     def _in_path(self) -> bool:
         """Return whether a slash is part of a setting's name, as in `$/stepping/idle_ms`."""
-        return self._fluidnc and self._kept.startswith(b"$")
+        return self._named_settings and self._kept.startswith(b"$")
 
     def _begin(self) -> None:
         self._kept = bytearray()
@@ -123,7 +118,7 @@ class LineReader:
                 self._comment = b""
         elif sign in (b"(", b";"):
             self._comment = sign
-        elif sign == b")" and self._fluidnc:
+        elif sign == b")" and self._named_settings:
             return
         elif byte > _SPACE and (sign != b"/" or self._in_path):
             self._too_long = len(self._kept) >= self._max_line
@@ -158,7 +153,6 @@ def clean_line(text: str) -> str:
 
 # Parses a received line: empty, a `$` command, a block, or a refusal.
 
-GRBL_SETTING_MAX = 255
 _JOG = "$J="
 
 
@@ -203,12 +197,11 @@ _PLAIN: dict[str, Callable[[], SystemCommand]] = {
     "$I": QueryBuildInfo,
     "$#": QueryParameters,
     "$G": QueryParserState,
-    "$N": QueryStartupLines,
     "$X": Unlock,
     "$C": CheckMode,
     "$SLP": Sleep,
 }
-_KNOWN_LETTERS = "$GCXJ#HSIR"
+_KNOWN_LETTERS = "$GCXJ#HSIRN"
 """Characters after the `$` of a command; any other begins a setting's number."""
 
 
@@ -218,15 +211,8 @@ def _system(text: str, dialect: Dialect) -> SystemCommand:
         return plain()
     if text.startswith("$H"):
         return _home(text[2:], dialect)
-    if text.startswith("$RST=") and len(text) == len("$RST=") + 1:
-        return Restore(text[-1])
-    if text.startswith("$I="):
-        return StoreBuildInfo(text[3:])
     if text[1] in _KNOWN_LETTERS:
         raise GcodeError(3, text)
-    if text[1] == "N":
-        which, at = _key(text, 2)
-        return StoreStartupLine(which, text[at:])
     return _setting(text, dialect)
 
 
@@ -238,28 +224,19 @@ def _home(letters: str, dialect: Dialect) -> Home:
 
 
 def _setting(text: str, dialect: Dialect) -> SetSetting:
-    if dialect.variant is not Variant.GRBL and not text[1].isdigit():
-        raise GcodeError(3, text)  # GRBL takes any other letter for a number that it cannot read
-    key, at = _key(text, 1)
-    taken = take_number(text, at)
+    taken = take_number(text, 1)
+    if taken is None:
+        raise GcodeError(dialect.no_setting, text)
+    key, at = taken
+    if text[at : at + 1] != "=" or key < 0:
+        raise GcodeError(3, text)
+    taken = take_number(text, at + 1)
     if taken is None:
         raise GcodeError(2, text)
     value, end = taken
-    most = GRBL_SETTING_MAX if dialect.variant is Variant.GRBL else SETTING_MAX
-    if end != len(text) or key > most:
+    if end != len(text):
         raise GcodeError(3, text)
-    return SetSetting(key, value)
-
-
-def _key(text: str, start: int) -> tuple[int, int]:
-    """Read the number before an equals sign; return it and where the value begins."""
-    taken = take_number(text, start)
-    if taken is None:
-        raise GcodeError(2, text)
-    value, at = taken
-    if text[at : at + 1] != "=" or value < 0:
-        raise GcodeError(3, text)
-    return int(value), at + 1
+    return SetSetting(int(key), value)
 
 
 MAX_REALTIME = 512
@@ -316,14 +293,14 @@ class Device:
 
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the host in any chunks."""
-        grblhal = self._dialect.grblhal_realtime
+        variant = self._dialect.variant
         start = 0
         for at, byte in enumerate(data):
-            if is_picked_out(byte, grblhal=grblhal):
+            if is_picked_out(byte, variant):
                 self._lines.feed(data[start:at])
                 self._fetch_lines()
                 start = at + 1
-                self._put(realtime_of(byte, grblhal=grblhal))
+                self._put(realtime_of(byte, variant))
         self._lines.feed(data[start:])
         self._fetch_lines()
 

@@ -93,15 +93,6 @@ def written(value: object) -> str:
     return write_number(value) if isinstance(value, float) else str(value)
 
 
-def axis_letters(value: object, field: str = "axes") -> str:
-    """Return the letters of a machine's axes, each at most once, or raise `BadField`."""
-    if not isinstance(value, str) or not value or not set(value) <= set(AXIS_LETTERS):
-        raise BadField(field, value, f"letters out of {AXIS_LETTERS}")
-    if len(set(value)) != len(value):
-        raise BadField(field, value, "letters that differ from one another")
-    return value
-
-
 def line_text(field: str, value: object) -> str:
     """Return text that one line can carry to the device, or raise `BadField`.
 
@@ -163,7 +154,8 @@ class Dialect:
 
     `max_line` counts characters without the line end. `ring_bytes` is the receive ring as `$I`
     gives it, or None where it is unknown: then one line at a time. `outputs` admits M62 to M68.
-    `crlf_answers_twice` is GRBL's habit: CR and LF each end a line, and an empty line gets its ok.
+    `crlf_answers_twice`: CR and LF each end a line, and an empty line gets its ok. Observed on GRBL
+    and FluidNC, but not on grblHAL.
     """
 
     variant: Variant = Variant.GRBL
@@ -173,22 +165,25 @@ class Dialect:
     outputs: bool = False
     single_axis_homing: bool = False
     crlf_answers_twice: bool = True
+    overlong: int = 11
+    """The error of a line that is too long. FluidNC's error 11 means something else."""
+    named_settings: bool = False
+    """Whether settings have names with slashes. Observed on FluidNC, which also drops a closing
+    bracket that ends no comment (GCode.cpp, collapseGCode).
+    """
+    no_setting: int = 2
+    """The error of a `$` before a letter of no command, which GRBL takes for an unreadable number.
+    """
 
     def __post_init__(self) -> None:
-        axis_letters(self.axes)
+        axes = self.axes
+        if not isinstance(axes, str) or not axes or not set(axes) <= set(AXIS_LETTERS):
+            raise BadField("axes", axes, f"letters out of {AXIS_LETTERS}")
+        if len(set(axes)) != len(axes):
+            raise BadField("axes", axes, "letters that differ from one another")
         whole("max_line", self.max_line, 1, LINE_CHARACTERS_MAX)
         if self.ring_bytes is not None:
             whole("ring_bytes", self.ring_bytes, 2, RING_BYTES_MAX)
-
-    @property
-    def overlong(self) -> int:
-        """The error of a line that is too long. FluidNC's error 11 means something else."""
-        return 14 if self.variant is Variant.FLUIDNC else 11
-
-    @property
-    def grblhal_realtime(self) -> bool:
-        """Whether the firmware supports grblHAL's additional real-time bytes."""
-        return self.variant is Variant.GRBLHAL
 
 
 GRBL = Dialect()
@@ -202,6 +197,7 @@ GRBLHAL = Dialect(
     outputs=True,
     single_axis_homing=True,
     crlf_answers_twice=False,
+    no_setting=3,
 )
 FLUIDNC = Dialect(
     Variant.FLUIDNC,
@@ -210,5 +206,7 @@ FLUIDNC = Dialect(
     ring_bytes=None,
     outputs=True,
     single_axis_homing=True,
-    crlf_answers_twice=False,
+    overlong=14,
+    named_settings=True,
+    no_setting=3,
 )

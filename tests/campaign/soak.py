@@ -198,8 +198,8 @@ class Figures:
 class Soak:
     """One arm at work, with one program after another, or with one that lasts."""
 
-    def __init__(self, dialect: str, seed: int = 0, *, lasting: bool = False) -> None:
-        self.stage = Stage(dialect, random.Random(f"soak {dialect} {seed}"), variant=0)
+    def __init__(self, dialect: str, *, lasting: bool = False) -> None:
+        self.stage = Stage(dialect, random.Random(f"soak {dialect} 0"), variant=0)
         self.calls = self.refused = 0
         self._lasting = lasting
         left_out = (*LEFT_OUT, ENDING) if lasting else LEFT_OUT

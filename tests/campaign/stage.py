@@ -6,10 +6,11 @@ motors and confirms postures. The stage also keeps what the faults excuse, and t
 
 import math
 import random
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 
 from armdrive.abilities import Abilities
 from armdrive.arm import Arm
@@ -25,9 +26,11 @@ from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog import PostureRequest
 from armdrive.motion.connecting import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
+from armdrive.sim.armdroid import BOARDS as ARMDROIDS
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.device import SimDevice, chosen
+from armdrive.sim.grbl.firmware import FIRMWARES
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world.body import ArmBody
@@ -71,13 +74,24 @@ def config_of(name: str, variant: int) -> ArmConfig:
 
 
 VARIANTS = 8
-GRBL_BOARDS = ("mega5x", "grbl")
-"""The two 8-bit builds of the firmware, which differ in their buffers, words and lines."""
+BOARDS: Mapping[str, tuple[dict[str, str], ...]] = MappingProxyType(
+    {
+        "grbl": tuple({"firmware": name} for name in FIRMWARES),
+        "armdroid": tuple({"board": name} for name in ARMDROIDS),
+    }
+)
+"""The options of the simulated devices of a dialect that has several, each in every variant."""
 
 
 def board_of(name: str, variant: int) -> dict[str, str]:
-    """Return the options of the simulated device: half of the GRBL boards have each build."""
-    return {"firmware": GRBL_BOARDS[variant // 4]} if name == "grbl" else {}
+    """Return the options of the simulated device in a variant."""
+    boards = BOARDS.get(name, ({},))
+    return boards[variant // VARIANTS]
+
+
+def variants_of(name: str) -> int:
+    """Return how many variants of an arm a mission may have."""
+    return VARIANTS * len(BOARDS.get(name, ({},)))
 
 
 GREETS = ("grbl",)
@@ -123,7 +137,7 @@ class Stage:
     """An arm with all around it. `arm` is the program that drives it now; None if there is none."""
 
     def __init__(self, name: str, draw: random.Random, variant: int | None = None) -> None:
-        variant = draw.randrange(VARIANTS) if variant is None else variant
+        variant = draw.randrange(variants_of(name)) if variant is None else variant
         self.config = config_of(name, variant)
         kind = simulated_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
@@ -195,12 +209,10 @@ class Stage:
         pace.on_kill, pace.advance_world = self._add_killed_bound, self.link.line.advance
         self.link.owner = self.disk.owner = pace
         self.link.reopen().read(self.now_s)  # drop what arrived without a program
-        opened = getattr(self.twin.board, "opened", None)
-        if opened is not None:
-            opened()
+        self._open_port()
         self.program_ended()
         self.watch.excuse_restart(self.now_s)
-        self.connecting = True
+        self.connecting, began_s = True, self.now_s
         try:
             self.arm = arm = Arm(
                 assemble(
@@ -216,8 +228,23 @@ class Stage:
             )
         finally:
             self.connecting = False
+            if self.watch.changed_s >= began_s:  # such a program polls the arm only afterwards
+                self.watch.note_suspension(began_s, self.now_s - began_s)
         arm.twin = self.twin
         return arm
+
+    def _open_port(self) -> None:
+        """Let the board notice that its port is opened.
+
+        Some reset then, which lets go of the arm. Registers that were zero do not show it.
+        """
+        opened = getattr(self.twin.board, "opened", None)
+        if opened is None:
+            return
+        held, zero = self.world.energised, not self.twin.device.registers.largest
+        opened()
+        if held and not self.world.energised and (zero or self.reads_zero):
+            self.watch.excuse_restart()
 
     def program_ended(self) -> None:
         """Note that no program drives the arm any more."""

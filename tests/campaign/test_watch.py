@@ -240,6 +240,20 @@ def test_a_joint_is_no_faster_than_its_limit_or_the_request():
     assert not turn(0.5, 0.5)
 
 
+@pytest.mark.parametrize(("runs_on_s", "too_fast"), [(0.8, False), (0.1, True)])
+def test_a_faster_command_may_run_on_into_the_next(runs_on_s, too_fast):
+    """A board goes on with a line after its cable was pulled, while a slower call is refused."""
+    stage = a_stage("mks")
+    per_rad = stage.world.body.transmission.matrix[BASE][BASE]
+    count = round(stage.config.model.joint_speeds_rad_s[BASE] * WINDOW_S * per_rad)
+    stage.watch.begin(Command("move_j", speed=1.0))
+    stage.watch.end(10.0, runs_on_s)
+    stage.watch.begin(Command("move_j", speed=0.1))
+    for number in range(3):
+        stage.world.drive(steps(base=count), 10.0 + number * WINDOW_S)
+    assert any("degrees a second" in each for each in stage.watch.broken) is too_fast
+
+
 def test_a_goal_is_missed_by_one_step_more_than_rounding():
     stage = a_stage()
     world, arm = stage.world, stage.config.model.arm

@@ -190,7 +190,7 @@ ARMDROID = AvrBoard(
     coil_bus=CoilBus(
         "D2", "fall", ("D3", "D4", "D5"), ("D6", "D7", "B0", "B1"), (12, 9, 3, 6), 15, holds=True
     ),
-    twin={"character_s": 0.0, "greets": False, "resets_on_open": True},
+    twin={"board": "uno"},
 )
 ARMDROID_USB = replace(
     ARMDROID,

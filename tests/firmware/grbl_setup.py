@@ -43,8 +43,8 @@ class SetUpFailed(Exception):
 class Conversation:
     """Sends lines to a board and returns the answers, without a driver."""
 
-    def __init__(self, port: str, baud: int = 115_200) -> None:
-        self._port = serial.Serial(port, baud, timeout=0.1)
+    def __init__(self, port: str) -> None:
+        self._port = serial.Serial(port, 115_200, timeout=0.1)
         try:
             self.heard_until("Grbl", longest_s=RESETS_S)
         except SetUpFailed:  # opening its port does not reset it
@@ -132,7 +132,10 @@ FLUIDNC_SLOWER = 4.0
 """It seeks its switches more slowly: a task polls them, and a busy computer lets it wait."""
 
 
-def fluidnc_configuration(values: Mapping[int, float], axes: str = "xyzabc") -> str:
+FLUIDNC_AXES = "xyzabc"
+
+
+def fluidnc_configuration(values: Mapping[int, float]) -> str:
     """Return FluidNC's configuration with these settings, on the pins of fluidnc_motors.cpp."""
     seek = values[HOMING_SEEK] / FLUIDNC_SLOWER
     homing = FLUIDNC_HOMING.format(seek=seek, feed=values[HOMING_FEED])
@@ -145,13 +148,13 @@ def fluidnc_configuration(values: Mapping[int, float], axes: str = "xyzabc") -> 
             travel=values[TRAVEL + axis],
             soft=str(bool(values[SOFT_LIMITS])).lower(),
             homing=homing if values[HOMING] else "",
-            limit_pin=2 * len(axes) + axis,
+            limit_pin=2 * len(FLUIDNC_AXES) + axis,
             hard=str(bool(values[HARD_LIMITS])).lower(),
             pull_off=values[PULL_OFF],
             step_pin=2 * axis,
             dir_pin=2 * axis + 1,
         )
-        for axis, letter in enumerate(axes)
+        for axis, letter in enumerate(FLUIDNC_AXES)
         if STEPS + axis in values
     ]
     return f"""name: arm

@@ -353,14 +353,12 @@ class BoardMotion:
     pulses: int
 
 
-def board_motions(
-    bench: RealTimeBench, speeds: tuple[float, ...] = SPEEDS
-) -> Iterator[BoardMotion]:
+def board_motions(bench: RealTimeBench) -> Iterator[BoardMotion]:
     """Time motions of one line each, from the first step to the last."""
     with Conversation(bench.device_port) as board:
         unlock(board)
         for steps in LENGTHS:
-            for number, speed in enumerate(speeds):
+            for number, speed in enumerate(SPEEDS):
                 rate_hz = speed * full_rate_hz(bench)
                 watcher = Watcher(bench)
                 board.ask(f"G91G1F{rate_hz * 60.0:.1f}X{steps if number % 2 else -steps}")
@@ -368,14 +366,12 @@ def board_motions(
                 yield BoardMotion(f"{steps} steps", rate_hz, motion.physical_s, motion.pulses)
 
 
-def board_stops(
-    bench: RealTimeBench, rates_hz: tuple[float, ...] = RATES_HZ
-) -> Iterator[BoardMotion]:
+def board_stops(bench: RealTimeBench) -> Iterator[BoardMotion]:
     """Time from a feed hold, and from a jog cancel, to the last step."""
     with Conversation(bench.device_port) as board:
         unlock(board)
         for what, line, end in (("!", "G91G1", FEED_HOLD), ("0x85", "$J=G91", JOG_CANCEL)):
-            for number, rate_hz in enumerate(rates_hz):
+            for number, rate_hz in enumerate(RATES_HZ):
                 board.ask(f"{line}F{rate_hz * 60.0:.1f}X{FAR if number % 2 else -FAR}")
                 bench.wait_until_moving()
                 bench.sleep(STEADY_S)

@@ -45,14 +45,9 @@ SYSTEM = st.one_of(
             grbl.CheckMode(),
         ]
     ),
-    st.sampled_from(
-        [grbl.QueryParserState(), grbl.QueryStartupLines(), grbl.Unlock(), grbl.Sleep()]
-    ),
+    st.sampled_from([grbl.QueryParserState(), grbl.Unlock(), grbl.Sleep()]),
     st.builds(grbl.Home, st.sampled_from(["", *AXES])),
     st.builds(grbl.SetSetting, st.integers(0, 255), NUMBERS),
-    st.builds(grbl.StoreStartupLine, st.integers(0, 1), st.sampled_from(["", "G54", "G21G90"])),
-    st.builds(grbl.StoreBuildInfo, st.text(string.ascii_uppercase, max_size=12)),
-    st.builds(grbl.Restore, st.sampled_from("$#*")),
 )
 COMMANDS = st.one_of(GCODE, JOGS, SYSTEM)
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 from armdrive.config.arm import ArmConfig
@@ -282,22 +282,11 @@ class GrblChoices:
     axes: str = setting("", "the axes of its build, such as XYZABC; empty: those of the arm")
     factory: bool = setting(False, "factory settings instead of those that the arm needs")
     homing: bool = setting(False, "switch homing on ($22=1), whatever the arm file says")
-    limit_interrupts: bool = setting(
-        False, "a build that acts on $21=1 where the usual one does not"
-    )
     resets_on_open: bool = setting(False, "a saved arm starts with its board freshly reset")
-    coast: float = setting(
-        1.0, "share of the ramp by which the arm overruns a dead stop", low=0.0, high=10.0
-    )
-    plan_ms: float = setting(-1.0, "milliseconds to plan a motion; below 0: the firmware's own")
 
 
 def _make(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
     firmware = FIRMWARES[chosen.firmware]
-    if chosen.plan_ms >= 0.0:
-        firmware = replace(firmware, plan_s=chosen.plan_ms / 1000)
-    if chosen.limit_interrupts:
-        firmware = replace(firmware, hard_limits=True)
     letters = motor_letters(config, len(world.motors))
     axes = board_axes(letters, chosen.axes)
     values = well_set_up(config, letters, axes)
@@ -312,7 +301,6 @@ def _make(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
         gripper_wiring(config),
         config.model.gripper_range_mm,
         config.model.gripper_speed_mm_s,
-        chosen.coast,
         chosen.resets_on_open,
     )
     settings = BoardSettings(len(axes), {} if chosen.factory else values, firmware.factory)

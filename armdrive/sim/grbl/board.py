@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Generic, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest
@@ -40,7 +40,6 @@ from armdrive.sim.world.saved import Json, require_names, unfit
 from armdrive.status import BITS_A_BYTE
 from armdrive.text.toml import plain, setting
 from firmware_protocol.grbl import (
-    GRBLHAL_ONLY,
     Answer,
     Device,
     Error,
@@ -51,6 +50,7 @@ from firmware_protocol.grbl import (
     State,
     StatusReport,
 )
+from firmware_protocol.grbl.commands import is_picked_out, realtime_of
 from firmware_protocol.grbl.gcode import MM_PER_INCH
 from kinematics.spaces import Motors
 
@@ -126,7 +126,7 @@ _BUSY = (State.HOME, State.RUN, State.HOLD, State.JOG, State.DOOR)
 _WCO_BUSY, _OV_BUSY, _IDLE = 30, 20, 10
 _MPOS, _BUFFERS = 1, 2
 _FEED, _PINS, _OFFSET, _OVERRIDES = 8, 16, 32, 64
-"""What else the bits of grblHAL's $10 switch on (`$ES`, setting 10)."""
+"""The parts of a report by their bits in $10 (`$ES`, setting 10)."""
 
 
 class StatusReporter:
@@ -172,10 +172,10 @@ class StatusReporter:
         buffers = bool(mask & _BUFFERS)
         wco, overrides = self._now_and_then(board.state in _BUSY)
         feed = float(round(board.drive.speed(board.now_s) * MINUTE_S * per_unit))
-        quiet = "" if board.firmware.grblhal else None
+        quiet = "" if board.firmware.empty_accessories else None
 
         def shown(part: int) -> bool:
-            return bool(mask & part) or not board.firmware.grblhal
+            return bool(mask & part) or not board.firmware.report_bits & part
 
         report = StatusReport(
             board.state,
@@ -312,7 +312,7 @@ class MotionCycle:
 
     def kill(self, board: GrblBoard) -> None:
         """Stop dead."""
-        board.drive.kill(board.now_s, board.build.coast)
+        board.drive.kill(board.now_s)
         self.forget()
 
     def ended(self, board: GrblBoard) -> None:
@@ -397,10 +397,10 @@ class MainLoop:
         board.limits.plan(board)
 
     def drop_line(self, board: GrblBoard) -> None:
-        """Abandon the line being executed; but for FluidNC, the firmware answers it with ok."""
+        """Abandon the line being executed; most firmware answers it with ok."""
         if self._line.active:
             self._line.end()
-            if board.codec.unanswered and not board.firmware.fluidnc:
+            if board.codec.unanswered and board.firmware.answers_dropped:
                 board.say(Ok())
 
     def _fetch(self, board: GrblBoard) -> bool:
@@ -445,7 +445,8 @@ class UnreadCommands:
         executing = board.main_loop.executing
         if not self._commands or (executing and board.now_s < self.due_s):
             return
-        if board.firmware.fluidnc and board.state is State.HOME and board.main_loop.pauses:
+        polls = board.firmware.reads_every_s > 0.0
+        if polls and board.state is State.HOME and board.main_loop.pauses:
             fills = board.firmware.stepping
             self.due_s = board.main_loop.due_s(board) + fills.segments * fills.compute_s
             self.waited = True
@@ -457,9 +458,6 @@ class UnreadCommands:
 
 
 # --- The board ------------------------------------------------------------------------------------
-
-_PICKED = re.compile(rb"[\x18!?~\x80-\xff]")
-_PICKED_BY_GRBLHAL = re.compile(rb"[\x18\x19!?~\x80-\xff]")
 
 READ_AT_ONCE = 64
 """Bytes put into the ring before the main loop runs: fewer than the smallest ring holds."""
@@ -506,7 +504,9 @@ class GrblBoard(Board):
         self.settings = settings
         self.switches = switches
         self.routines = routines
-        self.codec = Device(firmware.dialect(build.axes))
+        self.codec = Device(
+            replace(firmware.dialect, axes=build.axes, ring_bytes=firmware.ring_bytes)
+        )
         self.parser = GcodeParser(build.axes, firmware.unknown)
         self.outputs = BoardOutputs()
         self.fingers = OutputFingers(world, build, self.outputs)
@@ -521,9 +521,10 @@ class GrblBoard(Board):
         self.cycle = MotionCycle()
         self.main_loop = MainLoop()
         self.unread = UnreadCommands()
-        self._picked = _PICKED_BY_GRBLHAL if firmware.grblhal else _PICKED
-        known = set(Realtime) if firmware.grblhal else set(Realtime) - GRBLHAL_ONLY
-        self._orders = {int(one): one for one in known}
+        variant = firmware.dialect.variant
+        picked = [byte for byte in range(256) if is_picked_out(byte, variant)]
+        self._picked = re.compile(b"[%s]" % re.escape(bytes(picked)))
+        self._orders = {byte: realtime_of(byte, variant) for byte in picked}
         self.again: list[int] = []
         self.unhomed: set[int] = set()
         self.start(0.0)
@@ -559,8 +560,8 @@ class GrblBoard(Board):
         self.fingers.forget()
 
     def unhome(self) -> None:
-        """Forget which axes have been homed; only FluidNC keeps count."""
-        homes = self.firmware.fluidnc and self.settings.on(HOMING)
+        """Forget which axes have been homed, if the firmware keeps count."""
+        homes = self.firmware.locks_until_homed and self.settings.on(HOMING)
         self.unhomed = set(range(len(self.axes))) if homes else set()
 
     # Observable state.
@@ -587,8 +588,8 @@ class GrblBoard(Board):
     # The wire.
 
     def tell(self, text: str) -> None:
-        """Send a message for people. Observed on FluidNC: it says how important it is."""
-        self.say(Feedback(f"INFO: {text}" if self.firmware.fluidnc else text))
+        """Send a message for people."""
+        self.say(Feedback(f"INFO: {text}" if self.firmware.explains else text))
 
     def say(self, answer: Answer) -> None:
         """Send a message."""
@@ -603,7 +604,7 @@ class GrblBoard(Board):
         for found in self._picked.finditer(data):
             self._put(data[start : found.start()])
             start = found.end()
-            command = self._orders.get(data[found.start()])
+            command = self._orders[data[found.start()]]
             if command is not None:
                 self.unread.put(self, command)
                 self.unread.obey(self)

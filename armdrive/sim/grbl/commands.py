@@ -4,27 +4,20 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
 from armdrive.sim.grbl.board import GrblBoard
 from armdrive.sim.grbl.firmware import (
-    ACCELERATION,
     ALWAYS_ON_MS,
     DEBOUNCE_MS,
     HOMING,
-    HOMING_CYCLES,
     HOMING_DIRECTIONS,
     HOMING_FEED,
     HOMING_SEEK,
-    IDLE_MS,
-    INCHES,
-    JUNCTION,
     MINUTE_S,
     PULL_OFF,
-    RATE,
-    REPORT,
     SLEEP_ENABLE,
     STEPS,
     TRAVEL,
@@ -52,8 +45,6 @@ from firmware_protocol.grbl import (
 # --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
 # All axes that are homed move together, each at the homing rate, and drop out as their switches are
 # pressed. The real firmware stops only that axis dead; here the others pause while it drops out.
-# FluidNC does not look at a switch again until the axis has backed off. Observed: homing that ends
-# before leaves it pressed until the board restarts, and with `limit_all_pin` all homing refused.
 # Source: gnea/grbl grbl/limits.c (limits_go_home).
 
 SEARCH = 1.5
@@ -114,7 +105,7 @@ def _approach(
         yield from _go(board, left, way, rate)
         search -= way
         left = [axis for axis in left if not board.switches.pressed(axis)]
-        if board.firmware.fluidnc:
+        if board.firmware.rewatches:
             board.switches.unwatched.update(set(axes) - set(left))
     return True
 
@@ -152,37 +143,23 @@ def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
     board.parser.position = board.drive.units_of(counts)
 
 
-# --- FluidNC's names of settings: `$/stepping/idle_ms`, and `=255` to change one -----------------
-# Such a change lasts until the power is cut, because the configuration file is not changed. All
-# observed on FluidNC 4.0.5, and its `$$`: a few numbers, of which only $10 and $13 can be changed.
+# --- Settings with names: `$/stepping/idle_ms`, and `=255` to change one --------------------------
 
 UNKNOWN, PATH_NOT_IDLE = 3, 8
 READ_ONLY, OUT_OF_RANGE = 162, 80
-_TOLD_FIRST = (13, 20, 21, 22, 23, 30, 32)
-_CHANGEABLE = {REPORT: 3.0, INCHES: 1.0}
-"""The numbered settings that FluidNC changes, and their greatest value."""
 _LINE = re.compile(r"\$/([a-z0-9_/]+)(?:=(.*))?", re.IGNORECASE)
-_AXIS = re.compile(r"axes/([a-z])/(\w+)")
-_OF_AXIS = {
-    "steps_per_mm": STEPS,
-    "max_rate_mm_per_min": RATE,
-    "acceleration_mm_per_sec2": ACCELERATION,
-    "max_travel_mm": TRAVEL,
-}
 
 
-_PATHS = {"stepping/idle_ms": IDLE_MS, "junction_deviation_mm": JUNCTION}
+def run_path(board: GrblBoard, line: str) -> int | None:
+    """Report or change the setting that a line names; return 0 or an error number.
 
-
-def named_path(line: str) -> tuple[str, str | None] | None:
-    """Return the path that a line names, and the value it sets; None for any other line."""
-    found = _LINE.fullmatch(line)
-    return None if found is None else (found[1].lower(), found[2])
-
-
-def run_path(board: GrblBoard, path: str, value: str | None) -> int:
-    """Report or change a setting; return 0 or an error number."""
-    number = _number(board, path)
+    None if the line names none, or the firmware has no names.
+    """
+    found, paths = _LINE.fullmatch(line), board.firmware.paths
+    if found is None or paths is None:
+        return None
+    path, value = found[1].lower(), found[2]
+    number = paths.number(path, board.axes)
     if number is None:
         return UNKNOWN
     if value is None:
@@ -203,16 +180,7 @@ def run_path(board: GrblBoard, path: str, value: str | None) -> int:
     return code
 
 
-def _number(board: GrblBoard, path: str) -> int | None:
-    if path in _PATHS:
-        return _PATHS[path]
-    found = _AXIS.fullmatch(path)
-    if found is None or found[1].upper() not in board.axes or found[2] not in _OF_AXIS:
-        return None
-    return _OF_AXIS[found[2]] + board.axes.index(found[1].upper())
-
-
-NOT_IDLE, NO_HOMING, NOT_BY_AXIS = 8, 5, 19
+NOT_IDLE, NO_HOMING = 8, 5
 _HELP = "$$ $# $G $I $x=val $J=line $SLP $C $X $H ~ ! ? ctrl-x"
 
 
@@ -234,15 +202,10 @@ def _help(board: GrblBoard, _: Help) -> int:
 
 def _settings(board: GrblBoard, _: QuerySettings) -> int:
     texts = dict(board.settings.written())
-    if board.firmware.fluidnc:
-        texts = {number: texts[number] for number in _told_by_fluidnc(texts)}
-    for number, text in texts.items():
-        board.say(Setting(number, text))
+    paths = board.firmware.paths
+    for number in paths.told(texts) if paths else texts:
+        board.say(Setting(number, texts[number]))
     return 0
-
-
-def _told_by_fluidnc(numbers: Iterable[int]) -> list[int]:
-    return [*_TOLD_FIRST, *(number for number in numbers if number >= STEPS), REPORT]
 
 
 def _parser_state(board: GrblBoard, _: QueryParserState) -> int:
@@ -261,8 +224,8 @@ def _parameters(board: GrblBoard, _: QueryParameters) -> int:
 
 
 def _build(board: GrblBoard, _: QueryBuildInfo) -> int:
-    for line in board.firmware.info(board.axes):
-        board.say(line)
+    for text in board.firmware.info:
+        board.say(Bracketed(text.format(axes=board.axes, many=len(board.axes))))
     return 0
 
 
@@ -303,12 +266,13 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
 
 
 def _home(board: GrblBoard, command: Home) -> Steps:
-    if not board.settings.on(HOMING):
-        return NOT_BY_AXIS if command.axes and board.firmware.fluidnc else NO_HOMING
-    if command.axes and board.firmware.grblhal and not board.settings.mask(HOMING, 1):
+    firmware, homing = board.firmware, int(board.settings[HOMING])
+    if not homing:
+        return firmware.refused_axis if command.axes else NO_HOMING
+    if command.axes and not homing & firmware.single_axis_bits:
         return NO_HOMING
     for axes in _cycles(board, command.axes):
-        ambiguous = board.firmware.fluidnc and board.switches.mask()
+        ambiguous = firmware.rewatches and board.switches.mask()
         code = _AMBIGUOUS if ambiguous else (yield from home(board, axes))
         if code:
             yield from board.routines.fail(board, code)
@@ -317,25 +281,22 @@ def _home(board: GrblBoard, command: Home) -> Steps:
 
 
 def _cycles(board: GrblBoard, letters: str) -> list[list[int]]:
-    """Return the axes that are homed together, one cycle after the other.
-
-    Without letters these are all axes, but on grblHAL those of the masks $44 to $49. Observed: at
-    the factory Z, then X and Y, and no others.
-    """
-    count = len(board.axes)
-    if not letters and board.firmware.grblhal:
-        masks = [board.settings.values[number] for number in HOMING_CYCLES]
+    """Return the axes that are homed together, one cycle after the other."""
+    count, masked = len(board.axes), board.firmware.homing_masks
+    if not letters and masked:
+        masks = [board.settings[number] for number in masked]
         cycles = [[axis for axis in range(count) if int(mask) >> axis & 1] for mask in masks]
         return [axes for axes in cycles if axes]
     return [[board.axes.index(letter) for letter in letters or board.axes]]
 
 
 def _set(board: GrblBoard, command: SetSetting) -> Steps:
-    if board.firmware.fluidnc and command.setting not in _CHANGEABLE:
-        told = command.setting in _told_by_fluidnc(board.settings.values)
-        return READ_ONLY if told else UNKNOWN
-    if board.firmware.fluidnc and command.value > _CHANGEABLE[command.setting]:
-        return OUT_OF_RANGE
+    if (paths := board.firmware.paths) is not None:
+        if command.setting not in paths.changeable:
+            told = command.setting in paths.told(board.settings.values)
+            return READ_ONLY if told else UNKNOWN
+        if command.value > paths.changeable[command.setting]:
+            return OUT_OF_RANGE
     code = board.settings.store(command.setting, command.value)
     if code:
         return code

@@ -1,43 +1,22 @@
-"""The boards of the GRBL family as data: firmware quirks and settings.
+"""The boards of the GRBL family as data: a row for each firmware, and its settings.
 
+No other code of the simulator asks which firmware a board has, but only what this one does.
 Unknown figures are guessed on the harsher side. Times are in seconds. Those of the 8-bit boards
-were measured on the real firmware in a processor simulator. Where another board was observed, the
-docstring says so.
+were measured on the real firmware in a processor simulator. "Observed" without more means there;
+where another board was observed, the docstring says so: FluidNC 4.0.5 and grblHAL's Simulator ran
+as programs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 
 from armdrive.sim.mechanics.planner import PathLimits, Stepping
-from firmware_protocol.grbl import (
-    AxesInfo,
-    Banner,
-    Bracketed,
-    BuildInfo,
-    Dialect,
-    Info,
-    Variant,
-    Version,
-)
-
-
-class Killed(Enum):
-    """What a reset during a motion does to the motor current, even if $1 is 255.
-
-    Sources: st_go_idle and mc_reset of gnea/grbl grbl/stepper.c and motion_control.c, and of
-    grblHAL/core. Observed on FluidNC 4.0.5: after 0x18 at 400 steps/s, 44 steps in 0.11 s, at 50
-    steps/s 17 in 0.32 s, and the position is exact.
-    """
-
-    LATE = "it is held for $1 with the interrupts off, then free until the board has restarted"
-    AT_ONCE = "it is free until the board has restarted"
-    NEVER = "the board restarts before $1 is over, and keeps the current on"
-    RUNS_ON = "the computed segments are driven to their end, and the current stays on"
-
+from firmware_protocol.grbl import FLUIDNC, GRBL, GRBLHAL, Banner, Dialect, State, Variant
 
 # The numbers of settings.
 IDLE_MS, REPORT, JUNCTION = 1, 10, 11
@@ -45,8 +24,6 @@ HOMING_CYCLES = range(44, 50)
 """The axes that each cycle of grblHAL's `$H` homes."""
 SLEEP_ENABLE = 62
 """grblHAL refuses `$SLP` while this is 0, as it is at the factory."""
-EVERYTHING = 511
-"""The factory's mask of grblHAL's reports; GRBL's has two bits only."""
 SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
 HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF = 24, 25, 26, 27
 INCHES = 13
@@ -54,9 +31,52 @@ MOST_SPEED, LEAST_SPEED = 30, 31
 STEPS, RATE, ACCELERATION, TRAVEL = 100, 110, 120, 130
 ALWAYS_ON_MS = 255
 """The step idle delay that leaves the motors on."""
-HOMING_BY_AXIS = 3
-"""grblHAL's $22 with homing, and with `$HX` for single axes."""
+_ANY_BIT = 255
 
+
+class Killed(Enum):
+    """What a reset during a motion does to the motor current, even if $1 is 255.
+
+    Sources: st_go_idle and mc_reset of gnea/grbl grbl/stepper.c and motion_control.c, and of
+    grblHAL/core. Observed on FluidNC: after 0x18 at 400 steps/s, 44 steps in 0.11 s, at 50 steps/s
+    17 in 0.32 s, and the position is exact.
+    """
+
+    LATE = "it is held for $1 with the interrupts off, then free until the board has restarted"
+    NEVER = "the board restarts before $1 is over, and keeps the current on"
+    RUNS_ON = "the computed segments are driven to their end, and the current stays on"
+
+
+@dataclass(frozen=True, slots=True)
+class SettingPaths:
+    """The settings of a firmware that has a configuration file: `$/stepping/idle_ms`, and `=255`.
+
+    Such a change lasts until the power is cut, because the file is not changed. `single` paths and
+    the last words `of_axis` lead to the numbers of settings here. Of these, `$$` tells those
+    `told_first`, those of the axes, and $10. `changeable` ones can be changed by number, to a
+    greatest value. All observed on FluidNC.
+    """
+
+    single: Mapping[str, int]
+    of_axis: Mapping[str, int]
+    told_first: tuple[int, ...]
+    changeable: Mapping[int, float]
+
+    def number(self, path: str, axes: str) -> int | None:
+        """Return the number of the setting at a path, or None if there is none."""
+        found = _AXIS_PATH.fullmatch(path)
+        if found is None:
+            return self.single.get(path)
+        if found[1].upper() not in axes or found[2] not in self.of_axis:
+            return None
+        return self.of_axis[found[2]] + axes.index(found[1].upper())
+
+    def told(self, numbers: Collection[int]) -> list[int]:
+        """Return which settings `$$` tells, in their order."""
+        return [*self.told_first, *(number for number in numbers if number >= STEPS), REPORT]
+
+
+_AXIS_PATH = re.compile(r"axes/([a-z])/(\w+)")
 _AVR_STEPPING = Stepping(5, 1e-3, 16e6 / (8 * 65535))
 """No slower than a 16-bit timer of a processor at 16 MHz, its clock divided by 8, can count."""
 
@@ -72,15 +92,22 @@ class Firmware:
     """
 
     name: str
-    variant: Variant = Variant.GRBL
+    banner: Banner
+    info: tuple[str, ...]
+    """What `$I` tells of a build with these `{axes}`, which are so `{many}`. Observed: VNMGH and a
+    number of flags on the Mega, V on the 328p; FluidNC does not mention its ring.
+    """
 
-    # capacities
-    ring_bytes: int = 128
-    """The size of the receive ring."""
+    # capacities, and what it reads
+    dialect: Dialect = GRBL
+    """Which lines it reads; the axes and the ring are those of the build. Observed: the Mega takes
+    lines of more than 200 characters, FluidNC of 127. The Mega and the 328p refuse M62 to M68 with
+    error 20.
+    """
     blocks: int = 15
     """How many lines the planner queues."""
-    max_line: int = 79
-    """The longest line in characters. Observed: the Mega takes more than 200, FluidNC 127."""
+    ring_bytes: int = 128
+    """The size of the receive ring."""
     stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
@@ -90,29 +117,23 @@ class Firmware:
     FluidNC with the 20 MHz of an ESP32: 0.45 s at 39 steps/s, 0.33 s at 50, 0.23 s at 100; 40 steps
     at 5 to 30 steps/s in 1.022 s each.
     """
-    # commands that it knows
-    keeps_line: bool = False
-    """Whether a reset out of a hold leaves the line that has been fetched meanwhile: it is carried
-    out after the banner. Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
-    """
     reads_every_s: float = 0.0
-    """How late real-time commands may be read while a line is executed, homing included. FluidNC
-    then looks at its input every 51st time that its task runs (Serial.cpp, pollChannels). Observed:
-    0.04 to 0.06 s from 0x18 in homing to `ALARM:6`.
+    """How late real-time commands may be read while a line is executed, homing included, by a board
+    that polls its input; 0 if an interrupt does. FluidNC looks every 51st time that its task runs
+    (Serial.cpp, pollChannels), and while it waits at a switch in homing not at all. Observed: 0.04
+    to 0.06 s from 0x18 in homing to `ALARM:6`.
     """
     edits_lines: bool = False
     """Whether a control character makes the board echo what it hears, until 0x0C. Observed on
     FluidNC (lineedit.cpp).
     """
-    outputs: bool = False
-    """Whether it knows M62 to M68. Observed: the Mega and the 328p refuse them with error 20."""
-    keeps_speed: bool = False
-    """Whether reports tell the last speed of a spindle that stands (M5). Observed on FluidNC."""
     unknown: frozenset[str] = frozenset()
     """Words that its build refuses with error 20. Observed: M7 on the 328p."""
-    letters_to_home: int = 0
-    """How many axes `$H` may name."""
-    crlf_answers_twice: bool = True
+    refuses_on: bool = False
+    """Whether g-code after a refused line is refused with the same error, until an empty line, a
+    line that begins with `$` and is carried out, a jog cancel or a reset. Observed on grblHAL
+    (protocol.c, protocol_main_loop).
+    """
 
     # durations
     parse_s: float = 0.35e-3
@@ -131,20 +152,68 @@ class Firmware:
     """... and this is how long the restart takes."""
     boot_s: float = 1.5
     """From a reset of the board to its banner; the motors have no current."""
-    # alarms, resets and jogs
+
+    # resets
     killed: Killed = Killed.LATE
     """What becomes of the motors at a reset in motion."""
-    mute_in_critical: bool = True
-    """Whether `?` is unanswered after a limit alarm until the reset."""
+    resets_kept: int = 0
+    """How many resets that arrive during a restart are obeyed after it. Observed: one on grblHAL.
+    FluidNC queues up to 50 events (Protocol.cpp, protocol_init).
+    """
+    keeps_line: bool = False
+    """Whether a reset out of a hold leaves the line that has been fetched meanwhile: it is carried
+    out after the banner. Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
+    """
+    answers_dropped: bool = True
+    """Whether a reset answers the line being executed with ok. Observed: not on FluidNC."""
+    wakes_with_alarm: bool = False
+    """Whether a reset out of sleep raises ALARM:3. Observed on FluidNC."""
+
+    # alarms and homing
     hard_limits: bool = True
     """Whether, with $21=1, a switch that closes raises an alarm. Observed: the default RAMPS build
     of the Mega accepts $21=1 and does nothing (grbl/cpu_map.h: DISABLE_HW_LIMITS_INTERRUPT).
     Reports show the pin.
     """
-    silent_in_homing: bool = True
-    cancel_clears_ring: bool = False
-    """Whether a jog cancel clears the ring. Observed on the Mega: five of eight lines were
-    answered.
+    limit_locks: bool = True
+    """Whether the board is locked after a limit alarm and the reset. Observed: not on FluidNC,
+    which takes up the motion that the alarm ended, and makes no step of it.
+    """
+    homing: float = 1.0
+    """$22 with homing, as an arm needs it. On grblHAL it has bits: homing, and single axes (`$HX`).
+    """
+    single_axis_bits: int = _ANY_BIT
+    """The bits of $22 that permit `$HX`."""
+    homing_locks: bool = True
+    """Whether a board with homing starts locked. Observed: not grblHAL. With bit 2 of $22 it raises
+    ALARM:11 and refuses `$X` with error 46, which is not built in here.
+    """
+    refused_axis: int = 5
+    """The error of `$HX` without homing. Observed: 19 on FluidNC."""
+    homing_masks: range = range(0)
+    """The settings that say which axes `$H` homes together, one after the other; all at once
+    without them. Observed on grblHAL: at the factory Z, then X and Y, and no others.
+    """
+    locks_until_homed: bool = False
+    """Whether, with homing, the board stays locked until each axis has been homed. Observed on
+    FluidNC; the alarm after a reset is then 14.
+    """
+    rewatches: bool = False
+    """Whether homing looks at a pressed switch again only once the axis has backed off. Observed on
+    FluidNC: homing that ends before leaves it pressed until the board restarts, and with
+    `limit_all_pin` all homing is refused then.
+    """
+    failed_homing_restarts: bool = True
+    """Whether the board restarts after homing that failed. Observed: FluidNC goes on, and answers
+    the line with ok.
+    """
+
+    # jogs
+    holds_jogs: bool = True
+    """Whether a feed hold ends a jog. Observed: grblHAL ignores it (state_machine.c, state_set)."""
+    cancel_clears_in: tuple[State, ...] = ()
+    """The states in which a jog cancel clears the ring. Observed on the Mega: five of eight lines
+    were answered.
     """
     cancel_keeps: int | None = None
     """How many of the computed segments a jog cancel lets run; all if None. Observed on grblHAL:
@@ -153,170 +222,163 @@ class Firmware:
     cancel_hangs_s: float = 0.23e-3
     """A cancel that comes so shortly before the end of a jog leaves the board in Idle without
     reading lines. Observed: repeated every 20 ms, it hung 3 of 259 jogs of a Mega and 2 of 264 of a
-    328p. A single one in the last 40 ms hung 3 of 120 jogs of grblHAL, which only a reset frees,
-    with ALARM:3; its Simulator is slow to notice, so how short the time is on a board is a guess.
+    328p. A single one in the last 40 ms hung 3 of 120 jogs of grblHAL; its Simulator is slow to
+    notice, so how short the time is on a board is a guess.
     """
-    holds_jogs: bool = True
-    """Whether a feed hold ends a jog. Observed: grblHAL ignores it (state_machine.c, state_set)."""
-    refuses_on: bool = False
-    """Whether g-code after a refused line is refused with the same error, until an empty line, a
-    line that begins with `$` and is carried out, a jog cancel or a reset. Observed on grblHAL
-    (protocol.c, protocol_main_loop).
+    resume_unhangs: bool = True
+    """Whether a resume frees a board that hangs. Observed: grblHAL and FluidNC need a reset, which
+    raises ALARM:3, because they still believe that they move.
     """
+
     # messages
-    tells_axes: bool = False
-    """Whether `$I` names the axes."""
-    version: str = "1.1h"
-    build: str = "20190830"
-    letters: str = "V"
-    """The options listed in `$I`. Observed: VNMGH on the Mega, V on the 328p."""
-    tells_flags: bool = False
-    """Whether `$I` ends in a number of flags. Observed on the Mega."""
+    report_bits: int = 3
+    """The parts of a report that $10 can leave out (`$ES`, setting 10): position and buffers."""
+    empty_accessories: bool = False
+    """Whether a report says `A:` if all are off. Observed on grblHAL, in the first report after a
+    change; here it comes with all overrides.
+    """
+    keeps_speed: bool = False
+    """Whether reports tell the last speed of a spindle that stands (M5). Observed on FluidNC."""
+    mute_in_critical: bool = True
+    """Whether `?` is unanswered after a limit alarm until the reset."""
+    silent_in_homing: bool = True
+    """Whether `?` is unanswered in homing."""
+    explains: bool = False
+    """Whether messages say how important they are, and refusals and alarms come with words.
+    Observed on FluidNC; the words are not its own.
+    """
+    program_end: str = "Pgm End"
+    """The message after M2 and M30."""
+    how_to_unlock: str = "'$H'|'$X' to unlock"
+    """The message after the banner of a locked board."""
+
+    # settings
+    paths: SettingPaths | None = None
+    """How settings are changed; None if all are by number."""
     factory: Mapping[int, float] = field(default_factory=dict)
     """Factory settings that differ from those of gnea/grbl."""
-
-    def dialect(self, axes: str) -> Dialect:
-        """Return which lines a build with these axes reads."""
-        return Dialect(
-            self.variant,
-            axes,
-            self.max_line,
-            self.ring_bytes,
-            self.outputs,
-            self.letters_to_home > 0,
-            self.crlf_answers_twice,
-        )
-
-    @property
-    def grblhal(self) -> bool:
-        """Whether it has grblHAL's additional real-time commands."""
-        return self.variant is Variant.GRBLHAL
-
-    @property
-    def fluidnc(self) -> bool:
-        """Whether it is FluidNC: settings have names, refusals have words, events queue up."""
-        return self.variant is Variant.FLUIDNC
-
-    @property
-    def banner(self) -> Banner:
-        """The message sent at the start."""
-        if self.variant is Variant.FLUIDNC:
-            return Banner(self.version, self.variant, self.build)
-        return Banner(self.version, self.variant)
-
-    def info(self, axes: str) -> tuple[Info, ...]:
-        """Return the reply to `$I`; FluidNC's does not mention its ring."""
-        if self.variant is Variant.FLUIDNC:
-            version = Version(f"{self.version} FluidNC {self.build} ")
-            return version, BuildInfo(self.letters), Bracketed("MSG:Machine: arm")
-        head = (
-            Version(f"{self.version}.{self.build}"),
-            BuildInfo(self.letters, self.blocks, self.ring_bytes, self._more(axes)),
-        )
-        info = AxesInfo(len(axes), axes)
-        if self.grblhal:
-            return (*head, info, *map(Bracketed, _GRBLHAL_INFO))
-        return (head[0], info, head[1]) if self.tells_axes else head
-
-    def _more(self, axes: str) -> tuple[str, ...]:
-        if self.grblhal:
-            return str(len(axes)), "0"
-        return ("0",) * self.tells_flags
+    needs: Mapping[int, float] = field(default_factory=dict)
+    """Settings that an arm needs on this firmware alone."""
 
     def adapted(self, values: Mapping[int, float]) -> dict[int, float]:
         """Return an arm's settings as they have to be on this firmware."""
-        if not self.grblhal:
-            return dict(values)
-        homing = float(HOMING_BY_AXIS) if values[HOMING] else 0.0
-        return {**values, REPORT: EVERYTHING, SLEEP_ENABLE: 1.0, HOMING: homing}
+        return {**values, **self.needs, HOMING: self.homing if values[HOMING] else 0.0}
 
 
-_GRBLHAL_INFO = (
-    "NEWOPT:ENUMS,RT+,TC,SED",
-    "FIRMWARE:grblHAL",
-    "SIGNALS:D",
-    "NVS STORAGE:*EEPROM",
-    "DRIVER:Simulator",
-    "DRIVER VERSION:260324",
-)
-"""Observed on grblHAL's Simulator."""
+_EVERYTHING = 511
+"""The factory's mask of grblHAL's reports; GRBL's has two bits only."""
 
 
 _FIRMWARES = (
-    Firmware(name="grbl", unknown=frozenset(("M7",))),
     Firmware(
-        name="mega5x",
+        "grbl",
+        Banner("1.1h"),
+        ("VER:1.1h.20190830:", "OPT:V,15,128"),
+        unknown=frozenset(("M7",)),
+    ),
+    Firmware(
+        "mega5x",
+        Banner("1.1q"),
+        ("VER:1.1q.20210103:", "AXS:{many}:{axes}", "OPT:VNMGH,35,255,0"),
+        dialect=Dialect(max_line=255, single_axis_homing=True),
         hard_limits=False,
-        ring_bytes=255,
         blocks=35,
-        max_line=255,
+        ring_bytes=255,
         stepping=replace(_AVR_STEPPING, segments=9),
-        letters_to_home=1,
-        cancel_clears_ring=True,
-        tells_axes=True,
-        version="1.1q",
-        build="20210103",
-        letters="VNMGH",
-        tells_flags=True,
+        cancel_clears_in=(State.JOG,),
         factory=MappingProxyType({30: 12000.0, 31: 550.0}),
     ),
     Firmware(
-        name="grblhal",
-        variant=Variant.GRBLHAL,
-        ring_bytes=1024,
+        "grblhal",
+        Banner("1.1f", Variant.GRBLHAL),
+        (
+            "VER:1.1f.20260817:",
+            "OPT:VNML+,100,1024,{many},0",
+            "AXS:{many}:{axes}",
+            "NEWOPT:ENUMS,RT+,TC,SED",
+            "FIRMWARE:grblHAL",
+            "SIGNALS:D",
+            "NVS STORAGE:*EEPROM",
+            "DRIVER:Simulator",
+            "DRIVER VERSION:260324",
+        ),
+        dialect=GRBLHAL,
         blocks=100,
-        max_line=256,
-        outputs=True,
-        letters_to_home=1,
-        crlf_answers_twice=False,
+        ring_bytes=1024,
         stepping=Stepping(9),
+        refuses_on=True,
         parse_s=0.05e-3,
         plan_s=0.1e-3,
         eeprom_s=5e-3,
         deaf_in_eeprom=False,
-        killed=Killed.NEVER,
         alarm_s=0.1,
         boot_s=0.5,
-        mute_in_critical=False,
-        silent_in_homing=False,
-        cancel_clears_ring=True,
+        killed=Killed.NEVER,
+        resets_kept=1,
+        homing=3.0,
+        single_axis_bits=2,
+        homing_locks=False,
+        homing_masks=HOMING_CYCLES,
+        holds_jogs=False,
+        cancel_clears_in=tuple(State),
         cancel_keeps=2,
         cancel_hangs_s=0.15e-3,
-        holds_jogs=False,
-        refuses_on=True,
-        tells_axes=True,
-        version="1.1f",
-        build="20260817",
-        letters="VNML+",
+        resume_unhangs=False,
+        report_bits=_EVERYTHING,
+        empty_accessories=True,
+        mute_in_critical=False,
+        silent_in_homing=False,
         factory=MappingProxyType(
-            {REPORT: EVERYTHING, SLEEP_ENABLE: 0.0}
+            {REPORT: _EVERYTHING, SLEEP_ENABLE: 0.0}
             | dict(zip(HOMING_CYCLES, (4.0, 3.0, 0.0, 0.0, 0.0, 0.0), strict=True))
         ),
+        needs=MappingProxyType({REPORT: _EVERYTHING, SLEEP_ENABLE: 1.0}),
     ),
     Firmware(
-        name="fluidnc",
-        variant=Variant.FLUIDNC,
+        "fluidnc",
+        Banner("4.0", Variant.FLUIDNC, "v4.0.5-pre2 (esp32-wifi)"),
+        ("VER:4.0 FluidNC v4.0.5-pre2 (esp32-wifi) :", "OPT:MPHS", "MSG:Machine: arm"),
+        dialect=FLUIDNC,
         ring_bytes=256,
-        max_line=127,
-        outputs=True,
-        letters_to_home=1,
-        keeps_line=True,
-        keeps_speed=True,
-        edits_lines=True,
-        reads_every_s=0.051,
         stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),
+        reads_every_s=0.051,
+        edits_lines=True,
         parse_s=1e-3,
         plan_s=0.2e-3,
         eeprom_s=5e-3,
         deaf_in_eeprom=False,
-        killed=Killed.RUNS_ON,
         boot_s=1.0,
+        killed=Killed.RUNS_ON,
+        resets_kept=50,
+        keeps_line=True,
+        answers_dropped=False,
+        wakes_with_alarm=True,
+        limit_locks=False,
+        refused_axis=19,
+        locks_until_homed=True,
+        rewatches=True,
+        failed_homing_restarts=False,
+        cancel_hangs_s=0.0,
+        resume_unhangs=False,
+        keeps_speed=True,
         mute_in_critical=False,
         silent_in_homing=False,
-        cancel_hangs_s=0.0,
-        version="4.0",
-        build="v4.0.5-pre2 (esp32-wifi)",
-        letters="MPHS",
+        explains=True,
+        program_end="Program End",
+        how_to_unlock="",
+        paths=SettingPaths(
+            MappingProxyType({"stepping/idle_ms": IDLE_MS, "junction_deviation_mm": JUNCTION}),
+            MappingProxyType(
+                {
+                    "steps_per_mm": STEPS,
+                    "max_rate_mm_per_min": RATE,
+                    "acceleration_mm_per_sec2": ACCELERATION,
+                    "max_travel_mm": TRAVEL,
+                }
+            ),
+            (INCHES, 20, 21, 22, 23, 30, 32),
+            MappingProxyType({REPORT: 3.0, INCHES: 1.0}),
+        ),
     ),
 )
 FIRMWARES: Mapping[str, Firmware] = MappingProxyType({one.name: one for one in _FIRMWARES})

@@ -41,8 +41,8 @@ class BoardBuild:
     """One board on one arm.
 
     `order` gives the axis of each motor by its place in `axes`; `fingers` is the output that moves
-    the fingers, over `opening_mm` at `finger_mm_s`. `coast` is the share of the ramp that the arm
-    overruns when its motors stop dead. `resets_on_open`: a saved board is found freshly reset.
+    the fingers, over `opening_mm` at `finger_mm_s`. `resets_on_open`: a saved board has just been
+    reset.
     """
 
     firmware: Firmware
@@ -51,7 +51,6 @@ class BoardBuild:
     fingers: OutputWiring = field(default_factory=OutputWiring)
     opening_mm: tuple[float, float] = (0.0, 76.0)
     finger_mm_s: float = 100.0
-    coast: float = 1.0
     resets_on_open: bool = False
 
 
@@ -329,8 +328,8 @@ class BoardDrive(MotorDrive[PathRack]):
         """Return the speed of the segment computed last, in units per second."""
         return self.rack.speed(self.rack.computed_s(now_s))
 
-    def kill(self, now_s: float, coast: float) -> None:
-        """Stop dead and drop all lines; the arm overruns by a share of the ramp that is cut off."""
+    def kill(self, now_s: float) -> None:
+        """Stop dead and drop all lines; the arm overruns by the ramp that is cut off: a guess."""
         self.follow(now_s)
         here = there = Motors(self.rack.positions(now_s))
         if self.moving:
@@ -338,8 +337,7 @@ class BoardDrive(MotorDrive[PathRack]):
             if self.moving:
                 there = Motors(self.rack.positions(self.done_s))
         self.stop(now_s)
-        ramp = [round(count * coast) for count in there - here]
-        self.world.force(self._of_motors(ramp), now_s)
+        self.world.force(self._of_motors(there - here), now_s)
 
     def _of_motors(self, counts: Sequence[int]) -> Motors:
         return Motors([counts[axis] for axis in self._order])

@@ -19,7 +19,7 @@ from armdrive.sim.grbl.board import (
     GrblBoard,
     Script,
 )
-from armdrive.sim.grbl.commands import Steps, Waits, named_path, run_path, run_system, write_eeprom
+from armdrive.sim.grbl.commands import Steps, Waits, run_path, run_system, write_eeprom
 from armdrive.sim.grbl.firmware import (
     HOMING,
     IDLE_MS,
@@ -43,7 +43,6 @@ from firmware_protocol.grbl import (
     Realtime,
     Rejected,
     State,
-    Variant,
     alarm_code,
     error_code,
 )
@@ -62,17 +61,17 @@ def run_line(board: GrblBoard, line: LineReceived) -> Script:
     unlooked = gcode and board.firmware.refuses_on and board.state not in (State.ALARM, State.JOG)
     code = (loop.refused if unlooked else 0) or (yield from _run(board, line))
     loop.refused = code
-    if code and board.firmware.fluidnc:
+    if code and board.firmware.explains:
         _explain(board, line.text, code)
     return Error(code) if code else Ok()
 
 
 def _explain(board: GrblBoard, line: str, code: int) -> None:
-    """Put a refusal into words, as FluidNC does, before and after it; the words are not its own."""
+    """Put a refusal into words, before and after it."""
     if not line.startswith("$") and code != LOCKED:
         text = "".join(sign if " " <= sign <= "~" else "." for sign in line)
         board.say(Feedback(f"ERR: Bad GCode: {text}"))
-    meaning = error_code(code, board.firmware.variant).meaning
+    meaning = error_code(code, board.codec.dialect.variant).meaning
     board.main_loop.afterwards = lambda: board.say(Feedback(f"ERR: {meaning}"))
 
 
@@ -86,8 +85,8 @@ def _run(board: GrblBoard, line: LineReceived) -> Steps:
         too_long = isinstance(content, Rejected) and content.code == _TOO_LONG
         return _TOO_LONG if too_long else LOCKED
     if isinstance(content, Rejected):
-        named = named_path(line.text) if board.firmware.fluidnc else None
-        return run_path(board, *named) if named else content.code
+        named = run_path(board, line.text)
+        return content.code if named is None else named
     if isinstance(content, Block):
         return (yield from _block(board, content))
     return (yield from run_system(board, content))
@@ -206,7 +205,7 @@ def _end(board: GrblBoard, work: Work) -> Waits:
     if work.end:
         board.outputs.off()
         board.fingers.follow_output(board.now_s)
-        board.tell("Program End" if board.firmware.fluidnc else "Pgm End")
+        board.tell(board.firmware.program_end)
 
 
 # --- Real-time commands, alarms, and how the board restarts ---------------------------------------
@@ -215,14 +214,13 @@ def _end(board: GrblBoard, work: Work) -> Waits:
 
 _OVERRIDE_BOUNDS = (10, 200)
 _ABORTED, _HOMING_ABORTED, _UNHOMED = 3, 6, 14
-_HOMING_REQUIRED = 2
 _FLOOD_STATES = (State.IDLE, State.RUN, State.HOLD, State.JOG)
 
 
 def obey(board: GrblBoard, command: Realtime) -> None:
     """Execute a real-time command at once; during a limit alarm only a reset is obeyed.
 
-    During a restart none is, but FluidNC holds afterwards if it is told to.
+    During a restart none is, but a board that keeps a line holds afterwards if it is told to.
     """
     if board.booting.active and command is not Realtime.SOFT_RESET:
         board.holds_next |= board.firmware.keeps_line and command is Realtime.FEED_HOLD
@@ -246,8 +244,8 @@ def hold(board: GrblBoard) -> None:
 
 
 def resume(board: GrblBoard) -> None:
-    """Resume from a completed hold; GRBL reads lines again if it hangs."""
-    board.main_loop.hung = board.main_loop.hung and board.firmware.variant is not Variant.GRBL
+    """Resume from a completed hold, or read lines again after having hung."""
+    board.main_loop.hung = board.main_loop.hung and not board.firmware.resume_unhangs
     if board.state in (State.HOLD, State.DOOR) and board.cycle.stands:
         board.cycle.stands = False
         board.state = State.IDLE
@@ -258,14 +256,12 @@ def resume(board: GrblBoard) -> None:
 def soft_reset(board: GrblBoard) -> None:
     """Restart; in motion the motors stop dead and may lose steps, or drive what is computed.
 
-    A reset during a restart has no effect, but grblHAL then starts a second time, and FluidNC once
-    more for each: observed. If it had not yet noticed the first one, homing is ended twice.
+    Of the resets during a restart some firmware keeps some, and starts once more for each. If it
+    had not yet noticed the first one, homing is ended twice: observed on FluidNC.
     """
     if board.booting.active:
-        if board.firmware.fluidnc:
+        if len(board.again) < board.firmware.resets_kept:
             board.again.append(_HOMING_ABORTED if board.state is State.HOME else 0)
-        elif board.firmware.grblhal:
-            board.again = [0]
         return
     _outputs_off(board)
     code = 0
@@ -274,13 +270,13 @@ def soft_reset(board: GrblBoard) -> None:
     elif board.drive.moving:
         code = _ABORTED
         _lose_current(board, restarts=True)
-    elif board.state is State.SLEEP and board.firmware.fluidnc:
+    elif board.state is State.SLEEP and board.firmware.wakes_with_alarm:
         code = _ABORTED
     elif board.critical and board.unhomed:
         code = _UNHOMED
-    elif board.main_loop.hung and board.firmware.variant is not Variant.GRBL:
-        code = _ABORTED  # observed: it still believes that it moves
-    # observed: a motion of homing that is about to start is started by FluidNC after the reset
+    elif board.main_loop.hung and not board.firmware.resume_unhangs:
+        code = _ABORTED
+    # observed on FluidNC: it starts a motion of homing that is about to start after the reset
     runs_on = code == _HOMING_ABORTED and board.unread.waited
     runs_on |= code == _ABORTED and board.firmware.killed is Killed.RUNS_ON
     if not runs_on:
@@ -291,7 +287,7 @@ def soft_reset(board: GrblBoard) -> None:
 def raise_critical(board: GrblBoard, code: int) -> None:
     """Lock the board after a limit alarm: motion stops dead, and the motors go off."""
     _outputs_off(board)
-    board.stalls = board.firmware.fluidnc and board.drive.moving
+    board.stalls = board.drive.moving and not board.firmware.limit_locks
     if board.drive.moving:
         board.cycle.kill(board)
         _lose_current(board, restarts=False)
@@ -303,19 +299,16 @@ def raise_critical(board: GrblBoard, code: int) -> None:
 
 
 def _alarm(board: GrblBoard, code: int) -> None:
-    """Send an alarm; FluidNC puts it into words first, not the same as here."""
-    if board.firmware.fluidnc:
-        board.tell(f"ALARM: {alarm_code(code, board.firmware.variant).meaning}")
+    """Send an alarm, perhaps with words before it."""
+    if board.firmware.explains:
+        board.tell(f"ALARM: {alarm_code(code, board.codec.dialect.variant).meaning}")
     board.say(Alarm(code))
 
 
 def fail(board: GrblBoard, code: int) -> Waits:
-    """Raise a homing alarm, after which most boards restart; the motors stay on.
-
-    Observed on FluidNC: it does not restart, and answers the line with ok.
-    """
+    """Raise a homing alarm, after which most boards restart; the motors stay on."""
     board.cycle.kill(board)
-    if not board.firmware.fluidnc:
+    if board.firmware.failed_homing_restarts:
         board.booting.begin(_restarted(board, code), board.now_s)
         yield math.inf
     board.state = State.ALARM
@@ -324,14 +317,9 @@ def fail(board: GrblBoard, code: int) -> Waits:
 
 
 def switched_on(board: GrblBoard, wait_s: float) -> Boot:
-    """Start after power-on, with all counts at zero; with homing enabled, locked.
-
-    grblHAL is locked only if bit 2 of $22 requires homing: observed.
-    """
+    """Start after power-on, with all counts at zero; most boards with homing are locked."""
     yield board.now_s + wait_s
-    locked = board.settings.on(HOMING)
-    if board.firmware.grblhal:
-        locked = board.settings.mask(HOMING, _HOMING_REQUIRED)
+    locked = board.firmware.homing_locks and board.settings.on(HOMING)
     board.state = State.ALARM if locked else State.IDLE
     board.holds_next = False
     board.unhome()
@@ -353,7 +341,7 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
             yield board.drive.rack.computed_s(board.now_s)
             board.cycle.kill(board)
         yield said_s + board.firmware.alarm_s
-    elif board.critical and board.firmware.fluidnc:
+    elif board.critical and not board.firmware.limit_locks:
         board.state = State.IDLE
     # a board that executes a line has not fetched another one
     kept = board.ring.take_line() if _keeps_a_line(board) else b""
@@ -361,7 +349,6 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
     yield board.now_s + board.firmware.start_s
     _start(board)
     if board.stalls:
-        # observed on FluidNC: it takes up the motion that the alarm ended, and makes no step of it
         board.stalls, stalled = False, board.state is State.IDLE
         board.state, board.main_loop.hung = State.RUN if stalled else board.state, stalled
     while board.again:
@@ -387,9 +374,7 @@ def _lose_current(board: GrblBoard, *, restarts: bool) -> None:
     """Release motors that were stopped dead; `restarts` if the board restarts by itself."""
     if board.firmware.killed is Killed.RUNS_ON:
         return
-    if board.firmware.killed is Killed.AT_ONCE:
-        board.current.off_s = board.now_s
-    elif not restarts or board.firmware.killed is Killed.LATE:
+    if not restarts or board.firmware.killed is Killed.LATE:
         board.current.release(board.now_s)
 
 
@@ -420,18 +405,16 @@ def _start(board: GrblBoard) -> None:
         board.current.release(board.now_s)
     board.limits.forget(board)
     board.say(board.firmware.banner)
-    if locked and not board.firmware.fluidnc:
-        board.tell("'$H'|'$X' to unlock")
+    if locked and board.firmware.how_to_unlock:
+        board.tell(board.firmware.how_to_unlock)
 
 
 def _jog_cancel(board: GrblBoard) -> None:
-    if board.firmware.grblhal:
+    if board.state in board.firmware.cancel_clears_in:
         board.ring.clear()
         board.main_loop.refused = 0
     if board.state is not State.JOG:
         return
-    if board.firmware.cancel_clears_ring:
-        board.ring.clear()
     if board.drive.done_s - board.now_s < board.firmware.cancel_hangs_s:
         board.cycle.hangs = True
     else:

@@ -54,9 +54,9 @@ def seen_of(arm):
     return pressed(arm, switches_of(arm.config))
 
 
-@pytest.mark.parametrize("firmware", ["mega5x", "grblhal"])
+@pytest.mark.parametrize("firmware", ["grbl", "grblhal"])
 def test_switches_that_raise_alarms_work_and_nothing_moves(firmware):
-    arm = found(config(LIMITED), firmware=firmware, limit_interrupts=True)
+    arm = found(config(LIMITED), firmware=firmware)
     before = arm.twin.world.motors
     seen = seen_of(arm)
     assert seen == dict.fromkeys(MOTORS, SawSwitch.ALARM)
@@ -81,12 +81,12 @@ def test_on_that_board_a_switch_that_closes_in_motion_stops_nothing():
 
 
 def test_a_locked_board_is_unlocked_first():
-    arm = found(config(LIMITED), limit_interrupts=True, homing=True)
+    arm = found(config(LIMITED), firmware="grbl", homing=True)
     assert all_work(seen_of(arm))
 
 
 def test_a_switch_on_another_pin_and_one_without_a_wire_are_told():
-    arm = found(config(LIMITED), limit_interrupts=True)
+    arm = found(config(LIMITED), firmware="grbl")
     make_ready(arm)
     base, shoulder, *others = switches_of(arm.config)
     board = arm.twin.board
@@ -185,7 +185,7 @@ def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
 
     def opened(made, *, simulated, alone, wanted):
         assert not alone
-        twin = simulate(made, limit_interrupts=True)
+        twin = simulate(made, firmware="grbl")
         person.arm = Arm(connect_simulated(made, twin=twin))
         person.arm.simulated = False
         return person.arm

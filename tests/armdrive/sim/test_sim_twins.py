@@ -11,12 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sim_bench import RobkoBench, SilentDevice, TeachMoverBench, axes
 
+from armdrive.arm import Arm
+from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, simulate, simulate_device, simulated_kind
 from armdrive.sim.device import SimDevice, chosen, parse_settings
 from armdrive.sim.robko01 import ESP32, RobkoQuirks
 from armdrive.sim.wire import DeviceLine, PacedWire, WireDevice
+from armdrive.status import Trust
 from armdrive.text.toml import setting
 from firmware_protocol.robko01 import MoveRelative
 from firmware_protocol.teachmover import Step
@@ -46,6 +49,15 @@ def lived(dialect, **settings):
 
 HEARD = {"dropped": 0}
 """What a board has counted of the wire is not saved."""
+
+
+def test_the_operator_jogs_to_the_reference_at_full_speed():
+    twin = simulate(simulated_config("grbl"))
+    arm = Arm(connect_simulated(simulated_config("grbl"), twin=twin))
+    began_s = arm.status.time_s
+    arm.home()
+    assert arm.status.time_s - began_s < 10.0  # a quarter of the speed takes 25 s
+    assert arm.status.trust is Trust.REFERENCED
 
 
 @pytest.mark.parametrize("dialect", SPOKEN)
@@ -145,12 +157,10 @@ def test_a_dialect_without_a_device_is_refused_with_the_nearest():
 SETTINGS = [
     ("teachmover", {"sped_error": 0.25}, "did you mean 'speed_error'"),
     ("robko01", {"watchdog_s": -1.0}, "watchdog_s must be at least 0"),
-    ("armdroid", {"character_s": -1.0}, "character_s must be from 0 to 1"),
     ("armdroid", {"speed_error": -2.0}, "speed_error"),
-    ("armdroid", {"greet": 1}, "greets"),
-    ("armdroid", {"room_bytes": -5}, "room_bytes must be at least 1"),
+    ("armdroid", {"bord": "uno"}, "did you mean 'board'"),
+    ("armdroid", {"board": "mega"}, "leonardo"),
     ("grbl", {"firmware": "marlin"}, "grblhal"),
-    ("grbl", {"coast": -1.0}, "coast"),
     ("mks", {"firmware": "1.0"}, "1.0.9"),
     ("mks", {"firmware": "1.0.6+1.0.9"}, "6 of them"),
     ("mks", {"bitrate": 9600}, "125000"),

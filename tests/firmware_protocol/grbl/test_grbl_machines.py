@@ -262,7 +262,7 @@ def test_a_stream_is_parted_into_realtime_commands_and_the_rest():
     assert grbl.split_realtime(b"G1?X\x85\xff1\x91\n") == (commands, b"G1X1\n")
     assert grbl.split_realtime(b"\x19\x80G\n") == ((), b"\x19G\n")
     both = (grbl.Realtime.STOP, grbl.Realtime.STATUS_ALIAS)
-    assert grbl.split_realtime(b"\x19\x80G\n", grblhal=True) == (both, b"G\n")
+    assert grbl.split_realtime(b"\x19\x80G\n", grbl.Variant.GRBLHAL) == (both, b"G\n")
 
 
 @pytest.mark.parametrize("command", grbl.Realtime)

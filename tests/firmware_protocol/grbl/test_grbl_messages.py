@@ -31,16 +31,12 @@ TEXTS = [
     (grbl.QueryBuildInfo(), "$I"),
     (grbl.QueryParameters(), "$#"),
     (grbl.QueryParserState(), "$G"),
-    (grbl.QueryStartupLines(), "$N"),
     (grbl.Unlock(), "$X"),
     (grbl.CheckMode(), "$C"),
     (grbl.Sleep(), "$SLP"),
     (grbl.Home(), "$H"),
     (grbl.Home("B"), "$HB"),
     (grbl.SetSetting(100, 26.667), "$100=26.667"),
-    (grbl.StoreStartupLine(1, "G54"), "$N1=G54"),
-    (grbl.StoreBuildInfo("ARM 3"), "$I=ARM 3"),
-    (grbl.Restore("#"), "$RST=#"),
     (grbl.Line(), ""),
     (grbl.Line("G28.1"), "G28.1"),
 ]
@@ -54,7 +50,6 @@ REFUSED = [
     (lambda: grbl.DigitalOutput(-1, on=True), "port"),
     (lambda: grbl.SetSetting(-1, 0), "setting"),
     (lambda: grbl.Home("XX"), "axes"),
-    (lambda: grbl.Restore("x"), "what"),
     *((lambda bad=bad: grbl.Line(bad), "text") for bad in ("G1\n", "é", "?", "a!", "~", "\x18", 7)),
     (lambda: grbl.Error(0), "code"),
     (lambda: grbl.Banner("1 1"), "version"),
@@ -259,7 +254,7 @@ REFUSED_LINES = [
         ("M62P0M63P0", 21),
     ),
     *(("G92X0G1X1", 24), ("X1X2", 25), ("F1F2", 25), ("N99999999", 27), ("T256", 38)),
-    *(("$X1", 3), ("$Q", 2), ("$JX", 3), ("$1=", 2), ("$1=2X", 3), ("$256=1", 3), ("$1", 3)),
+    *(("$X1", 3), ("$Q", 2), ("$JX", 3), ("$1=", 2), ("$1=2X", 3), ("$1", 3)),
     *(("$RST=!", 3), ("$RST", 3), ("$HQ", 3), ("$HXY", 3), ("$SLEEP", 3), ("$N2=G54", 3)),
     ("G1" + "X" * 78, 11),
 ]
@@ -323,7 +318,6 @@ def test_a_block_holds_its_words():
         {grbl.Group.NON_MODAL: "G53"}, {"X": 1.0}, {"F": 9.0}, None, jog=True
     )
     assert grbl.parse_line("", grbl.MEGA_5X) == grbl.Empty()
-    assert grbl.parse_line("$N0=G54", grbl.MEGA_5X) == grbl.StoreStartupLine(0, "G54")
 
 
 def test_modes_last_from_block_to_block():

@@ -331,7 +331,7 @@ def test_digits_that_another_program_left_are_no_part_of_a_motion():
 
 
 def test_a_board_that_resets_as_its_port_is_opened_is_waited_for():
-    twin = simulate(CONFIG, greets=False, resets_on_open=True)
+    twin = simulate(CONFIG, board="uno")
     twin.board.opened()
     arm = Arm(connect_simulated(CONFIG, twin=twin))
     assert arm.status.state is State.DISABLED

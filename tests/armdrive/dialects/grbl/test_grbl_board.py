@@ -49,7 +49,7 @@ def run_into_a_switch(arm):
 
 
 def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
-    arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
+    arm = ready(config(device={"hard_limits": True}), firmware="grbl")
     run_into_a_switch(arm)
     assert arm.status.state is State.ERROR_STOP
     assert "even if the cable is fine" in arm.status.error
@@ -99,7 +99,7 @@ def test_a_late_feed_hold_does_not_keep_the_arm_in_its_error(firmware, later_s):
 
 
 def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
-    arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
+    arm = ready(config(device={"hard_limits": True}), firmware="grbl")
     arm.twin.board.set_switch(0, SwitchState.CLOSED)
     arm.sleep(2.0)
     assert arm.status.state is State.ERROR_STOP
@@ -640,7 +640,7 @@ def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s
     task = arm.runner.submit(home_device(arm.context, made.homing))
     arm.sleep(1.0)
     while arm.twin.device.moving:
-        arm.sleep(0.001)
+        arm.sleep(0.005)
     arm.sleep(waited_s)
     assert not arm.twin.device.moving
     stop_homing(arm, task)
@@ -653,7 +653,7 @@ def test_a_stop_of_fluidnc_before_a_slow_approach_is_announced_in_full():
     task = arm.runner.submit(home_device(arm.context, made.homing))
     for moves in (True, False, True, False):  # to the switch, off it, and then slowly on again
         while arm.twin.device.moving is not moves:
-            arm.sleep(0.001)
+            arm.sleep(0.005)
     stop_homing(arm, task)
 
 

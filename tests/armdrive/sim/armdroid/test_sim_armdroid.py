@@ -155,7 +155,7 @@ class TestOpening:
         assert WELCOME not in bench.hear()
 
     def test_another_board_is_reset_and_deaf_for_a_while(self):
-        bench = bench_of(resets_on_open=True, greets=False, boot_s=1.6)
+        bench = bench_of(native_usb=False)
         bench.ask("250s6,20d")
         bench.board.opened()
         assert bench.ask("o", 1.0) == ""

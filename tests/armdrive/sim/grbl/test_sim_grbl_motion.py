@@ -245,9 +245,16 @@ def test_a_hold_ends_a_jog_as_well():
     assert bench.x < 16.0
 
 
+def planning_slowly(**options):
+    """Return a board that takes 4 ms to plan a motion."""
+    bench = Bench(**options)
+    bench.board.firmware = replace(bench.board.firmware, plan_s=4e-3)
+    return bench
+
+
 def test_a_cancel_before_the_first_jog_is_planned_is_ignored_and_all_sixteen_units_run():
     """Eight lines at once, as a USB port takes them, and the cancel 4 ms later."""
-    bench = Bench(baud=None, plan_ms=4.0)
+    bench = planning_slowly(baud=None)
     bench.put(JOG_2 * 8)
     bench.wait(0.004)
     bench.put(CANCEL)
@@ -258,8 +265,8 @@ def test_a_cancel_before_the_first_jog_is_planned_is_ignored_and_all_sixteen_uni
 
 def test_a_cancel_does_not_clear_lines_that_are_unread():
     """Seven unanswered lines: 12.2 units further, against 0.63 units of braking."""
-    assert not FIRMWARES["fluidnc"].cancel_clears_ring
-    bench = Bench(baud=None, firmware="grbl", plan_ms=4.0)
+    assert not FIRMWARES["fluidnc"].cancel_clears_in
+    bench = planning_slowly(baud=None, firmware="grbl")
     bench.put(JOG_2 * 8)
     bench.wait(0.006)
     assert bench.heard.count("ok") == 1
@@ -285,7 +292,7 @@ def test_with_one_line_outstanding_the_overrun_is_the_ramp_and_that_line():
 
 @pytest.mark.parametrize("firmware", ["grblhal", "mega5x"])
 def test_a_cancel_clears_the_ring(firmware):
-    bench = Bench(firmware=firmware, plan_ms=4.0)
+    bench = planning_slowly(firmware=firmware)
     bench.put(JOG_2 * 8)
     while bench.heard.count("ok") < 1:
         bench.wait(0.001)
