@@ -218,6 +218,7 @@ class Status:
       would continue after a stop now. `silent_time_s`, `silent_distance_mm`: the same if the
       program died or the cable was pulled.
     - `error_code`, `notice_code`: rows of the error catalogue.
+    - `notices`: the number of notices so far. The same words with a higher number are a new notice.
     - `torque`: when the arm is held up, and when it sags.
     - `paused`, `speed_override`: whether the arm is paused, and the factor that slows it.
     - `scheduling_jitter`: how late the thread that drives the arm woke; never late in simulated
@@ -254,6 +255,7 @@ class Status:
     error: str = ""
     error_code: str = ""
     notice_code: str = ""
+    notices: int = 0
     torque: Torque | None = None
     time_s: float = 0.0
     trust_since_s: float = 0.0

@@ -72,8 +72,7 @@ class ArmLink:
         self._desk = desk
         self._was_lost = False
         self._stops = desk.arm.stops
-        self._heard = ""
-        self._asked = False
+        self._notices, self._heard = 0, ""
 
     @property
     def lost(self) -> bool:
@@ -113,7 +112,7 @@ class ArmLink:
         hand = self._desk.screens.hand
         if hand is not None and hand.armed and (why := self.why_immobile):
             hand.disarm(why)  # the first key after a reset must not move the arm
-        self._hear(status.notice)
+        self._hear(status)
 
     def follow_stops(self, reason: str = STOPPED) -> None:
         """After a stop, by this desk or another program, let nothing go on that was begun before.
@@ -126,16 +125,12 @@ class ArmLink:
             self._desk.disarm(reason)
             self._desk.dialogs.close_questions()
 
-    def expect_answer(self) -> None:
-        """Take what the arm says next for new: it may refuse a jog again in the same words."""
-        self._asked = True
-
-    def _hear(self, notice: str) -> None:
+    def _hear(self, status: Status) -> None:
         """Make what the arm says the message of the desk when it is new, also that it is over."""
-        before, self._heard = self._heard, notice
-        new, self._asked = self._asked or notice != before, False
-        if new and (notice or self._desk.message == before):
-            self._desk.message = notice
+        new, self._notices = status.notices != self._notices, status.notices
+        before, self._heard = self._heard, status.notice
+        if new and (status.notice or self._desk.message == before):
+            self._desk.message = status.notice
 
     @property
     def pausable(self) -> bool:

@@ -122,13 +122,15 @@ async def test_what_the_arm_takes_back_is_said_no_more():
         assert ENDED_HERE not in session.text("messages")
 
 
-async def test_a_jog_that_is_refused_again_says_so_again():
+async def test_a_jog_that_is_refused_again_says_so_again_and_one_that_begins_does_not():
     async with Session() as session:
         session.arm.set(notice=ENDED_HERE)
         await session.poll()
         await session.arm_keys()
-        assert "armed" in session.text("messages")
         await session.tap("w", after_s=3.0)
+        await session.poll()
+        assert "armed" in session.text("messages")
+        session.arm.set(notice=ENDED_HERE)
         await session.poll()
         assert session.text("messages") == ENDED_HERE
 
