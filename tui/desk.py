@@ -201,14 +201,15 @@ class ArmControl:
     def reference(self) -> None:
         """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
         self._desk.link.require_motion()
+        home = partial(self._arm.home, stops=self._arm.stops)
         if self._arm.referencing.homes_by_switches:
             text = "THE ARM WILL MOVE: its controller seeks its switches."
             done = "homed by its own switches"
-            self._ask(text, self._present, self._arm.home, done, asked="Is the way clear?")
+            self._ask(text, self._present, home, done, asked="Is the way clear?")
         elif self._desk.link.status.simulated:
             self._desk.disarm("the simulated operator is at work")
             self._desk.say("the simulated operator brings the arm to its reference posture ...")
-            self._desk.calls.make(self._arm.home, "the simulated operator referenced the arm")
+            self._desk.calls.make(home, "the simulated operator referenced the arm")
         else:
             request = self._arm.reference_request()
             posture = Moment(request.joints, request.opening_mm)

@@ -113,7 +113,9 @@ class AsyncArm(AsyncConnection):
         """Switch the motor current off: **the arm can sag**, so `park` first."""
     async def reset(self) -> None:
         """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing."""
-    async def home(self, *, operator: Operator | None = ..., report: GroupReport = ...) -> Pose:
+    async def home(
+        self, *, operator: Operator | None = ..., report: GroupReport = ..., stops: int | None = ...
+    ) -> Pose:
         """Reference the arm, by its homing switches or by an operator; return its pose."""
     async def confirm_reference(self) -> None:
         """Declare that the arm now stands in its reference posture."""

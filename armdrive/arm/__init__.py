@@ -247,7 +247,11 @@ class Arm:
 
     @blocking
     async def home(
-        self, *, operator: Operator | None = None, report: GroupReport = unreported
+        self,
+        *,
+        operator: Operator | None = None,
+        report: GroupReport = unreported,
+        stops: int | None = None,
     ) -> Pose:
         """Reference the arm, by its homing switches or by an operator; return its pose.
 
@@ -256,9 +260,10 @@ class Arm:
         called with a `PostureRequest`, may jog the arm, and returns True once the arm stands in
         the reference posture. Raises `OperatorNeeded` without an operator; a simulated arm has a
         simulated one. The engine's thread calls `report` with the motor names of each group that
-        has found its switches; `report` must not block.
+        has found its switches; `report` must not block. `stops` works as in `start`, but without it
+        an operator is asked also after a stop by another program.
         """
-        return await self.referencing.home(operator or self.operator, report)
+        return await self.referencing.home(operator or self.operator, report, stops)
 
     @blocking
     async def confirm_reference(self) -> None:

@@ -25,6 +25,7 @@ class Waits:
     def __init__(self, arm: Arm, *, since: int | None = None) -> None:
         self._arm = arm
         self.stops = arm.stops if since is None else since
+        arm.runner.know_of(self.stops)
         self._absences = self._absent()
 
     @property

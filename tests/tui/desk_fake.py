@@ -139,7 +139,9 @@ class FakeArm:
         }
         self.set(**(back | more))
 
-    def home(self):
+    def home(self, *, stops):
+        if stops != self.stops:
+            raise Stopped("a stop was requested before the motion started")
         self.calls.append(("home",))
 
     def confirm_reference(self):
