@@ -487,11 +487,16 @@ _NOT_ASKED = "not switched on by this program; they may hold the arm all the sam
 """The current of a disabled arm that has not been read. `armdrive doctor` asks drives on a bus."""
 
 
+def motors_words(state: str, current: str) -> str:
+    """Say whether motors hold the arm: they are ..."""
+    unasked = (state, current) == (State.DISABLED.value, Current.UNKNOWN.value)
+    return _NOT_ASKED if unasked else _MOTORS[current]
+
+
 def status_rows(view: Mapping[str, Any]) -> Iterator[StatusRow]:
     """Yield a status line by line: state, position, tip, joints, gripper, stop, and errors."""
     yield StatusRow("state", view["state"], _conduct(view))
-    unasked = (view["state"], view["current"]) == (State.DISABLED.value, Current.UNKNOWN.value)
-    yield StatusRow("motors", _NOT_ASKED if unasked else _MOTORS[view["current"]])
+    yield StatusRow("motors", motors_words(view["state"], view["current"]))
     if program := program_line(view):
         yield StatusRow("program", program, _progress(view))
     reason = trust_words(view["trust"], view["trust_reason"], view["trust_code"])

@@ -87,7 +87,7 @@ class ArmLink:
     @property
     def why_immobile(self) -> str:
         """Why no key can move the arm now, and what to do; empty if one can."""
-        return why_immobile(self.status.state, self._desk.keys)
+        return why_immobile(self.status, self._desk.keys)
 
     def require(self) -> None:
         """Raise `BadRequest` while the link is lost: no key reaches the arm then."""

@@ -14,7 +14,17 @@ from textual.widgets import Static
 
 from armdrive.errors.printable import printable
 from armdrive.registry import DIALECTS
-from armdrive.status import State, Status, Trust, bound_words, coded, rounded_up, trust_words
+from armdrive.status import (
+    Current,
+    State,
+    Status,
+    Trust,
+    bound_words,
+    coded,
+    motors_words,
+    rounded_up,
+    trust_words,
+)
 from kinematics.text import rounded
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import STOP, titled
@@ -34,13 +44,16 @@ and so on, which can be read in a light look too.
 BADGES: Mapping[str, Span] = {
     State.DISCONNECTED.value: ("LINK LOST", WRONG),
     State.ERROR_STOP.value: ("ERROR", WRONG),
-    State.DISABLED.value: ("MOTORS OFF", QUIET),
+    State.DISABLED.value: ("DISABLED", QUIET),
     State.STANDBY.value: ("READY", GOOD),
     State.HOMING.value: ("HOMING", BUSY),
     State.MOVING.value: ("MOVING", BUSY),
     State.STOPPING.value: ("STOPPING", CAREFUL),
 }
 """The one word for each state, and its colour."""
+
+MOTORS_OFF: Span = ("MOTORS OFF", QUIET)
+"""Stands for the state of a disabled arm that is known to have no current."""
 
 WAYS_OUT: Mapping[State, tuple[str, str]] = {
     State.DISCONNECTED: ("reconnect", "reconnects"),
@@ -96,7 +109,7 @@ def safety_state(
     that the arm reconnects by itself; `paused_at` is the screen that paused the arm;
     `spoken` puts a sentence into the words of the desk.
     """
-    badge = badge_of(status.state.value, paused=status.paused)
+    badge = badge_of(status.state.value, status.current.value, paused=status.paused)
     if armed and badge == BADGES[State.STANDBY.value]:
         badge = ARMED
     forbids = banner(status, keys, reconnects=reconnects, paused_at=paused_at)
@@ -116,8 +129,10 @@ def safety_state(
     )
 
 
-def badge_of(state: object, *, paused: bool) -> Span:
+def badge_of(state: object, current: object, *, paused: bool) -> Span:
     """Return the badge of a state; a pause is shown only where the arm could move without it."""
+    if (state, current) == (State.DISABLED.value, Current.OFF.value):
+        return MOTORS_OFF
     badge = BADGES.get(str(state), (UNKNOWN, QUIET))
     return PAUSED if paused and state not in IMMOBILE else badge
 
@@ -193,14 +208,14 @@ def way_out(state: State, keys: Keyboard) -> str:
     return f"{keys.label(row)} {does}{leave}"
 
 
-def why_immobile(state: State, keys: Keyboard) -> str:
-    """Say why no key can move the arm in this state, and what to do; empty if one can."""
+def why_immobile(status: Status, keys: Keyboard) -> str:
+    """Say why no key can move the arm now, and what to do; empty if one can."""
     why = {
         State.DISCONNECTED: "there is no link to the arm, and no key moves it: ",
         State.ERROR_STOP: "the arm is in error-stop: look at it, then ",
-        State.DISABLED: "the motors are off: ",
+        State.DISABLED: f"the motors are {motors_words(status.state.value, status.current.value)}. ",
     }
-    return why.get(state, "") + way_out(state, keys)
+    return why.get(status.state, "") + way_out(status.state, keys)
 
 
 def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_at: str = "") -> str:

@@ -66,7 +66,7 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
     running = view.get("program")
     program = progress_of(running) if isinstance(running, Mapping) else ""
     arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}){on}"
-    badge = badge_of(view.get("state"), paused=bool(view.get("paused")))
+    badge = badge_of(view.get("state"), view.get("current"), paused=bool(view.get("paused")))
     return SafetyState(
         arm="  ".join(filter(None, (arm, program))),
         real=not view.get("simulated"),
