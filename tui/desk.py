@@ -16,7 +16,7 @@ from typing import ClassVar, cast
 from textual import events, on
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
-from textual.containers import Container, Vertical, VerticalScroll
+from textual.containers import Vertical, VerticalScroll
 from textual.screen import Screen
 
 from armdrive import Arm
@@ -47,7 +47,7 @@ from tui.safety import (
 )
 from tui.settings import DeskSettings
 from tui.terminal import KeyUp, on_ending_signals, send_changed_spans
-from tui.widgets import KeyLine, PlainText, ScreenTabs, text_of
+from tui.widgets import PlainText, ScreenTabs, fill_frame, framed, text_of
 
 POLL_S = 0.05
 """How often the arm's latest status is looked at, however often it changes."""
@@ -350,12 +350,8 @@ class DeskScreen(Screen[None]):
     def compose(self) -> ComposeResult:
         """Lay out what every screen has; the middle is the screen's own."""
         keys = self.desk.keys
-        yield ScreenTabs(self.place, keys)
-        yield SafetyPanel(keys)
-        with Container(id="body"):
-            yield from self.compose_body()
-        yield PlainText(id="messages")
-        yield KeyLine(id="footer")
+        head = (ScreenTabs(self.place, keys), SafetyPanel(keys))
+        yield from framed(head, self.compose_body())
 
     def compose_body(self) -> ComposeResult:
         """Lay out the middle of the screen."""
@@ -395,7 +391,7 @@ class DeskScreen(Screen[None]):
         """Show this status: called at each poll of the desk while it is at this screen."""
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
-        desk, footer = self.desk, self.query_one("#footer", KeyLine)
+        desk = self.desk
         state = safety_state(
             status,
             desk.keys,
@@ -414,8 +410,7 @@ class DeskScreen(Screen[None]):
         idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
-        self.text("messages").show(message or self.hint + self._more)
-        footer.show_keys(rows, footer.content_size.width)
+        fill_frame(self, message or self.hint + self._more, rows)
         self.show_body(status)
 
     @property

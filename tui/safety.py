@@ -96,18 +96,17 @@ def safety_state(
     status: Status,
     keys: Keyboard,
     *,
-    armed: bool | None = None,
-    says: str = "",
-    reconnects: bool = False,
-    paused_at: str = "",
-    program: str = "",
-    spoken: Callable[[str], str] = str,
+    armed: bool,
+    says: str,
+    reconnects: bool,
+    paused_at: str,
+    program: str,
+    spoken: Callable[[str], str],
 ) -> SafetyState:
     """Return what a desk says about its arm.
 
-    `armed` is None on a screen without jog keys. `says` follows the badge. `reconnects` means
-    that the arm reconnects by itself; `paused_at` is the screen that paused the arm;
-    `spoken` puts a sentence into the words of the desk.
+    `says` follows the badge. `reconnects` means that the arm reconnects by itself; `paused_at` is
+    the screen that paused the arm; `spoken` puts a sentence into the words of the desk.
     """
     badge = badge_of(status.state.value, status.current.value, paused=status.paused)
     if armed and badge == BADGES[State.STANDBY.value]:
@@ -210,15 +209,16 @@ def way_out(state: State, keys: Keyboard) -> str:
 
 def why_immobile(status: Status, keys: Keyboard) -> str:
     """Say why no key can move the arm now, and what to do; empty if one can."""
+    motors = motors_words(status.state.value, status.current.value)
     why = {
         State.DISCONNECTED: "there is no link to the arm, and no key moves it: ",
         State.ERROR_STOP: "the arm is in error-stop: look at it, then ",
-        State.DISABLED: f"the motors are {motors_words(status.state.value, status.current.value)}. ",
+        State.DISABLED: f"the motors are {motors}. ",
     }
     return why.get(status.state, "") + way_out(status.state, keys)
 
 
-def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_at: str = "") -> str:
+def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) -> str:
     """Say what forbids all motion, and what to do; nothing while nothing does."""
     reason = (
         coded(status.error, status.error_code)
