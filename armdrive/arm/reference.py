@@ -66,9 +66,7 @@ class Referencing:
 
     # -- homing ---------------------------------------------------------------------------------
 
-    async def home(
-        self, operator: Operator | None, report: GroupReport, stops: int | None
-    ) -> Pose:
+    async def home(self, operator: Operator | None, report: GroupReport, stops: int | None) -> Pose:
         """Reference the arm, by switches or by an operator; see `Arm.home`."""
         runner = self._parts.runner
         if self._config.homing is not None and self.homes_by_switches:
