@@ -224,8 +224,6 @@ class AsyncArm(AsyncConnection):
         frame: str = ...,
         wait: Literal[False],
     ) -> AsyncHandle[Moved]: ...
-    async def move_gripper(self, opening_mm: float, speed: float = ...) -> Moved:
-        """Move the fingers to an opening in mm; `arm.gripper` has more gripper calls."""
     async def park(self, *, speed: float = ...) -> Moved:
         """Move to the arm file's park posture, by default 30 mm above the reference mark."""
     async def move_motors(self, *steps: int, speed: float = ..., stops: int | None = ...) -> Moved:

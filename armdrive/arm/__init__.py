@@ -44,7 +44,6 @@ from armdrive.moves import (
     Angles,
     ArcMove,
     GraspMove,
-    GripperMove,
     Jog,
     JogMove,
     JointAngles,
@@ -507,11 +506,6 @@ class Arm:
         first and keeps one posture. `note` of the result names blends that had to be smaller.
         """
         return await self.moving.go(PathMove(tuple(parts), speed, frame), wait)
-
-    @blocking
-    async def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
-        """Move the fingers to an opening in mm; `arm.gripper` has more gripper calls."""
-        return await finished(self.moving.start(GripperMove(opening_mm, speed)))
 
     @blocking
     async def park(self, *, speed: float = 1.0) -> Moved:
