@@ -193,8 +193,8 @@ class TaskRunner:
         """Raise `Stopped` if this program was suspended since that count was taken."""
         if self.absences() != absences:
             raise Stopped(
-                "the wait ended because this program or its computer was suspended: after a "
-                "suspension, nothing continues by itself"
+                "this program or its computer was suspended: after a suspension, nothing continues "
+                "by itself"
             )
 
 
