@@ -170,6 +170,15 @@ NO_STOP = "no stop reaches the arm: use its own stop or power switch"
 """What can be said of an arm whose program has ended."""
 
 
+def bound_text(distance_mm: object, time_s: object) -> str:
+    """Say how far and how long something goes on at most; what is no number is not known."""
+    far, long = (
+        UNKNOWN if not isinstance(bound, int | float) else f"{rounded_up(bound, digits):.{digits}f}"
+        for bound, digits in ((distance_mm, 0), (time_s, 2))
+    )
+    return f"{far} mm, {long} s"
+
+
 def stopping_text(
     state: object, *, stop: tuple[object, object], silent: tuple[object, object]
 ) -> str:
@@ -178,14 +187,9 @@ def stopping_text(
     `stop` and `silent` are the bounds of the two, in mm and s: for the motion under way, or for the
     fastest one while none is planned. The present speed is known to the controller alone.
     """
-    lost = state == State.DISCONNECTED.value
-    far, long = (
-        UNKNOWN if not isinstance(bound, int | float) else f"{rounded_up(bound, digits):.{digits}f}"
-        for bound, digits in zip(silent if lost else stop, (0, 2), strict=True)
-    )
-    if lost:
-        return f"no stop reaches it; it ends by itself within {far} mm, {long} s"
-    return f"a stop takes up to {far} mm, {long} s"
+    if state == State.DISCONNECTED.value:
+        return f"no stop reaches it; it ends by itself within {bound_text(*silent)}"
+    return f"a stop takes up to {bound_text(*stop)}"
 
 
 def without_link(status: Status, keys: Keyboard) -> str:
