@@ -218,6 +218,7 @@ class Status:
       would continue after a stop now. `silent_time_s`, `silent_distance_mm`: the same if the
       program died or the cable was pulled.
     - `error_code`, `notice_code`: rows of the error catalogue.
+    - `notices`: the number of notices so far. The same words with a higher number are a new notice.
     - `torque`: when the arm is held up, and when it sags.
     - `paused`, `speed_override`: whether the arm is paused, and the factor that slows it.
     - `scheduling_jitter`: how late the thread that drives the arm woke; never late in simulated
@@ -254,6 +255,7 @@ class Status:
     error: str = ""
     error_code: str = ""
     notice_code: str = ""
+    notices: int = 0
     torque: Torque | None = None
     time_s: float = 0.0
     trust_since_s: float = 0.0
@@ -485,11 +487,16 @@ _NOT_ASKED = "not switched on by this program; they may hold the arm all the sam
 """The current of a disabled arm that has not been read. `armdrive doctor` asks drives on a bus."""
 
 
+def motors_words(state: str, current: str) -> str:
+    """Say whether motors hold the arm: they are ..."""
+    unasked = (state, current) == (State.DISABLED.value, Current.UNKNOWN.value)
+    return _NOT_ASKED if unasked else _MOTORS[current]
+
+
 def status_rows(view: Mapping[str, Any]) -> Iterator[StatusRow]:
     """Yield a status line by line: state, position, tip, joints, gripper, stop, and errors."""
     yield StatusRow("state", view["state"], _conduct(view))
-    unasked = (view["state"], view["current"]) == (State.DISABLED.value, Current.UNKNOWN.value)
-    yield StatusRow("motors", _NOT_ASKED if unasked else _MOTORS[view["current"]])
+    yield StatusRow("motors", motors_words(view["state"], view["current"]))
     if program := program_line(view):
         yield StatusRow("program", program, _progress(view))
     reason = trust_words(view["trust"], view["trust_reason"], view["trust_code"])

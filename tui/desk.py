@@ -16,7 +16,7 @@ from typing import ClassVar, cast
 from textual import events, on
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
-from textual.containers import Container, Vertical, VerticalScroll
+from textual.containers import Vertical, VerticalScroll
 from textual.screen import Screen
 
 from armdrive import Arm
@@ -47,7 +47,7 @@ from tui.safety import (
 )
 from tui.settings import DeskSettings
 from tui.terminal import KeyUp, on_ending_signals, send_changed_spans
-from tui.widgets import KeyLine, PlainText, ScreenTabs, text_of
+from tui.widgets import PlainText, ScreenTabs, fill_frame, framed, text_of
 
 POLL_S = 0.05
 """How often the arm's latest status is looked at, however often it changes."""
@@ -72,8 +72,7 @@ class ArmLink:
         self._desk = desk
         self._was_lost = False
         self._stops = desk.arm.stops
-        self._heard = ""
-        self._asked = False
+        self._notices, self._heard = 0, ""
 
     @property
     def lost(self) -> bool:
@@ -88,7 +87,7 @@ class ArmLink:
     @property
     def why_immobile(self) -> str:
         """Why no key can move the arm now, and what to do; empty if one can."""
-        return why_immobile(self.status.state, self._desk.keys)
+        return why_immobile(self.status, self._desk.keys)
 
     def require(self) -> None:
         """Raise `BadRequest` while the link is lost: no key reaches the arm then."""
@@ -113,7 +112,7 @@ class ArmLink:
         hand = self._desk.screens.hand
         if hand is not None and hand.armed and (why := self.why_immobile):
             hand.disarm(why)  # the first key after a reset must not move the arm
-        self._hear(status.notice)
+        self._hear(status)
 
     def follow_stops(self, reason: str = STOPPED) -> None:
         """After a stop, by this desk or another program, let nothing go on that was begun before.
@@ -126,16 +125,12 @@ class ArmLink:
             self._desk.disarm(reason)
             self._desk.dialogs.close_questions()
 
-    def expect_answer(self) -> None:
-        """Take what the arm says next for new: it may refuse a jog again in the same words."""
-        self._asked = True
-
-    def _hear(self, notice: str) -> None:
+    def _hear(self, status: Status) -> None:
         """Make what the arm says the message of the desk when it is new, also that it is over."""
-        before, self._heard = self._heard, notice
-        new, self._asked = self._asked or notice != before, False
-        if new and (notice or self._desk.message == before):
-            self._desk.message = notice
+        new, self._notices = status.notices != self._notices, status.notices
+        before, self._heard = self._heard, status.notice
+        if new and (status.notice or self._desk.message == before):
+            self._desk.message = status.notice
 
     @property
     def pausable(self) -> bool:
@@ -206,14 +201,15 @@ class ArmControl:
     def reference(self) -> None:
         """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
         self._desk.link.require_motion()
+        home = partial(self._arm.home, stops=self._arm.stops)
         if self._arm.referencing.homes_by_switches:
             text = "THE ARM WILL MOVE: its controller seeks its switches."
             done = "homed by its own switches"
-            self._ask(text, self._present, self._arm.home, done, asked="Is the way clear?")
+            self._ask(text, self._present, home, done, asked="Is the way clear?")
         elif self._desk.link.status.simulated:
             self._desk.disarm("the simulated operator is at work")
             self._desk.say("the simulated operator brings the arm to its reference posture ...")
-            self._desk.calls.make(self._arm.home, "the simulated operator referenced the arm")
+            self._desk.calls.make(home, "the simulated operator referenced the arm")
         else:
             request = self._arm.reference_request()
             posture = Moment(request.joints, request.opening_mm)
@@ -354,12 +350,8 @@ class DeskScreen(Screen[None]):
     def compose(self) -> ComposeResult:
         """Lay out what every screen has; the middle is the screen's own."""
         keys = self.desk.keys
-        yield ScreenTabs(self.place, keys)
-        yield SafetyPanel(keys)
-        with Container(id="body"):
-            yield from self.compose_body()
-        yield PlainText(id="messages")
-        yield KeyLine(id="footer")
+        head = (ScreenTabs(self.place, keys), SafetyPanel(keys))
+        yield from framed(head, self.compose_body())
 
     def compose_body(self) -> ComposeResult:
         """Lay out the middle of the screen."""
@@ -399,7 +391,7 @@ class DeskScreen(Screen[None]):
         """Show this status: called at each poll of the desk while it is at this screen."""
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
-        desk, footer = self.desk, self.query_one("#footer", KeyLine)
+        desk = self.desk
         state = safety_state(
             status,
             desk.keys,
@@ -418,8 +410,7 @@ class DeskScreen(Screen[None]):
         idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
-        self.text("messages").show(message or self.hint + self._more)
-        footer.show_keys(rows, footer.content_size.width)
+        fill_frame(self, message or self.hint + self._more, rows)
         self.show_body(status)
 
     @property

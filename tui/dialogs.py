@@ -15,12 +15,13 @@ from textual.screen import ModalScreen
 from textual.widgets import Input
 
 from armdrive.render.scene import Moment, posture_cameras
-from armdrive.status import Status, rounded_up
+from armdrive.status import Status
 from kinematics.presets import ArmModel
 from kinematics.text import folded
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import Keyboard, bindings, label
 from tui.keys.table import DeskKey, JogPair
+from tui.safety import bound_text
 from tui.settings import LOOKS
 from tui.widgets import PlainText, text_of
 
@@ -148,10 +149,10 @@ class PostureScreen(ModalScreen[bool]):
 def safety(keys: Keyboard, status: Status) -> tuple[str, str, str]:
     """Return the three facts, each of them one line."""
     stop, reference = label(keys.of("stop")[0]).upper(), keys.label("reference")
-    long, far = rounded_up(status.stop_time_s, 2), rounded_up(status.stop_distance_mm, 0)
+    late = bound_text(status.stop_distance_mm, status.stop_time_s)
     return (
         f"1 {stop} stops the arm from anywhere, but is no emergency switch.",
-        f"2 The arm feels nothing, and stops late: {long:.2f} s, {far:.0f} mm. Hands off.",
+        f"2 The arm feels nothing, and stops late: {late}. Hands off.",
         f"3 Its numbers hold only after a reference ({reference}): look at the arm.",
     )
 

@@ -9,7 +9,6 @@ from typing import ClassVar, cast
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Container
 from textual.screen import Screen
 
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
@@ -22,7 +21,7 @@ from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, words
 from tui.settings import INCREMENTS, neighbour
 from tui.terminal import draws_braille
 from tui.theory import TheoryPanel, axis_rows, joint_rows
-from tui.widgets import KeyLine, PlainText, text_of
+from tui.widgets import PlainText, fill_frame, framed, text_of
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.
 
@@ -177,11 +176,8 @@ class ModelScreen(Screen[None]):
 
     def compose(self) -> ComposeResult:
         """Lay the title, the theory, a remark and the keys out."""
-        yield PlainText(id="title")
-        with Container(id="body"):
-            yield TheoryPanel(self.desk.hand.subject, self._numbers, braille=self.desk.braille)
-        yield PlainText(id="messages")
-        yield KeyLine(id="footer")
+        panel = TheoryPanel(self.desk.hand.subject, self._numbers, braille=self.desk.braille)
+        yield from framed([PlainText(id="title")], [panel])
 
     def on_mount(self) -> None:
         """Show the model as soon as there is room to show it in."""
@@ -203,8 +199,8 @@ class ModelScreen(Screen[None]):
         desk, width = self.desk, self.size.width
         step = f"step {desk.hand.increment:g}\N{DEGREE SIGN}/mm, keys move {desk.hand.way}"
         text_of(self, "title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width].ljust(width))
-        text_of(self, "messages").show(f"{step}\n! {desk.message}" if desk.message else step)
-        self.query_one(KeyLine).show_keys(desk.keys.next_keys(PLACE), width)
+        message = f"{step}\n! {desk.message}" if desk.message else step
+        fill_frame(self, message, desk.keys.next_keys(PLACE))
         self.panel.show(desk.hand.study)
 
     def _numbers(self, of: Study, width: int) -> str:

@@ -14,7 +14,17 @@ from textual.widgets import Static
 
 from armdrive.errors.printable import printable
 from armdrive.registry import DIALECTS
-from armdrive.status import State, Status, Trust, bound_words, coded, rounded_up, trust_words
+from armdrive.status import (
+    Current,
+    State,
+    Status,
+    Trust,
+    bound_words,
+    coded,
+    motors_words,
+    rounded_up,
+    trust_words,
+)
 from kinematics.text import rounded
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import STOP, titled
@@ -34,13 +44,16 @@ and so on, which can be read in a light look too.
 BADGES: Mapping[str, Span] = {
     State.DISCONNECTED.value: ("LINK LOST", WRONG),
     State.ERROR_STOP.value: ("ERROR", WRONG),
-    State.DISABLED.value: ("MOTORS OFF", QUIET),
+    State.DISABLED.value: ("DISABLED", QUIET),
     State.STANDBY.value: ("READY", GOOD),
     State.HOMING.value: ("HOMING", BUSY),
     State.MOVING.value: ("MOVING", BUSY),
     State.STOPPING.value: ("STOPPING", CAREFUL),
 }
 """The one word for each state, and its colour."""
+
+MOTORS_OFF: Span = ("MOTORS OFF", QUIET)
+"""Stands for the state of a disabled arm that is known to have no current."""
 
 WAYS_OUT: Mapping[State, tuple[str, str]] = {
     State.DISCONNECTED: ("reconnect", "reconnects"),
@@ -83,20 +96,19 @@ def safety_state(
     status: Status,
     keys: Keyboard,
     *,
-    armed: bool | None = None,
-    says: str = "",
-    reconnects: bool = False,
-    paused_at: str = "",
-    program: str = "",
-    spoken: Callable[[str], str] = str,
+    armed: bool,
+    says: str,
+    reconnects: bool,
+    paused_at: str,
+    program: str,
+    spoken: Callable[[str], str],
 ) -> SafetyState:
     """Return what a desk says about its arm.
 
-    `armed` is None on a screen without jog keys. `says` follows the badge. `reconnects` means
-    that the arm reconnects by itself; `paused_at` is the screen that paused the arm;
-    `spoken` puts a sentence into the words of the desk.
+    `says` follows the badge. `reconnects` means that the arm reconnects by itself; `paused_at` is
+    the screen that paused the arm; `spoken` puts a sentence into the words of the desk.
     """
-    badge = badge_of(status.state.value, paused=status.paused)
+    badge = badge_of(status.state.value, status.current.value, paused=status.paused)
     if armed and badge == BADGES[State.STANDBY.value]:
         badge = ARMED
     forbids = banner(status, keys, reconnects=reconnects, paused_at=paused_at)
@@ -116,8 +128,10 @@ def safety_state(
     )
 
 
-def badge_of(state: object, *, paused: bool) -> Span:
+def badge_of(state: object, current: object, *, paused: bool) -> Span:
     """Return the badge of a state; a pause is shown only where the arm could move without it."""
+    if (state, current) == (State.DISABLED.value, Current.OFF.value):
+        return MOTORS_OFF
     badge = BADGES.get(str(state), (UNKNOWN, QUIET))
     return PAUSED if paused and state not in IMMOBILE else badge
 
@@ -156,6 +170,15 @@ NO_STOP = "no stop reaches the arm: use its own stop or power switch"
 """What can be said of an arm whose program has ended."""
 
 
+def bound_text(distance_mm: object, time_s: object) -> str:
+    """Say how far and how long something goes on at most; what is no number is not known."""
+    far, long = (
+        UNKNOWN if not isinstance(bound, int | float) else f"{rounded_up(bound, digits):.{digits}f}"
+        for bound, digits in ((distance_mm, 0), (time_s, 2))
+    )
+    return f"{far} mm, {long} s"
+
+
 def stopping_text(
     state: object, *, stop: tuple[object, object], silent: tuple[object, object]
 ) -> str:
@@ -164,14 +187,9 @@ def stopping_text(
     `stop` and `silent` are the bounds of the two, in mm and s: for the motion under way, or for the
     fastest one while none is planned. The present speed is known to the controller alone.
     """
-    lost = state == State.DISCONNECTED.value
-    far, long = (
-        UNKNOWN if not isinstance(bound, int | float) else f"{rounded_up(bound, digits):.{digits}f}"
-        for bound, digits in zip(silent if lost else stop, (0, 2), strict=True)
-    )
-    if lost:
-        return f"no stop reaches it; it ends by itself within {far} mm, {long} s"
-    return f"a stop takes up to {far} mm, {long} s"
+    if state == State.DISCONNECTED.value:
+        return f"no stop reaches it; it ends by itself within {bound_text(*silent)}"
+    return f"a stop takes up to {bound_text(*stop)}"
 
 
 def without_link(status: Status, keys: Keyboard) -> str:
@@ -193,17 +211,18 @@ def way_out(state: State, keys: Keyboard) -> str:
     return f"{keys.label(row)} {does}{leave}"
 
 
-def why_immobile(state: State, keys: Keyboard) -> str:
-    """Say why no key can move the arm in this state, and what to do; empty if one can."""
+def why_immobile(status: Status, keys: Keyboard) -> str:
+    """Say why no key can move the arm now, and what to do; empty if one can."""
+    motors = motors_words(status.state.value, status.current.value)
     why = {
         State.DISCONNECTED: "there is no link to the arm, and no key moves it: ",
         State.ERROR_STOP: "the arm is in error-stop: look at it, then ",
-        State.DISABLED: "the motors are off: ",
+        State.DISABLED: f"the motors are {motors}. ",
     }
-    return why.get(state, "") + way_out(state, keys)
+    return why.get(status.state, "") + way_out(status.state, keys)
 
 
-def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_at: str = "") -> str:
+def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) -> str:
     """Say what forbids all motion, and what to do; nothing while nothing does."""
     reason = (
         coded(status.error, status.error_code)

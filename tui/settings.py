@@ -107,6 +107,11 @@ class MoveSettings:
 
     cartesian: bool = True
     speed: float = 0.5
+    """Of planned moves, on the move screen and on the points screen."""
+
+    def change_speed(self, by: int) -> None:
+        """Go to goals faster or more slowly."""
+        self.speed = neighbour(SPEEDS, self.speed, by)
 
 
 def neighbour(values: tuple[Number, ...], value: Number, by: int) -> Number:

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, cast
 
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
-from textual.containers import Container, Horizontal, VerticalScroll
+from textual.containers import Horizontal, VerticalScroll
 from textual.screen import Screen
 
 from armdrive.errors import ArmError, BadRequest
@@ -47,7 +47,15 @@ from tui.safety import (
 )
 from tui.settings import memory_file, neighbour, recall
 from tui.terminal import draws_braille
-from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLines, panels, text_of
+from tui.widgets import (
+    LINES_SHOWN,
+    LinesToShow,
+    ProgramLines,
+    fill_frame,
+    framed,
+    panels,
+    text_of,
+)
 
 # What the screen says about the arm, made from the plain data of its status.
 
@@ -66,7 +74,7 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
     running = view.get("program")
     program = progress_of(running) if isinstance(running, Mapping) else ""
     arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}){on}"
-    badge = badge_of(view.get("state"), paused=bool(view.get("paused")))
+    badge = badge_of(view.get("state"), view.get("current"), paused=bool(view.get("paused")))
     return SafetyState(
         arm="  ".join(filter(None, (arm, program))),
         real=not view.get("simulated"),
@@ -181,17 +189,17 @@ class WatchScreen(Screen[None]):
 
     def compose(self) -> ComposeResult:
         """Lay the screen out: the arm on the left, words and numbers on the right."""
+        yield from framed([SafetyPanel(self.watching.keys)], self._compose_body())
+
+    def _compose_body(self) -> ComposeResult:
         app = self.watching
-        yield SafetyPanel(app.keys)
-        with Container(id="body"), Horizontal():
+        with Horizontal():
             yield SpaceView(app.model, braille=app.braille, id="space")
             with VerticalScroll(id="panels", can_focus=False):
                 program = ProgramLines(id="program", rows=LINES_SHOWN)
                 program.border_title = "Program"
                 yield program
                 yield from panels(watched="Status")
-        yield PlainText(id="messages")
-        yield KeyLine(id="footer")
 
     def on_mount(self) -> None:
         """Show what arrived before the screen was laid out."""
@@ -202,12 +210,11 @@ class WatchScreen(Screen[None]):
         """Show what is known, why it is no longer new, and the last message."""
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
-        app, width = self.watching, self.size.width
+        app = self.watching
         self.query_one(SafetyPanel).show(watched_state(app.arm_name, view, ended))
         self.query_one(ProgramLines).show_program(self._program.lines(view.get("program")))
         text_of(self, "watched").show(lines(view))
-        text_of(self, "messages").show(message)
-        self.query_one(KeyLine).show_keys(app.keys.next_keys("watch"), width)
+        fill_frame(self, message, app.keys.next_keys("watch"))
         self.query_one(SpaceView).show(moment(view, app.model))
 
 

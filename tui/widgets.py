@@ -6,8 +6,11 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from textual import events
+from textual.app import ComposeResult
+from textual.containers import Container
 from textual.content import Content
 from textual.dom import DOMNode
+from textual.widget import Widget
 from textual.widgets import OptionList, Static
 
 from armdrive.errors.printable import printable, printable_lines
@@ -208,6 +211,22 @@ def _least(groups: Sequence[KeyGroup]) -> KeyGroup:
 
 def _width(groups: Sequence[KeyGroup]) -> int:
     return sum(len(text) for group in groups for text in group.texts) - len(KEY_GAP)
+
+
+def framed(head: Iterable[Widget], body: Iterable[Widget]) -> ComposeResult:
+    """Lay a screen out: what stands above its middle, the middle, a message, the line of keys."""
+    yield from head
+    with Container(id="body"):
+        yield from body
+    yield PlainText(id="messages")
+    yield KeyLine(id="footer")
+
+
+def fill_frame(screen: DOMNode, message: str, rows: Sequence[DeskKey]) -> None:
+    """Show the message and the line of keys of a screen."""
+    text_of(screen, "messages").show(message)
+    footer = screen.query_one("#footer", KeyLine)
+    footer.show_keys(rows, footer.content_size.width)
 
 
 def panels(**titles: str) -> Iterator[PlainText]:

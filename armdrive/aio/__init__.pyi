@@ -113,7 +113,9 @@ class AsyncArm(AsyncConnection):
         """Switch the motor current off: **the arm can sag**, so `park` first."""
     async def reset(self) -> None:
         """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing."""
-    async def home(self, *, operator: Operator | None = ..., report: GroupReport = ...) -> Pose:
+    async def home(
+        self, *, operator: Operator | None = ..., report: GroupReport = ..., stops: int | None = ...
+    ) -> Pose:
         """Reference the arm, by its homing switches or by an operator; return its pose."""
     async def confirm_reference(self) -> None:
         """Declare that the arm now stands in its reference posture."""
@@ -222,8 +224,6 @@ class AsyncArm(AsyncConnection):
         frame: str = ...,
         wait: Literal[False],
     ) -> AsyncHandle[Moved]: ...
-    async def move_gripper(self, opening_mm: float, speed: float = ...) -> Moved:
-        """Move the fingers to an opening in mm; `arm.gripper` has more gripper calls."""
     async def park(self, *, speed: float = ...) -> Moved:
         """Move to the arm file's park posture, by default 30 mm above the reference mark."""
     async def move_motors(self, *steps: int, speed: float = ..., stops: int | None = ...) -> Moved:

@@ -44,7 +44,6 @@ from armdrive.moves import (
     Angles,
     ArcMove,
     GraspMove,
-    GripperMove,
     Jog,
     JogMove,
     JointAngles,
@@ -247,7 +246,11 @@ class Arm:
 
     @blocking
     async def home(
-        self, *, operator: Operator | None = None, report: GroupReport = unreported
+        self,
+        *,
+        operator: Operator | None = None,
+        report: GroupReport = unreported,
+        stops: int | None = None,
     ) -> Pose:
         """Reference the arm, by its homing switches or by an operator; return its pose.
 
@@ -256,9 +259,10 @@ class Arm:
         called with a `PostureRequest`, may jog the arm, and returns True once the arm stands in
         the reference posture. Raises `OperatorNeeded` without an operator; a simulated arm has a
         simulated one. The engine's thread calls `report` with the motor names of each group that
-        has found its switches; `report` must not block.
+        has found its switches; `report` must not block. `stops` works as in `start`, but without it
+        an operator is asked also after a stop by another program.
         """
-        return await self.referencing.home(operator or self.operator, report)
+        return await self.referencing.home(operator or self.operator, report, stops)
 
     @blocking
     async def confirm_reference(self) -> None:
@@ -502,11 +506,6 @@ class Arm:
         first and keeps one posture. `note` of the result names blends that had to be smaller.
         """
         return await self.moving.go(PathMove(tuple(parts), speed, frame), wait)
-
-    @blocking
-    async def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
-        """Move the fingers to an opening in mm; `arm.gripper` has more gripper calls."""
-        return await finished(self.moving.start(GripperMove(opening_mm, speed)))
 
     @blocking
     async def park(self, *, speed: float = 1.0) -> Moved:

@@ -192,7 +192,8 @@ class Jogging:
             asked = ContinuousJog(jog, speed_fraction(speed), now_s + min(for_s, LONGEST_LEASE_S))
             extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
             if not extended:
-                self._held_stops = runner.known_stops = runner.stops
+                self._held_stops = runner.stops
+                runner.know_of(runner.stops)
             if runner.stops == self._held_stops:
                 self._go_on(asked)
             else:
@@ -203,7 +204,7 @@ class Jogging:
         """Jog by one increment, unless another one is already waiting; returns at once."""
         pace = self._parts.pace
         with pace.lock:
-            self._parts.runner.known_stops = self._parts.runner.stops
+            self._parts.runner.know_of(self._parts.runner.stops)
             nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
             if not self._core.nudges:
                 self._go_on(nudge)

@@ -66,10 +66,11 @@ class Referencing:
 
     # -- homing ---------------------------------------------------------------------------------
 
-    async def home(self, operator: Operator | None, report: GroupReport) -> Pose:
+    async def home(self, operator: Operator | None, report: GroupReport, stops: int | None) -> Pose:
         """Reference the arm, by switches or by an operator; see `Arm.home`."""
+        runner = self._parts.runner
         if self._config.homing is not None and self.homes_by_switches:
-            return await self._home_by_switches(self._config.homing, report)
+            return await self._home_by_switches(self._config.homing, report, stops)
         request = self.request()
         if operator is None:
             raise OperatorNeeded(
@@ -77,8 +78,10 @@ class Referencing:
                 "operator, or bring it to a known posture and call `declare_posture()`. "
                 f"{request}"
             )
-        self._parts.runner.require(Event.HOME)
-        await self._parts.runner.perform(reference_tasks.begin_home(self._parts.context))
+        runner.require(Event.HOME)
+        # the operator acts after all stops so far
+        runner.require_no_stop(runner.stops if stops is None else stops, BEFORE)
+        await runner.perform(reference_tasks.begin_home(self._parts.context))
         try:
             self._have_confirmed(operator, request)
             await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
@@ -99,11 +102,13 @@ class Referencing:
         groups = () if self._config.homing is None else self._config.homing.groups
         return tuple(tuple(names[motor - 1] for motor in group) for group in groups)
 
-    async def _home_by_switches(self, homing: HomingSettings, report: GroupReport) -> Pose:
+    async def _home_by_switches(
+        self, homing: HomingSettings, report: GroupReport, stops: int | None
+    ) -> Pose:
         context, runner = self._parts.context, self._parts.runner
         with self._parts.pace.lock:
-            self._parts.runner.require(Event.HOME)
-            runner.require_no_stop(None, BEFORE)
+            runner.require(Event.HOME)
+            runner.require_no_stop(stops, BEFORE)
             names = self.homing_groups
             body = reference_tasks.home_device(context, homing, lambda group: report(names[group]))
             task = runner.submit(body, alone=True)

@@ -60,7 +60,8 @@ class TaskRunner:
         self.stops = 0
         """The number of stops requested so far."""
         self.known_stops = 0
-        """The number that this program knows of: its own, and those that `Stopped` has reported."""
+        """The number that this program knows of: its own, those that `Stopped` has reported, and
+        those that its user knew of when deciding on a call."""
 
     # -- stopping -----------------------------------------------------------------------------
 
@@ -123,7 +124,7 @@ class TaskRunner:
     def result(self, task: Task[T]) -> T:
         """Return the result of a task that has ended, or raise its error."""
         if isinstance(task.error, Stopped):
-            self.known_stops = self.stops
+            self.know_of(self.stops)
         return task.result()
 
     async def perform(self, body: TaskBody[T], within_s: float | None = None) -> T:
@@ -172,10 +173,16 @@ class TaskRunner:
 
         None stands for the last stop that this program knows of.
         """
+        if since is not None:
+            self.know_of(since)
         if self.stops != (self.known_stops if since is None else since):
             by = " by another program" if self.stops != self.known_stops else ""
-            self.known_stops = self.stops
+            self.know_of(self.stops)
             raise Stopped(f"a stop was requested{by} {when}")
+
+    def know_of(self, stops: int) -> None:
+        """Note that what follows was decided on when there had been this many stops."""
+        self.known_stops = max(self.known_stops, stops)
 
     def absences(self) -> int:
         """Return how often this program or its computer was suspended."""
@@ -186,8 +193,8 @@ class TaskRunner:
         """Raise `Stopped` if this program was suspended since that count was taken."""
         if self.absences() != absences:
             raise Stopped(
-                "the wait ended because this program or its computer was suspended: after a "
-                "suspension, nothing continues by itself"
+                "this program or its computer was suspended: after a suspension, nothing continues "
+                "by itself"
             )
 
 

@@ -148,7 +148,8 @@ def reset(context: MotionContext) -> TaskBody[None]:
     if not isinstance(reply, Done):
         raise DeviceFault(f"the controller stays in its fault: {reply}")
     if not context.stopping:
-        core.error = core.notice = Message()
+        core.error = Message()
+        core.notify("")
     registers = yield from context.ask_registers()
     if context.stopping:
         raise context.stopped("a stop came during the reset: call `reset()` again")
@@ -252,7 +253,7 @@ def _latch(core: Core, was: State, back: str) -> None:
     latched = core.latched
     if latched.words and latched.code != RECONNECTED:
         earlier = latched.words.partition(MEANWHILE)[0]  # of repeated losses, only the latest
-        core.fault(f"{earlier}{MEANWHILE}{back}", latched.code)
+        core.fault(f"{without_reset(earlier)}{MEANWHILE}{back}", latched.code)
     elif was is State.DISABLED:
         core.error = Message()
     else:

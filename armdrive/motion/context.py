@@ -358,8 +358,8 @@ class MotionContext:
         raise self.fault(DeviceFault(alert or f"{why}. Look at the arm, then call `reset()`"))
 
 
-def without_reset(error: ArmError) -> str:
-    """Return an error's text without the advice to reset, for an arm that is not connected yet."""
+def without_reset(error: ArmError | str) -> str:
+    """Return an error's text without the advice to reset, which is given later or not yet."""
     return str(error).rstrip(".").removesuffix(", then call `reset()`")
 
 

@@ -25,7 +25,8 @@ class Waits:
     def __init__(self, arm: Arm, *, since: int | None = None) -> None:
         self._arm = arm
         self.stops = arm.stops if since is None else since
-        self._absences = self._absent()
+        arm.runner.know_of(self.stops)
+        self._absences = self._arm.runner.absences()
 
     @property
     def stopped(self) -> bool:
@@ -36,15 +37,11 @@ class Waits:
         """Raise `Stopped` after a stop or a suspension since the run began."""
         if self.stopped:
             raise Stopped("the program was stopped")
-        if self._absent() != self._absences:
-            raise Stopped(
-                "the program was stopped, because it or its computer was suspended: after a "
-                "suspension, nothing continues by itself"
-            )
+        self._arm.runner.require_present(self._absences)
 
     def attended(self) -> None:
         """Note that a person has just seen the arm. Raises `Stopped`."""
-        self._absences = self._absent()
+        self._absences = self._arm.runner.absences()
         self.require_no_stop()
 
     def delay(self, time_s: float) -> None:
@@ -74,9 +71,5 @@ class Waits:
                     raise given_up(waited_s)
                 time.sleep(BREATH_S)
                 waited_s += BREATH_S
-            self._absences = self._absent()  # a person ended the pause
+            self._absences = self._arm.runner.absences()  # a person ended the pause
         self.require_no_stop()  # a stop ends a pause, too
-
-    def _absent(self) -> int:
-        with self._arm.pace.lock:
-            return self._arm.engine.suspend_count

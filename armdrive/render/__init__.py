@@ -3,7 +3,7 @@
 What is decided where:
 
     figure       an arm or a chain as lines; `frame_steps` its frames as they are assigned
-    scene        the layers of one picture, and which of them changed
+    scene        the layers of one picture: what stays, and what moves over it
     camera       where it is seen from
     canvas       lines as characters
     sketch       plane curves to scale, in characters or a file

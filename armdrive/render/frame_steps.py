@@ -63,7 +63,7 @@ class StepDrawing:
         joints = tuple(
             self._placed(origins[each.number]) for each in known.frames if "o" in each.parts
         )
-        return SceneSpace(((Layer(tuple(strokes), written, joints),),), AXIS_WORD)
+        return SceneSpace(Layer(tuple(strokes), written, joints), reach=AXIS_WORD)
 
     def rows(self, known: KnownFrames, width: int, height: int, *, braille: bool) -> list[str]:
         """Return the picture of a step as rows of characters, without empty ones at its edges."""

@@ -1,4 +1,4 @@
-"""The picture of one arm in space over time: its layers, and which of them changed.
+"""The picture of one arm in space over time.
 
 Everything around the arm is drawn once: the table, the base, the guards. The trail of the tip and
 the outlines of the reach are kept as they come.
@@ -14,7 +14,7 @@ from functools import lru_cache, partial
 from itertools import product
 
 from armdrive.render.camera import VIEWS, Camera, Dome, Projection, projection, side_of
-from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Painted, Raster, Stroke, raster
+from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Painted, Stroke, raster
 from armdrive.render.figure import Stance, dome, figure, ghost, stance
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.workspace import section
@@ -136,9 +136,8 @@ def _ring(x: float, y: float, radius: float, z: float) -> tuple[Point, ...]:
 
 # --- The trail: a limited number of the tip's latest points, in pieces ---------------------------
 
-PIECE = 16  # points in a layer; a full layer never changes, so it need not be drawn again
-MOST_PIECES, FORGOTTEN_AT_ONCE = 24, 6
-"""The number of full layers. Removing one redraws the others, so several go at a time."""
+PIECE = 16  # points in a piece: one that is full stays as it is, and so do its dots
+MOST_PIECES = 24
 
 LEAP = 0.35
 """If the tip moves by this share of the reach between two updates, the position was changed.
@@ -155,20 +154,20 @@ class Trail:
     def __init__(self, reach_mm: float) -> None:
         self._leap_mm = LEAP * reach_mm
         self._spacing_mm = _SPACING * reach_mm
-        self._full: deque[Layer] = deque()
+        self._full: deque[Stroke] = deque(maxlen=MOST_PIECES)
         self._points: list[Point] = []
 
     def add(self, tip: Point | None) -> None:
         """Add the position of the tip now, or None while it is unknown."""
         gone_mm = math.dist(self._points[-1], tip) if tip is not None and self._points else 0.0
         if tip is None or gone_mm > self._leap_mm:
-            self._close()
+            self._full.extend(self._latest)
             self._points = []
         if tip is None or (self._points and gone_mm < self._spacing_mm):
             return
         self._points.append(tip)
         if len(self._points) == PIECE:
-            self._close()
+            self._full.extend(self._latest)
             self._points = [tip]  # the next piece continues from here
 
     def clear(self) -> None:
@@ -177,29 +176,14 @@ class Trail:
         self._points = self._points[-1:]
 
     @property
-    def full(self) -> tuple[Layer, ...]:
-        """The full pieces: the identical layer objects each time, until they are forgotten."""
-        return tuple(self._full)
+    def layer(self) -> Layer:
+        """The trail as lines."""
+        return Layer((*self._full, *self._latest))
 
     @property
-    def latest(self) -> Layer:
-        """The piece that still grows."""
-        if len(self._points) < 2:
-            return Layer()
-        return Layer((Stroke(Ink.DRIVEN, tuple(self._points)),))
-
-    @property
-    def points(self) -> tuple[Point, ...]:
-        """All remembered points, oldest first; points shared by two pieces appear twice."""
-        strokes = (*(stroke for layer in self._full for stroke in layer.strokes),)
-        return (*(point for stroke in strokes for point in stroke.points), *self._points)
-
-    def _close(self) -> None:
-        if len(self._points) > 1:
-            self._full.append(Layer((Stroke(Ink.DRIVEN, tuple(self._points)),)))
-        if len(self._full) > MOST_PIECES:
-            for _ in range(FORGOTTEN_AT_ONCE):
-                self._full.popleft()
+    def _latest(self) -> tuple[Stroke, ...]:
+        """The piece that still grows, as soon as it is a line."""
+        return (Stroke(Ink.DRIVEN, tuple(self._points)),) if len(self._points) > 1 else ()
 
 
 # --- The outline of the reach, as lines in the arm's plane: slow to compute, therefore kept -------
@@ -283,7 +267,7 @@ def _tip(arm: ArmGeometry, angles: tuple[float, ...]) -> tuple[float, float]:
     return math.hypot(points[-1][0] - points[0][0], points[-1][1] - points[0][1]), points[-1][2]
 
 
-# --- Layers: those that do not change are drawn only once ----------------------------------------
+# --- A picture: what stays is drawn only once -------------------------------------------------
 
 _SAMPLE = 4  # cells of a line's sample in the legend: a full period of every pattern
 _GAP = 2
@@ -292,81 +276,54 @@ _LEAST_HEIGHT = 8  # in rows; a smaller picture has no room for a legend
 
 @dataclass(frozen=True, slots=True)
 class SceneSpace:
-    """A picture as sheets of layers, from the one that never changes to the one that changes most.
+    """A picture: the layer that stays as it is, and the layers over it, which change.
 
-    A sheet is redrawn only if one of its layers or a sheet below it has changed. `reach` describes
-    the outline of the reach in the legend; `notice` is written across the middle.
+    `reach` describes the outline of the reach in the legend; `notice` is written across the middle.
     """
 
-    sheets: tuple[tuple[Layer, ...], ...]
+    still: Layer
+    moving: tuple[Layer, ...] = ()
     reach: str = ""
     notice: str = ""
 
     @property
     def inks(self) -> frozenset[Ink]:
         """The inks of all its lines."""
-        layers = (layer for sheet in self.sheets for layer in sheet)
+        layers = (self.still, *self.moving)
         return frozenset(stroke.ink for layer in layers for stroke in layer.strokes)
-
-
-class _Sheet:
-    """A raster with layers on top of another sheet, redrawn only if one of them was replaced.
-
-    Layers are compared by identity, because comparing their contents takes longer than drawing.
-    """
-
-    def __init__(self, width: int, height: int, *, braille: bool) -> None:
-        self.raster: Raster = raster(width, height, braille=braille)
-        self.edition = 0
-        self._layers: tuple[Layer, ...] = ()
-        self._over = 0
-
-    def show(self, layers: tuple[Layer, ...], seen: Projection, under: _Sheet | None) -> None:
-        """Show layers on top of a sheet. Layers added at the end are drawn over the others."""
-        edition = under.edition if under is not None else 0
-        kept = len(self._layers)
-        same = edition == self._over and all(
-            a is b for a, b in zip(self._layers, layers, strict=False)
-        )
-        if not same or kept > len(layers):
-            kept = 0
-            if under is None:
-                self.raster.clear()
-            else:
-                self.raster.taken_from(under.raster)
-            self.edition += 1
-        for layer in layers[kept:]:
-            self.raster.draw(layer, seen)
-            self.edition += 1
-        self._layers, self._over = layers, edition
 
 
 class Studio:
     """Draws one arm repeatedly, in braille or plain ASCII.
 
-    Sheets are kept as long as the camera and the size of the canvas stay the same.
+    What stays as it is has a canvas of its own as long as it is the same object, seen by the same
+    camera at the same size.
     """
 
     def __init__(self, dome: Dome, *, braille: bool) -> None:
         self.dome = dome
         self.braille = braille
         self._key: tuple[Camera, int, int] | None = None
-        self._sheets: list[_Sheet] = []
-        self._work = raster(0, 0, braille=braille)
+        self._still: Layer | None = None
+        self._backdrop = self._work = raster(0, 0, braille=braille)
         self._seen = Projection((0.0,) * 4, (0.0,) * 4)
         self._legend = lru_cache(maxsize=8)(partial(_legend, braille=braille))
 
     def draw(self, space: SceneSpace, camera: Camera, width: int, height: int) -> Painted:
         """Return a picture of `width` by `height` cells, with the legend in the last row."""
         worded = height >= _LEAST_HEIGHT
-        if self._key != (camera, width, height):
-            self._key = (camera, width, height)
-            self._sheets = []
-            self._work = work = raster(width, height - worded, braille=self.braille)
-            across, down = work.right + 1, work.bottom + 1
-            self._seen = projection(camera, self.dome, across, down, work.dot_aspect)
-        self._draw_sheets(space.sheets)
+        if self._key != (camera, width, height) or self._still is not space.still:
+            self._key, self._still = (camera, width, height), space.still
+            self._backdrop, self._work = (
+                raster(width, height - worded, braille=self.braille) for _ in range(2)
+            )
+            across, down = self._work.right + 1, self._work.bottom + 1
+            self._seen = projection(camera, self.dome, across, down, self._work.dot_aspect)
+            self._backdrop.draw(space.still, self._seen)
         work = self._work
+        work.taken_from(self._backdrop)
+        for layer in space.moving:
+            work.draw(layer, self._seen)
         if space.notice:
             column = max((work.width - len(space.notice)) // 2, 0)
             work.text(column, work.height // 2, space.notice, Ink.WORD)
@@ -374,22 +331,6 @@ class Studio:
         work.text(0, 0, name, Ink.WORD)
         painted = work.painted()
         return painted.above(self._legend(space.inks, space.reach, width)) if worded else painted
-
-    def _draw_sheets(self, sheets: tuple[tuple[Layer, ...], ...]) -> None:
-        """Draw the sheets on top of each other; all but the last are kept for the next time."""
-        work = self._work
-        under: _Sheet | None = None
-        for index, layers in enumerate(sheets[:-1]):
-            if index == len(self._sheets):
-                self._sheets.append(_Sheet(work.width, work.height, braille=self.braille))
-            self._sheets[index].show(layers, self._seen, under)
-            under = self._sheets[index]
-        if under is None:
-            work.clear()
-        else:
-            work.taken_from(under.raster)
-        for layer in sheets[-1]:
-            work.draw(layer, self._seen)
 
 
 def _legend(inks: frozenset[Ink], reach: str, width: int, *, braille: bool) -> Painted:
@@ -438,7 +379,7 @@ class ArmDrawing:
         self.dome = dome(model.arm)
         self.trail = Trail(self.dome.reach_mm)
         self.tip: Point | None = None
-        self._backdrop = (surroundings(model.arm, model.guards, self.dome),)
+        self._backdrop = surroundings(model.arm, model.guards, self.dome)
         self._ahead: tuple[Layer, ...] = ()
         self._wanted_ahead: tuple[Joints | None, float | None, tuple[Point, ...]] | None = None
         self._outlines: OrderedDict[Key, Outline] = OrderedDict()
@@ -472,15 +413,14 @@ class ArmDrawing:
         if moment.joints is None:
             self.trail.add(None)
             self.tip = None
-            return SceneSpace((self._backdrop, self._ahead, self.trail.full, ()), notice=notice)
+            return SceneSpace(self._backdrop, (*self._ahead, self.trail.layer), notice=notice)
         here = self.stance(moment.joints, moment.opening_mm)
         self.tip = here.tip
         self.trail.add(here.tip)
         self._turn_reach(moment.joints)
         words = self._outline.words if self._outline is not None else ""
-        moving = (self.trail.latest, figure(here))
-        sheets = (self._backdrop, self._ahead, self.trail.full, (self._reach,), moving)
-        return SceneSpace(sheets, words)
+        moving = (*self._ahead, self.trail.layer, self._reach, figure(here))
+        return SceneSpace(self._backdrop, moving, words)
 
     def _want(self, moment: Moment) -> None:
         """Update the planned path and the ghost at its end, if they changed."""
@@ -550,5 +490,4 @@ class PostureDrawing:
     def _space(self, moment: Moment, blocks: Iterable[Box]) -> SceneSpace:
         space = self._drawing.space(moment)
         self._drawing.trail.add(None)  # each picture is of one posture alone
-        *still, moving = space.sheets
-        return SceneSpace((*still, (*moving, _boxes(blocks, Ink.BASE))))
+        return SceneSpace(space.still, (*space.moving, _boxes(blocks, Ink.BASE)))

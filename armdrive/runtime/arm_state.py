@@ -101,6 +101,8 @@ class Core:
         """Why the arm is in error-stop, or why its link is lost."""
         self.notice = Message()
         """What the operator should know."""
+        self.notices = 0
+        """Number of notices so far, also in the same words, and of those that were withdrawn."""
         self.readings = DeviceReadings(controller.abilities)
         self.fingers = FingerState(config, self.transmission)
         self.position = PositionLedger(
@@ -139,7 +141,7 @@ class Core:
         """Apply an event to the state machine; raises `WrongState` if it is not allowed."""
         before, self.state = self.state, after(self.state, event)
         if self.state is not before and self.notice.code == WRONG_STATE:
-            self.notice = Message()  # only the state before explains it
+            self.notify("")  # only the state before explains it
         self.tracer.changed()
 
     def settle(self) -> None:
@@ -218,15 +220,19 @@ class Core:
 
     @property
     def seen(self) -> Motors:
-        """The position to display: read back during a motion if possible, else acknowledged."""
-        moving = self.state in (State.MOVING, State.HOMING, State.STOPPING)
-        reporting = moving and self.controller.abilities.reports_while_moving
-        if reporting and self.position.read_back is not None:
-            return self.position.read_back
-        return self.position.acknowledged
+        """The position to display: read back if a reporting device has not confirmed a motion.
+
+        It stays there if the motion's end is never confirmed, as after the loss of the link.
+        """
+        position, reports = self.position, self.controller.abilities.reports_while_moving
+        underway = self.state is State.HOMING or position.commanded != position.acknowledged
+        if underway and reports and position.read_back is not None:
+            return position.read_back
+        return position.acknowledged
 
     def notify(self, words: str, cause: BaseException | Evidence | None = None) -> None:
         """Set the notice, with the code of its cause if it reports a problem."""
+        self.notices += 1
         self.notice = Message(words, "" if cause is None else code_of(cause))
 
     def clear_messages(self) -> None:
@@ -332,6 +338,7 @@ class Core:
             error=self.error.words,
             error_code=self.error.code,
             notice_code=self.notice.code,
+            notices=self.notices,
             torque=dialect(self.config.connection.dialect).torque,
             time_s=engine.now_s,
             paused=self.speed_override.paused,

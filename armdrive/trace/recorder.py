@@ -49,7 +49,7 @@ C = TypeVar("C", bound=type)
 CALLS = (
     "home", "confirm_reference", "confirm_restored", "declare_posture",
     "run", "start", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors",
-    "move_gripper", "park", "jog_j", "jog_l", "hold", "nudge", "release",
+    "park", "jog_j", "jog_l", "hold", "nudge", "release",
     "enable", "disable", "reset", "estop", "mend_settings", "set_outputs", "read_inputs",
     "wait_inputs", "grasp", "feel", "verify", "pause", "resume",
     "read_pendant_program", "write_pendant_program",

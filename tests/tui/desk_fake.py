@@ -55,7 +55,9 @@ class FakeArm:
         self.set(**more)
 
     def set(self, **more):
-        self.status = replace(self.status, **more)
+        """Change the status; a notice is a new one even if its words are not."""
+        notices = self.status.notices + ("notice" in more)
+        self.status = replace(self.status, notices=notices, **more)
 
     def asked(self, name):
         return [call for call in self.calls if call[0] == name]
@@ -137,7 +139,9 @@ class FakeArm:
         }
         self.set(**(back | more))
 
-    def home(self):
+    def home(self, *, stops):
+        if stops != self.stops:
+            raise Stopped("a stop was requested before the motion started")
         self.calls.append(("home",))
 
     def confirm_reference(self):

@@ -19,7 +19,7 @@ from waiting import until_seen
 
 from armdrive.cli.runner import command_parser
 from armdrive.moves import Jog, Space
-from armdrive.status import State, Trust, status_view
+from armdrive.status import Current, State, Trust, status_view
 from armdrive.storage.point_file import points_of
 from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
@@ -441,19 +441,20 @@ async def test_what_somebody_asked_from_outside_is_shown():
         assert session.text("banner") == ""
 
 
-PAUSED_IN = {
-    State.STANDBY: "PAUSED",
-    State.MOVING: "PAUSED",
-    State.ERROR_STOP: "ERROR",
-    State.DISABLED: "MOTORS OFF",
-    State.DISCONNECTED: "LINK LOST",
-}
+PAUSED_IN = (
+    (State.STANDBY, "held", "PAUSED"),
+    (State.MOVING, "held", "PAUSED"),
+    (State.ERROR_STOP, "held", "ERROR"),
+    (State.DISABLED, "off", "MOTORS OFF"),
+    (State.DISABLED, "unknown", "DISABLED"),  # an earlier program may have left them on
+    (State.DISCONNECTED, "unknown", "LINK LOST"),
+)
 
 
 async def test_a_pause_hides_no_state_in_which_nothing_can_move():
     async with Session(FakeArm(paused=True)) as session:
-        for state, badge in PAUSED_IN.items():
-            session.arm.set(state=state)
+        for state, current, badge in PAUSED_IN:
+            session.arm.set(state=state, current=Current(current))
             await session.poll()
             assert session.text("state").startswith(f" {badge} ")
             assert watched_state("sim", status_view(session.arm.status), "").badge[0] == badge

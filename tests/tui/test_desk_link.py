@@ -6,7 +6,7 @@ from desk_session import Session
 
 from armdrive import Arm
 from armdrive.errors import Refused
-from armdrive.status import State, Trust
+from armdrive.status import Current, State, Trust
 
 
 async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
@@ -122,13 +122,15 @@ async def test_what_the_arm_takes_back_is_said_no_more():
         assert ENDED_HERE not in session.text("messages")
 
 
-async def test_a_jog_that_is_refused_again_says_so_again():
+async def test_a_jog_that_is_refused_again_says_so_again_and_one_that_begins_does_not():
     async with Session() as session:
         session.arm.set(notice=ENDED_HERE)
         await session.poll()
         await session.arm_keys()
-        assert "armed" in session.text("messages")
         await session.tap("w", after_s=3.0)
+        await session.poll()
+        assert "armed" in session.text("messages")
+        session.arm.set(notice=ENDED_HERE)
         await session.poll()
         assert session.text("messages") == ENDED_HERE
 
@@ -190,18 +192,22 @@ async def test_a_lost_link_closes_a_question_and_refuses_what_needs_an_arm():
 
 
 @pytest.mark.parametrize(
-    ("state", "why"),
+    ("state", "current", "why"),
     [
-        (State.ERROR_STOP, "the arm is in error-stop: look at it, then R resets"),
-        (State.DISABLED, "the motors are off: P switches the motors on"),
+        (State.ERROR_STOP, "held", "the arm is in error-stop: look at it, then R resets"),
+        (State.DISABLED, "off", "the motors are off. P switches the motors on"),
+        (State.DISABLED, "unknown", "they may hold the arm all the same. P switches the motors on"),
     ],
 )
-async def test_a_state_in_which_nothing_can_move_disarms_and_says_how_to_leave_it(state, why):
+async def test_a_state_in_which_nothing_can_move_disarms_and_says_how_to_leave_it(
+    state, current, why
+):
     async with Session(FakeArm(simulated=False)) as session:
         await session.hold("q")
-        session.arm.set(state=state)
+        session.arm.set(state=state, current=Current(current))
         await session.poll()
-        assert f"keys disarmed: {why}" in session.text("messages")
+        assert "keys disarmed: the" in session.text("messages")
+        assert why in session.text("messages")
         assert "enter arm" not in session.text("footer")
         session.arm.calls.clear()
         for key in ("enter", "q", "1", "H", "K"):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
-from waiting import LONG_S, looks
+from waiting import LONG_S, looks, tried
 
 from tui.terminal import LastingFile
 
@@ -181,15 +181,15 @@ def _desk_on(theirs, notes, said):
 
 
 def _arm(terminal):
-    """Press Enter until the keys are armed; a desk that was kept waiting drops a key."""
-    os.write(terminal, b"\r")
-    seen = b""
-    while b"armed:" not in seen:
-        assert select.select([terminal], [], [], LONG_S)[0], "the desk painted nothing more"
-        seen += os.read(terminal, 65536)
-        if b"press again" in seen:
-            seen = b""
-            os.write(terminal, b"\r")
+    """Press Enter until the keys are armed; a desk that was kept waiting drops or refuses a key."""
+    seen = bytearray()
+
+    def armed():
+        if select.select([terminal], [], [], 0.0)[0]:
+            seen.extend(os.read(terminal, 65536))
+        return b"armed:" in seen
+
+    tried(lambda: os.write(terminal, b"\r"), armed, "the keys were not armed")
 
 
 def _read_until(terminal, words):

@@ -172,7 +172,7 @@ def test_the_facts_are_three_lines_that_fit_the_smallest_dialog():
     assert len(facts) == 3
     assert max(map(len, facts)) <= 68
     assert "SPACE stops" in facts[0]
-    assert "0.21 s, 14 mm" in facts[1]
+    assert "14 mm, 0.21 s" in facts[1]
     assert "reference (H)" in facts[2]
 
 

@@ -56,18 +56,13 @@ class DeskJogging:
         clock: Callable[[], float],
         say: Callable[[str], None],
         settings: Callable[[], JogSettings],
-        asked: Callable[[], None] = lambda: None,
         age_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
-        """`asked` is called before each jog: the arm may refuse it, in the notice of its status.
-
-        `age_s` returns the age of the key that is being handled.
-        """
+        """`age_s` returns the age of the key that is being handled."""
         self._arm = arm
         self._clock = clock
         self._say = say
         self._settings = settings
-        self._asked = asked
         self._age_s = age_s
         self._deadman = DeadMan()
         self._active_s = clock()
@@ -241,7 +236,6 @@ class DeskJogging:
         if isinstance(action, Increment | HeldKey) and self._was_stopped():
             return
         if isinstance(action, Increment):
-            self._asked()
             self._arm.nudge(settings.increment_of(action.key), speed=settings.speed)
         elif isinstance(action, HeldKey):
             for_s = action.until_s - self._clock()
@@ -253,5 +247,4 @@ class DeskJogging:
                 self._say(f"keys disarmed: {action.reason}")
 
     def _hold(self, jog: Jog, for_s: float) -> None:
-        self._asked()
         self._arm.hold(jog, speed=self.settings.speed, for_s=for_s)

@@ -13,7 +13,7 @@ from armdrive.abilities import OUTPUTS
 from armdrive.errors import ArmError
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.registry import DIALECTS
-from armdrive.status import LinkStats, State, Status, Trust, rounded_up
+from armdrive.status import LinkStats, State, Status, Trust
 from kinematics.guards import Reading
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
@@ -22,6 +22,7 @@ from tui.desk import Desk
 from tui.gamepad import PAD
 from tui.jog.jogging import DeskJogging
 from tui.keys.table import MM_AXES, JogPair, words
+from tui.safety import bound_text
 from tui.settings import JogSettings
 from tui.widgets import Span
 
@@ -275,8 +276,7 @@ def _if_silent(status: Status) -> str:
     """Say how far the tip goes if this program dies, where that is farther than after a stop."""
     if status.silent_time_s <= status.stop_time_s:
         return ""
-    long, far = rounded_up(status.silent_time_s, 2), rounded_up(status.silent_distance_mm, 0)
-    return f"if the link dies {long:.2f} s, {far:.0f} mm"
+    return f"if the link dies {bound_text(status.silent_distance_mm, status.silent_time_s)}"
 
 
 def _steps(steps: Sequence[int] | None) -> str:

@@ -125,7 +125,6 @@ class JogScreen(DeskScreen):
             clock=desk.clock,
             say=desk.say,
             settings=lambda: self.desk.settings.jog,
-            asked=desk.link.expect_answer,
             age_s=app.input.key_age_s,
         )
         self.hand.alarm = HoldAlarm(app, self.hand.tick)

@@ -19,7 +19,7 @@ from armdrive.moves import BASE_FRAME, JointMove, LineMove, Motion, PoseMove
 from kinematics.spaces import Joints, Pose
 from tui.app import TypedText
 from tui.keys.table import words
-from tui.settings import SPEEDS, MoveSettings, neighbour
+from tui.settings import MoveSettings, neighbour
 
 STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)
 """By how much the arrows change a field, in degrees or mm."""
@@ -123,7 +123,7 @@ class GoalForm:
 
     def change_speed(self, by: int) -> None:
         """Move faster or more slowly."""
-        self.settings.speed = neighbour(SPEEDS, self.settings.speed, by)
+        self.settings.change_speed(by)
 
     def switch_mode(self) -> None:
         """Switch between joint angles and poses; the fields are empty then."""

@@ -13,7 +13,7 @@ from armdrive.errors import BadRequest
 from armdrive.motion.preview import PostureOption, Preview, clearance_words, margin_words
 from armdrive.moves import TOOL_FRAME, Motion
 from armdrive.render.scene import Moment
-from armdrive.status import State, Status, rounded_up
+from armdrive.status import State, Status
 from kinematics.guards.path import Clearance
 from kinematics.spaces import Joints
 from tui.app import Job
@@ -21,6 +21,7 @@ from tui.desk import Desk
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import STOP
 from tui.move.form import GoalForm
+from tui.safety import bound_text
 
 MOVES = "MOVES THE ARM"
 """What the second press of a key does."""
@@ -109,8 +110,7 @@ def _way_line(way: PostureOption) -> str:
 
 def _stop(preview: Preview) -> str:
     """Say how much a stop on the way takes at most."""
-    long, far = rounded_up(preview.stop_time_s, 2), rounded_up(preview.stop_distance_mm, 0)
-    return f"a stop takes up to {long:.2f} s, {far:.0f} mm"
+    return f"a stop takes up to {bound_text(preview.stop_distance_mm, preview.stop_time_s)}"
 
 
 def _duration(preview: Preview) -> str:

@@ -246,7 +246,7 @@ class PointsScreen(DeskScreen):
         self.sequence = SequenceRun(desk)
         self.selection = PointSelection(desk, self._selection_changed)
         self.steps = StepEdits(desk, self.selection, self.sequence.require_standstill)
-        self.motion = PointMotion(self.steps)
+        self.motion = PointMotion(desk.settings.move, self.steps)
         self.points = PointEdits(desk, self.selection, self.motion)
 
     @property

@@ -14,7 +14,7 @@ from armdrive.motion.plan import audit_opening
 from armdrive.storage.points import Point, Step, StepList
 from tui.desk import Desk
 from tui.points.list import PointNaming, PointSelection
-from tui.settings import SPEEDS, neighbour
+from tui.settings import SPEEDS, MoveSettings, neighbour
 
 Change = Callable[[list[Step], int], str]
 """Changes the steps at a marked one, and says in words what was done."""
@@ -162,10 +162,15 @@ class StepEdits:
 class PointMotion:
     """How the arm goes to points: in a line or by a joint motion, and how fast."""
 
-    def __init__(self, steps: StepEdits) -> None:
+    def __init__(self, settings: MoveSettings, steps: StepEdits) -> None:
         self.line = False
-        self.speed = 0.5
+        self._settings = settings
         self._steps = steps
+
+    @property
+    def speed(self) -> float:
+        """The speed of planned moves."""
+        return self._settings.speed
 
     def switch_line(self) -> None:
         """Switch between a straight line and a joint motion, also of a marked step."""
@@ -175,7 +180,7 @@ class PointMotion:
     def change_speed(self, by: int) -> None:
         """Go faster or more slowly, also in a marked step."""
         if not self._steps.retime(partial(_other_speed, by=by)):
-            self.speed = neighbour(SPEEDS, self.speed, by)
+            self._settings.change_speed(by)
 
 
 class PointEdits:

@@ -46,7 +46,7 @@ from kinematics.text import counted
 MOVING = frozenset(
     {
         "run", "start", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors",
-        "move_gripper", "park", "home", "jog_j", "jog_l", "hold", "nudge", "grasp", "feel",
+        "park", "home", "jog_j", "jog_l", "hold", "nudge", "grasp", "feel",
         "verify",
     }
 )  # fmt: skip

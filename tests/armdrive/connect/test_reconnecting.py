@@ -228,6 +228,7 @@ def test_an_emergency_stop_outlives_the_loss(connected):
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.error_code == "E303"
     assert arm.status.error.count("Meanwhile the connection was lost") == 1
+    assert arm.status.error.count("`reset()`") == 1
 
 
 @pytest.mark.parametrize("disabled", [False, True])
@@ -406,6 +407,22 @@ AFTER_A_LOSS = {
     "confirm_reference": lambda arm: arm.confirm_reference(),
     "read_pendant_program": lambda arm: arm.read_pendant_program(),
 }
+
+
+@pytest.mark.parametrize("dialect", ["robko01", "grbl", "mks", "cia402"])
+@pytest.mark.parametrize("fault", ["unplug", "mute"])
+def test_an_arm_that_is_lost_in_motion_is_shown_where_it_was_last_seen(connected, dialect, fault):
+    arm = connected(dialect)
+    handle = arm.start(JointMove({"base_deg": 40.0}, speed=0.3))
+    arm.sleep(1.0)
+    arm.twin.faults.add(fault)
+    seen = arm.joints
+    while not handle.done:
+        arm.sleep(0.001)
+        if not handle.done:
+            seen = arm.joints
+    assert arm.joints == seen
+    assert seen["base"] > math.radians(1.0)
 
 
 def test_a_lost_link_takes_back_what_was_noted_about_a_motion(connected):

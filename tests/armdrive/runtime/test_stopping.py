@@ -8,11 +8,15 @@ from dataclasses import replace
 import pytest
 from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config
 
-from armdrive import Jog, JogMove
+from armdrive import Arm, Jog, JogMove
+from armdrive.config.sections import HomingSettings
 from armdrive.connect.control_socket import answered
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, DeviceFault, LinkLost, OperatorNeeded, Stopped, WrongState
 from armdrive.motion.device import set_outputs
 from armdrive.motion.resolve import prepare
+from armdrive.programs.waits import Waits
 from armdrive.runtime.arm_state import alerted
 from armdrive.runtime.states import TRANSITIONS, Event, after
 from armdrive.status import State, Trust
@@ -154,6 +158,37 @@ def test_a_stop_by_another_program_is_seen_at_rest_and_named_by_a_motion():
     arm.request_stop()
     arm.sleep(1.0)
     assert arm.status.notice == "the jog was stopped"
+
+
+@pytest.mark.parametrize("by_switches", [False, True])
+def test_what_is_decided_after_a_stop_by_another_program_is_not_refused(by_switches):
+    """With a person in between, or with the count of the stops that were known."""
+    config = simulated_config("grbl")
+    if by_switches:
+        homing = HomingSettings(config.model.arm.ik(config.model.reference.pose))
+        config = replace(config, homing=homing, device=replace(config.device, homing=True))
+    arm = Arm(connect_simulated(config))
+    arm.enable()
+
+    def stop_elsewhere():
+        arm.runner.request_stop(elsewhere=True)
+        arm.pace.clock.advance()  # at rest there is nothing to stop
+
+    stop_elsewhere()
+    arm.home(stops=arm.stops)
+    arm.sleep(0.1)
+    stop_elsewhere()
+    Waits(arm).delay(0.1)
+    known = arm.stops
+    stop_elsewhere()
+    with pytest.raises(Stopped):
+        arm.home(stops=known)
+    stop_elsewhere()
+    if by_switches:  # it would move by itself
+        with pytest.raises(Stopped, match="by another program"):
+            arm.home()
+    arm.home()
+    arm.sleep(0.1)
 
 
 def test_a_stop_before_the_first_step_lets_nothing_begin():

@@ -314,6 +314,18 @@ async def test_the_steps_of_a_sequence_are_changed():
         assert (session.screen.motion.line, session.screen.motion.speed) == (False, 0.5)
 
 
+async def test_planned_moves_have_one_speed_on_both_screens_a_low_one_on_a_new_real_arm():
+    arm = taught_arm()
+    arm.set(simulated=False)
+    async with PointSession(arm) as session:
+        await session.choose("up")
+        session.shows("a new real arm", how="speed 25%")
+        await session.keys("greater_than_sign")
+        session.shows("faster", how="speed 50%")
+        await session.keys("f3")
+        session.shows("the move screen", goal="speed 50%")
+
+
 async def test_a_marked_step_is_taken_out_by_two_presses():
     async with PointSession() as session:
         await session.choose("stack")

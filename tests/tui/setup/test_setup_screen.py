@@ -14,7 +14,7 @@ from armdrive.errors import PortUnavailable
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.directions import TRIAL_SPEED
 from armdrive.setup.survey import Report
-from armdrive.status import State
+from armdrive.status import Current, State
 from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles
 from tui.keys.keyboard import DEFAULT_KEYS
@@ -411,7 +411,8 @@ async def test_no_motor_is_turned_in_a_state_in_which_it_should_not(state, why):
             arm.estop()
         await session.choose("4 check")
         if state is State.DISABLED:
-            session.desk.link.status = replace(session.desk.link.status, state=state)
+            off = replace(session.desk.link.status, state=state, current=Current.OFF)
+            session.desk.link.status = off
             with session.desk.calls.acting():
                 session.stage.turn()
         else:
