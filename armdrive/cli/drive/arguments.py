@@ -429,13 +429,13 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "delete": Action("delete a point or a sequence",
                      "drive.points:delete", _naming("name")),
     "copy": Action("copy a point, or a sequence with its points",
-                   "drive.points:shape", _naming("name", "new", more=_again)),
+                   "program.teach:shape", _naming("name", "new", more=_again)),
     "mirror": Action("copy a point or a sequence with left and right exchanged",
-                     "drive.points:shape", _naming("name", "new", more=_again)),
+                     "program.teach:shape", _naming("name", "new", more=_again)),
     "export": Action("write a sequence as a program file",
-                     "drive.points:export", _naming("name", "file", more=add_force_option)),
+                     "program.teach:export", _naming("name", "file", more=add_force_option)),
     "offset": Action("copy a point or a sequence to another place",
-                     "drive.points:shape", _naming("name", "new", more=_offset)),
+                     "program.teach:shape", _naming("name", "new", more=_offset)),
 })  # fmt: skip
 """Every action of `points`."""
 
