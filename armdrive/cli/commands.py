@@ -68,9 +68,9 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str, str]]] = MappingProxyType({
             "save a recording of an arm that another program is driving"),
         "watch": ("look.status:watch", "follow a moving arm",
             "follow an arm that another program is driving"),
-        "log": ("look.recordings:log", "read a recording",
+        "log": ("look.log:log", "read a recording",
             "read a recording in words: bytes, requests, intents, states, errors"),
-        "replay": ("look.recordings:replay_recording", "compare it with simulation",
+        "replay": ("look.replay:replay_recording", "compare it with simulation",
             "replay a recording on a simulated arm, and show where the two differ"),
     },
     "Learn": {

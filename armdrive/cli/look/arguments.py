@@ -60,18 +60,15 @@ def _replay(parser: argparse.ArgumentParser) -> None:
     """Add the options of `replay`.
 
     A simulated arm gets the bytes that the recorded arm got. The exit code is 0 if it answers as
-    the recorded arm did, 1 if it does not, and 2 if the file cannot be used.
+    the recorded arm did, 1 if it does not, and 2 if the file cannot be used. `armdrive log` prints
+    a recording without comparing anything.
 
     Examples:
       armdrive replay monday.jsonl                         up to the first difference, if any
-      armdrive replay monday.jsonl --show                  print the recording only
       armdrive replay monday.jsonl --set speed_error=0.2   would slower motors explain it?
 
     """
     parser.add_argument("file", metavar="FILE", type=Path, help="a recording (.jsonl)")
-    parser.add_argument(
-        "--show", action="store_true", help="print the recording only; compare nothing"
-    )
     parser.add_argument("--quiet", action="store_true", help="print the result only")
     parser.add_argument(
         "--pace",
