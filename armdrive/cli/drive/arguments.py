@@ -583,7 +583,7 @@ def _verify(parser: argparse.ArgumentParser) -> None:
 
     """
     add_switches(
-        parser,
+        parser.add_mutually_exclusive_group(),
         {
             "--accept": "accept the posture at the mark as the new reference, without asking",
             "--keep": "only measure: keep the old reference",

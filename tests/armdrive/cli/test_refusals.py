@@ -26,6 +26,9 @@ REFUSED = [
     ("config set-default sim:", 2, HALF),
     # words that contradict each other, and arms that have not what is asked of them
     ("status --sim teachmover --port /dev/ttyX", 2, "name one arm"),
+    ("status --dialect grbl", 2, "name the port"),  # it would be another arm's
+    ("move --sim grbl --baud 9600 --base 3", 2, "name the port"),
+    ("verify --accept --keep", 2, "not allowed with"),
     ("move", 2, "where to?"),
     ("move --x 250 --shoulder 40", 2, "not two of them"),
     ("move --park --elbow -60", 2, "not two of them"),
@@ -34,6 +37,11 @@ REFUSED = [
     ("move --y 60 --line --via 270,0,120", 2, "no --line"),
     ("move --y 60 --via 270,0", 2, "write it like"),
     ("move --shoulder 40 --frame tool", 2, "--frame needs a pose"),
+    # nothing is opened for the name of a joint or a frame that the arm does not have
+    ("move --port /dev/nothing --dialect grbl --joint tail=3", 2, "no joint 'tail', but base,"),
+    ("move --port /dev/nothing --dialect grbl --x 3 --frame bench", 2, "no frame 'bench'"),
+    ("home --port /dev/nothing --dialect grbl --declare tail=3", 2, "NAME=DEGREES"),
+    ("home --port /dev/nothing --dialect grbl --declare base=3", 2, "every joint needs an angle"),
     ("move --sim cia402 --base 5", 3, "`armdrive home --sim cia402`"),
     ("home --switches", 2, "no switches"),
     ("home --declare base=1", 2, "every joint needs an angle: shoulder"),
@@ -51,6 +59,7 @@ REFUSED = [
     ("jog --model minimover", 2, "did you mean 'minimover5'", *MODEL_NAMES),
     ("jog --model puma --sim teachmover", 2, "--model has no arm"),
     ("jog --model puma --gamepad", 2, "leave out --gamepad"),
+    ("jog --model puma --setup", 2, "a model has no set-up"),
     ("jog --model puma", 2, "armdrive explain"),  # works without a terminal
     # mathematics
     ("fk 0 0 0 0 0 --model teachmoover", 2, "did you mean 'teachmover'"),
@@ -89,6 +98,7 @@ REFUSED = [
     ("doctor /dev/ttyX --arm bench", 2, "name one port"),
     ("doctor --arm bench --dialect teachmover", 2, "leave out --dialect"),
     ("doctor /dev/ttyX --mend", 2, "--mend needs"),
+    ("doctor /dev/ttyX --ids 1-6", 2, "are about a CAN bus"),
     ("doctor --arm sim:teachmover", 2, "is simulated"),
     ("doctor /dev/ttyX --can socketcan:can0", 2, "leave the port out"),
     (f"doctor --yes --can {BUS} --dialect teachmover", 4, NOT_ON_A_BUS),
