@@ -90,7 +90,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
         "--urdf": "print the arm as URDF",
         "--axes": "find frames and link table from the joint axes, step by step",
     }
-    add_switches(parser, switches)
+    add_switches(parser.add_mutually_exclusive_group(), switches)
     parser.add_argument(
         "--convention",
         choices=["standard", "craig"],

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
+from armdrive.cli.learn.explain import ACCURACY, EFFICIENCY
 from armdrive.cli.learn.models import (
     branch_view,
     find_model,
@@ -75,48 +76,24 @@ from kinematics.textbook.worked_example import (
 )
 from kinematics.transmission import Transmission
 
-EFFICIENCY = "efficiency"
-ACCURACY = "accuracy"
 
-
-def explain_system(options: argparse.Namespace) -> Outcome:
-    """Explain a system: its worked example, its symbols or its URDF; or a study of several."""
-    _refuse_contradictions(options)
-    if options.system == EFFICIENCY:
+def explain_system(options: argparse.Namespace, page: str) -> Outcome:
+    """Return a page of explain.py: a worked example, or what is asked for instead of one."""
+    if page == EFFICIENCY:
         return _efficiency(options.joints)
-    if options.system == ACCURACY:
+    if page == ACCURACY:
         return _accuracy(options.joints)
-    if options.urdf:
+    if page == "--urdf":
         return _urdf(options.system)
     model = find_model(options.system)
     subject = subject_of(options.system, model)
-    posed = options.joints or options.goal
-    if options.axes:
+    if page == "--axes":
         return _axes(model, subject, options.convention)
-    joints = _numbers(options.joints)
-    if options.symbolic or options.latex:
-        if posed:
-            raise BadRequest(
-                "--symbolic and --latex hold for any numbers; leave joints and goal out"
-            )
-        return _symbolic(model, subject, latex=options.latex)
-    example = _example(subject, joints or None, options.goal)
+    if page:
+        return _symbolic(model, subject, latex=page == "--latex")
+    example = _example(subject, _numbers(options.joints) or None, options.goal)
     view = example_view(example) | {"angles": model.angles, "unused": list(model.unused)}
     return Result(view, (*_heading(model), *_lines_of(sections(example))))
-
-
-def _refuse_contradictions(options: argparse.Namespace) -> None:
-    """Raise `BadRequest` for options that --axes does not go with, or that go with --axes only."""
-    if options.convention and not options.axes:
-        raise BadRequest("--convention is for --axes: other pages show the arm's own frames")
-    if not options.axes:
-        return
-    if options.system in (EFFICIENCY, ACCURACY):
-        raise BadRequest(f"--axes needs a system or a model file, not {options.system}")
-    if options.symbolic or options.latex or options.urdf:
-        raise BadRequest("--axes prints numbers; leave out --symbolic, --latex and --urdf")
-    if options.joints or options.goal:
-        raise BadRequest("--axes is about the zero position; leave joints and goal out")
 
 
 def _urdf(word: str) -> Result:
