@@ -15,6 +15,7 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from armdrive.cli.learn.explain import ACCURACY, EFFICIENCY
+from armdrive.cli.learn.joint_values import require_values
 from armdrive.cli.learn.models import (
     branch_view,
     find_model,
@@ -42,7 +43,7 @@ from kinematics.errors import OutOfReach
 from kinematics.frames.rotations import columns
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
 from kinematics.presets import ArmPreset, preset
-from kinematics.spaces import Joints
+from kinematics.spaces import JOINT_NAMES, Joints
 from kinematics.textbook.accuracy import (
     TipError,
     explain_resolution,
@@ -401,9 +402,10 @@ def _accuracy(words: Sequence[str]) -> Result:
 
 
 def _posture(words: Sequence[str]) -> Joints:
-    if words and len(words) != len(DEFAULT_DEG):
-        raise BadRequest(f"{len(DEFAULT_DEG)} joint angles in degrees are needed, not {len(words)}")
-    return Joints.of(*map(number, words) if words else DEFAULT_DEG)
+    if not words:
+        return Joints.of(*DEFAULT_DEG)
+    require_values(JOINT_NAMES, words)
+    return Joints.of(*map(number, words))
 
 
 def _errors(

@@ -63,7 +63,7 @@ REFUSED = [
     ("jog --model puma", 2, "armdrive explain"),  # works without a terminal
     # mathematics
     ("fk 0 0 0 0 0 --model teachmoover", 2, "did you mean 'teachmover'"),
-    ("fk 1 2", 2, "5 joint angles are required"),
+    ("fk 1 2", 2, "5 joint values are required"),
     ("fk --model puma 1 2", 2, "6 joint values are required"),
     ("fk --model pumo 1", 2, "did you mean 'puma'"),
     ("ik --x 1 --y 2 --z 3", 2, "--pitch is needed"),
@@ -85,7 +85,7 @@ REFUSED = [
     ("explain --latex", 2, "--latex needs a system"),
     ("explain --list puma", 2, "puma goes with"),
     ("explain efficiency pumo", 2, "did you mean 'puma'"),
-    ("explain accuracy teachmover 1", 2, "5 joint angles"),
+    ("explain accuracy teachmover 1", 2, "5 joint values"),
     ("explain accuracy teachmover 0 abc 0 0 0", 2, "'abc' is not a number"),
     ("explain accuracy alpha2", 3, "motor steps of the Microbot Alpha II are not known"),
     ("explain --axes pumo", 2, "did you mean 'puma'"),
