@@ -261,8 +261,11 @@ DRIVING = (
             "armdrive.sim.device", "firmware_protocol.teachmover",
         )),
         ("ports", ("can",)),
-        ("points list", (*DRIVING, "armdrive.sim", "multiprocessing")),
-        ("config check", DRIVING),
+        ("points list", (
+            *DRIVING, "armdrive.motion", "armdrive.programs", "armdrive.sim", "multiprocessing",
+        )),
+        ("config check", (*DRIVING, "tomlkit")),
+        ("log", (*DRIVING, "armdrive.sim")),
         ("doctor", ("armdrive.arm", "armdrive.connect.parts", "armdrive.sim")),
         ("explain", ("armdrive.config", "armdrive.status", "kinematics.chains.arm", "socket")),
         ("fk 0 0 0 0 0", ("armdrive.storage", "socket")),
