@@ -14,6 +14,7 @@ from armdrive.cli.options import (
     add_allow_restored,
     add_arm_options,
     add_force_option,
+    add_json_option,
     add_pace_option,
     add_switches,
     count,
@@ -36,8 +37,8 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 
     The command checks the finished tower in the simulated world itself: it ends with exit code 1 if
     a block is out of place. The demonstration has a world of its own, so the simulated arm of the
-    other commands does not change. On a real arm, chosen with --arm or --port, you put the blocks
-    down and check the tower yourself.
+    other commands does not change. For an arm of yours there is `armdrive run
+    examples/stacking.arm`, which is rehearsed first.
 
     """
     parser.add_argument(
@@ -52,8 +53,7 @@ def _demo(parser: argparse.ArgumentParser) -> None:
         "--ascii": "draw without braille characters",
     }
     add_switches(parser, switches)
-    add_allow_restored(parser)
-    add_arm_options(parser)
+    add_json_option(parser)
 
 
 # --- run

@@ -52,7 +52,7 @@ REFUSED = [
     ("points save pick --fresh", 3, "[E203]"),
     ("pendant show --sim mks --json", 3, "keeps no program"),
     ("teach follow tour", 1, "no program of yours is driving"),
-    ("demo --port /dev/nothing --dialect teachmover", 3, "a person at a terminal"),
+    ("demo --sim grbl", 2, "there is no option --sim"),
     # a desk, and a model with no arm
     ("jog", 2, "needs a terminal"),
     ("jog --model scra.toml", 2, "scra.toml"),

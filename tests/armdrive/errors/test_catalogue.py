@@ -325,7 +325,7 @@ def test_no_sentence_of_an_arm_sends_a_person_at_the_desk_to_the_command_line():
 
 
 def test_a_command_that_may_be_refused_for_a_restored_position_can_allow_it(call):
-    for command in ("move", "run", "shell", "verify", "demo", "disable"):
+    for command in ("move", "run", "shell", "verify", "disable"):
         assert "--allow-restored" in call(command, "--help", code=0).out
 
 
