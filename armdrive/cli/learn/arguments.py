@@ -42,9 +42,6 @@ def _errors(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--find", metavar="WORDS", help="the errors with all these words, separated by commas"
     )
-    parser.add_argument(
-        "--markdown", action="store_true", help="print all errors as a page of the documentation"
-    )
     add_json_option(parser)
 
 
