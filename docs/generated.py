@@ -17,7 +17,8 @@ import arm_file_keys
 import errors_page
 import reference
 
-from armdrive.cli.commands import COMMANDS, EXIT_CODES
+from armdrive.cli.commands import EXIT_CODES, ROWS
+from armdrive.cli.runner import command_parser
 from armdrive.config.write import complete
 from armdrive.programs.language import words as language
 from armdrive.registry import DIALECTS
@@ -172,10 +173,17 @@ def _functions() -> Iterator[tuple[str, str, str]]:
     yield parts, "The parts of a place, mm and deg.", "`pick.z`"
 
 
+def _sentence(command: str, function: str) -> str:
+    """Return what a command does, as its help begins."""
+    sentence = str(command_parser(command, function).description)
+    return sentence[0].lower() + sentence[1:].removesuffix(".")
+
+
 PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
     {
         "commands": lambda: _table(
-            ("command", "does"), ((f"`armdrive {name}`", text) for name, text in COMMANDS.items())
+            ("command", "does"),
+            ((f"`armdrive {name}`", _sentence(name, at)) for name, (at, _) in ROWS.items()),
         ),
         "exit codes": lambda: _table(
             ("code", "meaning"), ((str(code), text) for code, text in EXIT_CODES.items())

@@ -26,7 +26,7 @@ def _add_model(parser: argparse.ArgumentParser) -> None:
 
 
 def _errors(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `errors`.
+    """Look up an error by its code: its cause, its effect on the arm and what to do.
 
     Every error message begins with its code in brackets.
 
@@ -49,7 +49,7 @@ def _errors(parser: argparse.ArgumentParser) -> None:
 
 
 def _explain(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `explain`.
+    """Work an arm out step by step: link table, A matrices, forward and inverse.
 
     SYSTEM is a named system (`armdrive explain --list`), a built-in arm, or your own: a link table
     or an arm file (.toml), or a .urdf. `efficiency` counts the operations of each way to compute a
@@ -101,7 +101,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
 
 
 def _fk(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `fk`.
+    """Compute the pose of the finger tips from joint angles.
 
     Joint values are in degrees (mm for a sliding joint), in the order of the joints. Those of a
     built-in arm count from the link before, up is positive, as in its arm file; `armdrive explain
@@ -128,7 +128,7 @@ def _fk(parser: argparse.ArgumentParser) -> None:
 
 
 def _ik(parser: argparse.ArgumentParser) -> None:
-    r"""Add the options of `ik`.
+    r"""Compute the joint angles that bring the finger tips to a pose.
 
     Every solution is printed, with the limits that rule it out, and then the one that is used. For
     a link table without a closed form a numerical solver finds one solution. Except for a built-in
@@ -168,7 +168,7 @@ def _ik(parser: argparse.ArgumentParser) -> None:
 
 
 def _plot(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `plot`.
+    """Draw what an arm can reach.
 
     For an arm of the Mini-mover's build, the outline is where the finger tips can go in a vertical
     plane through the base axis, with the hand at a fixed pitch. For any other arm, dots show places
