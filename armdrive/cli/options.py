@@ -285,7 +285,7 @@ ONLY_DRIVEN = "the only arm that your programs are driving"
 
 def names_arm(options: argparse.Namespace) -> bool:
     """Return whether the options name an arm; otherwise the default one is meant."""
-    return bool(options.arm or options.sim or options.port)
+    return any(getattr(options, name) for name in ARM_OPTIONS)
 
 
 def add_allow_restored(parser: argparse.ArgumentParser) -> None:

@@ -28,6 +28,7 @@ REFUSED = [
     ("status --sim teachmover --port /dev/ttyX", 2, "name one arm"),
     ("status --dialect grbl", 2, "name the port"),  # it would be another arm's
     ("move --sim grbl --baud 9600 --base 3", 2, "name the port"),
+    ("resume --dialect grbl", 2, "name the port"),  # and not every arm
     ("verify --accept --keep", 2, "not allowed with"),
     ("move", 2, "where to?"),
     ("move --x 250 --shoulder 40", 2, "not two of them"),
