@@ -27,7 +27,7 @@ from armdrive.programs.acts import (
     ProgramMove,
     RunStep,
 )
-from armdrive.programs.interpreter import WHOLE, by_name
+from armdrive.programs.interpreter import WHOLE
 from armdrive.programs.program import ArmProgram, Machine
 from armdrive.programs.running import Performer, RunPlan, joints_of
 from armdrive.runtime.position import ArmCoordinates
@@ -35,20 +35,19 @@ from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_durably
 from armdrive.storage.record import sealed, unsealed
 from armdrive.text.json_forms import (
+    JOINTS,
     NUMBER,
     TEXT,
     Form,
-    Json,
     as_table,
-    move_from_json,
-    move_to_json,
+    move_form,
     optional,
     record,
 )
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 
-FORMAT = 2
+FORMAT = 3
 LONGEST_JOURNAL = 8_000_000
 """Bytes. What is longer is not even read."""
 
@@ -173,20 +172,6 @@ def interrupted(arm: str) -> JournalEntry:
         ) from None
 
 
-def _read_coordinates(data: Json, where: str) -> ArmCoordinates:
-    table = as_table(data, where)
-    angles = _ANGLES.read(table.get("joints_deg"), f"{where}.joints_deg")
-    joints = Joints.of(*angles.values(), names=tuple(angles))
-    return ArmCoordinates(joints, NUMBER.read(table.get("opening_mm"), f"{where}.opening_mm"))
-
-
-_ANGLES = by_name(NUMBER)
-_COORDINATES: Form[ArmCoordinates] = Form(
-    lambda there: {"joints_deg": dict(there.joints.deg), "opening_mm": there.opening_mm},
-    _read_coordinates,
-    {},
-)
-_MOVE: Form[Any] = Form(move_to_json, lambda data, _: move_from_json(data), {})
 _ENTRY = record(
     JournalEntry,
     arm=TEXT,
@@ -194,8 +179,8 @@ _ENTRY = record(
     sha256=TEXT,
     line=WHOLE,
     snapshot=Form(dict, as_table, {}),
-    began=optional(_COORDINATES),
-    move=optional(_MOVE),
+    began=optional(record(ArmCoordinates, joints=JOINTS, opening_mm=NUMBER)),
+    move=optional(move_form()),
     loop=WHOLE,
     loops=WHOLE,
     outputs=WHOLE,
