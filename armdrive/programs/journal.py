@@ -27,7 +27,6 @@ from armdrive.programs.acts import (
     ProgramMove,
     RunStep,
 )
-from armdrive.programs.interpreter import WHOLE
 from armdrive.programs.program import ArmProgram, Machine
 from armdrive.programs.running import Performer, RunPlan, joints_of
 from armdrive.runtime.position import ArmCoordinates
@@ -38,6 +37,7 @@ from armdrive.text.json_forms import (
     JOINTS,
     NUMBER,
     TEXT,
+    WHOLE,
     Form,
     as_table,
     move_form,

@@ -33,7 +33,6 @@ from armdrive.programs.interpreter import (
     ActNeeded,
     LineContext,
     MachineState,
-    by_name,
 )
 from armdrive.programs.language.compiling import NO_CODE, STOP, CompiledCode, Instruction, checked
 from armdrive.programs.language.grammar import read_tree
@@ -59,6 +58,7 @@ from armdrive.programs.problems import (
     program_error,
 )
 from armdrive.storage.point_file import points_of
+from armdrive.text.json_forms import by_name
 from armdrive.text.reading import read_text
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.spaces import Joints, Pose

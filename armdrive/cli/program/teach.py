@@ -13,6 +13,7 @@ from pathlib import Path
 import armdrive.programs as programs
 from armdrive.cli.arm_files import chosen_points, chosen_target
 from armdrive.cli.drive.control_requests import one_holder
+from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.cli.terminal_operator import ready_arm, settled_arm
 from armdrive.config.arm import ArmConfig
@@ -38,8 +39,7 @@ LOOK_EVERY_S = 0.1
 def record(options: argparse.Namespace) -> Result:
     """Record until Ctrl-C, or until the arm is given back."""
     name = one_holder(options)
-    named = options.arm or options.sim or options.port
-    config = (chosen_target(options) if named else find(name)).config
+    config = (chosen_target(options) if names_arm(options) else find(name)).config
     book = points_of(config.name, config.model.arm)
     _require_free(book, options)
     how = "line" if options.line else "joint"
