@@ -48,6 +48,11 @@ def _errors(parser: argparse.ArgumentParser) -> None:
 # --- explain
 
 
+EFFICIENCY, ACCURACY = "efficiency", "accuracy"
+STUDIES = (EFFICIENCY, ACCURACY)
+"""Words in the place of a system: studies of several."""
+
+
 def _explain(parser: argparse.ArgumentParser) -> None:
     """Work an arm out step by step: link table, A matrices, forward and inverse.
 

@@ -9,14 +9,11 @@ import argparse
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
+from armdrive.cli.learn.arguments import ACCURACY, EFFICIENCY, STUDIES
 from armdrive.cli.presenter import Outcome, Result
 from armdrive.errors import BadRequest
 from kinematics.presets import PRESETS
 from kinematics.textbook.systems import SYSTEMS
-
-EFFICIENCY, ACCURACY = "efficiency", "accuracy"
-STUDIES = (EFFICIENCY, ACCURACY)
-"""Words in the place of a system: studies of several."""
 
 EXAMPLE, LIST = "", "--list"
 PAGES: Mapping[str, tuple[str, ...]] = MappingProxyType(

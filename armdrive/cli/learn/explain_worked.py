@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
-from armdrive.cli.learn.explain import ACCURACY, EFFICIENCY
+from armdrive.cli.learn.arguments import ACCURACY, EFFICIENCY
 from armdrive.cli.learn.joint_values import require_values
 from armdrive.cli.learn.models import (
     branch_view,
