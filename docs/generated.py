@@ -14,12 +14,13 @@ from pathlib import Path
 from types import MappingProxyType
 
 import arm_file_keys
+import errors_page
 import reference
 
-from armdrive.cli.commands import COMMANDS, EXIT_CODES
+from armdrive.cli.commands import EXIT_CODES, ROWS
+from armdrive.cli.runner import command_parser
 from armdrive.config.write import complete
-from armdrive.errors.table import page as errors_page
-from armdrive.programs.language.words import SHELL, tables
+from armdrive.programs.language import words as language
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
 from armdrive.runtime.states import RESULTS
@@ -40,7 +41,7 @@ MARK = re.compile(r"<!-- ([a-z ]+) -->\n(.*?)<!-- end of \1 -->", re.DOTALL)
 
 WHOLE: Mapping[Path, Callable[[], str]] = MappingProxyType(
     {
-        DOCS / "reference" / "errors.md": errors_page,
+        errors_page.PAGE: errors_page.page,
         arm_file_keys.PAGE: arm_file_keys.page,
         reference.PAGE: reference.page,
         reference.SCHEMA: reference.schema,
@@ -138,10 +139,51 @@ def _arm_file() -> Iterator[str]:
     yield "```"
 
 
+def _program_words() -> Iterator[str]:
+    """Yield every word, form of a line and function of programs, in a section for each kind."""
+    for title, words in language.GROUPS.items():
+        rows = (
+            (
+                f"`{language.usage(word)}`",
+                word.says,
+                f"`{word.example}`",
+                ", ".join(f"`{each.upper()}`" for each in word.old),
+            )
+            for word in words
+        )
+        head = ("word", "what it does", "example", "old spelling")
+        yield from (f"### {title}", "", *_table(head, rows), "")
+    forms = ((f"`{row.pattern}`", row.says) for row in language.FORMS)
+    lines = _table(("line", "what it does"), forms)
+    yield from ("### Lines that shape a program", "", *lines, "")
+    yield from ("### Values", "", *_table(("value", "what it is", "example"), _functions()))
+
+
+def _functions() -> Iterator[tuple[str, str, str]]:
+    for row in language.FUNCTIONS.values():
+        called = f"`{row.name}({language.values_form(row.slots)})`"
+        yield called, row.says, f"`{row.example}`"
+    yield (
+        "`joints(NAME ANGLE, ...)`",
+        "The place with these joint angles, deg; every joint of the arm is named.",
+        "`joints(base 0, shoulder 40, elbow -60, wrist_pitch -70, wrist_roll 0)`",
+    )
+    yield "`here`", "The place where the arm stands.", "`above(here, 20)`"
+    parts = ", ".join(f"`.{name}`" for name in language.FIELDS)
+    yield parts, "The parts of a place, mm and deg.", "`pick.z`"
+
+
+def _sentence(command: str, function: str) -> str:
+    """Return what a command does, as its help begins."""
+    sentence = str(command_parser(command, function).description)
+    return sentence[0].lower() + sentence[1:].removesuffix(".")
+
+
 PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
     {
         "commands": lambda: _table(
-            ("command", "does"), ((f"`armdrive {name}`", text) for name, text in COMMANDS.items())
+            ("command", "does"),
+            ((f"`armdrive {name}`", _sentence(name, at)) for name, (at, _) in ROWS.items()),
         ),
         "exit codes": lambda: _table(
             ("code", "meaning"), ((str(code), text) for code, text in EXIT_CODES.items())
@@ -153,9 +195,9 @@ PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
         "looks": lambda: _table(("look", ""), ((look.name, look.summary) for look in LOOKS)),
         "keys": lambda: as_markdown(DEFAULT_KEYS),
         "gamepad": pad_map.as_markdown,
-        "words": lambda: tables().splitlines(),
+        "words": _program_words,
         "shell words": lambda: _table(
-            ("word", "what it does"), ((f"`{word.pattern}`", word.says) for word in SHELL)
+            ("word", "what it does"), ((f"`{word.pattern}`", word.says) for word in language.SHELL)
         ),
         "evidence": lambda: _table(
             ("observation", "position afterwards"),

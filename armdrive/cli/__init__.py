@@ -46,8 +46,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     if word not in ROWS or " ".join(words[:2]) in INSTEAD:
         return refuse(words)
-    function, _, summary = ROWS[word]
-    return run_command(word, summary, function, words[1:])
+    function, _ = ROWS[word]
+    return run_command(word, function, words[1:])
 
 
 def _print(text: str) -> int:
@@ -78,7 +78,7 @@ def _help() -> str:
     lines = []
     for group, rows in GROUPS.items():
         cells = []
-        for at, (name, (_, brief, _)) in enumerate(rows.items()):
+        for at, (name, (_, brief)) in enumerate(rows.items()):
             name_width, brief_width = _COLUMNS[at % 2]
             cells.append(f"{name:<{name_width}}{brief:<{brief_width}}")
         labels = [group, *[""] * len(cells)]

@@ -87,6 +87,11 @@ def chosen_target(options: argparse.Namespace) -> Target:
     named = [word for word in (options.arm, options.sim, options.port) if word]
     if len(named) > 1:
         raise BadRequest("name one arm: --arm, --sim or --port")
+    if (options.dialect or options.baud) and not options.port:
+        raise BadRequest(
+            "--dialect and --baud say how the arm on a --port is reached: name the port, or leave "
+            "them out (--sim DIALECT is a simulated arm)"
+        )
     if options.port:
         return find(options.port, dialect_name=options.dialect, baud=options.baud)
     if options.sim:

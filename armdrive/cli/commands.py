@@ -8,86 +8,53 @@ TYPE_CHECKING = False  # as typing's, which is slow to import
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-GROUPS: Mapping[str, Mapping[str, tuple[str, str, str]]] = MappingProxyType({
+GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
     "Drive": {
-        "home": ("drive.home:home", "set the reference",
-            "set the reference: bring the arm to its reference posture, and confirm it"),
-        "stop": ("drive.control_requests:stop", "stop a moving arm",
-            "stop an arm that another program is driving"),
-        "jog": ("drive.jog:jog", "drive from the keyboard",
-            "drive an arm from the keyboard"),
-        "pause": ("drive.control_requests:pause", "pause a moving arm",
-            "pause an arm that another program is driving"),
-        "move": ("drive.move:move", "go to a pose or to angles",
-            "move an arm to a pose or to joint angles"),
-        "resume": ("drive.control_requests:resume", "let a paused arm go on",
-            "let a paused arm go on"),
-        "points": ("drive", "save places, go to them",
-            "save places by name, go to them, and run sequences of them"),
-        "slow": ("drive.control_requests:slow", "slow a moving arm down",
-            "slow down an arm that another program is driving"),
-        "enable": ("drive.motors:enable", "switch the motors on",
-            "switch the motors on, if the controller can"),
-        "reset": ("drive.motors:reset", "clear an error",
-            "clear an error once you have looked at the arm; moves nothing"),
-        "disable": ("drive.motors:disable", "switch the motors off",
-            "switch the motors off; the arm can sag, so it is parked first"),
-        "verify": ("drive.home:verify", "measure the drift",
-            "measure at the reference mark how far an arm has drifted"),
+        "home": ("drive.home:home", "set the reference"),
+        "stop": ("drive.control_requests:stop", "stop a moving arm"),
+        "jog": ("drive.jog:jog", "drive from the keyboard"),
+        "pause": ("drive.control_requests:pause", "pause a moving arm"),
+        "move": ("drive.move:move", "go to a pose or to angles"),
+        "resume": ("drive.control_requests:resume", "let a paused arm go on"),
+        "points": ("drive", "save places, go to them"),
+        "slow": ("drive.control_requests:slow", "slow a moving arm down"),
+        "enable": ("drive.motors:enable", "switch the motors on"),
+        "reset": ("drive.motors:reset", "clear an error"),
+        "disable": ("drive.motors:disable", "switch the motors off"),
+        "verify": ("drive.home:verify", "measure the drift"),
     },
     "Program": {
-        "run": ("program.run:run", "run or check a program",
-            "run a program file or a Python script, or only check it"),
-        "teach": ("program", "record places by moving",
-            "make a sequence of places by moving the arm, and edit it step by step"),
-        "shell": ("program.shell:run", "type program words",
-            "type the words of a program at a prompt; each runs at once"),
-        "pendant": ("drive", "copy the arm's program",
-            "copy the program in the arm's own memory to a file and back"),
-        "demo": ("program.demo:run", "watch blocks being stacked",
-            "watch the simulated arm pick up and stack blocks"),
+        "run": ("program.run:run", "run or check a program"),
+        "teach": ("program", "record places by moving"),
+        "shell": ("program.shell:run", "type program words"),
+        "pendant": ("drive", "copy the arm's program"),
+        "demo": ("program.demo:run", "watch blocks being stacked"),
     },
     "Set up": {
-        "config": ("set_up", "write and check arm files",
-            "write arm files by answering questions; list, show and check them"),
-        "sim": ("set_up.sim:sim", "run a simulated arm",
-            "run a simulated arm that any program can connect to"),
-        "ports": ("set_up.ports:ports", "list the serial ports",
-            "list the serial ports, which program has each open, and which arm file names it"),
-        "can": ("set_up", "set up CAN drives",
-            "set up drives on a CAN bus, and show its traffic"),
-        "doctor": ("set_up.doctor:doctor", "find what is connected",
-            "find out what is connected to a port and what is wrong with it; moves nothing"),
-        "completion": ("set_up.completion:completion", "complete words on Tab",
-            "print a script that makes your shell complete armdrive's words on Tab"),
+        "config": ("set_up", "write and check arm files"),
+        "sim": ("set_up.sim:sim", "run a simulated arm"),
+        "ports": ("set_up.ports:ports", "list the serial ports"),
+        "can": ("set_up", "set up CAN drives"),
+        "doctor": ("set_up.doctor:doctor", "find what is connected"),
+        "completion": ("set_up.completion:completion", "complete words on Tab"),
     },
     "Look": {
-        "status": ("look.status:status", "show where the arm is",
-            "show where an arm is, whether that can be trusted, and what to do next"),
-        "record": ("drive.control_requests:record", "save what just happened",
-            "save a recording of an arm that another program is driving"),
-        "watch": ("look.status:watch", "follow a moving arm",
-            "follow an arm that another program is driving"),
-        "log": ("look.recordings:log", "read a recording",
-            "read a recording in words: bytes, requests, intents, states, errors"),
-        "replay": ("look.recordings:replay_recording", "compare it with simulation",
-            "replay a recording on a simulated arm, and show where the two differ"),
+        "status": ("look.status:status", "show where the arm is"),
+        "record": ("drive.control_requests:record", "save what just happened"),
+        "watch": ("look.status:watch", "follow a moving arm"),
+        "log": ("look.log:log", "read a recording"),
+        "replay": ("look.replay:replay_recording", "compare it with simulation"),
     },
     "Learn": {
-        "errors": ("learn.errors:errors", "look up an error code",
-            "look up an error by its code: its cause, its effect on the arm and what to do"),
-        "fk": ("learn.poses:fk", "pose of joint angles",
-            "compute the pose of the finger tips from joint angles"),
-        "explain": ("learn.explain:explain", "work an arm out in steps",
-            "work an arm out step by step: link table, A matrices, forward and inverse"),
-        "ik": ("learn.poses:ik", "joint angles of a pose",
-            "compute the joint angles that bring the finger tips to a pose"),
-        "plot": ("learn.plot:plot", "draw what an arm can reach",
-            "draw what an arm can reach"),
+        "errors": ("learn.errors:errors", "look up an error code"),
+        "fk": ("learn.poses:fk", "pose of joint angles"),
+        "explain": ("learn.explain:explain", "work an arm out in steps"),
+        "ik": ("learn.poses:ik", "joint angles of a pose"),
+        "plot": ("learn.plot:plot", "draw what an arm can reach"),
     },
 })  # fmt: skip
-"""Every command by group: its function, written `drive.move:move`, its few words in
-`armdrive --help`, and the sentence that begins its own help.
+"""Every command by group: its function, written `drive.move:move`, and its few words in
+`armdrive --help`.
 
 A command with actions, as `points`, has a function for each of them, in the table of its group.
 The arguments of a group are light to load: `--help` of a command needs no more. The module of a
@@ -97,10 +64,7 @@ function may load all that drives an arm.
 ROWS = MappingProxyType({name: row for rows in GROUPS.values() for name, row in rows.items()})
 """The same by the name of the command alone."""
 
-COMMANDS: Mapping[str, str] = MappingProxyType(
-    {name: summary for name, (_, _, summary) in ROWS.items()}
-)
-"""Every command with the sentence that begins its help."""
+COMMANDS = tuple(ROWS)
 
 INSTEAD: Mapping[str, str] = MappingProxyType(
     {

@@ -19,7 +19,8 @@ from kinematics.text import filled, folded
 Declare = Callable[[argparse.ArgumentParser], None]
 """Declares the options of a command or an action.
 
-Its docstring, without the first line, ends the help: notes and examples.
+Its docstring is the help of a command: a sentence, notes and examples. An action's sentence is that
+of its row.
 """
 
 
@@ -39,7 +40,7 @@ def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) 
     """Add the actions of a command; the caller has to name one of them."""
     listed = parser.add_subparsers(dest="action", required=True, metavar="ACTION", prog=parser.prog)
     for name, row in actions.items():
-        words = help_of(row.summary, row.declare)
+        words = help_of(row.declare, row.summary)
         action = listed.add_parser(name, help=row.summary, **words)
         row.declare(action)
         found = examples(parser, action.prog)
@@ -153,12 +154,13 @@ _REQUIRED = r"the following arguments are required: (.+)|one of the arguments (.
 """Complaints of argparse that are put into other words here, with the words that are known."""
 
 
-def help_of(summary: str, declare: Declare) -> Any:
-    """Return the arguments of a parser that make the help of a command or an action."""
+def help_of(declare: Declare, summary: str = "") -> Any:
+    """Return the arguments of a parser that make the help of a command, or of an action."""
+    sentence, _, notes = inspect.cleandoc(declare.__doc__ or "").partition("\n\n")
     return {
-        "description": summary[0].upper() + summary[1:] + ".",
+        "description": f"{summary[0].upper()}{summary[1:]}." if summary else sentence,
         "formatter_class": HelpFormatter,
-        "epilog": inspect.cleandoc(declare.__doc__ or "").partition("\n\n")[2],
+        "epilog": notes,
     }
 
 
@@ -283,7 +285,7 @@ ONLY_DRIVEN = "the only arm that your programs are driving"
 
 def names_arm(options: argparse.Namespace) -> bool:
     """Return whether the options name an arm; otherwise the default one is meant."""
-    return bool(options.arm or options.sim or options.port)
+    return any(getattr(options, name) for name in ARM_OPTIONS)
 
 
 def add_allow_restored(parser: argparse.ArgumentParser) -> None:

@@ -44,7 +44,7 @@ class CommandEnded(BaseException):
         super().__init__(f"ended by {name}; an arm that this command moved was stopped")
 
 
-def run_command(name: str, summary: str, function: str, words: list[str]) -> int:
+def run_command(name: str, function: str, words: list[str]) -> int:
     """Parse the words of a command, load and run it, and return its exit code.
 
     The command's own modules are loaded after its words are understood, so that help and a wrong
@@ -53,7 +53,7 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
     _fill_closed_streams()
     options = argparse.Namespace(function=function, json=JSON_OPTION in words)
     try:
-        command_parser(name, summary, function).parse_args(words, options)
+        command_parser(name, function).parse_args(words, options)
         command: Callable[[argparse.Namespace], Outcome] = command_at(options.function)
         with _signals(), _threads_reported():
             return present(command(options), options)
@@ -95,11 +95,11 @@ def _report_system(error: OSError, options: argparse.Namespace) -> int:
 
 
 @functools.cache  # the shell runs many commands in one process
-def command_parser(name: str, summary: str, function: str) -> CommandParser:
+def command_parser(name: str, function: str) -> CommandParser:
     """Return the parser of a command."""
     group = function.partition(".")[0]
     declare: Declare = command_at(f"{group}.arguments:ARGUMENTS")[name]
-    parser = CommandParser(prog=f"armdrive {name}", **help_of(summary, declare))
+    parser = CommandParser(prog=f"armdrive {name}", **help_of(declare))
     declare(parser)
     return parser
 

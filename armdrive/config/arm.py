@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from armdrive.abilities import Abilities, budget
 from armdrive.config.preset import MOTOR_KEYS, corrected
@@ -32,6 +32,7 @@ from armdrive.config.sections import (
     read_posture,
 )
 from armdrive.errors import ArmError, ArmFileError, BadRequest
+from armdrive.errors.printable import command_line
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import (
     FORMAT_KEY,
@@ -366,3 +367,29 @@ def remarks_on(config: ArmConfig) -> Iterator[str]:
         yield "no homing and no reference posture: to reference it, call `declare_posture()`"
     if config.park is None and config.model.reference is None:
         yield "no park posture: write [park]"
+    yield from limit_remarks(config)
+
+
+@runtime_checkable
+class HasLimits(Protocol):
+    """Settings of a controller that can end a motion where a limit switch closes."""
+
+    hard_limits: bool
+    hard_limits_checked: str
+
+    @property
+    def limit_inputs(self) -> Mapping[str, int]:
+        """The input bit of each limit switch, by its axis; in the order of the motors."""
+
+
+def limit_remarks(config: ArmConfig) -> tuple[str, ...]:
+    """Say where hard limits are counted on that were never seen to work."""
+    device = config.device
+    if not isinstance(device, HasLimits) or not device.hard_limits or device.hard_limits_checked:
+        return ()
+    limits = command_line("config", "limits", config.name)
+    remark = (
+        "hard_limits is set, and no switch was ever seen to raise an alarm; some boards accept the "
+        f"setting and do nothing: run `{limits}` and press each switch"
+    )
+    return (remark,)

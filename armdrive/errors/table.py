@@ -16,7 +16,6 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.errors import BadRequest
-from armdrive.errors.actions import ACTIONS, PHRASES
 from kinematics.errors import nearest_word
 
 
@@ -141,33 +140,7 @@ def error_view(error: BaseException) -> dict[str, str]:
     }
 
 
-# The catalogue as people read it: a list, one row in full, and docs/reference/errors.md.
-
-_PAGE_BEGINS = """\
-# Every error
-
-What each error means, what it does to the arm, and what to do. The code stands in brackets before
-the message: `armdrive: [E203] planned motion needs ...`. `armdrive errors CODE` prints one row,
-`armdrive errors --find lost,cable` the rows with both words, and `armdrive errors --markdown` this
-page. On the log of the desk (F7) `e` searches it.
-
-In Python, every error of a call of an arm is an `ArmError`, and `error.code` is its code. A refusal
-of the kinematics is both: `move_to` raises an `Unreachable` that is an `ArmError` and a
-`kinematics.Unreachable`. The kinematics alone raise errors of their own, whose row is
-`armdrive.errors.table.entry(error)`.
-
-With `--json` a failing command prints one object on standard error: `code`, `title`, `message`,
-`effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.
-
-Text from files, devices and the command line is never printed raw. Characters that a terminal would
-act on, or not show, are printed as escapes: `\\x1b` for the escape character, `\\u202e` for one
-that reverses the direction of writing. That holds for every output: messages, tables, drawings, the
-shell, the desk and the log. A very long line loses its middle. `--json` escapes as JSON does.
-
-If armdrive itself has a fault, it says so in one sentence (E005), writes the traceback to
-`unexpected.txt` in the state folder, and ends with exit code 70. `ARMDRIVE_TRACEBACK=1` in the
-environment prints the traceback instead.
-"""
+# The catalogue as people read it: a list, and one row in full.
 
 
 def listing() -> Iterator[str]:
@@ -185,41 +158,6 @@ def in_full(row: CatalogueEntry) -> Iterator[str]:
     yield f"  cause   {_plain(row.cause)}"
     yield f"  effect  {_plain(row.effect)}"
     yield f"  remedy  {_plain(row.remedy)}"
-
-
-def page() -> str:
-    """Return docs/reference/errors.md."""
-    parts = [_PAGE_BEGINS, *_actions()]
-    for group, rows in GROUPS.items():
-        parts.append(f"\n## {group}\n\n| code | error | cause | effect on the arm | what to do |\n")
-        parts.append("|---|---|---|---|---|\n")
-        parts += [
-            f"| {row.code} | **{row.title}** (`{row.name}`) | {row.cause} | {row.effect} | "
-            f"{row.remedy} |\n"
-            for row in rows
-        ]
-    return "".join(parts)
-
-
-def _actions() -> Iterator[str]:
-    yield (
-        "\n## What an error asks for\n\nThis page names actions as a Python program calls them. "
-        "The command line, the shell and the\ndesk show their own words instead:\n\n"
-        "| in Python | on the command line | in `armdrive shell` | at the desk, the key for |\n"
-        "|---|---|---|---|\n"
-    )
-    for row in ACTIONS:
-        yield (
-            f"| `{row.python}` | `{row.command_line}` | `{row.shell}` | {_key_names(row.desk)} |\n"
-        )
-    for phrase in PHRASES:
-        desk = _key_names(phrase.desk)
-        yield f"| {phrase.python} | {phrase.command_line} | {phrase.shell} | {desk} |\n"
-
-
-def _key_names(desk: str) -> str:
-    """Return the desk's words with the names of its keys, not with the keys themselves."""
-    return re.sub(r"(?:press )?\{([a-z-]+)\}", r"\1", desk)
 
 
 def _plain(text: str) -> str:

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, field
 from types import MappingProxyType
-from typing import TypeVar
 
 from armdrive.moves import (
     GraspMove,
@@ -84,17 +83,15 @@ from armdrive.programs.problems import SourceMark
 from armdrive.text.json_forms import (
     NUMBER,
     TEXT,
+    WHOLE,
     Form,
     Json,
-    as_table,
-    misfit,
+    by_name,
     optional,
     record,
     several,
 )
 from kinematics.spaces import Joints, Pose
-
-T = TypeVar("T")
 
 # The state of a running program, and how it is written down as JSON data.
 
@@ -139,26 +136,8 @@ class MachineState:
             raise ValueError("a running program is at one of its lines, in a frame")
 
 
-def _whole(data: Json, where: str) -> int:
-    if type(data) is not int:
-        raise misfit(where, "a whole number", data)
-    return data
-
-
 def _opening(data: Json, where: str) -> float | str | None:
     return data if data is None or data == ALL_THE_WAY else NUMBER.read(data, where)
-
-
-def by_name(form: Form[T]) -> Form[dict[str, T]]:
-    """Return the form of values by their names."""
-    return Form(
-        lambda values: {name: form.write(value) for name, value in values.items()},
-        lambda data, where: {
-            name: form.read(value, f"{where}.{name}")
-            for name, value in as_table(data, where).items()
-        },
-        {},
-    )
 
 
 _PLACE = record(
@@ -181,7 +160,6 @@ def _from_json(data: Json, where: str) -> Value:
 
 
 VALUE: Form[Value] = Form(to_json, _from_json, {})
-WHOLE: Form[int] = Form(int, _whole, {})
 _TRUTH: Form[bool] = Form(bool, lambda data, _: bool(data), {})
 _FRAME = record(
     CallFrame,

@@ -7,7 +7,6 @@ one small file for each arm. It survives a power cut, and is deleted when the pr
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -28,32 +27,29 @@ from armdrive.programs.acts import (
     ProgramMove,
     RunStep,
 )
-from armdrive.programs.interpreter import WHOLE, by_name
 from armdrive.programs.program import ArmProgram, Machine
 from armdrive.programs.running import Performer, RunPlan, joints_of
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
-from armdrive.storage.files import DISK, remove_durably, replace_file
-from armdrive.storage.record import checksum
+from armdrive.storage.files import DISK, remove_durably, replace_durably
+from armdrive.storage.record import sealed, unsealed
 from armdrive.text.json_forms import (
+    JOINTS,
     NUMBER,
     TEXT,
+    WHOLE,
     Form,
-    Json,
     as_table,
-    move_from_json,
-    move_to_json,
+    move_form,
     optional,
     record,
 )
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 
-FORMAT = 2
+FORMAT = 3
 LONGEST_JOURNAL = 8_000_000
 """Bytes. What is longer is not even read."""
-
-_CHECK = "check"
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +132,7 @@ class Journal:
     def _write(self, entry: JournalEntry) -> None:
         self._entry = entry
         try:
-            replace_file(self.path, to_text(entry))
+            replace_durably(DISK, self.path, sealed(_ENTRY.write(entry), FORMAT))
         except OSError as error:
             raise StateFileError(
                 f"the program could not be resumed after an interruption, so nothing moves: "
@@ -163,36 +159,19 @@ def interrupted(arm: str) -> JournalEntry:
     """
     path = journal_file(arm)
     try:
-        return from_text(DISK.read_own(path, LONGEST_JOURNAL + 1))
-    except StateFileError as error:
-        raise StateFileError(
-            f"the journal {path} {error}: resume with the armdrive that wrote it, or start the "
-            "program again"
-        ) from None
+        text = DISK.read_own(path, LONGEST_JOURNAL + 1)
     except FileNotFoundError:
         raise Refused(f"no program of {arm} was interrupted: there is nothing to resume") from None
     except OSError as error:
         raise StateFileError(f"the journal {path} cannot be read: {reason_of(error)}") from None
-    except (ValueError, KeyError, RecursionError) as error:
+    try:
+        return _ENTRY.read(unsealed(text, FORMAT, LONGEST_JOURNAL), "the journal")
+    except ArmError as error:
         raise StateFileError(
-            f"the journal {path} is damaged ({error}): delete it, and start the program again"
+            f"the journal {path} cannot be used: {error}; start the program again"
         ) from None
 
 
-def _read_coordinates(data: Json, where: str) -> ArmCoordinates:
-    table = as_table(data, where)
-    angles = _ANGLES.read(table["joints_deg"], f"{where}.joints_deg")
-    joints = Joints.of(*angles.values(), names=tuple(angles))
-    return ArmCoordinates(joints, NUMBER.read(table["opening_mm"], f"{where}.opening_mm"))
-
-
-_ANGLES = by_name(NUMBER)
-_COORDINATES: Form[ArmCoordinates] = Form(
-    lambda there: {"joints_deg": dict(there.joints.deg), "opening_mm": there.opening_mm},
-    _read_coordinates,
-    {},
-)
-_MOVE: Form[Any] = Form(move_to_json, lambda data, _: move_from_json(data), {})
 _ENTRY = record(
     JournalEntry,
     arm=TEXT,
@@ -200,39 +179,13 @@ _ENTRY = record(
     sha256=TEXT,
     line=WHOLE,
     snapshot=Form(dict, as_table, {}),
-    began=optional(_COORDINATES),
-    move=optional(_MOVE),
+    began=optional(record(ArmCoordinates, joints=JOINTS, opening_mm=NUMBER)),
+    move=optional(move_form()),
     loop=WHOLE,
     loops=WHOLE,
     outputs=WHOLE,
     why=TEXT,
 )
-
-
-def to_text(entry: JournalEntry) -> str:
-    """Return the text of an entry."""
-    entries = {"format": FORMAT, **_ENTRY.write(entry)}
-    return json.dumps({**entries, _CHECK: checksum(entries)})
-
-
-def from_text(text: bytes) -> JournalEntry:
-    """Return the entry of a text.
-
-    Raises `StateFileError` for one of another format, and `ValueError` or `KeyError` for a damaged
-    one.
-    """
-    if len(text) > LONGEST_JOURNAL:
-        raise ValueError("it is too long")
-    entries = json.loads(text.decode("utf-8"))
-    number = entries.get("format") if isinstance(entries, dict) else None
-    if type(number) is not int:
-        raise ValueError("it does not say its format")
-    if number != FORMAT:  # asked first: another format may compute its checksum differently
-        raise StateFileError(f"has format {number!s:.9}, and this armdrive reads {FORMAT}")
-    if entries.pop(_CHECK, None) != checksum(entries):
-        raise ValueError("its checksum is wrong")
-    del entries["format"]
-    return _ENTRY.read(entries, "the journal")
 
 
 def _removed(path: Path) -> None:

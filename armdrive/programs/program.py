@@ -33,7 +33,6 @@ from armdrive.programs.interpreter import (
     ActNeeded,
     LineContext,
     MachineState,
-    by_name,
 )
 from armdrive.programs.language.compiling import NO_CODE, STOP, CompiledCode, Instruction, checked
 from armdrive.programs.language.grammar import read_tree
@@ -59,6 +58,7 @@ from armdrive.programs.problems import (
     program_error,
 )
 from armdrive.storage.point_file import points_of
+from armdrive.text.json_forms import by_name
 from armdrive.text.reading import read_text
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.spaces import Joints, Pose
@@ -281,7 +281,7 @@ class Machine:
 
     @property
     def context(self) -> Context:
-        """The names that it has set so far, for the next program: see `read_program`."""
+        """The names that it has set so far, for the next entry at a prompt."""
         known, state = self.program.context, self._state
         own = tuple(line for line in self.program.tree.body if isinstance(line, Define))
         opening = None if state.moved else state.opening
@@ -394,16 +394,11 @@ def written_program(tree: Tree, file: str = "") -> Program:
     return read_program(unparse(tree), file)
 
 
-def read_program(text: str, file: str = "", context: Context | None = None) -> Program:
-    """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong.
-
-    With a context, as `Machine.context` gives it, the program knows the subprograms and values of
-    those before it, and may replace them.
-    """
-    known = Context() if context is None else context
+def read_program(text: str, file: str = "") -> Program:
+    """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong."""
     tree, problems = read_tree(text, file)
-    lines = {**known.lines, **numbered_lines(lines_of(text), file)}
-    return checked_program(Program(text, file, tree, NO_CODE, known, lines), problems)
+    lines = numbered_lines(lines_of(text), file)
+    return checked_program(Program(text, file, tree, NO_CODE, lines=lines), problems)
 
 
 def checked_program(program: Program, problems: Iterable[Problem] = ()) -> Program:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from datetime import date
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING
 
-from armdrive.config.arm import ArmConfig
+from armdrive.config.arm import ArmConfig, HasLimits
 from armdrive.dialog import About, Dialog, Question, choice
-from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
+from armdrive.errors import DeviceFault, Refused, SettingsDiffer
 from armdrive.errors.printable import command_line
 from armdrive.errors.table import named
 from armdrive.setup.directions import (
@@ -24,10 +24,8 @@ from armdrive.setup.directions import (
     ask_way,
     check_of,
 )
-from armdrive.setup.filing import FileProposal
+from armdrive.setup.filing import FileProposal, propose_keys
 from armdrive.status import State, rounded_up
-from armdrive.text.reading import read_text
-from armdrive.text.toml_amend import Change, amended
 from kinematics.text import counted
 
 if TYPE_CHECKING:
@@ -117,18 +115,6 @@ ALARMS = {named("ALARM").code, named("ALARM_VOUCHED").code}
 
 CHECKED = "hard_limits_checked"
 """The key that the day is written under, in the section of the controller."""
-
-
-@runtime_checkable
-class HasLimits(Protocol):
-    """Settings of a controller that can end a motion where a limit switch closes."""
-
-    hard_limits: bool
-    hard_limits_checked: str
-
-    @property
-    def limit_inputs(self) -> Mapping[str, int]:
-        """The input bit of each limit switch, by its axis; in the order of the motors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,20 +245,5 @@ def all_work(seen: Mapping[str, SawSwitch]) -> bool:
 
 def record(path: Path, config: ArmConfig, day: date) -> FileProposal:
     """Return the arm file with the day on which all switches were seen to work."""
-    before = read_text(path, "the arm file", ArmFileError)
-    change = Change((config.connection.dialect, CHECKED), day.isoformat(), "seen to raise an alarm")
-    after = amended(before, (change,))
-    return FileProposal(path, before, after)
-
-
-def limit_remarks(config: ArmConfig) -> tuple[str, ...]:
-    """Say where hard limits are counted on that were never seen to work."""
-    device = config.device
-    if not isinstance(device, HasLimits) or not device.hard_limits or device.hard_limits_checked:
-        return ()
-    limits = command_line("config", "limits", config.name)
-    remark = (
-        "hard_limits is set, and no switch was ever seen to raise an alarm; some boards accept the "
-        f"setting and do nothing: run `{limits}` and press each switch"
-    )
-    return (remark,)
+    keys = {CHECKED: day.isoformat()}
+    return propose_keys(path, config.connection.dialect, keys, "seen to raise an alarm")

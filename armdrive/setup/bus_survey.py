@@ -13,7 +13,7 @@ from functools import partial
 from typing import TypeVar
 
 from armdrive.arm import Arm
-from armdrive.config.arm import ArmConfig
+from armdrive.config.arm import ArmConfig, limit_remarks
 from armdrive.connect import parts
 from armdrive.connect.port import bare
 from armdrive.connect.target import require_real_ports
@@ -33,7 +33,6 @@ from armdrive.errors import ArmError, BadRequest, LinkLost, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS
 from armdrive.setup import dialog_runner
-from armdrive.setup.arm_checks import limit_remarks
 from armdrive.setup.dialog_runner import carry_out
 from armdrive.setup.ports import ClosedPort
 from armdrive.setup.prober import ask_bus, is_command, nodes_seen, protocols

@@ -33,9 +33,7 @@ from armdrive.storage.files import (
 from armdrive.text.reading import parse_json
 from armdrive.text.toml import FORMAT_KEY, section_of, setting
 
-# A record, and its text: JSON with a checksum, parsed strictly.
-#
-# Any deviation from the written text is a `StateFileError` that says what is wrong.
+# A record. Any deviation of its text is a `StateFileError` that says what is wrong.
 
 FORMAT = 2  # format 1 had no checksum
 LONGEST_RECORD = 16384  # bytes, ten times the longest record; a longer file is not parsed
@@ -43,7 +41,6 @@ MOST_MOTORS = 64  # far more than any arm has
 STEPS_MOST = 10_000_000_000  # beyond any motor's travel; sums stay exact as floats
 COORDINATE_MOST = 1e6  # in rad or mm: far beyond any joint and any gripper
 
-_CHECK = "check"
 _OPTIONAL = ("taken", "unsure")
 
 
@@ -84,48 +81,17 @@ class Record:
 
 def to_text(record: Record) -> bytes:
     """Return the text of a record."""
-    entries = {FORMAT_KEY: FORMAT, **asdict(record)}
+    entries = asdict(record)
     for name in _OPTIONAL:
         if not entries[name]:
             del entries[name]
-    return json.dumps({**entries, _CHECK: checksum(entries)}, indent=1).encode() + b"\n"
+    return sealed(entries, FORMAT)
 
 
 def from_text(text: bytes) -> Record:
     """Parse a record; any error is a `StateFileError` with the reason."""
-    if len(text) > LONGEST_RECORD:
-        raise StateFileError(f"it is damaged: no record is longer than {LONGEST_RECORD} bytes")
-    if not text.strip(b" \r\n\t\x00"):
-        raise StateFileError("it is empty")
     try:
-        return _checked(_of_our_format(parse_json(text.decode("utf-8"), _damaged)))
-    except ValueError as error:  # bytes that are no UTF-8
-        raise _damaged(str(error)) from None
-
-
-def _damaged(why: str) -> StateFileError:
-    return StateFileError(f"it is damaged: {why}")
-
-
-def _of_our_format(entries: object) -> dict[str, Any]:
-    if not isinstance(entries, dict):
-        raise _damaged("it is not a JSON object")
-    number = entries.pop(FORMAT_KEY, None)
-    if type(number) is not int:
-        raise _damaged("it does not say its format")
-    if number != FORMAT:
-        writer = "a newer" if number > FORMAT else "an older"
-        raise StateFileError(f"{writer} armdrive wrote it (format {number!s:.9}, not {FORMAT})")
-    return entries
-
-
-def _checked(entries: dict[str, Any]) -> Record:
-    if _CHECK not in entries:
-        raise _damaged(f"the entry {_CHECK!r} is missing")
-    if entries.pop(_CHECK) != checksum({FORMAT_KEY: FORMAT, **entries}):
-        raise _damaged("its checksum does not match")
-    try:
-        record = section_of(Record, entries, whole=False)
+        record = section_of(Record, unsealed(text, FORMAT, LONGEST_RECORD), whole=False)
     except ArmFileError as error:
         raise _damaged(str(error)) from None
     if not 1 <= len(record.offset) == len(record.registers) <= MOST_MOTORS:
@@ -133,6 +99,47 @@ def _checked(entries: dict[str, Any]) -> Record:
     if not set(record.unsure) <= set(range(len(record.taken))):
         raise _damaged("its entry 'unsure' names motors that 'taken' does not have")
     return record
+
+
+# The text of a state file on which a motion depends: JSON with a format and a checksum.
+
+_CHECK = "check"
+
+
+def sealed(entries: Mapping[str, Any], number: int) -> bytes:
+    """Return the text of entries in the format of this number."""
+    formatted = {FORMAT_KEY: number, **entries}
+    return json.dumps({**formatted, _CHECK: checksum(formatted)}).encode() + b"\n"
+
+
+def unsealed(text: bytes, number: int, longest: int) -> dict[str, Any]:
+    """Return the entries of a text, or raise a `StateFileError` that says what is wrong with it."""
+    if len(text) > longest:
+        raise _damaged(f"it is longer than {longest} bytes")
+    if not text.strip(b" \r\n\t\x00"):
+        raise StateFileError("it is empty")
+    try:
+        entries = parse_json(text.decode("utf-8"), _damaged)
+    except ValueError as error:  # bytes that are no UTF-8
+        raise _damaged(str(error)) from None
+    if not isinstance(entries, dict):
+        raise _damaged("it is not a JSON object")
+    given = entries.get(FORMAT_KEY)
+    if type(given) is not int:
+        raise _damaged("it does not say its format")
+    if given != number:  # asked first: another format may compute its checksum differently
+        writer = "a newer" if given > number else "an older"
+        raise StateFileError(f"{writer} armdrive wrote it (format {given!s:.9}, not {number})")
+    if _CHECK not in entries:
+        raise _damaged(f"the entry {_CHECK!r} is missing")
+    if entries.pop(_CHECK) != checksum(entries):
+        raise _damaged("its checksum does not match")
+    del entries[FORMAT_KEY]
+    return entries
+
+
+def _damaged(why: str) -> StateFileError:
+    return StateFileError(f"it is damaged: {why}")
 
 
 def checksum(entries: Mapping[str, Any]) -> str:

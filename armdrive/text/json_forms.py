@@ -77,8 +77,15 @@ def _text(data: Json, where: str) -> str:
     return data
 
 
+def _whole(data: Json, where: str) -> int:
+    if type(data) is not int:
+        raise misfit(where, "a whole number", data)
+    return data
+
+
 NUMBER: Form[float] = Form(float, _number, {"type": "number"})
 TEXT: Form[str] = Form(str, _text, {"type": "string"})
+WHOLE: Form[int] = Form(int, _whole, {"type": "integer"})
 
 
 def optional(form: Form[T]) -> Form[T | None]:
@@ -105,16 +112,17 @@ def several(form: Form[T]) -> Form[tuple[T, ...]]:
     )
 
 
-def numbers(names: str) -> Form[Mapping[str, float]]:
-    """Return the form of numbers by names, which match a pattern."""
+def by_name(form: Form[T], names: str = ".*") -> Form[dict[str, T]]:
+    """Return the form of values by their names, which match a pattern."""
     return Form(
-        lambda values: {name: float(value) for name, value in values.items()},
+        lambda values: {name: form.write(value) for name, value in values.items()},
         lambda data, where: {
-            name: _number(value, f"{where}.{name}") for name, value in as_table(data, where).items()
+            name: form.read(value, f"{where}.{name}")
+            for name, value in as_table(data, where).items()
         },
         {
             "type": "object",
-            "patternProperties": {names: NUMBER.schema},
+            "patternProperties": {names: form.schema},
             "additionalProperties": False,
             "minProperties": 1,
         },
@@ -305,8 +313,8 @@ def _read_aim(data: Json, where: str) -> Pose | Joints | str:
 
 
 _POSE_KEYS = ("x_mm", "y_mm", "z_mm", "pitch_deg", "roll_deg", "yaw_deg")
-_NUMBERS = numbers("^[a-z0-9_]+_(deg|mm)$")
-_ANGLES: Form[Any] = Form(_write_joints, _read_angles, numbers("^[a-z0-9_]+_deg$").schema)
+_NUMBERS = by_name(NUMBER, "^[a-z0-9_]+_(deg|mm)$")
+_ANGLES: Form[Any] = Form(_write_joints, _read_angles, by_name(NUMBER, "^[a-z0-9_]+_deg$").schema)
 
 POSE: Form[Pose] = Form(
     pose_numbers,

@@ -279,7 +279,7 @@ def config_of(recording: Recording) -> ArmConfig:
     header = recording.header
     if not header.arm_file:
         raise RecordingError(
-            "the recording contains no arm file, so it cannot be replayed; --show still prints it"
+            "the recording contains no arm file, so it cannot be replayed; `armdrive log` prints it"
         )
     try:
         table = parse_toml(header.arm_file, RecordingError)

@@ -429,10 +429,7 @@ async def test_what_somebody_asked_from_outside_is_shown():
         slowed = session.text("banner")
         assert "SLOWED from outside to 25%" in slowed
         _, name, *words = slowed.split("`")[1].split()
-        assert (
-            command_parser(name, "a summary", "drive.control_requests:slow").parse_args(words).speed
-            == 1.0
-        )
+        assert command_parser(name, "drive.control_requests:slow").parse_args(words).speed == 1.0
         session.arm.set(paused=True)
         await session.poll()
         assert "PAUSED  paused from outside" in session.text("banner")

@@ -6,7 +6,7 @@ What is decided where:
     move              which move the options mean, and its preview
     jog               the desk in a terminal or a browser: who gets in
     motors            the motor current: whether `disable` parks the arm first
-    points            saved points
+    points            the file of saved points
     control_requests  stop, pause, resume, slow, record: which arm is asked
     arguments         the options of all of them, and the text of their help
 """

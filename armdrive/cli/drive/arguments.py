@@ -49,7 +49,7 @@ def _again(action: argparse.ArgumentParser) -> None:
 
 
 def _disable(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `disable`.
+    """Switch the motors off; the arm can sag, so it is parked first.
 
     Without motor current an arm can sag. A real arm asks whether to park first; a simulated arm
     parks.
@@ -76,7 +76,7 @@ def _disable(parser: argparse.ArgumentParser) -> None:
 
 
 def _enable(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `enable`.
+    """Switch the motors on, if the controller can.
 
     The motors hold the arm where it is. An arm that has sagged is not lifted, and its position is
     suspect until `armdrive home`.
@@ -92,7 +92,7 @@ def _enable(parser: argparse.ArgumentParser) -> None:
 
 
 def _home(parser: argparse.ArgumentParser) -> None:
-    r"""Add the options of `home`.
+    r"""Set the reference: bring the arm to its reference posture, and confirm it.
 
     An arm without switches cannot find its position by itself. `home` draws the reference posture;
     you jog the arm there, with lines such as `shoulder -2` or in the desk, and confirm with `done`.
@@ -138,7 +138,7 @@ WEB_PORT = 8765
 
 
 def _jog(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `jog`.
+    """Drive an arm from the keyboard.
 
     The desk fills the terminal and shows its keys. Hold a key to jog and release it to stop; the
     space bar always stops. After a lost connection, L reconnects, and so does --reconnect by
@@ -230,7 +230,7 @@ COORDINATES = (
 
 
 def _move(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `move`.
+    """Move an arm to a pose or to joint angles.
 
     Coordinates and joints that you leave out keep their values.
 
@@ -297,7 +297,7 @@ def _point(word: str) -> tuple[float, ...]:
 
 
 def _pause(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `pause`.
+    """Pause an arm that another program is driving.
 
     The arm waits, with its motors on, until `armdrive resume`; `armdrive stop` ends the motion for
     good. If you name no arm, every arm that your programs are driving is paused. A controller that
@@ -353,7 +353,7 @@ PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType({
 
 
 def _pendant(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `pendant`.
+    """Copy the program in the arm's own memory to a file and back.
 
     Nothing moves. The file is text, which you can read, compare and edit.
 
@@ -429,19 +429,19 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "delete": Action("delete a point or a sequence",
                      "drive.points:delete", _naming("name")),
     "copy": Action("copy a point, or a sequence with its points",
-                   "drive.points:shape", _naming("name", "new", more=_again)),
+                   "program.teach:shape", _naming("name", "new", more=_again)),
     "mirror": Action("copy a point or a sequence with left and right exchanged",
-                     "drive.points:shape", _naming("name", "new", more=_again)),
+                     "program.teach:shape", _naming("name", "new", more=_again)),
     "export": Action("write a sequence as a program file",
-                     "drive.points:export", _naming("name", "file", more=add_force_option)),
+                     "program.teach:export", _naming("name", "file", more=add_force_option)),
     "offset": Action("copy a point or a sequence to another place",
-                     "drive.points:shape", _naming("name", "new", more=_offset)),
+                     "program.teach:shape", _naming("name", "new", more=_offset)),
 })  # fmt: skip
 """Every action of `points`."""
 
 
 def _points(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `points`.
+    """Save places by name, go to them, and run sequences of them.
 
     Each arm has a file of points, which you may edit: docs/how-to/points.md describes it.
 
@@ -468,7 +468,7 @@ def _points(parser: argparse.ArgumentParser) -> None:
 
 
 def _record(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `record`.
+    """Save a recording of an arm that another program is driving.
 
     A program that drives an arm remembers the last minutes. `record` has it write them to a file,
     which `armdrive log` reads and `armdrive replay` compares with a simulation. After a fault the
@@ -491,7 +491,7 @@ def _record(parser: argparse.ArgumentParser) -> None:
 
 
 def _reset(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `reset`.
+    """Clear an error once you have looked at the arm; moves nothing.
 
     A controller stays locked or in alarm from one command to the next; `reset` unlocks it. The
     position, if suspect, stays suspect until `armdrive home`.
@@ -508,7 +508,7 @@ def _reset(parser: argparse.ArgumentParser) -> None:
 
 
 def _resume(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `resume`.
+    """Let a paused arm go on.
 
     A motion that an error, a stop or a lost connection has ended does not go on. If you name no
     arm, every arm that your programs are driving goes on.
@@ -525,7 +525,7 @@ def _resume(parser: argparse.ArgumentParser) -> None:
 
 
 def _slow(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `slow`.
+    """Slow down an arm that another program is driving.
 
     Everything sent from now on is slower, jogs too, until `slow 100%`. If you name no arm, every
     arm that your programs are driving slows down.
@@ -550,7 +550,7 @@ def _override(word: str) -> float:
 
 
 def _stop(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `stop`.
+    """Stop an arm that another program is driving.
 
     The arm stops, keeps its position and needs no reset. If you name no arm, every arm that your
     programs are driving stops. An emergency stop is the switch of the arm's own power supply.
@@ -567,7 +567,7 @@ def _stop(parser: argparse.ArgumentParser) -> None:
 
 
 def _verify(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `verify`.
+    """Measure at the reference mark how far an arm has drifted.
 
     The arm MOVES to just above its reference mark. You jog the finger tips onto the mark in small
     steps, with lines such as `shoulder -0.5`, and type `done`. The result is the drift of each
@@ -583,7 +583,7 @@ def _verify(parser: argparse.ArgumentParser) -> None:
 
     """
     add_switches(
-        parser,
+        parser.add_mutually_exclusive_group(),
         {
             "--accept": "accept the posture at the mark as the new reference, without asking",
             "--keep": "only measure: keep the old reference",

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 
 import tui
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm, switch_on
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, reporter, say, tell
 from armdrive.cli.terminal_operator import TerminalOperator, ready_arm
@@ -18,7 +18,7 @@ from armdrive.motion.resolve import park_pose
 from armdrive.moves import GRIPPER_AXIS
 from armdrive.status import State, status_view
 from armdrive.text.numbers import number
-from kinematics.spaces import Joints
+from kinematics.spaces import Joints, Pose
 
 PARK = "park"
 NEXT = (
@@ -31,23 +31,28 @@ WAY_CLEAR = "Is its way clear, and your hand at the power switch? Type yes: "
 
 def home(options: argparse.Namespace) -> Result:
     """Reference the arm, and return its status."""
+    declared = _declared(options)  # wrong words are refused before anything is opened
     with opened_arm(options) as arm:
-        _reference(arm, options)
+        _reference(arm, options, declared)
         lines = [f"referenced: tip {arm.pose}"]
         if not arm.simulated:
             lines.append(NEXT)
         return Result(status_view(arm.status), lines)
 
 
-def _reference(arm: Arm, options: argparse.Namespace) -> None:
+def _reference(
+    arm: Arm, options: argparse.Namespace, declared: tuple[Joints | Pose, float] | None
+) -> None:
     if options.confirm:
         switch_on(arm)
         arm.confirm_restored()
     elif options.yes:
         switch_on(arm)
         arm.confirm_reference()
-    elif options.declare:
-        _declare(arm, options.declare)
+    elif declared is not None:
+        posture, opening_mm = declared
+        switch_on(arm)
+        arm.declare_posture(posture, opening_mm=opening_mm)
     elif arm.referencing.homes_by_switches:
         _by_switches(arm, options)
     elif options.switches:
@@ -98,21 +103,21 @@ def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
         arm.home(report=lambda group: report(f"homed: {' and '.join(group)}"))
 
 
-def _declare(arm: Arm, words: list[str]) -> None:
-    if words == [PARK]:
-        if arm.config.park is None and arm.model.reference is None:
+def _declared(options: argparse.Namespace) -> tuple[Joints | Pose, float] | None:
+    """Return the posture that --declare names and the opening of its fingers, if it is given."""
+    if not options.declare:
+        return None
+    config = chosen_target(options).config
+    if options.declare == [PARK]:
+        if config.park is None and config.model.reference is None:
             raise BadRequest("this arm has no park posture: add [park] to its arm file")
-        switch_on(arm)
-        arm.declare_posture(park_pose(arm.config))
-        return
-    names = arm.model.arm.joint_names
-    given = dict(_named(word, (*names, GRIPPER_AXIS)) for word in words)
+        return park_pose(config), 0.0
+    names = config.model.arm.joint_names
+    given = dict(_named(word, (*names, GRIPPER_AXIS)) for word in options.declare)
     opening_mm = given.pop(GRIPPER_AXIS, 0.0)
     if missing := [name for name in names if name not in given]:
         raise BadRequest(f"every joint needs an angle: {', '.join(missing)} missing")
-    joints = Joints(tuple(math.radians(given[name]) for name in names), names)
-    switch_on(arm)
-    arm.declare_posture(joints, opening_mm=opening_mm)
+    return Joints.of(*(given[name] for name in names), names=names), opening_mm
 
 
 def _named(word: str, names: tuple[str, ...]) -> tuple[str, float]:

@@ -130,6 +130,8 @@ def jog_model(options: argparse.Namespace, keys: Keyboard) -> Outcome:
         raise BadRequest("--model has no arm: leave out --arm, --sim and --port, or --model")
     if options.gamepad is not None:
         raise BadRequest("a model is jogged in steps, with keys: leave out --gamepad, or --model")
+    if options.setup or options.program is not None:
+        raise BadRequest("a model has no set-up and runs no programs: leave them out, or --model")
     if not options.model:
         return _models()
     subject = find_subject(options.model)

@@ -8,12 +8,13 @@ from dataclasses import replace
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import chosen_points
+from armdrive.cli.arm_files import chosen_points, chosen_target
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.presenter import Result
 from armdrive.cli.terminal_operator import confirm_simulated, ready_arm, settled_arm
 from armdrive.errors import BadRequest, WrongState
+from armdrive.motion.frames import frame_names
 from armdrive.motion.preview import preview_lines, preview_view
 from armdrive.moves import (
     BASE_FRAME,
@@ -29,6 +30,7 @@ from armdrive.moves import (
 )
 from armdrive.status import State, status_view
 from armdrive.storage.points import check_name, point_view
+from kinematics.errors import suggestion
 from kinematics.spaces import JOINT_NAMES, Pose
 
 
@@ -85,6 +87,22 @@ def _check(options: argparse.Namespace) -> None:
         raise BadRequest("--via needs a pose to lead to and no --line, for example --via 250,0,120")
     if options.line and not pose:
         raise BadRequest("--line needs a pose to lead to, for example --y 80 --line")
+    _check_names(options)
+
+
+def _check_names(options: argparse.Namespace) -> None:
+    """Refuse joints and frames that the arm does not have, before anything is opened."""
+    config = chosen_target(options).config
+    joints, frames = config.model.arm.joint_names, frame_names(config)
+    for name in (key.removesuffix("_deg") for key in _joints(options)):
+        if name not in joints:
+            near = suggestion(name, joints)
+            raise BadRequest(f"this arm has no joint {name!r}, but {', '.join(joints)}{near}")
+    if options.frame not in (None, *frames):
+        raise BadRequest(
+            f"this arm has no frame {options.frame!r}, but {', '.join(frames)}; its arm file gives "
+            "others under [frames.NAME]"
+        )
 
 
 def _asked(arm: Arm, options: argparse.Namespace) -> Motion | MoveSequence:

@@ -1,27 +1,17 @@
-"""Saved points of an arm: list and edit them, derive new ones, export a sequence as a program."""
+"""The file of an arm's saved points: list, show, rename and delete them."""
 
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-import armdrive.programs as programs
 from armdrive.cli.arm_files import chosen_points
 from armdrive.cli.presenter import Result
-from armdrive.config.arm import ArmConfig
-from armdrive.errors.printable import command_line
-from armdrive.programs.teaching.export import program_of
-from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.status import pose_view
-from armdrive.storage.files import require_free, write_named
-from armdrive.storage.points import StepList, Taught, check_name, point_view
+from armdrive.storage.points import StepList, Taught, point_view
 from kinematics.text import counted
-
-# -- the file of points ---------------------------------------------------------------------------
 
 
 def list_points(options: argparse.Namespace) -> Result:
@@ -93,49 +83,3 @@ def _done(text: str) -> Result:
 
 def _steps_view(steps: StepList) -> dict[str, Any]:
     return {"note": steps.note, "steps": [str(step) for step in steps.steps]}
-
-
-# -- new points and sequences from old ones ----------------------------------------------------
-
-
-def shape(options: argparse.Namespace) -> Result:
-    """Derive new points and sequences, check every one, and write all or none."""
-    config, book = chosen_points(options)
-    new = check_name(options.new)
-    made = _change(options, config).taught(options.name, new, book.read())
-    book.put_all(made.points, made.sequences, again=options.again)
-    lines = [f"{name}: {point.joints}" for name, point in made.points.items()]
-    lines += [
-        f"{name}: sequence of {counted(len(each.steps), 'step')}"
-        for name, each in made.sequences.items()
-    ]
-    view = {"name": new, "points": list(made.points), "sequences": list(made.sequences)}
-    return Result(view, lines)
-
-
-def _change(options: argparse.Namespace, config: ArmConfig) -> Reshape:
-    if options.action == "copy":
-        return Reshape(config, lambda joints: joints)
-    if options.action == "mirror":
-        return Reshape(config, partial(mirrored, config), f"{options.name} mirrored")
-    by = Offset(options.x, options.y, options.z, math.radians(options.turn))
-    shape = partial(offset, config, by=by)
-    return Reshape(config, shape, f"{options.name} offset by {by}")
-
-
-# -- a sequence as a program ---------------------------------------------------------------------
-
-
-def export(options: argparse.Namespace) -> Result:
-    """Write the program to a file, which may exist only with --force."""
-    path = Path(options.file)
-    require_free(path, overwrite=options.force)
-    config, book = chosen_points(options)
-    steps, taught = book.sequence(options.name), book.read()
-    tree = program_of(options.name, steps, taught.points, config.model.arm.fk)
-    program = programs.written_program(tree, str(path))
-    write_named(path, program.text.encode("utf-8"))
-    return Result(
-        {"file": str(path), "sha256": program.digest, "steps": len(steps.steps)},
-        f"{options.name} is now {path}; `{command_line('run', path, '--check')}` rehearses it",
-    )

@@ -26,7 +26,7 @@ def _add_model(parser: argparse.ArgumentParser) -> None:
 
 
 def _errors(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `errors`.
+    """Look up an error by its code: its cause, its effect on the arm and what to do.
 
     Every error message begins with its code in brackets.
 
@@ -42,17 +42,19 @@ def _errors(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--find", metavar="WORDS", help="the errors with all these words, separated by commas"
     )
-    parser.add_argument(
-        "--markdown", action="store_true", help="print all errors as a page of the documentation"
-    )
     add_json_option(parser)
 
 
 # --- explain
 
 
+EFFICIENCY, ACCURACY = "efficiency", "accuracy"
+STUDIES = (EFFICIENCY, ACCURACY)
+"""Words in the place of a system: studies of several."""
+
+
 def _explain(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `explain`.
+    """Work an arm out step by step: link table, A matrices, forward and inverse.
 
     SYSTEM is a named system (`armdrive explain --list`), a built-in arm, or your own: a link table
     or an arm file (.toml), or a .urdf. `efficiency` counts the operations of each way to compute a
@@ -90,7 +92,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
         "--urdf": "print the arm as URDF",
         "--axes": "find frames and link table from the joint axes, step by step",
     }
-    add_switches(parser, switches)
+    add_switches(parser.add_mutually_exclusive_group(), switches)
     parser.add_argument(
         "--convention",
         choices=["standard", "craig"],
@@ -104,7 +106,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
 
 
 def _fk(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `fk`.
+    """Compute the pose of the finger tips from joint angles.
 
     Joint values are in degrees (mm for a sliding joint), in the order of the joints. Those of a
     built-in arm count from the link before, up is positive, as in its arm file; `armdrive explain
@@ -131,7 +133,7 @@ def _fk(parser: argparse.ArgumentParser) -> None:
 
 
 def _ik(parser: argparse.ArgumentParser) -> None:
-    r"""Add the options of `ik`.
+    r"""Compute the joint angles that bring the finger tips to a pose.
 
     Every solution is printed, with the limits that rule it out, and then the one that is used. For
     a link table without a closed form a numerical solver finds one solution. Except for a built-in
@@ -171,7 +173,7 @@ def _ik(parser: argparse.ArgumentParser) -> None:
 
 
 def _plot(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `plot`.
+    """Draw what an arm can reach.
 
     For an arm of the Mini-mover's build, the outline is where the finger tips can go in a vertical
     plane through the base axis, with the hand at a fixed pitch. For any other arm, dots show places

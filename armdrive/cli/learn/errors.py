@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator
 from dataclasses import asdict
 
-from armdrive.cli.presenter import Outcome, Result, as_json, put
+from armdrive.cli.presenter import Outcome, Result, as_json
 from armdrive.errors.table import (
     ENTRIES,
     CatalogueEntry,
@@ -14,7 +14,6 @@ from armdrive.errors.table import (
     found,
     in_full,
     listing,
-    page,
 )
 
 
@@ -25,9 +24,6 @@ def errors(options: argparse.Namespace) -> Outcome:
         rows = tuple(row for row in found(options.find) if row in rows)
     if as_json(options):
         return [Result(asdict(row)) for row in rows]
-    if options.markdown:
-        put(page())  # for all interfaces, so without the words of the command line
-        return 0
     if options.code is None and options.find is None:
         return Result(None, listing())
     return Result(None, _in_full(rows))

@@ -14,6 +14,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
+from armdrive.cli.learn.arguments import ACCURACY, EFFICIENCY
+from armdrive.cli.learn.joint_values import require_values
 from armdrive.cli.learn.models import (
     branch_view,
     find_model,
@@ -41,7 +43,7 @@ from kinematics.errors import OutOfReach
 from kinematics.frames.rotations import columns
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
 from kinematics.presets import ArmPreset, preset
-from kinematics.spaces import Joints
+from kinematics.spaces import JOINT_NAMES, Joints
 from kinematics.textbook.accuracy import (
     TipError,
     explain_resolution,
@@ -75,48 +77,24 @@ from kinematics.textbook.worked_example import (
 )
 from kinematics.transmission import Transmission
 
-EFFICIENCY = "efficiency"
-ACCURACY = "accuracy"
 
-
-def explain_system(options: argparse.Namespace) -> Outcome:
-    """Explain a system: its worked example, its symbols or its URDF; or a study of several."""
-    _refuse_contradictions(options)
-    if options.system == EFFICIENCY:
+def explain_system(options: argparse.Namespace, page: str) -> Outcome:
+    """Return a page of explain.py: a worked example, or what is asked for instead of one."""
+    if page == EFFICIENCY:
         return _efficiency(options.joints)
-    if options.system == ACCURACY:
+    if page == ACCURACY:
         return _accuracy(options.joints)
-    if options.urdf:
+    if page == "--urdf":
         return _urdf(options.system)
     model = find_model(options.system)
     subject = subject_of(options.system, model)
-    posed = options.joints or options.goal
-    if options.axes:
+    if page == "--axes":
         return _axes(model, subject, options.convention)
-    joints = _numbers(options.joints)
-    if options.symbolic or options.latex:
-        if posed:
-            raise BadRequest(
-                "--symbolic and --latex hold for any numbers; leave joints and goal out"
-            )
-        return _symbolic(model, subject, latex=options.latex)
-    example = _example(subject, joints or None, options.goal)
+    if page:
+        return _symbolic(model, subject, latex=page == "--latex")
+    example = _example(subject, _numbers(options.joints) or None, options.goal)
     view = example_view(example) | {"angles": model.angles, "unused": list(model.unused)}
     return Result(view, (*_heading(model), *_lines_of(sections(example))))
-
-
-def _refuse_contradictions(options: argparse.Namespace) -> None:
-    """Raise `BadRequest` for options that --axes does not go with, or that go with --axes only."""
-    if options.convention and not options.axes:
-        raise BadRequest("--convention is for --axes: other pages show the arm's own frames")
-    if not options.axes:
-        return
-    if options.system in (EFFICIENCY, ACCURACY):
-        raise BadRequest(f"--axes needs a system or a model file, not {options.system}")
-    if options.symbolic or options.latex or options.urdf:
-        raise BadRequest("--axes prints numbers; leave out --symbolic, --latex and --urdf")
-    if options.joints or options.goal:
-        raise BadRequest("--axes is about the zero position; leave joints and goal out")
 
 
 def _urdf(word: str) -> Result:
@@ -424,9 +402,10 @@ def _accuracy(words: Sequence[str]) -> Result:
 
 
 def _posture(words: Sequence[str]) -> Joints:
-    if words and len(words) != len(DEFAULT_DEG):
-        raise BadRequest(f"{len(DEFAULT_DEG)} joint angles in degrees are needed, not {len(words)}")
-    return Joints.of(*map(number, words) if words else DEFAULT_DEG)
+    if not words:
+        return Joints.of(*DEFAULT_DEG)
+    require_values(JOINT_NAMES, words)
+    return Joints.of(*map(number, words))
 
 
 def _errors(

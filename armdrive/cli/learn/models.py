@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.learn.branch_table import BranchRow, branch_table, degrees_text
+from armdrive.cli.learn.joint_values import BranchRow, branch_table, degrees_text, require_values
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig
 from armdrive.config.link_model import Model, parsed_model, read_model
@@ -121,11 +121,7 @@ def find_system(word: str) -> System:
 
 def given_joints(chain: Chain, typed: Sequence[float]) -> tuple[float, ...]:
     """Return joint values in rad and mm. Raises `BadRequest` for too few or too many."""
-    if len(typed) != len(chain):
-        raise BadRequest(
-            f"{counted(len(chain), 'joint value is', 'joint values are')} required "
-            f"({', '.join(chain.joint_names)}), not {len(typed)}"
-        )
+    require_values(chain.joint_names, typed)
     return tuple(
         math.radians(value) if kind is JointKind.REVOLUTE else value
         for value, kind in zip(typed, chain.kinds, strict=True)

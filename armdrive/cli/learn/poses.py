@@ -9,7 +9,7 @@ import argparse
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from armdrive.cli.learn.branch_table import BranchRow, branch_table, degrees_text
+from armdrive.cli.learn.joint_values import BranchRow, branch_table, degrees_text, require_values
 from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
@@ -31,11 +31,7 @@ def fk(options: argparse.Namespace) -> Result:
     if options.model not in PRESETS:
         fk_of_model, _ = _of_models()
         return fk_of_model(options)
-    if len(options.joints) != len(JOINT_NAMES):
-        raise BadRequest(
-            f"{len(JOINT_NAMES)} joint angles are required ({', '.join(JOINT_NAMES)}), "
-            f"not {len(options.joints)}"
-        )
+    require_values(JOINT_NAMES, options.joints)
     model, joints = preset(options.model), Joints.of(*options.joints)
     pose = model.arm.fk(joints)
     broken = [violation_text(each) for each in model.arm.violations(joints)]

@@ -22,7 +22,7 @@ from armdrive.trace.entries import Topic
 
 
 def _log(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `log`.
+    """Read a recording in words: bytes, requests, intents, states, errors.
 
     `armdrive record` writes a recording, and so does every fault.
 
@@ -57,21 +57,18 @@ def _log(parser: argparse.ArgumentParser) -> None:
 
 
 def _replay(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `replay`.
+    """Replay a recording on a simulated arm, and show where the two differ.
 
     A simulated arm gets the bytes that the recorded arm got. The exit code is 0 if it answers as
-    the recorded arm did, 1 if it does not, and 2 if the file cannot be used.
+    the recorded arm did, 1 if it does not, and 2 if the file cannot be used. `armdrive log` prints
+    a recording without comparing anything.
 
     Examples:
       armdrive replay monday.jsonl                         up to the first difference, if any
-      armdrive replay monday.jsonl --show                  print the recording only
       armdrive replay monday.jsonl --set speed_error=0.2   would slower motors explain it?
 
     """
     parser.add_argument("file", metavar="FILE", type=Path, help="a recording (.jsonl)")
-    parser.add_argument(
-        "--show", action="store_true", help="print the recording only; compare nothing"
-    )
     parser.add_argument("--quiet", action="store_true", help="print the result only")
     parser.add_argument(
         "--pace",
@@ -93,7 +90,7 @@ def _replay(parser: argparse.ArgumentParser) -> None:
 
 
 def _status(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `status`.
+    """Show where an arm is, whether that can be trusted, and what to do next.
 
     Nothing moves and no motor is switched on. If another program drives the arm, that program
     answers.
@@ -111,7 +108,7 @@ def _status(parser: argparse.ArgumentParser) -> None:
 
 
 def _watch(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `watch`.
+    """Follow an arm that another program is driving.
 
     Prints a line for each change, until the program gives the arm back or you press Ctrl-C, which
     stops nothing. With --screen the arm is drawn, with keys that stop, pause and slow it down.

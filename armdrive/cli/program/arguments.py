@@ -14,6 +14,7 @@ from armdrive.cli.options import (
     add_allow_restored,
     add_arm_options,
     add_force_option,
+    add_json_option,
     add_pace_option,
     add_switches,
     count,
@@ -32,12 +33,12 @@ DEMO_SPEED = 8.0
 
 
 def _demo(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `demo`.
+    """Watch the simulated arm pick up and stack blocks.
 
     The command checks the finished tower in the simulated world itself: it ends with exit code 1 if
     a block is out of place. The demonstration has a world of its own, so the simulated arm of the
-    other commands does not change. On a real arm, chosen with --arm or --port, you put the blocks
-    down and check the tower yourself.
+    other commands does not change. For an arm of yours there is `armdrive run
+    examples/stacking.arm`, which is rehearsed first.
 
     """
     parser.add_argument(
@@ -52,8 +53,7 @@ def _demo(parser: argparse.ArgumentParser) -> None:
         "--ascii": "draw without braille characters",
     }
     add_switches(parser, switches)
-    add_allow_restored(parser)
-    add_arm_options(parser)
+    add_json_option(parser)
 
 
 # --- run
@@ -64,7 +64,7 @@ PROGRAM, SCRIPT = ".arm", ".py"
 
 
 def _run(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `run`.
+    """Run a program file or a Python script, or only check it.
 
     A program file is rehearsed on the arm's simulated twin before its first motion. --resume
     continues an interrupted program. `armdrive pause`, `resume`, `slow 20%`, `stop`, `status` and
@@ -151,7 +151,7 @@ def _loops(word: str) -> int:
 
 
 def _shell(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `shell`.
+    """Type the words of a program at a prompt; each runs at once.
 
     Each line is checked and carried out when you enter it; a block (repeat, while, if, define ...
     end) when you enter its end. Names, subprograms and the speed remain. `help` lists the words,
@@ -268,7 +268,7 @@ TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
 
 
 def _teach(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `teach`.
+    """Make a sequence of places by moving the arm, and edit it step by step.
 
     A sequence and its points are in the arm's file of points (docs/how-to/points.md).
 

@@ -16,21 +16,17 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import chosen_target, default_arm
-from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.presenter import Result, agreed, as_json, draw_over, put, say, show, tell
-from armdrive.cli.terminal_operator import ask_operator, settle_trust
+from armdrive.cli.arm_files import default_arm
+from armdrive.cli.presenter import Result, as_json, draw_over, put, show, tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, simulated_config
-from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.registry import DEFAULT, simulate
 from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment, PostureDrawing
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.sim.world import World
 from armdrive.sim.world.table import TableBlock
-from armdrive.status import Trust, rounded_up
 from kinematics.guards.shapes import Box
 from kinematics.spaces import Pose
 
@@ -73,10 +69,9 @@ class CarriedBlock:
 
 
 def perform(arm: Arm, jobs: tuple[Job, ...], tell: Callable[[str], None]) -> list[CarriedBlock]:
-    """Reference the arm if necessary, carry every block to its place, and park."""
-    if arm.status.trust is not Trust.REFERENCED:
-        tell("referencing: the fingers go to the mark on the table")
-        arm.home()
+    """Reference the arm, carry every block to its place, and park."""
+    tell("referencing: the fingers go to the mark on the table")
+    arm.home()
     tell(f"referenced at {arm.pose}")
     done = [_carry(arm, job, tell) for job in jobs]
     tell("parking")
@@ -201,22 +196,10 @@ def _blocks(twin: SimulatedArm) -> list[Box]:
 
 DIALECT = DEFAULT
 """Its blocks are measured by a grip switch, which the other simulated arms do not have."""
-ELSEWHERE = (
-    "`armdrive run examples/stacking.arm --fresh --put A,190,50,25 ...` (docs/how-to/examples.md)"
-)
 
 
 def run(options: argparse.Namespace) -> Result:
     """Show the demonstration, check the world, and say what to try next."""
-    if options.arm or options.port or options.sim:
-        target = chosen_target(options)
-        if not target.simulated:
-            return run_on_real_arm(options)
-        if target.config.connection.dialect != DIALECT:
-            raise BadRequest(
-                f"the demonstration is about the simulated TeachMover, and {target.config.name} is "
-                f"another arm: leave the option out, or see one carry blocks with {ELSEWHERE}"
-            )
     config = simulated_config(DIALECT)
     twin = simulate(config, blocks=blocks_of(JOBS))
     began_s = time.monotonic()
@@ -276,34 +259,3 @@ def _end(
 def _simulated() -> str:
     """Return what keeps the next commands on the simulated arm, where another is the default."""
     return "" if default_arm() == DEFAULT_TARGET else f" --sim {DIALECT}"
-
-
-# On a real arm a person puts the blocks down, and looks where they end.
-
-
-def run_on_real_arm(options: argparse.Namespace) -> Result:
-    """Let the person put the blocks down, reference the arm if necessary, and perform."""
-    if not sys.stdin.isatty():
-        raise OperatorNeeded("on a real arm the demonstration needs a person at a terminal")
-    with opened_arm(options) as arm:
-        for job in JOBS:
-            say(_placing(job))
-        stop_s = rounded_up(arm.status.stop_time_s, 2)
-        say(f"One stop takes up to {stop_s:.2f} s; Ctrl-C asks for it.")
-        if not agreed("Are the blocks in place, and no one within the arm's reach? Type yes: "):
-            raise OperatorNeeded("not confirmed: nothing was moved")
-        settle_trust(arm)
-        arm.operator = ask_operator
-        with arm:  # switches the motors on
-            for each in perform(arm, JOBS, say):
-                say(f"block {each.job.name}: measured {each.measured_mm:.1f} mm")
-    say("Whether every block stands where it belongs, only you can see.")
-    return Result(None)
-
-
-def _placing(job: Job) -> str:
-    x_mm, y_mm, _ = job.from_mm
-    return (
-        f"Put block {job.name}, {job.width_mm:.0f} mm wide and {job.height_mm:.0f} mm high or "
-        f"nearly so, at x {x_mm:.0f}, y {y_mm:.0f} mm (in front of the base axis, to its left)."
-    )

@@ -60,6 +60,7 @@ NO_RESUME = (
     "program file (.arm)"
 )
 NO_LOOPS = "--loops is for program files; a Python script has loops of its own"
+NOT_REHEARSED = "--input and --assume-width are for a rehearsal: add --check"
 
 
 def run_script(options: argparse.Namespace) -> int:
@@ -68,6 +69,8 @@ def run_script(options: argparse.Namespace) -> int:
         raise BadRequest(NO_RESUME)
     if options.loops is not None:
         raise BadRequest(NO_LOOPS)
+    if not options.check and (options.input or options.assume_width is not None):
+        raise BadRequest(NOT_REHEARSED)
     text = read_script(options.program).decode("utf-8", "replace")
     lines = numbered_lines(text.splitlines(), str(options.program))
     if options.check:

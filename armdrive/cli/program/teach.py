@@ -1,24 +1,33 @@
-"""Teach sequences: record them as the arm is moved, edit them step by step, and run them."""
+"""Teach sequences: record them as the arm moves, edit, run, copy and export them."""
 
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
+from pathlib import Path
 
+import armdrive.programs as programs
 from armdrive.cli.arm_files import chosen_points, chosen_target
 from armdrive.cli.drive.control_requests import one_holder
+from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.cli.terminal_operator import ready_arm, settled_arm
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find
 from armdrive.errors import BadRequest, Refused
+from armdrive.errors.printable import command_line
 from armdrive.motion.plan import audit_opening
 from armdrive.programs.teaching import steps as editing
+from armdrive.programs.teaching.export import program_of
 from armdrive.programs.teaching.sequence import Choices, Stepper, StepRecorder, seen_in
+from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.programs.teaching.steps import Edited, parse_step
 from armdrive.status import status_view
+from armdrive.storage.files import require_free, write_named
 from armdrive.storage.lock_client import watch_holder
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Step, StepList, check_name
@@ -30,8 +39,7 @@ LOOK_EVERY_S = 0.1
 def record(options: argparse.Namespace) -> Result:
     """Record until Ctrl-C, or until the arm is given back."""
     name = one_holder(options)
-    named = options.arm or options.sim or options.port
-    config = (chosen_target(options) if named else find(name)).config
+    config = (chosen_target(options) if names_arm(options) else find(name)).config
     book = points_of(config.name, config.model.arm)
     _require_free(book, options)
     how = "line" if options.line else "joint"
@@ -189,3 +197,46 @@ def run_sequence(options: argparse.Namespace) -> Result:
             # a stop between two rounds ends it as well
             stepper.run(lambda step: tell(options, f"{stepper.at + 1:>3}  {step}"), since=stops)
         return Result(status_view(arm.status))
+
+
+# New points and sequences from old ones, and a sequence as a program.
+
+
+def shape(options: argparse.Namespace) -> Result:
+    """Derive new points and sequences, check every one, and write all or none."""
+    config, book = chosen_points(options)
+    new = check_name(options.new)
+    made = _change(options, config).taught(options.name, new, book.read())
+    book.put_all(made.points, made.sequences, again=options.again)
+    lines = [f"{name}: {point.joints}" for name, point in made.points.items()]
+    lines += [
+        f"{name}: sequence of {counted(len(each.steps), 'step')}"
+        for name, each in made.sequences.items()
+    ]
+    view = {"name": new, "points": list(made.points), "sequences": list(made.sequences)}
+    return Result(view, lines)
+
+
+def _change(options: argparse.Namespace, config: ArmConfig) -> Reshape:
+    if options.action == "copy":
+        return Reshape(config, lambda joints: joints)
+    if options.action == "mirror":
+        return Reshape(config, partial(mirrored, config), f"{options.name} mirrored")
+    by = Offset(options.x, options.y, options.z, math.radians(options.turn))
+    shape = partial(offset, config, by=by)
+    return Reshape(config, shape, f"{options.name} offset by {by}")
+
+
+def export(options: argparse.Namespace) -> Result:
+    """Write the program to a file, which may exist only with --force."""
+    path = Path(options.file)
+    require_free(path, overwrite=options.force)
+    config, book = chosen_points(options)
+    steps, taught = book.sequence(options.name), book.read()
+    tree = program_of(options.name, steps, taught.points, config.model.arm.fk)
+    program = programs.written_program(tree, str(path))
+    write_named(path, program.text.encode("utf-8"))
+    return Result(
+        {"file": str(path), "sha256": program.digest, "steps": len(steps.steps)},
+        f"{options.name} is now {path}; `{command_line('run', path, '--check')}` rehearses it",
+    )

@@ -29,7 +29,7 @@ COMPLETED = ("arms", "places", "sequences")
 
 
 def _completion(parser: argparse.ArgumentParser) -> None:
-    r"""Declare what `completion` takes.
+    r"""Print a script that makes your shell complete armdrive's words on Tab.
 
     Commands, options, arm names, dialects, points, error codes and files are completed on Tab once
     the script is where your shell looks for it, in every terminal opened after that:
@@ -131,7 +131,7 @@ CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType(
 
 
 def _config(parser: argparse.ArgumentParser) -> None:
-    """Declare what `config` takes.
+    """Write arm files by answering questions; list, show and check them.
 
     Examples:
       armdrive config new                                 questions, line by line
@@ -257,7 +257,7 @@ CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
 
 
 def _can(parser: argparse.ArgumentParser) -> None:
-    """Declare what `can` takes.
+    """Set up drives on a CAN bus, and show its traffic.
 
     Examples:
       armdrive can setup bench --port 'can:slcan:/dev/ttyACM0?bitrate=500000'
@@ -276,7 +276,7 @@ def _can(parser: argparse.ArgumentParser) -> None:
 
 
 def _doctor(parser: argparse.ArgumentParser) -> None:
-    """Declare what `doctor` takes.
+    """Find out what is connected to a port and what is wrong with it; moves nothing.
 
     Opening a port can restart the board behind it: motors then lose their current, and a raised
     arm sags. So this command asks first, unless --yes is given.
@@ -316,7 +316,7 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
 
 
 def _ports(parser: argparse.ArgumentParser) -> None:
-    """Declare what `ports` takes.
+    """List the serial ports, which program has each open, and which arm file names it.
 
     No port is opened: `armdrive doctor PORT` does that, and asks first.
     """
@@ -330,7 +330,7 @@ def _ports(parser: argparse.ArgumentParser) -> None:
 
 
 def _sim(parser: argparse.ArgumentParser) -> None:
-    r"""Declare what `sim` takes.
+    r"""Run a simulated arm that any program can connect to.
 
     Examples:
       armdrive sim teachmover --pty /tmp/arm

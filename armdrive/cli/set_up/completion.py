@@ -54,8 +54,8 @@ def whole_parser() -> CommandParser:
     parser = CommandParser(prog="armdrive")
     commands = parser.add_subparsers(metavar="COMMAND", prog="armdrive")
     for rows in GROUPS.values():
-        for name, (_, brief, summary) in rows.items():
-            command = commands.add_parser(name, help=brief, **help_of(summary, ALL[name]))
+        for name, (_, brief) in rows.items():
+            command = commands.add_parser(name, help=brief, **help_of(ALL[name]))
             ALL[name](command)
             _hint(command, name)
     topics = commands.add_parser("help", help="explain a command")

@@ -21,7 +21,6 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import dialect
 from armdrive.registry.arm_files import arm_paths, arm_problems, load_arm, parse_arm
 from armdrive.runtime.stop_bounds import stop_bound
-from armdrive.setup.arm_checks import limit_remarks
 from armdrive.status import pose_view, rounded_up
 from armdrive.storage import files as places
 from kinematics.errors import KinematicsError
@@ -99,8 +98,7 @@ def _checked(name: str) -> Result:
         called = arm.name
         problems = arm_problems(arm.table, arm.name, arm.path.parent)
         if not problems:
-            config = load_arm(arm.path)
-            remarks += [*remarks_on(config), *limit_remarks(config)]
+            remarks += remarks_on(load_arm(arm.path))
     view = {"arm": called, "ok": not problems, "problems": problems, "remarks": remarks}
     verdict = counted(len(problems), "problem") if problems else "fine"
     lines = (

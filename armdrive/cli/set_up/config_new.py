@@ -20,7 +20,7 @@ from armdrive.cli.arm_files import read
 from armdrive.cli.presenter import Result, as_json, say, tell
 from armdrive.cli.questions import Back, TerminalPerson, agree, ask
 from armdrive.cli.terminal_operator import posture_pictures
-from armdrive.config.arm import ArmConfig
+from armdrive.config.arm import ArmConfig, limit_remarks
 from armdrive.connect import parts
 from armdrive.connect.target import simulation_forced
 from armdrive.dialog import Dialog, DialogPerson, Question, WrongAnswer
@@ -31,7 +31,6 @@ from armdrive.setup.arm_checks import (
     all_work,
     check_switches,
     find_signs,
-    limit_remarks,
     make_ready,
     record,
     switches_of,

@@ -44,6 +44,8 @@ def doctor(options: argparse.Namespace) -> Result:
         options.port or (config.connection.port if config else "")
     ):
         return _on_bus(options, config)
+    if options.ids or options.every_rate:
+        raise BadRequest("--ids and --every-rate are about a CAN bus: name one with --can")
     closed = port_of(config) if config is not None and options.arm else look_at(options.port)
     report = _report(closed.port, options)
     report.more = {"arm_files": list(closed.arms)}

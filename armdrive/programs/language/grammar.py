@@ -263,9 +263,6 @@ class _TreeMaker(Transformer[Token, Tree]):
     def goto(self, target: Token) -> Goto:
         return Goto(str(target), mark=self._mark(target))
 
-    def target(self, name: Token) -> Token:
-        return name
-
     def if_goto(self, word: Token, condition: Expression, target: Token) -> If:
         mark = self._mark(word)
         goto = Goto(str(target), mark=self._mark(target))
@@ -337,9 +334,6 @@ class _TreeMaker(Transformer[Token, Tree]):
 
     def field(self, value: Expression, name: Token) -> FieldOf:
         return FieldOf(value, str(name).lower(), mark=value.mark)
-
-    def inner(self, value: Expression) -> Expression:
-        return value
 
     def unary(self, sign: Token, value: Expression) -> Expression:
         mark = self._mark(sign)

@@ -23,7 +23,7 @@ from armdrive.storage.points import (
     StepList,
     check_name,
 )
-from armdrive.text.numbers import parse_speed
+from armdrive.text.numbers import number, parse_speed
 from kinematics.errors import finite
 
 PATTERNS = ", ".join(f"`{row.pattern}`" for row in TEACH)
@@ -79,8 +79,8 @@ def _at(rest: str) -> tuple[str, float]:
 
 def _number(word: str, what: str) -> float:
     try:
-        return float(word)
-    except ValueError:
+        return number(word)
+    except BadRequest:
         raise BadRequest(f"{word!r} is not {what}: a step is {PATTERNS}") from None
 
 

@@ -375,8 +375,8 @@ def test_notes_of_a_commissioning_of_an_unknown_format_are_not_used(number):
 def test_a_journal_of_another_format_is_not_called_damaged():
     path = journal_file("bench")
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text('{"format": 3, "anything": "else"}', encoding="utf-8")
-    with pytest.raises(StateFileError, match="has format 3, and this armdrive reads 2") as error:
+    path.write_text('{"format": 4, "anything": "else"}', encoding="utf-8")
+    with pytest.raises(StateFileError, match="a newer armdrive wrote it") as error:
         interrupted("bench")
     assert "damaged" not in str(error.value)
     for text in ('{"format": true}', '{"format": "1"}', "{}"):

@@ -25,7 +25,7 @@ from armdrive.cli.commands import COMMANDS
 from armdrive.cli.runner import CommandEnded
 from armdrive.errors import ArmError, BadRequest, LinkLost, NoSuchPort, NotReferenced, WrongState
 from armdrive.errors.actions import ACTIONS, COMMAND_LINE, PHRASES, SHELL, desk_words, presented
-from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view, page
+from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
 from armdrive.programs.language.words import WORDS
 from armdrive.programs.shell import OWN_WORDS
 from armdrive.runtime.states import RESULTS, TRANSITIONS, Belief, Event, after, require_reference
@@ -135,8 +135,7 @@ def test_a_code_is_looked_up_in_any_writing_and_a_wrong_one_refused():
         by_code("E4077")
 
 
-def test_the_command_prints_the_page_and_one_row_by_its_code(call):
-    assert call("errors", "--markdown", code=0).out == page()
+def test_the_command_prints_one_row_by_its_code(call):
     text = call("errors", "e407", code=0).out
     assert text.startswith("E407: the connection was lost (LinkLost)")
     assert "`armdrive reset`" in text
@@ -325,7 +324,7 @@ def test_no_sentence_of_an_arm_sends_a_person_at_the_desk_to_the_command_line():
 
 
 def test_a_command_that_may_be_refused_for_a_restored_position_can_allow_it(call):
-    for command in ("move", "run", "shell", "verify", "demo", "disable"):
+    for command in ("move", "run", "shell", "verify", "disable"):
         assert "--allow-restored" in call(command, "--help", code=0).out
 
 

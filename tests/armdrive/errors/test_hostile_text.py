@@ -251,8 +251,7 @@ OUTLETS = {
     )),
     "the end of a script": (script, (("run", "s.py", *SIMULATED),)),
     "an error of a script": (failing_script, (("run", "s.py", *SIMULATED),)),
-    "a recording": (recording, (("log", "r.jsonl"), ("replay", "r.jsonl"),
-                                ("replay", "r.jsonl", "--show"))),
+    "a recording": (recording, (("log", "r.jsonl"), ("replay", "r.jsonl"))),
     "a pendant's program": (pendant, (("pendant", "points", "f.pendant", "x", *SIMULATED),)),
 }  # fmt: skip
 """What brings text in, and the commands that may print it."""

@@ -196,9 +196,10 @@ def test_a_reference_that_was_interrupted_is_taken_again(arm, path):
 def test_a_damaged_journal_says_so(arm, path):
     killed(arm, path, 5)
     path = journal_file(arm.config.name)
-    for text in ("", "[1]", path.read_text().replace("under", "over").replace("30", "31"), "{}"):
+    other = path.read_text().replace("under", "over").replace("30", "31")
+    for text, words in (("", "is empty"), *((text, "is damaged") for text in ("[1]", other, "{}"))):
         path.write_text(text)
-        with pytest.raises(StateFileError, match="is damaged"):
+        with pytest.raises(StateFileError, match=f"cannot be used: it {words}"):
             interrupted(arm.config.name)
     path.unlink()
     path.mkdir()
@@ -221,10 +222,10 @@ def test_why_it_ended_is_written_down(arm, path):
 
 
 def test_a_disk_that_is_full_lets_no_act_begin(arm, path, monkeypatch):
-    def full(path, text):
+    def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("armdrive.programs.journal.replace_file", full)
+    monkeypatch.setattr("armdrive.programs.journal.replace_durably", full)
     before = arm.joints
     with pytest.raises(StateFileError, match="No space left"):
         begin(arm, Script(PICK_AND_PLACE), path)

@@ -284,7 +284,12 @@ def test_an_exit_code_of_a_rehearsed_script_is_its_refusal(homed, write):
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [(["--resume"], "cannot be resumed"), (["--loops", "3"], "loops of its own")],
+    [
+        (["--resume"], "cannot be resumed"),
+        (["--loops", "3"], "loops of its own"),
+        (["--input", "1=on"], "are for a rehearsal"),
+        (["--assume-width", "20"], "are for a rehearsal"),
+    ],
 )
 def test_options_that_scripts_do_not_support_are_refused(call, write, words, said):
     assert said in call.refused("run", write("pass\n"), *words, code=2)

@@ -1,7 +1,9 @@
 """How the prompt reads the lines that are typed, without an arm."""
 
+import program_bench
 import pytest
-from program_acts import ready
+from program_acts import fingers, go, ready
+from program_bench import fk
 
 from armdrive.errors import BadRequest
 from armdrive.programs import read_program
@@ -15,9 +17,10 @@ BOOK = {"tray": {"base": 1.0}}
 class Prompt:
     """A session whose entries are carried out on nothing; grasps find 30 mm."""
 
-    def __init__(self, title=""):
+    def __init__(self, title="", book=BOOK):
         self.session = Session(title)
-        self.session.book = frozenset(BOOK)
+        self.session.book = frozenset(book)
+        self.book = book
         self.lines = 0
 
     def __call__(self, *lines):
@@ -30,7 +33,7 @@ class Prompt:
         return acts
 
     def carried_out(self, entry):
-        machine = entry.program.machine(BOOK)
+        machine = entry.program.machine(self.book, fk)
         acts, done = [], False
         try:
             while (stage := machine.next()) is not None:
@@ -64,6 +67,45 @@ def test_names_subprograms_and_the_speed_stay(prompt):
     assert prompt("twice(7)") == said("7 4")
     assert prompt("ready") == [ready(0.25)]
     assert prompt("type n") == said("4")
+    prompt("speed 100%", "point p = joints(base 1)")
+    assert prompt("move p") == [go({"base": 1.0}, name="p")]
+
+
+def test_an_opening_waits_for_the_move_of_a_later_entry(prompt):
+    assert prompt("open") == []
+    assert prompt("ready") == [fingers(None), ready()]
+
+
+def test_a_shifted_point_of_the_book_stays_shifted():
+    prompt = Prompt(book=program_bench.BOOK)
+    prompt("shift pick by 0, 0, 10")
+    whole = program_bench.told("shift pick by 0, 0, 10\ntype pick.z")
+    assert prompt("type pick.z") == said(*whole)
+
+
+def test_a_subprogram_can_be_replaced_and_needs_what_it_needed(prompt):
+    for text in ("1", "2"):
+        prompt("define f()", f"type {text}", "end")
+    assert prompt("f()") == said("2")
+    with pytest.raises(ProgramError, match="'y' is not defined"):
+        prompt("define f()", "x = y + 1", "end")
+
+
+def test_a_value_that_a_call_lacks_is_named_where_it_is_used(prompt):
+    text = "define f()\ntype x\ng()\nend\ndefine g()\nx = 1\nend"
+    prompt.carried_out(prompt.session.load(read_program(text, "t.arm"), "t.arm"))
+    with pytest.raises(ProgramError, match="may have no value yet") as caught:
+        prompt("f()")
+    assert "t.arm: line 2" in str(caught.value)
+    assert "f()" not in str(caught.value)  # the line that is shown would be another file's
+
+
+def test_a_name_keeps_its_kind_and_a_value_is_no_subprogram(prompt):
+    prompt("n = 2")
+    with pytest.raises(ProgramError, match="cannot become a place"):
+        prompt("point n = tray")
+    with pytest.raises(ProgramError, match="is also the name of a value"):
+        prompt("define n()", "end")
 
 
 @pytest.mark.parametrize(

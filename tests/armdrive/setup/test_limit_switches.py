@@ -9,6 +9,7 @@ from grbl_arm import config, found, ready
 
 from armdrive import Arm
 from armdrive.cli.set_up import config_new
+from armdrive.config.arm import limit_remarks
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialog import Dialog
@@ -19,7 +20,6 @@ from armdrive.setup.arm_checks import (
     SawSwitch,
     all_work,
     check_switches,
-    limit_remarks,
     make_ready,
     record,
     switches_of,

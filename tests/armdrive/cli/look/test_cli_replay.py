@@ -50,10 +50,10 @@ def test_a_replay_that_differs_says_where_and_exits_with_1(call, tmp_path):
     view = call("replay", parted, "--json", code=1).json
     assert view["agree"] is False
     assert view["parting"]["twin_state"]["moving"] is False
-    out = call("replay", parted, "--show", code=0).out  # compares nothing
+    out = call("log", parted, code=0).out  # compares nothing
     assert "they differ" not in out
     assert "no answer to" in out
-    shown = call("replay", parted, "--show", "--json", code=0).json_lines
+    shown = call("log", parted, "--json", code=0).json_lines
     assert len(shown) == view["entries"]
     assert any(each.get("words", "").startswith("step at speed") for each in shown)
 
@@ -61,7 +61,7 @@ def test_a_replay_that_differs_says_where_and_exits_with_1(call, tmp_path):
 def test_the_timeline_can_run_at_the_speed_of_the_arm(call, recording, monkeypatch):
     slept = []
     monkeypatch.setattr("time.sleep", slept.append)
-    call("replay", recording, "--show", "--pace", "10", code=0)
+    call("replay", recording, "--pace", "10", code=0)
     entries = [json.loads(line) for line in Path(recording).read_text().splitlines()[1:]]
     assert sum(slept) == pytest.approx((entries[-1]["t"] - entries[0]["t"]) / 10)
 

@@ -123,17 +123,3 @@ def test_in_a_terminal_of_any_size_it_is_drawn_and_leaves_the_terminal_as_it_was
         assert any("\u2800" < character <= "\u28ff" for character in picture)  # braille
     lines = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", picture).splitlines()
     assert max(map(len, lines)) < columns
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("--pace", "0"), "--pace"),
-        (("--plain", "--sim", "grbl"), "grbl"),
-        (("--plain", "--sim", "cia402"), "stacking.arm"),
-    ],
-)
-def test_what_it_cannot_do_is_refused_rather_than_left_out(call, words, said):
-    ended = call("demo", *words, code=2)
-    assert ended.out == ""
-    assert said in ended.err

@@ -286,7 +286,7 @@ def test_shorter_words_are_understood(text, wanted):
 @pytest.mark.parametrize(
     "text",
     ["", "pick", "to", "go pick", "gripper wide", "delay long", "to pick at fast%", "to pick twice",
-     "to 7up", "to pick at 120%", "delay -1", "gripper nan"],
+     "to 7up", "to pick at 120%", "delay -1", "gripper nan", "delay 1_5"],
 )  # fmt: skip
 def test_an_invalid_step_is_refused(text):
     with pytest.raises(ValueError):  # noqa: PT011 - two families of errors, one meaning

@@ -1,4 +1,4 @@
-"""All solutions of a goal as a table: a row for each, its angles below the names of the joints."""
+"""Joint values: how many have to be typed, and a table of all solutions of a goal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from armdrive.cli.presenter import Ink, Inked, Line
-from kinematics.text import rounded
+from armdrive.errors import BadRequest
+from kinematics.text import counted, rounded
+
+
+def require_values(joint_names: Sequence[str], typed: Sequence[object]) -> None:
+    """Raise `BadRequest` unless there is a value for each joint."""
+    if len(typed) != len(joint_names):
+        raise BadRequest(
+            f"{counted(len(joint_names), 'joint value is', 'joint values are')} required "
+            f"({', '.join(joint_names)}), not {len(typed)}"
+        )
 
 
 @dataclass(frozen=True, slots=True)

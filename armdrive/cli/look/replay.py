@@ -1,0 +1,55 @@
+"""Replays a recording on a simulated arm, and shows where the two differ."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterable, Iterator
+
+from armdrive.cli.presenter import Result
+from armdrive.registry import simulated_kind
+from armdrive.sim.device import parse_settings
+from armdrive.trace.files import read_recording
+from armdrive.trace.log import heading, lines
+from armdrive.trace.replay import Replayed, config_of, replay, replayed_view
+from kinematics.text import counted
+
+PARTED = 1
+
+
+def replay_recording(options: argparse.Namespace) -> Iterator[Result]:
+    """Replay a recording: print its timeline, the first difference, and what was compared."""
+    recording = read_recording(options.file)
+    dialect = config_of(recording).connection.dialect
+    settings = parse_settings(simulated_kind(dialect).settings, options.set)
+    replayed = replay(recording, settings)
+    yield Result(None, heading(recording))
+    if not options.quiet:
+        timeline = lines(recording, replayed.divergence)
+        yield Result(None, _in_time(timeline, options.pace))
+    code = 0 if replayed.divergence is None else PARTED
+    yield Result(replayed_view(recording, replayed), _verdict(replayed), code)
+
+
+def _in_time(timed: Iterable[tuple[float, str]], pace: float | None) -> Iterator[str]:
+    """Yield the lines of a timeline; with a pace, that many times as fast as they happened."""
+    before_s = None
+    for time_s, text in timed:
+        if pace is not None and before_s is not None and time_s > before_s:
+            time.sleep((time_s - before_s) / pace)
+        before_s = time_s
+        yield text
+
+
+def _verdict(replayed: Replayed) -> Iterator[str]:
+    for note in replayed.notes:
+        yield f"note: {note}"
+    if replayed.late_s > 0.0:
+        yield f"note: the simulated arm took {replayed.late_s:.3f} s longer in total"
+    if replayed.divergence is None:
+        yield (
+            "no difference: "
+            f"{counted(replayed.compared, 'answer or count', 'answers and counts')} compared"
+        )
+    else:
+        yield str(replayed.divergence)
