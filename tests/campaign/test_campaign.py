@@ -43,25 +43,6 @@ def test_no_promise_is_broken_in_a_sample(dialect):
         assert result.outcome is not Outcome.VIOLATION, story(result)
 
 
-@pytest.mark.parametrize(
-    ("dialect", "seed"),
-    [
-        # a board goes on with a line after its cable was pulled, while a slower call is refused
-        ("grbl", 64000065),
-        # a shaft comes free 0.6 s after a jog's release, and 0.3 s after it was blocked in a pause
-        ("cia402", 19501081),
-        ("mks", 150001687),
-        # a hand turns a shaft whose drive is switched on by its first order, holds, or arrives
-        ("cia402", 78000053),
-        ("cia402", 78000296),
-        ("cia402", 131000836),
-    ],
-)
-def test_no_promise_is_broken_in_a_mission_that_once_ended_badly(dialect, seed):
-    result = run_mission(dialect, seed)
-    assert result.outcome is not Outcome.VIOLATION, story(result)
-
-
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_seed_repeats_its_mission(dialect):
     first, second = (run_mission(dialect, 0, keep_log=True) for _ in range(2))
