@@ -20,7 +20,7 @@ from _pytest.runner import runtestprotocol
 from amounts import THOROUGH
 from hypothesis import Phase, settings
 
-GARBAGE = 50_000
+GARBAGE = 200_000
 """The number of new objects after which Python searches for garbage. By its default it would search
 all the time, because a desk and thousands of collected tests make so many objects."""
 gc.set_threshold(GARBAGE, 20, 20)

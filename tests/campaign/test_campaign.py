@@ -46,25 +46,6 @@ def test_no_promise_is_broken_in_a_sample(dialect):
         assert result.outcome is not Outcome.VIOLATION, story(result)
 
 
-@pytest.mark.parametrize(
-    ("dialect", "seed"),
-    [
-        # a hand turns a motor while a program connects over a slow wire, after it read the position
-        ("grbl", 651000660),
-        # a shaft comes free 0.6 s after a jog's release, and 0.3 s after it was blocked in a pause
-        ("cia402", 19501081),
-        ("mks", 150001687),
-        # a hand turns a shaft whose drive is switched on by its first order, holds, or arrives
-        ("cia402", 78000053),
-        ("cia402", 78000296),
-        ("cia402", 131000836),
-    ],
-)
-def test_no_promise_is_broken_in_a_mission_that_once_ended_badly(dialect, seed):
-    result = run_mission(dialect, seed)
-    assert result.outcome is not Outcome.VIOLATION, story(result)
-
-
 def test_every_grbl_firmware_takes_part():
     stages = (Stage("grbl", random.Random(seed)) for seed in range(30))
     assert {stage.twin.board.firmware.name for stage in stages} == set(FIRMWARES)

@@ -1,9 +1,7 @@
 """A bench in this process: the dialect's simulated device, in simulated time."""
 
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, ClassVar
 
 from armdrive.arm import Arm
@@ -16,7 +14,7 @@ from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.sim.faults import parse_words
 from armdrive.sim.simulated_arm import SimulatedArm
-from armdrive.storage.record import RecordFile
+from armdrive.storage.record import RecordInMemory
 
 from .bench import Bench
 from .custom_arm import custom_config
@@ -64,8 +62,6 @@ class MemoryBench(Bench):
         super().__init__(dialect_name)
         self._variant = variant or Variant(dialect_name, dialect_name)
         self._config = self._variant.of(simulated_config(dialect_name))
-        self._folder = tempfile.TemporaryDirectory(prefix="conformance-")
-        self._record_file = Path(self._folder.name) / "record.json"
         self.start_afresh()
 
     @property
@@ -95,7 +91,7 @@ class MemoryBench(Bench):
                 self.twin.link,
                 SimulatedPace(SimulatedClock(self._now_s)),
                 simulated=True,
-                record_store=RecordFile(self._record_file),
+                record_store=self._record,
                 operator=self.twin.operator,
                 rewiring=NewLink(self.twin.link.reopen, reconnect),
                 **options,
@@ -130,7 +126,7 @@ class MemoryBench(Bench):
     def start_afresh(self) -> None:
         """Use a new simulated device, and forget all records."""
         super().disconnect()
-        self._record_file.unlink(missing_ok=True)
+        self._record = RecordInMemory()
         self._now_s = 0.0
         self.twin: SimulatedArm = simulate(self._config, **self._variant.board)
 
@@ -157,13 +153,6 @@ class MemoryBench(Bench):
             super().disconnect()
             self._now_s = max(self._now_s, arm.pace.now_s())
             self.twin = SimulatedArm.of(self._config, self.twin.device)
-
-    def close(self) -> None:
-        """Close the driver, and remove its records."""
-        try:
-            super().close()
-        finally:
-            self._folder.cleanup()
 
     def _keep_time(self) -> None:
         if self.arm is not None:

@@ -9,6 +9,7 @@ from itertools import product
 from typing import Any
 
 import pytest
+from amounts import in_pairs
 from faults import arm_config, as_it_stands, driven
 
 from armdrive import Arm, Jog, MarkRequest, Verdict
@@ -269,9 +270,7 @@ def alert(arm: Arm) -> None:
     arm.engine.controller.io.notify(Alert(AlertKind.ALARM, WORDS))
 
 
-@pytest.mark.parametrize(
-    ("dialect", "motion", "stopped"), list(product(DIALECTS, MOTIONS, (False, True)))
-)
+@in_pairs("dialect, motion, stopped", list(DIALECTS), list(MOTIONS), (True, False))
 def test_no_motion_ends_well_in_error_stop(dialect, motion, stopped):
     arm = driven(arm_config(dialect))
     handle = MOTIONS[motion](arm)

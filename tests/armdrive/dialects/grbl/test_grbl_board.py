@@ -633,7 +633,7 @@ def stop_homing(arm, task):
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("waited_s", [0.0, 0.1, 0.2, 0.24])
+@pytest.mark.parametrize("waited_s", [0.0, 0.1, 0.2, 0.23])
 def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s):
     made = homing_config()
     arm = found(made, firmware=firmware)
