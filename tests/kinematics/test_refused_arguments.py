@@ -94,7 +94,6 @@ TAKE_A_FRAME = {
     "frame_goal": frame_goal,
     "solve_frame_ik": lambda frame: solve_frame_ik(Chain(LINKS), frame),
     "solve_transform": TEACHMOVER.solve_transform,
-    **{f"ik_frame of {name}": one.ik_frame for name, one in SYSTEMS.items()},
     **{f"goal_of of {name}": one.goal_of for name, one in SYSTEMS.items()},
 }
 
@@ -159,16 +158,12 @@ def branch_of(one):
 def of_system(name):
     """Everything of a system that takes numbers: joint values, goals, seeds."""
     one = system(name)
-    frame = one.fk(example_posture(one.chain()))
-    goal = one.goal_of(frame)
+    goal = one.goal_of(one.fk(example_posture(one.chain())))
     return {
         f"{name}.fk": one.fk,
         f"{name}.ik": one.ik,
-        f"{name}.holds": one.holds,
         f"{name}.solution": lambda values: one.solution(values, branch_of(one)),
         f"{name}.ik, the seed": lambda values: one.ik(goal, values or ()),
-        f"{name}.ik_frame, the seed": lambda values: one.ik_frame(frame, values or ()),
-        f"{name}.by_matrices": lambda values: one.by_matrices(*(values if listed(values) else ())),
         f"{name}.by_vectors": lambda values: one.by_vectors(*(values if listed(values) else ())),
         f"{name}.by_trigonometry": lambda values: one.by_trigonometry(
             *(values if listed(values) else ())
@@ -409,7 +404,7 @@ def test_an_angle_of_a_system_s_goal_beyond_two_turns_is_questioned(name, angle)
         if is_angle(coordinate):
             wrong = (*goal[:index], angle, *goal[index + 1 :])
             says = rf"{coordinate} of a goal of {name} must be within two turns"
-            for take in (one.ik, one.holds, lambda given: work_system(one, None, given)):
+            for take in (one.ik, lambda given: work_system(one, None, given)):
                 with pytest.raises(BadNumber, match=rf"{says}.*math.radians\({angle:g}\)"):
                     take(wrong)
 
