@@ -29,7 +29,6 @@ from kinematics.textbook.symbols import coordinate as coordinate
 from kinematics.textbook.symbols import named as named
 from kinematics.textbook.systems import SYSTEMS as SYSTEMS
 from kinematics.textbook.systems import system as system
-from kinematics.textbook.systems.mini_movers import urdf_of_arm as urdf_of_arm
 from kinematics.textbook.systems.named import NamedBranch as NamedBranch
 from kinematics.textbook.systems.named import System as System
 from kinematics.textbook.worked_example import symbolic_chain as symbolic_chain

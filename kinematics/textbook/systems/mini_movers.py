@@ -15,7 +15,6 @@ from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink
-from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import KinematicsError
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.closed_form import Lengths
@@ -218,10 +217,3 @@ ALPHA_2 = with_arm(
 Axes 2, 3 and 4 point the other way than those of the Mini-mover, so that angles count downwards,
 and theta4 is -90 degrees with the hand straight on.
 """
-
-
-def urdf_of_arm(
-    arm: FiveAxisArm, *, name: str = "arm", speeds_rad_s: Sequence[float] | None = None
-) -> str:
-    """Return the URDF document of an arm of the Mini-mover's build, in its own joint angles."""
-    return urdf_of_chain(with_arm(MINI_MOVER, arm).chain(), name=name, speeds=speeds_rad_s)
