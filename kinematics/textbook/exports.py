@@ -3,10 +3,8 @@
 A name is imported as itself to be public (what type checkers call a re-export): no second list.
 """
 
-from kinematics.textbook.accuracy import MapPoint as MapPoint
 from kinematics.textbook.accuracy import StepRange as StepRange
 from kinematics.textbook.accuracy import TipError as TipError
-from kinematics.textbook.accuracy import accuracy_map as accuracy_map
 from kinematics.textbook.accuracy import explain_resolution as explain_resolution
 from kinematics.textbook.accuracy import gearing_errors as gearing_errors
 from kinematics.textbook.accuracy import length_errors as length_errors

@@ -36,6 +36,7 @@ from kinematics import (
     frame_goal,
     geometric_jacobian,
     invert,
+    pose_goal,
     preset,
     rot_x,
     rot_y,
@@ -52,7 +53,7 @@ from kinematics import (
     work_system,
 )
 from kinematics.chains.arm import ChainArm
-from kinematics.chains.inverse import solve_goal, solve_pose_ik
+from kinematics.chains.inverse import solve_goal
 from kinematics.chains.links import Convention, JointKind, link_type
 from kinematics.chains.urdf import read_urdf
 from kinematics.errors import suggestion
@@ -273,7 +274,7 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: MINI.fk((0.0,) * 5), "joints must be of the class Joints"),
         (lambda: MINI.ik(None), "a pose must be of the class Pose"),
         (lambda: MINI.ik("x=1", Joints((0.0,) * 5)), "a pose must be of the class Pose"),
-        (lambda: solve_pose_ik(Chain(LINKS), None), "a pose must be of the class Pose"),
+        (lambda: pose_goal(None), "a pose must be of the class Pose"),
         (lambda: solve_goal(Chain(LINKS), IN_PLACE), "a goal must be of the class Goal"),
         (lambda: solve_goal(LINKS, frame_goal(IN_PLACE)), "a chain must be of the class Chain"),
         (lambda: RPY("1", 0.0, 0.0), "phi_rad must be a finite number"),
@@ -309,8 +310,8 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: replace(TEACHMOVER, upper_arm_mm=0), "longer than 0"),
         (lambda: replace(TEACHMOVER, limits=TEACHMOVER.limits[:4]), "4 were given"),
         (lambda: JointRange.of(10, -10), "must not lie above"),
-        (lambda: CABLES.to_joints(Motors((0,) * 5)), "6 motors were expected, not 5"),
         (lambda: CABLES.motor_rates((0.0, 0.0)), "5 joints were expected, not 2"),
+        (lambda: CABLES.to_joints(Motors((0,) * 5)), "6 motors were expected, not 5"),
         (lambda: CABLES.to_motors(HOME, math.nan), "gripper opening.* must be a finite number"),
         (lambda: CABLES.with_signs(motors=(1, 0, 1, 1, 1, 1)), "6 motor signs"),
         (lambda: assign_frames([JointAxis((0, 1e300, 0), (0, 0, 1))]),
