@@ -45,7 +45,8 @@ def assert_every_branch_meets_the_goal(one, tip):
         mm, rad = (1e-4, 1e-6) if branch.degenerate else (1e-7, 1e-8)
         reached = one.fk(branch.joints)
         assert gap(position_of(reached), position_of(tip)) < mm
-        assert same_goal(one, one.goal_of(reached), goal, rad, mm)
+        # Three angles lose digits next to where they are degenerate; a frame does not.
+        assert gap(reached, tip) < rad or same_goal(one, one.goal_of(reached), goal, rad, mm)
         if not branch.degenerate:  # the formulas alone, which check nothing, give the same
             assert same_joints(one, one.solution(goal, branch.name).joints, branch.joints)
 
