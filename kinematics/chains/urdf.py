@@ -591,7 +591,8 @@ def urdf_of_chain(
         element = _add_joint(robot, joint, _kind_of(chain.links[index]), links[index : index + 2])
         _add_origin(element, origins[index])
         ET.SubElement(element, "axis", xyz="0 0 1")
-        _add_limit(element, joint, chain.links[index], speeds and speeds[index])
+        speed = None if speeds is None else speeds[index]
+        _add_limit(element, joint, chain.links[index], speed)
     _add_origin(_add_joint(robot, TOOL_JOINT, "fixed", links[-2:]), origins[-1])
     ET.indent(robot)
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
