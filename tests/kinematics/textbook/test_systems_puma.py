@@ -139,3 +139,12 @@ def test_a_wrist_out_of_reach_is_refused_with_a_frame_that_is_reached(arm, place
     assert near[3:] == pytest.approx(arm.goal_of(frame)[3:], abs=1e-6)  # as the hand was asked
     for branch in arm.ik(near):
         assert gap(position_of(arm.fk(branch.joints)), near[:3]) < 1e-5
+
+
+def test_of_front_and_back_the_one_that_comes_nearer_is_named():
+    arm = ARMS[2]  # its shoulder is 150 mm before the base axis, 400 mm high
+    with pytest.raises(OutOfReach) as caught:
+        arm.ik((2000.0, 0.0, 400.0, 0.0, math.pi / 2, 0.0))  # the hand points outwards
+    assert caught.value.away_mm == pytest.approx(
+        2000.0 - 80.0 - 150.0 - 300.0 - math.hypot(30, 320)
+    )
