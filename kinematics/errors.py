@@ -247,33 +247,26 @@ class FramesDisagree(KinematicsError):
 class OutOfReach(KinematicsError):
     """A goal that no posture of a named system meets, joint limits aside.
 
-    `quantity` is what fails (a distance, a height), `value` and `bound` its value and limit in
-    mm, `excess` the difference. `nearest` is a goal that can be met, in the system's own
-    `coordinates`.
+    `nearest` is a goal that can be met, in the system's own `coordinates`, `away_mm` from it.
     """
 
     def __init__(
         self,
         system: str,
-        quantity: str,
-        value: float,
-        bound: float,
+        away_mm: float,
         coordinates: tuple[str, ...],
         nearest: tuple[float, ...],
     ) -> None:
         self.system = system
-        self.quantity = quantity
-        self.value = value
-        self.bound = bound
-        self.excess = abs(value - bound)
+        self.away_mm = away_mm
         self.coordinates = coordinates
         self.nearest = nearest
         instead = ", ".join(
             f"{name} {number:.6g}" for name, number in zip(coordinates, nearest, strict=True)
         )
         super().__init__(
-            f"{system} cannot reach this goal: {quantity} would be {value:.6g} mm, "
-            f"{self.excess:.3g} mm beyond {bound:.6g} mm; a goal that it reaches: {instead}"
+            f"{system} cannot reach this goal, only to {away_mm:.3g} mm from it; a goal that it "
+            f"reaches: {instead}"
         )
 
 

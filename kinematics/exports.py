@@ -21,14 +21,12 @@ from kinematics.chains.goals import Goal as Goal
 from kinematics.chains.goals import Part as Part
 from kinematics.chains.goals import frame_goal as frame_goal
 from kinematics.chains.goals import pose_goal as pose_goal
-from kinematics.chains.inverse import PITCH_FIRST as PITCH_FIRST
 from kinematics.chains.inverse import POSITION_FIRST as POSITION_FIRST
 from kinematics.chains.inverse import Effort as Effort
 from kinematics.chains.inverse import Reason as Reason
 from kinematics.chains.inverse import Solution as Solution
 from kinematics.chains.inverse import solve_frame_ik as solve_frame_ik
 from kinematics.chains.inverse import solve_goal as solve_goal
-from kinematics.chains.inverse import solve_pose_ik as solve_pose_ik
 from kinematics.chains.jacobians import Condition as Condition
 from kinematics.chains.jacobians import NearestSingularity as NearestSingularity
 from kinematics.chains.jacobians import Rates as Rates

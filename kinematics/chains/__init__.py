@@ -12,6 +12,6 @@ What is decided where:
     descent        one descent: its damping, and when it gives up
     goals          which parts of a hand's frame matter
     jacobians      rates and singularities
-    many           a million postures at once
+    reach          maps of what it reaches
     generated, code_lines   straight-line Python for one chain
 """

@@ -14,20 +14,17 @@ from math import atan2, cos, sin, sqrt
 from typing import NamedTuple
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, X, Z, functions_of
-from kinematics.chains.structure import Family, FirstThree, Layout, Structure
+from kinematics.chains.code_lines import ZERO, CodeLines, Term, Vector3, X, Z, functions_of
+from kinematics.chains.structure import FirstThree, Layout, Structure
 from kinematics.chains.subproblems import (
     Turn,
     across,
     along,
     angle_from,
     angle_or_free,
-    at,
     each_linear,
-    each_on_conic,
     each_root,
     linear,
-    on_conic,
     turn_of,
     turned,
     unturned,
@@ -53,7 +50,6 @@ CALLED = {
     "sqrt": sqrt,
     "remainder": math.remainder,
     "linear": linear,
-    "on_conic": on_conic,
 }
 """What generated code calls."""
 
@@ -67,10 +63,10 @@ def branch_finder(
     asked of five joints, the first axis vertical and the next three parallel.
     """
     arm = Layout(chain, structure)
-    if structure.family is Family.THREE_PARALLEL:
+    if structure.first_three is None:
         _write_parallel(arm, heading_free=heading_free)
     else:
-        _write_meeting(arm)
+        _write_meeting(arm, structure.first_three)
     names = ", ".join(f"f{index}" for index in range(len(chain)))
     body = [
         "(g00, g01, g02, g03), (g10, g11, g12, g13), (g20, g21, g22, g23), _ = goal",
@@ -84,7 +80,7 @@ def branch_finder(
     return found
 
 
-# The first three joints, which place the wrist's centre, in five ways.
+# The first three joints, which place the wrist's centre, in four ways.
 #
 # The wrist's centre is the point in which the wrist's axes meet. It is at p in the frame in which
 # joint 1 turns, and at w in the frame that joint 3 carries. In between it is at h = Rz(-q1) p in
@@ -212,57 +208,20 @@ def _second_and_third_meet(arm: Layout) -> Placed:
     return first, turn_of(code, second), third
 
 
-def _three_of_any_kind(arm: Layout) -> Placed:
-    """Height along axis 1 and distance from it give g by k, and a conic for joint 3 (Pieper).
-
-    Both are linear in g, whose level part has the length of k's.
-    """
-    code, w, meet = arm.code, arm.place(3), arm.place(1)
-    total = code.total
-    k = [
-        (*_height_of(code, row, w)[:2], total((code.total((row[2], w[2])),), (start,)))
-        for row, start in zip(arm.rows(2), arm.place(2), strict=True)
-    ]
-    n, m = arm.rows(1)[2], arm.into(1, meet)
-    hinge = arm.into(2, arm.place(2))
-    a, b, c = _height_of(code, hinge, w)
-    half = Term(0.5)
-    square = (code.dot(w, w), code.dot(hinge, hinge), code.dot(meet, meet))
-    distance = total((half, code.dot(arm.origin, arm.origin)), *((-half, one) for one in square))
-    raised = total((arm.origin[2],), (-meet[2],))
-    # n . g = raised and m . g = distance - hinge . Rz(q3) w, where g is as high as k
-    right_n = [total((-n[2], k[2][i]), *((raised,),) * (i == 2)) for i in range(3)]
-    less = (a, b, total((c,), (-distance,)))
-    right_m = [total((-m[2], k[2][i]), (-less[i],)) for i in range(3)]
-    share = code.reciprocal(total((n[0], m[1]), (-n[1], m[0])))
-    pairs = list(zip(right_n, right_m, strict=True))
-    x = [total((share, m[1], p), (-share, n[1], q)) for p, q in pairs]
-    y = [total((share, n[0], q), (-share, m[0], p)) for p, q in pairs]
-    g_x, g_y = (x[0], x[1], x[2]), (y[0], y[1], y[2])
-    third = each_on_conic(code, (g_x, g_y), (k[0], k[1]))
-    seen = [at(code, third, one) for one in k]
-    g = (at(code, third, g_x), at(code, third, g_y), seen[2])
-    kept: Vector3 = (seen[0], seen[1], seen[2])
-    square_g = along(code, g, g)
-    second = turn_of(code, angle_or_free(code, kept, g, square_g, arm.free[1], arm.size))
-    return _first_at_last(arm, second, third, kept)
-
-
 PLACING: dict[FirstThree, Callable[[Layout], Placed]] = {
     FirstThree.SECOND_AND_THIRD_PARALLEL: _second_and_third_parallel,
     FirstThree.FIRST_AND_SECOND_PARALLEL: _first_and_second_parallel,
     FirstThree.FIRST_AND_SECOND_MEET: _first_and_second_meet,
     FirstThree.SECOND_AND_THIRD_MEET: _second_and_third_meet,
-    FirstThree.GENERAL: _three_of_any_kind,
 }
 
 
 # The joints beyond the third, whose axes meet: they turn the hand.
 
 
-def _write_meeting(arm: Layout) -> None:
+def _write_meeting(arm: Layout, first_three: FirstThree) -> None:
     """Write the postures of an arm whose last axes meet."""
-    placed = PLACING[arm.structure.first_three or FirstThree.GENERAL](arm)
+    placed = PLACING[first_three](arm)
     if len(arm) == 5:
         _write_two(arm, placed)
     elif _square(arm):
@@ -405,13 +364,11 @@ def _outer_of_six(arm: Layout) -> _Outer:
         first, _ = _first_by_height(arm, arm.origin, rise[2])
         z = arm.into(1, unturned(code, first, arm.z))
         fifth = each_linear(code, lean[0], lean[1], total((z[2],), (-lean[2],)), arm.free[4], 1.0)
-    elif u[0] == u[1] == ZERO:  # axes 5 and 6 are parallel
+    else:  # axes 5 and 6 are parallel
         first = _first_by_lean(arm, lean[2])
         g = arm.into(1, code.minus(unturned(code, first, arm.origin), arm.place(1)))
         wanted = total((g[2],), (-rise[2],))
         fifth = each_linear(code, rise[0], rise[1], wanted, arm.free[4], arm.size)
-    else:
-        first, fifth = _first_and_fifth(arm, lean, rise)
     x, y = (arm.into(1, unturned(code, first, column)) for column in (arm.x, arm.y))
     z = arm.into(1, unturned(code, first, arm.z))
     g = arm.into(1, code.minus(unturned(code, first, arm.origin), arm.place(1)))
@@ -431,28 +388,6 @@ def _first_by_lean(arm: Layout, lean: Term) -> Turn:
     code = arm.code
     a, minus_b, c = _height_of(code, code.times(arm.rows(1), Z), arm.z)
     return each_linear(code, a, -minus_b, code.total((lean,), (-c,)), arm.free[0], 1.0)
-
-
-def _first_and_fifth(arm: Layout, lean: Sequence[Term], rise: Sequence[Term]) -> tuple[Turn, Turn]:
-    """Begin a loop over joint 1's turns for which lean and height leave one angle to joint 5 (SP6).
-
-    Both are linear in cosine and sine of joint 5, which are solved for and lie on a circle.
-    """
-    code, total = arm.code, arm.code.total
-    axis = code.times(arm.rows(1), Z)
-    a, minus_b, c = _height_of(code, axis, arm.z)
-    seen_lean = (a, -minus_b, total((c,), (-lean[2],)))
-    a, minus_b, c = _height_of(code, axis, arm.origin)
-    start = code.dot(axis, arm.place(1))
-    seen_rise = (a, -minus_b, total((c,), (-start,), (-rise[2],)))
-    share = code.reciprocal(total((lean[0], rise[1]), (-lean[1], rise[0])))
-    pairs = list(zip(seen_lean, seen_rise, strict=True))
-    cosine = [total((share, rise[1], p), (-share, lean[1], q)) for p, q in pairs]
-    sine = [total((share, lean[0], q), (-share, rise[0], p)) for p, q in pairs]
-    x, y = (cosine[0], cosine[1], cosine[2]), (sine[0], sine[1], sine[2])
-    first = each_on_conic(code, (x, y), ((ZERO, ZERO, ONE),))
-    fifth = code.call("atan2", at(code, first, y), at(code, first, x))
-    return first, turn_of(code, fifth)
 
 
 def _outer_of_five(arm: Layout, *, heading_free: bool) -> _Outer:

@@ -20,13 +20,12 @@ from typing import NamedTuple
 from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain, JointViolation
 from kinematics.chains.closed_form import ClosedForm, closed_form
 from kinematics.chains.descent import SEARCHING, Descent
-from kinematics.chains.goals import HEADING_FREE, Goal, Part, frame_goal, pose_goal
+from kinematics.chains.goals import HEADING_FREE, Goal, Part, frame_goal
 from kinematics.chains.jacobians import condition, length_of
 from kinematics.chains.links import JointKind
 from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
-from kinematics.spaces import Pose
 
 FAR_FROM_SINGULAR = 1e-4
 """Smallest singular value, dimensionless, above which an arm is not at the edge of its reach."""
@@ -144,9 +143,6 @@ First = Sequence[frozenset[Part]]
 POSITION_FIRST: First = (frozenset({Part.POSITION}),)
 """Keep the position, and turn the hand as nearly as it goes."""
 
-PITCH_FIRST: First = (frozenset({Part.PITCH, Part.ROLL}), frozenset({Part.POSITION}))
-"""Keep pitch and roll, and come as near to the position as that lets the arm."""
-
 
 @dataclass(frozen=True, slots=True)
 class Effort:
@@ -188,26 +184,6 @@ def solve_frame_ik(
     return solve_goal(
         chain, frame_goal(frame, parts, position_of(chain.base)), seed, first=first, effort=effort
     )
-
-
-def solve_pose_ik(
-    chain: Chain,
-    pose: Pose,
-    seed: Sequence[float] | None = None,
-    *,
-    pitch_free: bool = False,
-    roll_free: bool = False,
-    first: First = POSITION_FIRST,
-    effort: Effort = DEFAULT_EFFORT,
-) -> Solution:
-    """Return the posture for a five-axis pose, the hand in the plane of base axis and tip.
-
-    `pitch_free` and `roll_free` leave that angle to the arm; with `first` = `PITCH_FIRST` the
-    pitch is kept where the position cannot be.
-    """
-    centre = position_of(chain.base)
-    goal = pose_goal(pose, pitch_free=pitch_free, roll_free=roll_free, centre=centre)
-    return solve_goal(chain, goal, seed, first=first, effort=effort)
 
 
 def solve_goal(

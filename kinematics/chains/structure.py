@@ -2,7 +2,8 @@
 
 An arm has a closed form if some of its axes meet or are parallel (Pieper, 1968). The classes are
 those of Ostermeier, Külz and Althoff (2025), "Automatic geometric decomposition for analytical
-inverse kinematics", without those that need a search. Only the relation of each axis to the next
+inverse kinematics", without those that need a search or the roots of a quartic: no arm that is
+built has three first axes, or two last ones, all askew. Only the relation of each axis to the next
 in one posture is examined (the axes of the product of exponentials), so that both conventions and
 any choice of frames give the same class. Lengths in mm, angles in rad.
 """
@@ -55,7 +56,6 @@ class FirstThree(Enum):
     FIRST_AND_SECOND_PARALLEL = "axes 1 and 2 are parallel"
     FIRST_AND_SECOND_MEET = "axes 1 and 2 meet"
     SECOND_AND_THIRD_MEET = "axes 2 and 3 meet"
-    GENERAL = "the first three axes are neither parallel nor do they meet"
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +117,10 @@ class Axes:
             return None
         return scale(0.5, add(pair.near, pair.far))
 
+    def related(self, first: int, second: int) -> bool:
+        """Whether two axes are parallel or meet."""
+        return self.pair(first, second).relation is not Relation.SKEW
+
     def all_meeting(self, first: int, second: int, third: int) -> Vector | None:
         """Return the point in which three axes meet."""
         points = self.meeting(first, second), self.meeting(second, third)
@@ -158,17 +162,19 @@ def why_no_structure(chain: Chain) -> str:
     axes = axes_of(chain)
     if any(seen.parallel(0, 1) and seen.parallel(1, 2) for seen in (axes, axes.backwards())):
         return "three axes in a row at one end are parallel: they move a point in a plane only"
+    pair = "" if count == 5 else " with axes 5 and 6 parallel or meeting"
     wrist = "last three axes meet in one point" if count == 6 else "last two axes meet"
     return (
-        f"axes 2, 3 and 4 are not parallel, nor do the {wrist}; counted from the hand it is no "
-        "different"
+        f"axes 2, 3 and 4 are not parallel{pair}, nor do the {wrist} and two neighbours of the "
+        "first three, or these are parallel; counted from the hand it is no different"
     )
 
 
 def _structures(axes: Axes) -> Iterator[Structure]:
     ends = ((False, axes), (True, axes.backwards()))
     for from_hand, seen in ends:
-        if seen.parallel(1, 2) and seen.parallel(2, 3) and not seen.parallel(0, 1):
+        three = seen.parallel(1, 2) and seen.parallel(2, 3) and not seen.parallel(0, 1)
+        if three and (len(seen.frames) == 5 or seen.related(4, 5)):
             yield Structure(Family.THREE_PARALLEL, None, from_hand, axes.tolerance)
     for from_hand, seen in ends:
         wrist = seen.all_meeting(3, 4, 5) if len(seen.frames) == 6 else seen.meeting(3, 4)
@@ -178,7 +184,10 @@ def _structures(axes: Axes) -> Iterator[Structure]:
 
 
 def _first_three(axes: Axes) -> FirstThree | None:
-    """Return how the first three axes lie; None for those that move a point along a surface."""
+    """Return how two of the first three axes lie to each other.
+
+    None where they do not, or all three are parallel and move a point along a surface only.
+    """
     first_parallel, last_parallel = axes.parallel(0, 1), axes.parallel(1, 2)
     if first_parallel and last_parallel:
         return None
@@ -190,7 +199,7 @@ def _first_three(axes: Axes) -> FirstThree | None:
         return FirstThree.FIRST_AND_SECOND_MEET
     if axes.meeting(1, 2) is not None:
         return FirstThree.SECOND_AND_THIRD_MEET
-    return FirstThree.GENERAL
+    return None
 
 
 # An arm's constant places as code sees it that finds postures, in the order in which it does.

@@ -7,13 +7,11 @@ difference of two forward solutions, exact and not linearised. Lengths in mm, an
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from operator import mul
 
 from kinematics.five_axis import FiveAxisArm
-from kinematics.five_axis.closed_form import Angles
 from kinematics.frames.matrices import times
 from kinematics.frames.transforms import position_of
 from kinematics.presets import MM_PER_INCH
@@ -124,48 +122,6 @@ def gearing_errors(
         reached = _moved(start, way)
         found.append(_tip_error((arm, joints), (arm, reached), motor.name, share, "share"))
     return tuple(found)
-
-
-@dataclass(frozen=True, slots=True)
-class MapPoint:
-    """A place in the arm's plane, the posture taken there, and what was measured of it."""
-
-    r_mm: float
-    z_mm: float
-    joints: Joints
-    value: float
-
-
-def accuracy_map(
-    arm: FiveAxisArm,
-    measure: Callable[[Joints], float],
-    pitch_rad: float,
-    spacing_mm: float = 20.0,
-) -> tuple[MapPoint, ...]:
-    """Return a measure of the posture over the arm's plane at one pitch, where it reaches.
-
-    `measure` is any function of the joints, such as `lambda q: rounding_rms_mm(arm, steps, q)`.
-    The base stays at the middle of its range; the tip is in front of the axis.
-    """
-    middle = (arm.limits[0].low_rad + arm.limits[0].high_rad) / 2.0
-    near: Angles = (middle, 0.0, 0.0, 0.0, 0.0)
-    found = []
-    for r, z in _grid(arm, spacing_mm):
-        goal = (r * math.cos(middle), r * math.sin(middle), z, pitch_rad, 0.0)
-        angles = arm.solve_angles(goal, near)
-        if angles is not None:
-            joints = Joints(angles)
-            found.append(MapPoint(r, z, joints, measure(joints)))
-    return tuple(found)
-
-
-def _grid(arm: FiveAxisArm, spacing_mm: float) -> Iterator[tuple[float, float]]:
-    """Yield the places that the arm could reach at all, from the base axis outwards."""
-    height, *links = arm.lengths
-    count = math.ceil(sum(links) / spacing_mm)
-    for row in range(-count, count + 1):
-        for column in range(count + 1):
-            yield column * spacing_mm, height + row * spacing_mm
 
 
 Posed = tuple[FiveAxisArm, Joints]

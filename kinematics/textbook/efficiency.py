@@ -225,7 +225,7 @@ def _is_ours(function: FunctionType) -> bool:
     return module.split(".")[0] == __name__.split(".")[0] and module != numbers.__name__
 
 
-# The ways of computing an arm. Forward: the system's closed form, the straight-line function
+# The ways of computing an arm. Forward: the closed form that drives it, the straight-line function
 # generated from its table, the frames turned and moved one joint at a time, and the products of A
 # matrices, affine and in full. Inverse: each branch by its formulas, and all of them by the code
 # that computes common parts once. All counts come from running the code.
@@ -260,7 +260,6 @@ def efficiency(system: System, joints: Sequence[float] | None = None) -> Efficie
     return Efficiency(
         system.name,
         (
-            Way("closed form", "the system's own formulas", _counted(system.fk, posture)),
             *_shared_forward(system, posture),
             *forward_ways(chain, posture),
         ),
@@ -380,10 +379,10 @@ def _shared_forward(system: System, posture: tuple[float, ...]) -> list[Way]:
     """Return the count of the forward solution that the five-axis arms run on."""
     if system.arm is None:
         return []
-    what = "the same formulas with their common factors taken out"
+    what = "the formulas that an arm is driven by, common factors taken out"
     lengths = system.arm.lengths
     fast = on_any_numbers(forward_frame)
-    return [Way("closed form, shared", what, _counted(lambda q: fast(q, lengths), posture))]
+    return [Way("closed form", what, _counted(lambda q: fast(q, lengths), posture))]
 
 
 def _inverse_ways(system: System, posture: tuple[float, ...]) -> list[Way]:

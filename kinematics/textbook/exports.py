@@ -3,10 +3,8 @@
 A name is imported as itself to be public (what type checkers call a re-export): no second list.
 """
 
-from kinematics.textbook.accuracy import MapPoint as MapPoint
 from kinematics.textbook.accuracy import StepRange as StepRange
 from kinematics.textbook.accuracy import TipError as TipError
-from kinematics.textbook.accuracy import accuracy_map as accuracy_map
 from kinematics.textbook.accuracy import explain_resolution as explain_resolution
 from kinematics.textbook.accuracy import gearing_errors as gearing_errors
 from kinematics.textbook.accuracy import length_errors as length_errors
@@ -29,7 +27,6 @@ from kinematics.textbook.symbols import coordinate as coordinate
 from kinematics.textbook.symbols import named as named
 from kinematics.textbook.systems import SYSTEMS as SYSTEMS
 from kinematics.textbook.systems import system as system
-from kinematics.textbook.systems.mini_movers import urdf_of_arm as urdf_of_arm
 from kinematics.textbook.systems.named import NamedBranch as NamedBranch
 from kinematics.textbook.systems.named import System as System
 from kinematics.textbook.worked_example import symbolic_chain as symbolic_chain

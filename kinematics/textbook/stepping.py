@@ -167,7 +167,7 @@ def _by_branch(
     try:
         found = system.ik(goal, values)
     except OutOfReach as error:
-        return Stepped(values, f"out of reach: {_beyond(error)}")
+        return Stepped(values, f"out of reach: the hand stays {error.away_mm:.3g} mm short")
     except KinematicsError as error:
         return Stepped(values, str(error))
     on = before.branches[before.here].name if before.here is not None else ""
@@ -177,13 +177,6 @@ def _by_branch(
         broken = "; ".join(map(violation_text, taken.violations))
         return Stepped(values, f"not within the limits on {taken.name}: {broken}")
     return Stepped(taken.joints, _leap(subject.chain, values, taken.joints))
-
-
-def _beyond(error: OutOfReach) -> str:
-    return (
-        f"{error.quantity} would be {error.value:.1f} mm, {error.excess:.3g} mm beyond "
-        f"{error.bound:.1f} mm"
-    )
 
 
 def _furthest(chain: Chain, values: tuple[float, ...], branch: NamedBranch) -> float:

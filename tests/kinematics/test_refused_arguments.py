@@ -36,6 +36,7 @@ from kinematics import (
     frame_goal,
     geometric_jacobian,
     invert,
+    pose_goal,
     preset,
     rot_x,
     rot_y,
@@ -52,7 +53,7 @@ from kinematics import (
     work_system,
 )
 from kinematics.chains.arm import ChainArm
-from kinematics.chains.inverse import solve_goal, solve_pose_ik
+from kinematics.chains.inverse import solve_goal
 from kinematics.chains.links import Convention, JointKind, link_type
 from kinematics.chains.urdf import read_urdf
 from kinematics.errors import suggestion
@@ -94,7 +95,6 @@ TAKE_A_FRAME = {
     "frame_goal": frame_goal,
     "solve_frame_ik": lambda frame: solve_frame_ik(Chain(LINKS), frame),
     "solve_transform": TEACHMOVER.solve_transform,
-    **{f"ik_frame of {name}": one.ik_frame for name, one in SYSTEMS.items()},
     **{f"goal_of of {name}": one.goal_of for name, one in SYSTEMS.items()},
 }
 
@@ -159,16 +159,12 @@ def branch_of(one):
 def of_system(name):
     """Everything of a system that takes numbers: joint values, goals, seeds."""
     one = system(name)
-    frame = one.fk(example_posture(one.chain()))
-    goal = one.goal_of(frame)
+    goal = one.goal_of(one.fk(example_posture(one.chain())))
     return {
         f"{name}.fk": one.fk,
         f"{name}.ik": one.ik,
-        f"{name}.holds": one.holds,
         f"{name}.solution": lambda values: one.solution(values, branch_of(one)),
         f"{name}.ik, the seed": lambda values: one.ik(goal, values or ()),
-        f"{name}.ik_frame, the seed": lambda values: one.ik_frame(frame, values or ()),
-        f"{name}.by_matrices": lambda values: one.by_matrices(*(values if listed(values) else ())),
         f"{name}.by_vectors": lambda values: one.by_vectors(*(values if listed(values) else ())),
         f"{name}.by_trigonometry": lambda values: one.by_trigonometry(
             *(values if listed(values) else ())
@@ -278,7 +274,7 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: MINI.fk((0.0,) * 5), "joints must be of the class Joints"),
         (lambda: MINI.ik(None), "a pose must be of the class Pose"),
         (lambda: MINI.ik("x=1", Joints((0.0,) * 5)), "a pose must be of the class Pose"),
-        (lambda: solve_pose_ik(Chain(LINKS), None), "a pose must be of the class Pose"),
+        (lambda: pose_goal(None), "a pose must be of the class Pose"),
         (lambda: solve_goal(Chain(LINKS), IN_PLACE), "a goal must be of the class Goal"),
         (lambda: solve_goal(LINKS, frame_goal(IN_PLACE)), "a chain must be of the class Chain"),
         (lambda: RPY("1", 0.0, 0.0), "phi_rad must be a finite number"),
@@ -314,8 +310,8 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: replace(TEACHMOVER, upper_arm_mm=0), "longer than 0"),
         (lambda: replace(TEACHMOVER, limits=TEACHMOVER.limits[:4]), "4 were given"),
         (lambda: JointRange.of(10, -10), "must not lie above"),
-        (lambda: CABLES.to_joints(Motors((0,) * 5)), "6 motors were expected, not 5"),
         (lambda: CABLES.motor_rates((0.0, 0.0)), "5 joints were expected, not 2"),
+        (lambda: CABLES.to_joints(Motors((0,) * 5)), "6 motors were expected, not 5"),
         (lambda: CABLES.to_motors(HOME, math.nan), "gripper opening.* must be a finite number"),
         (lambda: CABLES.with_signs(motors=(1, 0, 1, 1, 1, 1)), "6 motor signs"),
         (lambda: assign_frames([JointAxis((0, 1e300, 0), (0, 0, 1))]),
@@ -409,7 +405,7 @@ def test_an_angle_of_a_system_s_goal_beyond_two_turns_is_questioned(name, angle)
         if is_angle(coordinate):
             wrong = (*goal[:index], angle, *goal[index + 1 :])
             says = rf"{coordinate} of a goal of {name} must be within two turns"
-            for take in (one.ik, one.holds, lambda given: work_system(one, None, given)):
+            for take in (one.ik, lambda given: work_system(one, None, given)):
                 with pytest.raises(BadNumber, match=rf"{says}.*math.radians\({angle:g}\)"):
                     take(wrong)
 

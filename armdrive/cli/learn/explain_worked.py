@@ -117,9 +117,8 @@ def _example(
     except OutOfReach as error:  # again, in degrees
         instead = typed_coordinates(error.coordinates, error.nearest)
         raise Refused(
-            f"{error.system} cannot reach this goal: {error.quantity} would be {error.value:.6g} "
-            f"mm, {error.excess:.3g} mm beyond {error.bound:.6g} mm; a goal that it reaches: "
-            f"{instead}"
+            f"{error.system} cannot reach this goal, only to {error.away_mm:.3g} mm from it; a "
+            f"goal that it reaches: {instead}"
         ) from None
 
 

@@ -284,10 +284,11 @@ def _branches(word: str, chain: Chain, goal: Goal, solution: Solution) -> tuple[
         return tuple(_numbered(chain, asked, solution.joints))
     named = find_system(word)
     try:
-        found = named.ik_frame(goal.frame if whole else solution.frame, solution.joints)
+        frame = goal.frame if whole else solution.frame
+        found = named.ik(named.goal_of(frame), solution.joints)
     except OutOfReach:
         return ()
-    return tuple(branch for branch, _ in found if _meets(goal, named.fk(branch.joints)))
+    return tuple(branch for branch in found if _meets(goal, named.fk(branch.joints)))
 
 
 def _numbered(chain: Chain, goal: Goal, near: Sequence[float]) -> Iterator[NamedBranch]:

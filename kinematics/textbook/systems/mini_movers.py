@@ -15,33 +15,23 @@ from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink
-from kinematics.chains.urdf import urdf_of_chain
-from kinematics.errors import KinematicsError, OutOfReach
-from kinematics.five_axis import Branch, FiveAxisArm
+from kinematics.errors import KinematicsError
+from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.closed_form import Lengths
-from kinematics.five_axis.nearest import nearest
 from kinematics.five_axis.rates import from_joints_to_tip, task_jacobian
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
-from kinematics.frames.transforms import LAST_ROW, Transform
-from kinematics.geometry import AXIS_MM
+from kinematics.frames.transforms import Transform
 from kinematics.presets import preset
-from kinematics.spaces import JOINT_NAMES, Jacobian, Joints, Pose
+from kinematics.spaces import JOINT_NAMES, Jacobian, Joints
 from kinematics.textbook.systems.named import (
-    ON_AXIS,
     QUARTER_TURN,
-    NamedBranch,
     NamedSingularity,
     Quantity,
     Solved,
     System,
     Values,
 )
-from kinematics.textbook.systems.triangle import (
-    broken_bound,
-    elbow_loss,
-    elbow_singularities,
-    triangle,
-)
+from kinematics.textbook.systems.triangle import elbow_singularities, triangle
 
 HAND_SETS_BASE = "the tip is on the base axis: the hand's direction sets the base"
 COORDINATES = ("x_mm", "y_mm", "z_mm", "pitch_rad", "roll_rad")
@@ -94,22 +84,6 @@ def own_jacobian(one: System, joints: Values) -> Jacobian:
     )
 
 
-def _forward(one: System, joints: Values) -> Transform:
-    height, upper, fore, hand = one.sizes
-    base, shoulder, elbow, wrist, roll = relative_angles(one, joints)
-    forearm = shoulder + elbow
-    pitch = forearm + wrist
-    cb, sb, cp, sp, cr, sr = cos(base), sin(base), cos(pitch), sin(pitch), cos(roll), sin(roll)
-    r = upper * cos(shoulder) + fore * cos(forearm) + hand * cp
-    z = height + upper * sin(shoulder) + fore * sin(forearm) + hand * sp
-    return (
-        (sb * sr - cb * sp * cr, sb * cr + cb * sp * sr, cb * cp, cb * r),
-        (-(cb * sr) - sb * sp * cr, sb * sp * sr - cb * cr, sb * cp, sb * r),
-        (cp * cr, -(cp * sr), sp, z),
-        LAST_ROW,
-    )
-
-
 def _formulas(one: System, goal: Values, side: float, bend: float) -> Solved:
     (height, upper, fore, hand), (x, y, z, pitch, roll) = one.sizes, goal
     base = atan2(side * y, side * x)
@@ -123,67 +97,12 @@ def _formulas(one: System, goal: Values, side: float, bend: float) -> Solved:
     return joints, (Quantity("r0", r0, "mm"), Quantity("z0", z0, "mm"), *elbow.workings())
 
 
-def _postures(
-    one: System, goal: Values, seed: Values, facing: float | None = None
-) -> Sequence[NamedBranch]:
-    """Return every branch for a goal; `facing` is where a hand leans over the base axis."""
-    pose, near = Pose(*goal), Joints(relative_angles(one, seed))
-    branches = arm_of(one).branches(pose, near, facing_rad=facing)
-    if not branches:
-        raise _refusal(one, pose, near)
-    return [_named(one, branch, goal, leans=facing is not None) for branch in branches]
-
-
-def _named(one: System, branch: Branch, goal: Values, *, leans: bool) -> NamedBranch:
-    name = f"base {branch.base.value}, elbow {branch.elbow.value}"
-    (_, upper, fore, _), angles = one.sizes, branch.joints.angles_rad
-    singularities, free = [HAND_SETS_BASE] if leans else [], []
-    if branch.base_free:
-        singularities.append(ON_AXIS)
-        free.append(one.joint_names[0])
-    lost, first_free = elbow_loss(angles[2], upper, fore)
-    singularities += [lost] if lost else []
-    free += [one.joint_names[1]] if first_free else []
-    workings = one.formulas(one, goal, *one.signs[name])[1]
-    return NamedBranch(
-        name, own_angles(one, angles), workings, tuple(free), "; ".join(singularities)
-    )
-
-
-def _refusal(one: System, pose: Pose, seed: Joints) -> OutOfReach:
-    near = nearest(arm_of(one), pose, seed).pose
-    height, upper, fore, hand = one.sizes
-    out = math.hypot(pose.x_mm, pose.y_mm) - hand * math.cos(pose.pitch_rad)
-    distance = math.hypot(out, pose.z_mm - height - hand * math.sin(pose.pitch_rad))
-    bound = broken_bound(distance, upper, fore)
-    return one.out_of_reach(
-        "the wrist's distance from the shoulder",
-        distance,
-        distance if bound is None else bound,
-        (near.x_mm, near.y_mm, near.z_mm, near.pitch_rad, near.roll_rad),
-    )
-
-
 def _coordinates_of(one: System, frame: Transform) -> Values:
     """Return x, y, z, pitch and roll of a frame, as far as five axes can give it.
 
     On the base axis the pitch counts in the plane of the hand.
     """
     return arm_of(one).solve_transform(frame).goal
-
-
-def _of_frame(one: System, frame: Transform, near: Values) -> Sequence[NamedBranch]:
-    """Return every branch for a frame, as far as five axes can give it.
-
-    With the tip on the base axis the hand's direction sets the base, unless it is vertical:
-    then the base is free, and the roll is turned to the seed's base.
-    """
-    found = arm_of(one).solve_transform(frame, Joints(relative_angles(one, near)))
-    x, y, *_ = found.goal
-    if found.base_free or math.hypot(x, y) > AXIS_MM:
-        return one.ik(found.goal, near)
-    facing = math.atan2(frame[1][2], frame[0][2])
-    return one.finished(_postures(one, found.goal, near, facing), near)
 
 
 ELBOW_FOLDED = (
@@ -271,11 +190,8 @@ MINI_MOVER = with_arm(
         signs=SIGNS,
         length_names=("d1", "a2", "a3", "d5"),
         table=_minimover_table,
-        forward=_forward,
         formulas=_formulas,
-        postures=_postures,
         coordinates_of=_coordinates_of,
-        of_frame=_of_frame,
         singularities=_singularities,
         senses=((1.0, 0.0),) * 5,
     ),
@@ -301,10 +217,3 @@ ALPHA_2 = with_arm(
 Axes 2, 3 and 4 point the other way than those of the Mini-mover, so that angles count downwards,
 and theta4 is -90 degrees with the hand straight on.
 """
-
-
-def urdf_of_arm(
-    arm: FiveAxisArm, *, name: str = "arm", speeds_rad_s: Sequence[float] | None = None
-) -> str:
-    """Return the URDF document of an arm of the Mini-mover's build, in its own joint angles."""
-    return urdf_of_chain(with_arm(MINI_MOVER, arm).chain(), name=name, speeds=speeds_rad_s)

@@ -1,8 +1,10 @@
 """The named systems of the textbook: figure, link table, forward and inverse kinematics.
 
-Lengths in mm, angles in rad. A system is a row: its lengths and joint ranges, and its closed forms
-as functions of it, written with the functions of `kinematics.frames.numbers` so that they run on
-numbers of any kind. `notes.toml` has what the notes say of each system.
+Lengths in mm, angles in rad. A system is a row: its link table, its lengths and joint ranges, the
+formulas of one branch, written with the functions of `kinematics.frames.numbers` so that they run
+on numbers of any kind, and its singularities. The rest follows for every system in the same way:
+forward kinematics is the product of the table's A matrices, and of the branches those meet a goal
+whose frame has it. `notes.toml` has what the notes say of each system.
 """
 
 from __future__ import annotations
@@ -14,17 +16,21 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
 from importlib import resources
+from itertools import product
 from typing import Any
 
 from kinematics.chains.chain import Chain, JointViolation
-from kinematics.chains.links import Convention
+from kinematics.chains.generated import generated
+from kinematics.chains.links import Convention, JointKind
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis import FiveAxisArm
 from kinematics.frames.numbers import goal_numbers, numbers
-from kinematics.frames.orientations import solve_rpy
-from kinematics.frames.rotations import IDENTITY, columns, multiply, rotate
+from kinematics.frames.orientations import RPY, solve_rpy, turn_between
+from kinematics.frames.rotations import IDENTITY, multiply, rotate
 from kinematics.frames.transforms import Transform, check_transform, position_of, rotation_of
-from kinematics.frames.vectors import ZERO, Vector, add, angle_between, distance
+from kinematics.frames.vectors import ZERO, Vector, add
+from kinematics.geometry import AXIS_MM
+from kinematics.limits import wrap
 from kinematics.text import filled
 
 # The texts of the lecture notes, from `notes.toml`: what they say of a system, and their rules.
@@ -92,6 +98,15 @@ WIDTH = 79
 
 ON_AXIS = "the tip is on the base axis: the base is free"
 
+MET = 1e-6
+"""In mm or rad: postures this near to each other are one, and a goal this near is met. Rounding
+next to a singularity takes less."""
+
+PROBE_RAD = 0.7
+"""How far a joint is turned to see whether its angle makes a difference."""
+
+WHOLE_TURN = ("phi_rad", "theta_rad", "psi_rad")
+
 Values = tuple[float, ...]
 """Joint values, or a goal's coordinates: mm and rad."""
 
@@ -143,14 +158,6 @@ class NamedBranch:
 
 
 @dataclass(frozen=True, slots=True)
-class Miss:
-    """How far a posture leaves the hand from the frame that was asked: mm and rad."""
-
-    mm: float
-    rad: float
-
-
-@dataclass(frozen=True, slots=True)
 class NamedSingularity:
     """One singularity: what is lost there, and how far the posture is from it.
 
@@ -163,15 +170,16 @@ class NamedSingularity:
     distance_rad: float | None
     distance_mm: float | None
 
+    @property
+    def is_here(self) -> bool:
+        """Whether the posture is this singular one, but for rounding."""
+        away = self.distance_mm if self.distance_rad is None else self.distance_rad
+        return away is not None and away < MET
+
 
 def no_singularities(_one: System, _joints: Values) -> list[NamedSingularity]:
     """Return no singularity: that of slides alone."""
     return []
-
-
-def by_formulas(one: System, goal: Values, _seed: Values) -> Sequence[NamedBranch]:
-    """Return every branch by its formulas, for a goal that every branch meets."""
-    return [one.solution(goal, branch) for branch in one.signs]
 
 
 def tip_of(_one: System, frame: Transform) -> Values:
@@ -195,9 +203,6 @@ class System:
     table: Callable[..., Chain] = field(compare=False, repr=False)
     """The link table with joint names, of the lengths in order."""
 
-    forward: Callable[[System, Values], Transform] = field(compare=False, repr=False)
-    """The hand's frame by the closed form."""
-
     formulas: Callable[..., Solved] = field(compare=False, repr=False)
     """One branch by the formulas alone, nothing checked: of the system, a goal and its signs."""
 
@@ -210,28 +215,15 @@ class System:
     ranges: tuple[Span, ...] = ()
     """The range of each joint; where none are given, every joint is endless."""
 
-    postures: Callable[[System, Values, Values], Sequence[NamedBranch]] = field(
-        default=by_formulas, compare=False, repr=False
-    )
-    """The branches of a checked goal near a seed, limits and turns aside; raises `OutOfReach`."""
-
     coordinates_of: Callable[[System, Transform], Values] = field(
         default=tip_of, compare=False, repr=False
     )
     """The system's own coordinates of a hand's frame."""
 
-    of_frame: Callable[[System, Transform, Values], Sequence[NamedBranch]] | None = field(
-        default=None, compare=False, repr=False
-    )
-    """The branches of a whole frame, where they are not those of its coordinates."""
-
     singularities: Callable[[System, Values], Sequence[NamedSingularity]] = field(
         default=no_singularities, compare=False, repr=False
     )
     """Every singularity in a fixed order, joint limits not looked at."""
-
-    orientation: Callable[..., Vector] | None = field(default=None, compare=False, repr=False)
-    """phi, theta, psi of RPY = Rot(z, phi) Rot(y, theta) Rot(x, psi) (section 8), of the joints."""
 
     space: Callable[[System], str] | None = field(default=None, compare=False, repr=False)
     """Where the tip can be put, joint ranges included: the shape and its measures (figures c)."""
@@ -295,20 +287,17 @@ class System:
         return _chain(self)
 
     def fk(self, joints: Sequence[float]) -> Transform:
-        """Return the hand's frame in the base's, by the closed form.
+        """Return the hand's frame in the base's, the product of the A matrices (section 7).
 
-        Raises `KinematicsError` for the wrong number of joint values and `BadNumber` for one
-        that is not finite.
+        Works on numbers of any kind. Raises `KinematicsError` for the wrong number of joint values
+        and `BadNumber` for one that is not finite.
         """
-        return self.forward(self, self.chain().directions(joints))
+        return self.chain().fk(joints)
 
     def by_trigonometry(self, *joints: float) -> Vector:
-        """Return the tip (x, y, z) in mm from its coordinates written down (section 5)."""
-        return position_of(self.forward(self, self.chain().directions(joints)))
-
-    def by_matrices(self, *joints: float) -> Transform:
-        """Return the hand's frame as the product of the A matrices (section 7)."""
-        return self.chain().fk(joints)
+        """Return the tip (x, y, z) in mm as sums of sines and cosines (section 5)."""
+        chain = self.chain()
+        return position_of(generated(chain).fk(chain.directions(joints)))
 
     def by_vectors(self, *joints: float) -> Vector:
         """Return the tip as the sum of the link vectors, each turned into the base frame."""
@@ -342,44 +331,30 @@ class System:
     ) -> tuple[NamedBranch, ...]:
         """Return every branch that meets a goal, those beyond the joint limits included.
 
-        Each angle is of the turn nearest to the seed (zero by default) that the limits allow.
-        Raises `OutOfReach` where no posture at all meets the goal, and `KinematicsError` or
-        `BadNumber` for a goal that is none.
+        Each angle is of the turn nearest to the seed (zero by default) that the limits allow, and
+        of a joint that any value would serve, the seed's. Branches that are one posture have the
+        name of the first. Raises `OutOfReach` where no posture at all meets the goal, and
+        `KinematicsError` or `BadNumber` for a goal that is none.
         """
-        near = self._near(seed)
-        return self.finished(self.postures(self, self._checked(goal), near), near)
+        chain = self.chain()
+        near = chain.clamp(chain.zero if seed is None else seed)
+        asked = goal_numbers(f"a goal of {self.name}", goal, self.coordinates)
+        if self.coordinates[:2] == ("x_mm", "y_mm") and math.hypot(*asked[:2]) <= AXIS_MM:
+            asked = (0.0, 0.0, *asked[2:])  # rounding has no direction
+        tried = [self.solution(asked, branch) for branch in self.signs]
+        found: list[NamedBranch] = []
+        for branch in tried:
+            if self.meets(branch.joints, asked):
+                settled = self._settled(branch, asked, near)
+                if not any(self._same(settled.joints, one.joints) for one in found):
+                    found.append(settled)
+        if not found:
+            raise self._out_of_reach(asked, tried)
+        return tuple(found)
 
-    def ik_frame(
-        self, frame: Transform, seed: Sequence[float] | None = None
-    ) -> tuple[tuple[NamedBranch, Miss], ...]:
-        """Return every branch for a whole frame, each with what it leaves of the frame unmet.
-
-        A system of fewer than six joints holds only its own coordinates of a frame. Raises
-        `OutOfReach`, and as `check_transform` does.
-        """
-        checked = check_transform(frame)
-        found = (
-            self.ik(self.goal_of(checked), seed)
-            if self.of_frame is None
-            else self.of_frame(self, checked, self._near(seed))
-        )
-        return tuple((branch, self._miss(branch.joints, checked)) for branch in found)
-
-    def _miss(self, joints: Sequence[float], frame: Transform) -> Miss:
-        """Return how far a posture leaves the hand from a frame: mm, and rad of the worst axis."""
-        reached = self.fk(joints)
-        pairs = zip(columns(rotation_of(reached)), columns(rotation_of(frame)), strict=True)
-        return Miss(
-            distance(position_of(reached), position_of(frame)),
-            max(angle_between(one, other) for one, other in pairs),
-        )
-
-    def holds(self, goal: Sequence[float]) -> bool:
-        """Whether some branch within the joint limits meets a goal: its workspace."""
-        try:
-            return any(branch.within_limits for branch in self.ik(goal))
-        except OutOfReach:
-            return False
+    def meets(self, joints: Values, goal: Values) -> bool:
+        """Whether a posture meets a goal, limits aside."""
+        return max(self._missed(joints, goal)) <= MET
 
     def figure(self) -> str:
         """Return the system's figure in text, with its own lengths in mm."""
@@ -387,32 +362,76 @@ class System:
         legend = ", ".join(f"{name} = {value:g} mm" for name, value in self.lengths().items())
         return "\n".join((drawing, "", *filled(legend, WIDTH))) if legend else drawing
 
-    def finished(self, found: Sequence[NamedBranch], near: Values) -> tuple[NamedBranch, ...]:
-        """Return branches with each angle on the turn to take, and the limits they break."""
-        chain = self.chain()
-        return tuple(_held(branch, chain, near) for branch in found)
+    def _missed(self, joints: Values, goal: Values) -> tuple[float, float]:
+        """Return by how many mm and rad a posture misses a goal."""
+        pairs = zip(self.coordinates, self.goal_of(self.fk(joints)), goal, strict=True)
+        off_mm, turns = [], []
+        for name, reached, asked in pairs:
+            if name.endswith("_mm"):
+                off_mm.append(reached - asked)
+            else:
+                turns.append((reached, asked))
+        if len(turns) == len(WHOLE_TURN):  # a degenerate orientation has many such angles
+            one, other = (RPY(*angles).rotation() for angles in zip(*turns, strict=True))
+            return math.hypot(*off_mm), turn_between(one, other)
+        off_rad = [abs(wrap(reached - asked)) for reached, asked in turns]
+        return math.hypot(*off_mm), max(off_rad, default=0.0)
 
-    def out_of_reach(
-        self, quantity: str, value: float, bound: float, nearest: Values
-    ) -> OutOfReach:
-        """Return the error for a goal that no posture meets, with the nearest one that is met."""
-        return OutOfReach(self.name, quantity, value, bound, self.coordinates, nearest)
+    def _settled(self, branch: NamedBranch, goal: Values, near: Values) -> NamedBranch:
+        """Return a branch on the turns to take, with what it loses and the limits it breaks."""
+        chain, joints, free = self.chain(), branch.joints, list[str]()
+        lost = [one.reason for one in self.singularities(self, joints) if one.is_here]
+        for index in self._turning() if lost else ():
+            freed = self._freed(joints, index, goal, near[index])
+            if freed is not None:
+                joints = freed
+                free.append(chain.joint_names[index])
+        joints = chain.turned(joints, near)
+        broken = chain.violations(joints)
+        return replace(
+            branch, joints=joints, free=tuple(free), degenerate="; ".join(lost), violations=broken
+        )
 
-    def _near(self, seed: Sequence[float] | None) -> Values:
-        """Return the seed within the joint limits, where a free joint can take it."""
-        chain = self.chain()
-        return chain.clamp(chain.zero if seed is None else seed)
+    def _freed(self, joints: Values, index: int, goal: Values, value: float) -> Values | None:
+        """Return a posture with a joint at a value that serves as any other would, or None.
 
-    def _checked(self, goal: Sequence[float]) -> Values:
-        return goal_numbers(f"a goal of {self.name}", goal, self.coordinates)
+        Turned by any angle, the joint either changes nothing, or one further joint makes up for it.
+        """
+        further = [other for other in self._turning() if other > index]
+        for other, sign in ((index, 0.0), *product(further, (-1.0, 1.0))):
+
+            def turned(by: float, other: int = other, sign: float = sign) -> Values:
+                made = list(joints)
+                made[other] += sign * by
+                made[index] += by
+                return tuple(made)
+
+            if self.meets(turned(PROBE_RAD), goal):
+                return turned(value - joints[index])
+        return None
+
+    def _turning(self) -> list[int]:
+        kinds = enumerate(self.chain().kinds)
+        return [index for index, kind in kinds if kind is JointKind.REVOLUTE]
+
+    def _same(self, one: Values, other: Values) -> bool:
+        """Whether two postures are one, but for rounding and whole turns."""
+        turning = self._turning()
+        return all(
+            abs(wrap(a - b) if index in turning else a - b) < MET
+            for index, (a, b) in enumerate(zip(one, other, strict=True))
+        )
+
+    def _out_of_reach(self, goal: Values, tried: Sequence[NamedBranch]) -> OutOfReach:
+        """Return the error for a goal that no branch meets.
+
+        Formulas of a goal too far away give a posture that points at it.
+        """
+        nearest = min((one.joints for one in tried), key=lambda one: self._missed(one, goal)[0])
+        away_mm, _ = self._missed(nearest, goal)
+        return OutOfReach(self.name, away_mm, self.coordinates, self.goal_of(self.fk(nearest)))
 
 
 @lru_cache(maxsize=64)
 def _chain(one: System) -> Chain:
     return replace(one.table(*one.sizes).within(one.ranges or None), name=one.name)
-
-
-def _held(branch: NamedBranch, chain: Chain, near: Sequence[float]) -> NamedBranch:
-    """Return the branch with each angle on the turn to take, and the limits it breaks."""
-    joints = chain.turned(branch.joints, near)
-    return replace(branch, joints=joints, violations=chain.violations(joints))

@@ -9,36 +9,24 @@ lengths are examples, since the source gives none.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
 from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.five_axis.closed_form import REACH_MM
-from kinematics.frames.numbers import atan2, cos, sin, sqrt
-from kinematics.frames.transforms import LAST_ROW, Transform, transform
+from kinematics.frames.numbers import atan2, sqrt
+from kinematics.frames.transforms import transform
 from kinematics.frames.vectors import ZERO
 from kinematics.textbook.systems.named import (
     ENDLESS,
     ON_AXIS,
     QUARTER_TURN,
-    NamedBranch,
     NamedSingularity,
     Quantity,
     Solved,
     System,
     Values,
 )
-from kinematics.textbook.systems.triangle import (
-    Links,
-    broken_bound,
-    brought_within,
-    elbow_branches,
-    elbow_singularities,
-    to_half_turn,
-    triangle,
-)
+from kinematics.textbook.systems.triangle import elbow_singularities, to_half_turn, triangle
 from kinematics.textbook.systems.two_link import ONLY, REACHES
 
 END_POINT = ("x_mm", "y_mm", "z_mm")
@@ -55,12 +43,6 @@ X_LAST = transform(((0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), ZERO)
 UPRIGHT = transform(((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0)), ZERO)
 """A frame whose x, y and z point along the reference's z, against its y, and along its x."""
 
-
-def _cartesian_forward(_one: System, joints: Values) -> Transform:
-    x, y, z = joints
-    return (1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, 0.0, 1.0, z), LAST_ROW
-
-
 CARTESIAN = System(
     name="cartesian",
     coordinates=END_POINT,
@@ -75,28 +57,15 @@ CARTESIAN = System(
         base=X_UP,
         joint_names=("d1", "d2", "d3"),
     ),
-    forward=_cartesian_forward,
     formulas=lambda _, goal: (goal, ()),
 )
 """Three prismatic joints along x, y and z (figure 2.14)."""
-
-
-def _cylindrical_forward(_one: System, joints: Values) -> Transform:
-    theta, up, out = joints
-    c, s = cos(theta), sin(theta)
-    return (c, -s, 0.0, out * c), (s, c, 0.0, out * s), (0.0, 0.0, 1.0, up), LAST_ROW
 
 
 def _cylindrical_formulas(_one: System, goal: Values, side: float) -> Solved:
     x, y, z = goal
     out = side * sqrt(x * x + y * y)
     return (atan2(side * y, side * x), z, out), (Quantity("r", out, "mm"),)
-
-
-def _cylindrical_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
-    if math.hypot(goal[0], goal[1]) > REACH_MM:
-        return [one.solution(goal, branch) for branch in one.signs]
-    return [NamedBranch("base free", (seed[0], goal[2], 0.0), (), ("theta",), ON_AXIS)]
 
 
 CYLINDRICAL = System(
@@ -113,27 +82,13 @@ CYLINDRICAL = System(
         tool=X_LAST,
         joint_names=("theta", "l", "r"),
     ),
-    forward=_cylindrical_forward,
     formulas=_cylindrical_formulas,
-    postures=_cylindrical_postures,
     singularities=lambda _, joints: [NamedSingularity(ON_AXIS, None, abs(joints[2]))],
 )
 """A revolute joint, a lift and a radial slide (figure 2.15, equations 2.28 to 2.32).
 
 The figure is captioned "A cartesian arm", and the letter l is printed as 1 in (2.30) and (2.32).
 """
-
-
-def _spherical_forward(_one: System, joints: Values) -> Transform:
-    phi, theta, r = joints
-    cp, sp, ct, st = cos(phi), sin(phi), cos(theta), sin(theta)
-    out = r * ct
-    return (
-        (cp * ct, -sp, -(cp * st), out * cp),
-        (sp * ct, cp, -(sp * st), out * sp),
-        (st, 0.0, ct, r * st),
-        LAST_ROW,
-    )
 
 
 def _spherical_formulas(_one: System, goal: Values, reach: float, top: float) -> Solved:
@@ -143,19 +98,6 @@ def _spherical_formulas(_one: System, goal: Values, reach: float, top: float) ->
     side = reach * top
     workings = (Quantity("r", r, "mm"), Quantity("|r| cos(theta)", out, "mm"))
     return (atan2(side * y, side * x), atan2(reach * z, out), r), workings
-
-
-def _spherical_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
-    if math.hypot(*goal) <= REACH_MM:
-        free, words = ("phi", "theta"), "the end point is at the origin: both angles are free"
-        return [NamedBranch("all free", (seed[0], seed[1], 0.0), (), free, words)]
-    if math.hypot(goal[0], goal[1]) > REACH_MM:
-        return [one.solution(goal, branch) for branch in one.signs]
-    found = []
-    for branch in ("reaching forward", "reaching backward"):
-        (_, theta, r), workings = one.formulas(one, goal, *one.signs[branch])
-        found.append(NamedBranch(branch, (seed[0], theta, r), workings, ("phi",), ON_AXIS))
-    return found
 
 
 def _spherical_singularities(_one: System, joints: Values) -> list[NamedSingularity]:
@@ -187,9 +129,7 @@ SPHERICAL = System(
         tool=UPRIGHT,
         joint_names=("phi", "theta", "r"),
     ),
-    forward=_spherical_forward,
     formulas=_spherical_formulas,
-    postures=_spherical_postures,
     singularities=_spherical_singularities,
 )
 """Azimuth, elevation and a slide from the origin (figure 2.16, equations 2.33 and 2.34)."""
@@ -198,71 +138,12 @@ SPHERICAL = System(
 # figure 2.17 and equation 2.35). The links stand upright in the zero position.
 
 
-def _revolute_forward(one: System, joints: Values) -> Transform:
-    (l1, l2, l3), (first, second, third) = one.sizes, joints
-    both = second + third
-    c1, s1, c23, s23 = cos(first), sin(first), cos(both), sin(both)
-    lean = sin(second) * l2 + s23 * l3
-    up = l1 + cos(second) * l2 + c23 * l3
-    return (
-        (c1, -(s1 * c23), s1 * s23, s1 * lean),
-        (s1, c1 * c23, -(c1 * s23), -(c1 * lean)),
-        (0.0, s23, c23, up),
-        LAST_ROW,
-    )
-
-
 def _revolute_formulas(one: System, goal: Values, side: float, bend: float) -> Solved:
     (l1, l2, l3), (x, y, z) = one.sizes, goal
     lean = side * sqrt(x * x + y * y)
     solved = triangle(z - l1, lean, l2, l3, bend)
     joints = (atan2(side * x, -(side * y)), solved.first, solved.second)
     return joints, (Quantity("h", lean, "mm"), *solved.workings())
-
-
-def _revolute_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
-    (l1, l2, l3), (x, y, z) = one.sizes, goal
-    out = math.hypot(x, y)
-    distance = math.hypot(out, z - l1)
-    bound = broken_bound(distance, l2, l3)
-    if bound is not None:
-        nearest = _revolute_nearest(one, goal, out)
-        raise one.out_of_reach(
-            "the end point's distance from the shoulder", distance, bound, nearest
-        )
-    on_axis = out <= REACH_MM
-    bases = [("base front", 1.0, ("elbow up", "elbow down"))]
-    if not on_axis:
-        bases.append(("base back", -1.0, ("elbow down", "elbow up")))
-    return [
-        _with_free_base(branch, seed[0])
-        if on_axis
-        else replace(branch, name=f"{base}, {branch.name}")
-        for base, side, names in bases
-        for branch in elbow_branches(
-            one, goal, seed, distance, Links(l2, l3, joint=1), (side,), names
-        )
-    ]
-
-
-def _with_free_base(branch: NamedBranch, base: float) -> NamedBranch:
-    words = f"{ON_AXIS}; {branch.degenerate}" if branch.degenerate else ON_AXIS
-    return replace(
-        branch,
-        name=f"base free, {branch.name}",
-        joints=(base, *branch.joints[1:]),
-        free=("theta1", *branch.free),
-        degenerate=words,
-    )
-
-
-def _revolute_nearest(one: System, goal: Values, out: float) -> Values:
-    """Return the nearest end point that can be met, in the same vertical plane."""
-    (l1, l2, l3), (x, y, z) = one.sizes, goal
-    near_out, near_up = brought_within(out, z - l1, l2, l3)
-    if out <= REACH_MM:
-        return 0.0, -near_out, near_up + l1
-    return x * near_out / out, y * near_out / out, near_up + l1
 
 
 def _revolute_singularities(one: System, joints: Values) -> list[NamedSingularity]:
@@ -293,9 +174,7 @@ REVOLUTE = System(
         tool=UPRIGHT,
         joint_names=("theta1", "theta2", "theta3"),
     ),
-    forward=_revolute_forward,
     formulas=_revolute_formulas,
-    postures=_revolute_postures,
     singularities=_revolute_singularities,
 )
 """A turning column L1, an upper arm L2 and a forearm L3."""

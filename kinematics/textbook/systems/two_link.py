@@ -9,19 +9,16 @@ the defaults are examples. Lengths in mm, angles in rad.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.five_axis.closed_form import REACH_MM
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
-from kinematics.frames.transforms import LAST_ROW, Transform, position_of, translation
+from kinematics.frames.transforms import position_of, translation
 from kinematics.textbook.systems.named import (
     ENDLESS,
     ON_AXIS,
     QUARTER_TURN,
-    NamedBranch,
     NamedSingularity,
     Quantity,
     Solved,
@@ -30,11 +27,6 @@ from kinematics.textbook.systems.named import (
 )
 from kinematics.textbook.systems.triangle import (
     ELBOWS,
-    STRAIGHT_SINE,
-    Links,
-    broken_bound,
-    brought_within,
-    elbow_branches,
     elbow_singularities,
     root,
     to_half_turn,
@@ -50,27 +42,10 @@ _THETAS = ("theta1", "theta2", "theta3")
 # Type 1 (sections 5, 7 and 8): two parallel revolute joints.
 
 
-def _type_1_forward(one: System, joints: Values) -> Transform:
-    (l1, l2), (first, second) = one.sizes, joints
-    c12, s12 = cos(first + second), sin(first + second)
-    x, y = l1 * cos(first) + l2 * c12, l1 * sin(first) + l2 * s12
-    return (c12, -s12, 0.0, x), (s12, c12, 0.0, y), (0.0, 0.0, 1.0, 0.0), LAST_ROW
-
-
 def _type_1_formulas(one: System, goal: Values, side: float) -> Solved:
     (l1, l2), (x, y) = one.sizes, goal
     solved = triangle(x, y, l1, l2, side)
     return (solved.first, solved.second), solved.workings()
-
-
-def _type_1_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
-    (l1, l2), (x, y) = one.sizes, goal
-    distance = math.hypot(x, y)
-    bound = broken_bound(distance, l1, l2)
-    if bound is not None:
-        instead = brought_within(x, y, l1, l2)
-        raise one.out_of_reach("the tip's distance from the base", distance, bound, instead)
-    return elbow_branches(one, goal, seed, distance, Links(l1, l2))
 
 
 def _type_1_space(one: System) -> str:
@@ -85,12 +60,9 @@ TWO_LINK_1 = System(
     length_names=("l1", "l2"),
     sizes=(200.0, 150.0),
     table=lambda l1, l2: Chain((DHLink(a_mm=l1), DHLink(a_mm=l2)), joint_names=_THETAS[:2]),
-    forward=_type_1_forward,
     formulas=_type_1_formulas,
-    postures=_type_1_postures,
     coordinates_of=lambda _, frame: position_of(frame)[:2],
     singularities=lambda one, joints: elbow_singularities(joints[1], *one.sizes),
-    orientation=lambda first, second: (first + second, 0.0, 0.0),
     space=_type_1_space,
 )
 """Two parallel revolute joints: the arm of a plane, or a SCARA seen from above."""
@@ -98,39 +70,11 @@ TWO_LINK_1 = System(
 # Type 2 (section 6): two perpendicular revolute joints, the tip on a sphere.
 
 
-def _type_2_forward(one: System, joints: Values) -> Transform:
-    (d1, l2), (first, second) = one.sizes, joints
-    c1, s1, c2, s2 = cos(first), sin(first), cos(second), sin(second)
-    out = l2 * c2
-    return (
-        (c1 * c2, -c1 * s2, s1, out * c1),
-        (s1 * c2, -s1 * s2, -c1, out * s1),
-        (s2, c2, 0.0, d1 + l2 * s2),
-        LAST_ROW,
-    )
-
-
 def _type_2_formulas(one: System, goal: Values, side: float) -> Solved:
     (d1, _), (x, y, z) = one.sizes, goal
     out, up = side * sqrt(x * x + y * y), z - d1
     workings = (Quantity("C2 l2", out, "mm"), Quantity("S2 l2", up, "mm"))
     return (atan2(side * y, side * x), atan2(up, out)), workings
-
-
-def _type_2_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
-    (d1, l2), (x, y, z) = one.sizes, goal
-    span = math.hypot(x, y, z - d1)
-    if abs(span - l2) > REACH_MM:
-        if span <= REACH_MM:  # of the sphere's centre, the zero position
-            nearest = l2, 0.0, d1
-        else:
-            scale = l2 / span
-            nearest = x * scale, y * scale, d1 + (z - d1) * scale
-        raise one.out_of_reach("the tip's distance from the shoulder", span, l2, nearest)
-    if math.hypot(x, y) > REACH_MM:
-        return [one.solution(goal, branch) for branch in one.signs]
-    (_, second), workings = one.formulas(one, goal, 1.0)
-    return [NamedBranch("base free", (seed[0], second), workings, ("theta1",), ON_AXIS)]
 
 
 def _type_2_space(one: System) -> str:
@@ -147,9 +91,7 @@ TWO_LINK_2 = System(
     table=lambda d1, l2: Chain(
         (DHLink(d_mm=d1, alpha_rad=QUARTER_TURN), DHLink(a_mm=l2)), joint_names=_THETAS[:2]
     ),
-    forward=_type_2_forward,
     formulas=_type_2_formulas,
-    postures=_type_2_postures,
     singularities=lambda one, joints: [
         NamedSingularity(
             ON_AXIS,
@@ -157,7 +99,6 @@ TWO_LINK_2 = System(
             abs(one.sizes[1] * math.cos(joints[1])),
         )
     ],
-    orientation=lambda first, second: (first, -second, QUARTER_TURN),
     space=_type_2_space,
 )
 """A vertical revolute joint and a horizontal one: a gun turret, the tip on a sphere."""
@@ -165,23 +106,10 @@ TWO_LINK_2 = System(
 # Type 3 (section 7): a turning column that carries a slide.
 
 
-def _type_3_forward(one: System, joints: Values) -> Transform:
-    (d1,), (first, slide) = one.sizes, joints
-    c1, s1 = cos(first), sin(first)
-    tip = slide * s1, -(slide * c1)
-    return (c1, 0.0, s1, tip[0]), (s1, 0.0, -c1, tip[1]), (0.0, 1.0, 0.0, d1), LAST_ROW
-
-
 def _type_3_formulas(_one: System, goal: Values, side: float) -> Solved:
     x, y = goal
     slide = side * sqrt(x * x + y * y)
     return (atan2(side * x, -(side * y)), slide), (Quantity("d2", slide, "mm"),)
-
-
-def _type_3_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
-    if math.hypot(*goal) > REACH_MM:
-        return [one.solution(goal, branch) for branch in one.signs]
-    return [NamedBranch("base free", (seed[0], 0.0), (), ("theta1",), ON_AXIS)]
 
 
 def _type_3_space(one: System) -> str:
@@ -204,12 +132,9 @@ TWO_LINK_3 = System(
         (DHLink(d_mm=d1, alpha_rad=QUARTER_TURN), DHLink(kind=_SLIDE)),
         joint_names=("theta1", "d2"),
     ),
-    forward=_type_3_forward,
     formulas=_type_3_formulas,
-    postures=_type_3_postures,
     coordinates_of=lambda _, frame: position_of(frame)[:2],
     singularities=lambda _, joints: [NamedSingularity(ON_AXIS, None, abs(joints[1]))],
-    orientation=lambda first, _slide: (first, 0.0, QUARTER_TURN),
     space=_type_3_space,
 )
 """A vertical revolute joint that carries a horizontal prismatic one: polar coordinates."""
@@ -217,29 +142,11 @@ TWO_LINK_3 = System(
 # Types 4 and 5 (section 8): a lift that carries an arm or a slide.
 
 
-def _type_4_forward(one: System, joints: Values) -> Transform:
-    (l2,), (lift, second) = one.sizes, joints
-    c2, s2 = cos(second), sin(second)
-    z = lift + l2 * s2
-    return (c2, -s2, 0.0, l2 * c2), (0.0, 0.0, -1.0, 0.0), (s2, c2, 0.0, z), LAST_ROW
-
-
 def _type_4_formulas(one: System, goal: Values, side: float) -> Solved:
     (l2,), (x, z) = one.sizes, goal
     rise = side * root(l2 * l2 - x * x)
     workings = (Quantity("l2 C2", x, "mm"), Quantity("l2 S2", rise, "mm"))
     return (z - rise, atan2(rise, x)), workings
-
-
-def _type_4_postures(one: System, goal: Values, _seed: Values) -> Sequence[NamedBranch]:
-    (l2,), (x, z) = one.sizes, goal
-    if abs(x) > l2 + REACH_MM:
-        nearest = (math.copysign(l2, x), z)
-        raise one.out_of_reach("the tip's distance from the lift", abs(x), l2, nearest)
-    if l2 * l2 - x * x > (STRAIGHT_SINE * l2) ** 2:
-        return [one.solution(goal, branch) for branch in one.signs]
-    words = "the arm is level: both postures are one, and the tip cannot move outwards"
-    return [NamedBranch("arm level", *one.formulas(one, goal, 1.0), degenerate=words)]
 
 
 def _type_4_singularities(one: System, joints: Values) -> list[NamedSingularity]:
@@ -264,20 +171,12 @@ TWO_LINK_4 = System(
         (DHLink(alpha_rad=QUARTER_TURN, kind=_SLIDE), DHLink(a_mm=l2)),
         joint_names=("d1", "theta2"),
     ),
-    forward=_type_4_forward,
     formulas=_type_4_formulas,
-    postures=_type_4_postures,
     coordinates_of=lambda _, frame: position_of(frame)[::2],
     singularities=_type_4_singularities,
-    orientation=lambda _lift, second: (0.0, -second, QUARTER_TURN),
     space=_type_4_space,
 )
 """A vertical prismatic joint that carries a horizontal revolute one: an arm on a lift."""
-
-
-def _type_5_forward(_one: System, joints: Values) -> Transform:
-    lift, slide = joints
-    return (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, -1.0, -slide), (0.0, 1.0, 0.0, lift), LAST_ROW
 
 
 def _type_5_space(one: System) -> str:
@@ -295,25 +194,13 @@ TWO_LINK_5 = System(
         (DHLink(alpha_rad=QUARTER_TURN, kind=_SLIDE), DHLink(kind=_SLIDE)),
         joint_names=("d1", "d2"),
     ),
-    forward=_type_5_forward,
     formulas=lambda _, goal: ((goal[1], -goal[0]), ()),
     coordinates_of=lambda _, frame: position_of(frame)[1:],
-    orientation=lambda _lift, _slide: (0.0, 0.0, QUARTER_TURN),
     space=_type_5_space,
 )
 """Two perpendicular prismatic joints: a plotter on its edge."""
 
 # Craig's three-link arm: frame 3 stands at the third joint, the tip l3 further.
-
-
-def _three_link_forward(one: System, joints: Values) -> Transform:
-    (l1, l2, l3), (first, second, third) = one.sizes, joints
-    both = first + second
-    phi = both + third
-    c, s = cos(phi), sin(phi)
-    x = l1 * cos(first) + l2 * cos(both) + l3 * c
-    y = l1 * sin(first) + l2 * sin(both) + l3 * s
-    return (c, -s, 0.0, x), (s, c, 0.0, y), (0.0, 0.0, 1.0, 0.0), LAST_ROW
 
 
 def _third_joint(one: System, goal: Values) -> tuple[float, float]:
@@ -328,17 +215,6 @@ def _three_link_formulas(one: System, goal: Values, side: float) -> Solved:
     return (solved.first, solved.second, third), solved.workings()
 
 
-def _three_link_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
-    (l1, l2, _), (x, y) = one.sizes, _third_joint(one, goal)
-    distance = math.hypot(x, y)
-    bound = broken_bound(distance, l1, l2)
-    if bound is not None:
-        in_x, in_y = brought_within(x, y, l1, l2)
-        nearest = goal[0] + in_x - x, goal[1] + in_y - y, goal[2]
-        raise one.out_of_reach("the third joint's distance from the base", distance, bound, nearest)
-    return elbow_branches(one, goal, seed, distance, Links(l1, l2, absorbed=2))
-
-
 THREE_LINK = System(
     name="three-link",
     coordinates=("x_mm", "y_mm", "phi_rad"),
@@ -351,9 +227,7 @@ THREE_LINK = System(
         tool=translation(l3, 0.0, 0.0),
         joint_names=_THETAS,
     ),
-    forward=_three_link_forward,
     formulas=_three_link_formulas,
-    postures=_three_link_postures,
     coordinates_of=lambda _, frame: (
         *position_of(frame)[:2],
         atan2(frame[1][0], frame[0][0]),

@@ -100,13 +100,10 @@ FORWARDS = {
     "SCARA with a wrist": SCARA_AND_WRIST,
     "axes 1 and 2 meet": SHOULDER_MEETS,
     "axes 2 and 3 meet": ELBOW_MEETS,
-    "only the wrist meets": NOTHING_MEETS_BUT_THE_WRIST,
-    "three parallel, offset": PARALLEL_AND_OFFSET,
     "three and two parallel": LAST_PAIR_PARALLEL,
     "Mini-mover": MINI_MOVER,
     "SCORBOT": SCORBOT,
     "beside the base": BESIDE_THE_BASE,
-    "five askew": FIVE_ASKEW,
 }
 
 ARMS = FORWARDS | {

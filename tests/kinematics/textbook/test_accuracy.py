@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from kinematics_cases import TEACHMOVER, distance_mm, postures
 
-from kinematics import Joints, Pose, preset
+from kinematics import Joints, preset
 from kinematics.textbook.accuracy import (
-    accuracy_map,
     explain_resolution,
     gearing_errors,
     length_errors,
@@ -138,19 +137,3 @@ def test_a_wrong_elbow_gearing_is_the_published_contradiction():
     assert by_cause(errors)["elbow"].distance_mm == pytest.approx(
         177.8 * math.radians(20) * (1 - 661.8 / 672), rel=1e-3
     )
-
-
-def test_a_map_holds_what_is_reached_and_its_measure():
-    down = math.radians(-90)
-    points = accuracy_map(
-        TEACHMOVER, lambda q: rounding_rms_mm(TEACHMOVER, STEPS, q), down, spacing_mm=40.0
-    )
-    assert len(points) > 20
-    for point in points:
-        pose = TEACHMOVER.fk(point.joints)
-        assert distance_mm(pose, Pose(point.r_mm, 0.0, point.z_mm, down)) < 1e-6
-        assert not TEACHMOVER.violations(point.joints)
-    outermost = max(points, key=lambda point: point.r_mm)
-    innermost = min(points, key=lambda point: point.r_mm)
-    assert outermost.value > innermost.value
-    assert TEACHMOVER.solve(Pose(outermost.r_mm + 40.0, 0.0, outermost.z_mm, down)) is None

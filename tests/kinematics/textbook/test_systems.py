@@ -30,10 +30,9 @@ EACH = pytest.mark.parametrize("one", SYSTEMS.values(), ids=SYSTEMS)
 
 @EACH
 @given(data=st.data())
-def test_closed_forms_are_the_link_table_s_and_undo_each_other(one, data):
+def test_the_formulas_undo_the_link_table(one, data):
     joints = data.draw(postures(one))
     tip = one.fk(joints)
-    assert gap(tip, one.chain().fk(joints)) < 1e-9
     assert_every_branch_meets_the_goal(one, tip)
     assert_the_posture_is_among_the_branches(one, tip, joints)
     assert_numbers_that_cannot_be_compared_give_the_same(one, tip, joints)
@@ -46,22 +45,19 @@ def assert_every_branch_meets_the_goal(one, tip):
         mm, rad = (1e-4, 1e-6) if branch.degenerate else (1e-7, 1e-8)
         reached = one.fk(branch.joints)
         assert gap(position_of(reached), position_of(tip)) < mm
-        if not branch.free:  # with a free base the goal's angles count from the seed's base
-            assert same_goal(one, one.goal_of(reached), goal, rad, mm)
+        # Three angles lose digits next to where they are degenerate; a frame does not.
+        assert gap(reached, tip) < rad or same_goal(one, one.goal_of(reached), goal, rad, mm)
         if not branch.degenerate:  # the formulas alone, which check nothing, give the same
             assert same_joints(one, one.solution(goal, branch.name).joints, branch.joints)
 
 
 def assert_the_posture_is_among_the_branches(one, tip, joints):
-    found = one.ik_frame(tip, joints)
-    met = [branch for branch, miss in found if miss.mm < 1e-4 and miss.rad < 1e-6]
-    kept = [branch for branch in met if branch.within_limits]
+    found = one.ik(one.goal_of(tip), joints)
+    kept = [each for each in found if each.within_limits and gap(one.fk(each.joints), tip) < 1e-4]
     assert kept
-    lost = one.name == "puma" and any(
-        "stretched" in b.degenerate and "joint 5" not in b.degenerate for b in met
-    )
-    # Rounding of a stretched Puma tilts the forearm more than a wrist that is straight as well.
-    assert lost or any(same_joints(one, branch.joints, joints) for branch in kept)
+    # Rounding of a stretched Puma tilts the forearm by more than a wrist is from being straight.
+    lost = one.name == "puma" and any("stretched" in each.degenerate for each in kept)
+    assert lost or any(same_joints(one, each.joints, joints) for each in kept)
 
 
 def values_of(numbers):
@@ -79,27 +75,28 @@ def assert_numbers_that_cannot_be_compared_give_the_same(one, tip, joints):
         assert [q.symbol for q in other.workings] == [q.symbol for q in plain.workings]
 
 
-FAR = {
-    "two-link-1": (300.0, 400.0),
-    "two-link-2": (90.0, 0.0, 200.0),
-    "two-link-4": (-151.0, 100.0),
-    "three-link": (500.0, 0.0, 1.0),
-    "revolute": (0.0, 500.0, 200.0),
-    "minimover5": (600.0, 0.0, 195.0, 0.0, 0.0),
-    "alpha2-lecture": (0.0, 600.0, 195.0, 0.0, 0.0),
-    "puma": (1000.0, 0.0, 0.0, 0.0, math.pi / 2, 0.0),
+FAR = {  # a goal, and how near to it the system comes
+    "two-link-1": ((300.0, 400.0), 500.0 - 350.0),
+    "two-link-2": ((90.0, 0.0, 200.0), 150.0 - 90.0),
+    "two-link-4": ((-151.0, 100.0), 1.0),
+    "three-link": ((500.0, 0.0, 0.0), 500.0 - 430.0),
+    "revolute": ((0.0, 500.0, 200.0), 500.0 - 320.0),
+    "minimover5": ((600.0, 0.0, 195.0, 0.0, 0.0), 600.0 - 452.1),
+    "alpha2-lecture": ((0.0, 600.0, 215.0, 0.0, 0.0), 600.0 - 485.1),
+    "puma": ((1000.0, 149.09, 0.0, 0.0, math.pi / 2, 0.0), 1000.0 - 56.25 - 864.87),
 }
 
 
 @pytest.mark.parametrize("name", FAR)
-def test_a_goal_out_of_reach_is_refused_with_one_that_is_reached(name):
-    one = system(name)
+def test_a_goal_out_of_reach_is_refused_with_the_nearest_that_is_reached(name):
+    one, (goal, away_mm) = system(name), FAR[name]
     with pytest.raises(OutOfReach) as caught:
-        one.ik(FAR[name])
+        one.ik(goal)
     error = caught.value
     assert error.system == name
-    assert error.excess > 0.0
-    assert f"{error.excess:.3g} mm beyond" in str(error)
+    assert error.away_mm == pytest.approx(away_mm)
+    assert math.dist(error.nearest, goal) == pytest.approx(away_mm)
+    assert f"only to {error.away_mm:.3g} mm from it" in str(error)
     assert one.ik(error.nearest)
 
 
@@ -110,32 +107,32 @@ BENT_E = math.pi - math.acos((180.0**2 + 140.0**2 - 220.0**2) / (2.0 * 180.0 * 1
 ON_AXIS, STRETCHED, FOLDED = "base is free", "stretched", "folded"
 DEGENERATE = [  # system, goal, seed; of each branch its name, joints, free joints, words
     (TWO_LINK_1.sized(200.0, 200.0), (0.0, 400.0), None,
-     [("elbow straight", (math.pi / 2, 0.0), (), STRETCHED)]),
+     [("elbow up", (math.pi / 2, 0.0), (), STRETCHED)]),
     (TWO_LINK_1.sized(200.0, 200.0), (0.0, 0.0), (1.25, 0.0),
-     [("elbow folded", (1.25, math.pi), ("theta1",), FOLDED)]),
+     [("elbow up", (1.25, math.pi), ("theta1",), FOLDED)]),
     (TWO_LINK_1.sized(200.0, 150.0), (50.0, 0.0), None,
-     [("elbow folded", (0.0, math.pi), (), FOLDED)]),
+     [("elbow up", (0.0, math.pi), (), FOLDED)]),
     (TWO_LINK_2.sized(200.0, 150.0), (0.0, 0.0, 350.0), (0.7, 0.0),
-     [("base free", (0.7, math.pi / 2), ("theta1",), ON_AXIS)]),
+     [("base front", (0.7, math.pi / 2), ("theta1",), ON_AXIS)]),
     (TWO_LINK_3.sized(200.0), (0.0, 0.0), (0.7, 0.0),
-     [("base free", (0.7, 0.0), ("theta1",), ON_AXIS)]),
-    (TWO_LINK_4.sized(150.0), (-150.0, 80.0), None, [("arm level", (80.0, math.pi), (), "level")]),
+     [("reaching forward", (0.7, 0.0), ("theta1",), ON_AXIS)]),
+    (TWO_LINK_4.sized(150.0), (-150.0, 80.0), None, [("arm up", (80.0, math.pi), (), "level")]),
     (THREE_LINK.sized(150.0, 150.0, 80.0), (80.0, 0.0, 0.0), (0.4, 0.0, 0.0),
-     [("elbow folded", (0.4, math.pi, math.pi - 0.4), ("theta1",), FOLDED)]),
+     [("elbow up", (0.4, math.pi, math.pi - 0.4), ("theta1",), FOLDED)]),
     (CYLINDRICAL, (0.0, 0.0, 90.0), (0.6, 0.0, 0.0),
-     [("base free", (0.6, 90.0, 0.0), ("theta",), ON_AXIS)]),
+     [("reaching forward", (0.6, 90.0, 0.0), ("theta",), ON_AXIS)]),
     (SPHERICAL, (0.0, 0.0, 0.0), (0.6, 0.2, 9.0),
-     [("all free", (0.6, 0.2, 0.0), ("phi", "theta"), "both angles are free")]),
+     [("reaching forward", (0.6, 0.2, 0.0), ("phi", "theta"), "drawn in")]),
     (SPHERICAL, (0.0, 0.0, 50.0), (0.6, 0.2, 9.0),
      [("reaching forward", (0.6, math.pi / 2, 50.0), ("phi",), ON_AXIS),
       ("reaching backward", (0.6, -math.pi / 2, -50.0), ("phi",), ON_AXIS)]),
     (REVOLUTE.sized(200.0, 180.0, 140.0), (0.0, 0.0, 420.0), (0.6, 0.0, 0.0),
-     [("base free, elbow down", (0.6, BENT_S, -BENT_E), ("theta1",), ON_AXIS),
-      ("base free, elbow up", (0.6, -BENT_S, BENT_E), ("theta1",), ON_AXIS)]),
+     [("base front, elbow up", (0.6, -BENT_S, BENT_E), ("theta1",), ON_AXIS),
+      ("base front, elbow down", (0.6, BENT_S, -BENT_E), ("theta1",), ON_AXIS)]),
     (REVOLUTE.sized(200.0, 180.0, 140.0), (0.0, 0.0, 520.0), None,
-     [("base free, elbow straight", (0.0, 0.0, 0.0), ("theta1",), f"{ON_AXIS}; {STRETCHED}")]),
+     [("base front, elbow up", (0.0, 0.0, 0.0), ("theta1",), STRETCHED)]),
     (REVOLUTE.sized(200.0, 150.0, 150.0), (0.0, 0.0, 200.0), (0.6, 0.3, 0.0),
-     [("base free, elbow folded", (0.6, 0.3, math.pi), ("theta1", "theta2"), FOLDED)]),
+     [("base front, elbow up", (0.6, 0.3, math.pi), ("theta1", "theta2"), FOLDED)]),
 ]  # fmt: skip
 
 
@@ -146,9 +143,9 @@ def test_a_degenerate_goal_is_named_and_its_free_joints_take_the_seed(one, goal,
         (name, free) for name, _, free, _ in branches
     ]
     for each, (_, joints, _, words) in zip(found, branches, strict=True):
-        assert each.joints == pytest.approx(joints, abs=1e-9)
+        assert same_joints(one, each.joints, joints, 1e-7)  # the root of rounding
         assert words in each.degenerate
-        assert one.goal_of(one.fk(each.joints)) == pytest.approx(goal, abs=1e-9)
+        assert one.goal_of(one.fk(each.joints)) == pytest.approx(goal, abs=1e-7)
 
 
 def test_systems_without_a_boundary_refuse_nothing_but_say_which_limit_breaks():
@@ -160,8 +157,7 @@ def test_systems_without_a_boundary_refuse_nothing_but_say_which_limit_breaks():
 
 
 @EACH
-def test_the_zero_position_and_a_figure_with_the_lengths(one):
-    assert gap(one.fk(one.chain().zero), one.chain().fk(one.chain().zero)) < 1e-9
+def test_a_figure_with_the_lengths(one):
     figure = one.figure()
     assert all(f"{name} = {value:g} mm" in figure for name, value in one.lengths().items())
     assert len(figure.splitlines()) > 5
@@ -208,7 +204,6 @@ def test_a_system_is_found_by_its_name_or_a_likely_one_is_suggested():
 def test_another_size_of_a_build_keeps_its_laws(one):
     longer = one.sized(*(size + 20.0 for size in one.sizes))
     joints = tuple(0.3 if kind is JointKind.REVOLUTE else 50.0 for kind in one.chain().kinds)
-    assert gap(longer.fk(joints), longer.chain().fk(joints)) < 1e-9
     goal = longer.goal_of(longer.fk(joints))
     assert any(same_joints(one, branch.joints, joints) for branch in longer.ik(goal, joints))
     assert (longer == one) is (not one.sizes)
@@ -216,16 +211,3 @@ def test_another_size_of_a_build_keeps_its_laws(one):
         one.sized(height=3.0)
     with pytest.raises(KinematicsError, match=f"the lengths of {one.name} are"):
         one.sized(*one.sizes, 1.0)
-
-
-def test_a_five_axis_arm_says_what_of_a_frame_it_leaves_unmet():
-    one = system("minimover5")
-    frame = system("puma").fk((0.3, -0.4, 0.5, 0.2, 0.6, 0.1))
-    frame = (*((*row[:3], row[3] / 3.0) for row in frame[:3]), frame[3])
-    found = one.ik_frame(frame)
-    off = one.arm.solve_transform(frame).off_manifold_rad
-    assert off > 0.01
-    for _, miss in found:
-        assert miss.mm < 1e-6
-        assert miss.rad == pytest.approx(off, rel=0.6)
-        assert miss.rad >= off * (1.0 - 1e-9)
