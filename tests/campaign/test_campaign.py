@@ -46,6 +46,12 @@ def test_no_promise_is_broken_in_a_sample(dialect):
         assert result.outcome is not Outcome.VIOLATION, story(result)
 
 
+def test_a_motor_turned_while_a_program_connects_is_judged_by_the_next_poll():
+    """Over a slow wire, a hand turns a motor after connecting has read the position."""
+    result = run_mission("grbl", 651000660)
+    assert result.outcome is not Outcome.VIOLATION, story(result)
+
+
 def test_every_grbl_firmware_takes_part():
     stages = (Stage("grbl", random.Random(seed)) for seed in range(30))
     assert {stage.twin.board.firmware.name for stage in stages} == set(FIRMWARES)
