@@ -250,7 +250,7 @@ def _farthest(arm: ArmGeometry) -> tuple[tuple[float, float], ...]:
     Distances are measured from the base axis. Every call samples the same postures.
     """
     spans = [(one.low_rad, one.high_rad) for one in arm.limits]
-    tips = [_tip(arm, angles) for angles in spread_over(spans, _POSTURES)]
+    tips = [_tip(arm, angles) for angles in spread_over(spans, _POSTURES).postures()]
     heights = [z for _, z in tips]
     low, high = min(heights), max(heights)
     size = max((high - low) / _LEVELS, 1e-9)

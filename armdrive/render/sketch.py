@@ -11,7 +11,6 @@ from pathlib import Path
 from armdrive.errors import BadRequest
 from armdrive.render.canvas import Ink, raster
 from kinematics.chains.chain import Chain
-from kinematics.chains.reach import reach_maps
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.workspace import section
 
@@ -87,8 +86,8 @@ def _box(points: Iterable[Point]) -> tuple[Span, Span]:
 _LATTICE = 24
 _FINEST_MM = 5.0
 
-_MAPPED = 100_000  # sampled postures of a map: half a second, and hardly a gap
-_CELLS = 80  # cells along the larger side of a map; each shows at most one point
+_MAPPED = 1_000_000  # sampled postures of a map: half a second, without gaps on a printed page
+_CELLS = 120  # cells along the larger side of a map; each shows at most one point
 
 
 def section_sketch(arm: FiveAxisArm, pitch_deg: float, azimuth_deg: float) -> Sketch:
@@ -101,7 +100,10 @@ def section_sketch(arm: FiveAxisArm, pitch_deg: float, azimuth_deg: float) -> Sk
 
 def reach_sketches(chain: Chain) -> tuple[Sketch, Sketch]:
     """Return a map of the positions that a chain's tool reaches, from the side and from above."""
-    side, above = map(tuple, reach_maps(chain, ((0, 2), (0, 1)), _MAPPED, _CELLS))
+    from kinematics.chains.many import reach_maps  # loads numpy, which the desk does without
+
+    maps = reach_maps(chain, ((0, 2), (0, 1)), _MAPPED, _CELLS)
+    side, above = (tuple((float(x), float(y)) for x, y in places) for places in maps)
     return Sketch((), side, "x", "z"), Sketch((), above, "x", "y")
 
 

@@ -12,6 +12,6 @@ What is decided where:
     descent        one descent: its damping, and when it gives up
     goals          which parts of a hand's frame matter
     jacobians      rates and singularities
-    reach          maps of what it reaches
+    many           a million postures at once
     generated, code_lines   straight-line Python for one chain
 """

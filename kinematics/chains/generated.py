@@ -58,6 +58,15 @@ def generated(chain: Chain) -> Generated:
     return Generated(made["fk"], made["jacobian"], made["fk_and_jacobian"], source)
 
 
+def place_source(chain: Chain) -> str:
+    """Return the source of `place`, which computes the tool's x, y and z without its orientation.
+
+    Raises as `generated` does.
+    """
+    walk = _walk(chain)
+    return _function("place", chain, walk.lines, [[[row[3] for row in walk.frame_rows()[:3]]]])
+
+
 def _walk(chain: Chain) -> _Walk:
     if not chain.is_plain:
         raise KinematicsError("functions are generated of plain numbers; use Chain.fk for others")

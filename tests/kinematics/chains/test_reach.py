@@ -1,14 +1,16 @@
-"""Places that chains reach, from thousands of postures."""
+"""Places that chains reach, from some thousand postures and from a million."""
 
 import math
 
 import numpy as np
 import pytest
+from chain_cases import chains_and_values
+from hypothesis import given
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.chains.reach import reach_maps, spans_of
+from kinematics.chains.many import BLOCK, reach_maps, spans_of, tips_of_many
 from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import position_of
 from kinematics.limits import spread_over
@@ -23,7 +25,7 @@ REAL_ARMS = {
 
 
 def spread(chain, count):
-    return list(spread_over(spans_of(chain), count))
+    return list(spread_over(spans_of(chain), count).postures())
 
 
 def sampled(chain, count):
@@ -43,11 +45,11 @@ def test_a_two_link_chain_reaches_its_ring():
     assert not any(chain.violations(posture) for posture in spread(chain, 300))
 
 
-def test_samples_are_spread_over_the_whole_range():
+def test_samples_are_spread_evenly():
     chain = Chain((DHLink(kind=JointKind.PRISMATIC, low=0.0, high=100.0), DHLink(a_mm=10.0)))
     heights = sorted(sampled(chain, 1000)[4:, 2])
     for share in (0.1, 0.5, 0.9):
-        assert heights[int(share * 1000)] == pytest.approx(100.0 * share, abs=5.0)
+        assert heights[int(share * 1000)] == pytest.approx(100.0 * share, abs=1.0)
 
 
 def test_a_reach_without_end_is_refused():
@@ -56,15 +58,52 @@ def test_a_reach_without_end_is_refused():
         with pytest.raises(KinematicsError, match="slides without limits"):
             take(endless)
     with pytest.raises(KinematicsError, match="at least one posture"):
-        list(spread_over(spans_of(Chain((DHLink(),))), 0))
+        spread_over(spans_of(Chain((DHLink(),))), 0)
+
+
+@given(chains_and_values())
+def test_many_postures_are_taken_as_one(case):
+    chain, values = case
+    (tip,) = tips_of_many(chain, [values])
+    assert tuple(tip) == pytest.approx(position_of(chain.fk(values)), abs=1e-9)
+
+
+@pytest.mark.parametrize("count", [1, 7, BLOCK - 1, BLOCK, 2 * BLOCK + 5])
+@pytest.mark.parametrize("arm", REAL_ARMS.values(), ids=REAL_ARMS)
+def test_every_length_of_array_and_every_layout_is_taken(arm, count):
+    postures = np.random.default_rng(3).uniform(-3.0, 3.0, (count, len(arm)))
+    tips = tips_of_many(arm, postures)
+    assert tips.shape == (count, 3)
+    np.testing.assert_array_equal(tips_of_many(arm, np.asfortranarray(postures)), tips)
+    for index in (0, count // 2, count - 1):
+        assert tuple(tips[index]) == pytest.approx(position_of(arm.fk(postures[index])), abs=1e-9)
+
+
+def test_no_postures_reach_nothing_and_another_shape_is_refused():
+    puma = REAL_ARMS["puma"]
+    assert tips_of_many(puma, np.empty((0, 6))).shape == (0, 3)
+    for shape in ((3, 5), (6,), (2, 6, 1)):
+        with pytest.raises(KinematicsError, match=r"shape \(N, 6\) is needed, not of shape"):
+            tips_of_many(puma, np.zeros(shape))
+    for wrong in ("none", object(), [["a"] * 6]):
+        with pytest.raises(KinematicsError, match="an array of numbers is needed"):
+            tips_of_many(puma, wrong)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_a_posture_of_no_numbers_comes_nowhere(bad):
+    with np.errstate(invalid="ignore"):
+        tips = tips_of_many(REAL_ARMS["puma"], [(0.1,) * 6, (bad,) * 6])
+    assert np.isfinite(tips[0]).all()
+    assert np.isnan(tips[1]).all()
 
 
 @pytest.mark.parametrize("arm", REAL_ARMS.values(), ids=REAL_ARMS)
 def test_a_map_shows_one_place_of_each_cell_and_how_far_the_arm_reaches(arm):
-    cells, count, planes = 40, 5000, ((0, 2), (0, 1), (1, 2))
+    cells, count, planes = 40, BLOCK + 900, ((0, 2), (0, 1), (1, 2))
     places = sampled(arm, count)
     for plane, found in zip(planes, reach_maps(arm, planes, count, cells), strict=True):
-        found, tips = np.array(found), places[:, plane]
+        tips = places[:, plane]
         low, high = tips.min(axis=0), tips.max(axis=0)
         np.testing.assert_allclose(found.min(axis=0), low, atol=1e-9)
         np.testing.assert_allclose(found.max(axis=0), high, atol=1e-9)
