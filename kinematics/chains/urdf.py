@@ -26,7 +26,7 @@ from xml.parsers import expat
 from kinematics.chains.assignment import EXACTLY_PARALLEL, JointAxis, assign_frames
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.errors import KinematicsError, finite, require, suggestion
+from kinematics.errors import KinematicsError, require, suggestion
 from kinematics.frames.orientations import RPY, AxisAngle, solve_rpy
 from kinematics.frames.rotations import IDENTITY
 from kinematics.frames.transforms import (
@@ -567,18 +567,12 @@ THINNEST_MM = 1e-6
 """A link shorter than this is not drawn."""
 
 
-def urdf_of_chain(
-    chain: Chain,
-    *,
-    name: str = "",
-    speeds: Sequence[float] | None = None,
-) -> str:
+def urdf_of_chain(chain: Chain, *, name: str = "") -> str:
     """Return the URDF document of a chain.
 
-    URDF wants a speed (rad/s or mm/s here) and an effort of every joint with limits: 1 rad/s or 100
-    mm/s where none are given, and 1, since no effort is known. Raises `KinematicsError` for a
-    prismatic joint without limits, which URDF has no word for, for a joint named as the tool's, and
-    for a chain of symbols.
+    URDF wants a speed and an effort of every joint with limits, which a chain does not know: 1
+    rad/s or 100 mm/s, and 1. Raises `KinematicsError` for a prismatic joint without limits, which
+    URDF has no word for, for a joint named as the tool's, and for a chain of symbols.
     """
     robot = ET.Element("robot", name=name or chain.name or "arm")
     origins = _origins_of(chain)
@@ -591,8 +585,7 @@ def urdf_of_chain(
         element = _add_joint(robot, joint, _kind_of(chain.links[index]), links[index : index + 2])
         _add_origin(element, origins[index])
         ET.SubElement(element, "axis", xyz="0 0 1")
-        speed = None if speeds is None else speeds[index]
-        _add_limit(element, joint, chain.links[index], speed)
+        _add_limit(element, joint, chain.links[index])
     _add_origin(_add_joint(robot, TOOL_JOINT, "fixed", links[-2:]), origins[-1])
     ET.indent(robot)
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
@@ -651,14 +644,14 @@ def _add_origin(joint: ET.Element, frame: Transform) -> None:
     )
 
 
-def _add_limit(element: ET.Element, joint: str, link: DHLink, speed: float | None) -> None:
+def _add_limit(element: ET.Element, joint: str, link: DHLink) -> None:
     """Add the limits, in rad or m; a joint that turns without end has none."""
     if link.kind is JointKind.REVOLUTE:
         if not link.bounded:
             return
-        scale, usual = 1.0, 1.0
+        scale, speed = 1.0, 1.0
     elif link.bounded:
-        scale, usual = MM_PER_M, 100.0
+        scale, speed = MM_PER_M, 100.0
     else:
         raise KinematicsError(
             f"joint {joint!r} slides without limits; URDF needs them: give its link low and high"
@@ -668,7 +661,7 @@ def _add_limit(element: ET.Element, joint: str, link: DHLink, speed: float | Non
         "limit",
         lower=_written(link.low / scale),
         upper=_written(link.high / scale),
-        velocity=_written(finite("speed", usual if speed is None else speed) / scale),
+        velocity=_written(speed / scale),
         effort=_written(1.0),
     )
 

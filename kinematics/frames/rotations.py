@@ -96,11 +96,6 @@ def determinant(matrix: Matrix3) -> float:
     return triple(*matrix)
 
 
-def trace(matrix: Matrix3) -> float:
-    """Return the sum of the diagonal: 1 + 2 cos of the angle that a rotation turns by."""
-    return matrix[0][0] + matrix[1][1] + matrix[2][2]
-
-
 def rotation_between(steps: Sequence[Matrix3], start: int, end: int) -> Matrix3:
     """Return M of frame `end` in frame `start` from the steps M of each frame i + 1 in frame i.
 

@@ -116,7 +116,6 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
         "cos": numbers.cos,
         "sin": numbers.sin,
         "sqrt": numbers.sqrt,
-        "acos": numbers.acos,
         "atan2": numbers.atan2,
         "abs": abs,
         "quotient": _divided,
@@ -311,10 +310,6 @@ class Symbol:
                 halves = tuple((atom, power // 2) for atom, power in monomial)
                 return abs(Symbol(((halves, math.sqrt(factor)),)))
         return function("sqrt", self)
-
-    def acos(self) -> Symbol:
-        """Return the arc cosine, from 0 to pi."""
-        return function("acos", self)
 
     def atan2(self, along: Symbol | float) -> Symbol:
         """Return the angle of the direction `along` along and this across."""

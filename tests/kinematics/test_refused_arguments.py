@@ -163,6 +163,7 @@ def of_system(name):
     return {
         f"{name}.fk": one.fk,
         f"{name}.ik": one.ik,
+        f"{name}.holds": one.holds,
         f"{name}.solution": lambda values: one.solution(values, branch_of(one)),
         f"{name}.ik, the seed": lambda values: one.ik(goal, values or ()),
         f"{name}.by_vectors": lambda values: one.by_vectors(*(values if listed(values) else ())),
@@ -405,7 +406,7 @@ def test_an_angle_of_a_system_s_goal_beyond_two_turns_is_questioned(name, angle)
         if is_angle(coordinate):
             wrong = (*goal[:index], angle, *goal[index + 1 :])
             says = rf"{coordinate} of a goal of {name} must be within two turns"
-            for take in (one.ik, lambda given: work_system(one, None, given)):
+            for take in (one.ik, one.holds, lambda given: work_system(one, None, given)):
                 with pytest.raises(BadNumber, match=rf"{says}.*math.radians\({angle:g}\)"):
                     take(wrong)
 

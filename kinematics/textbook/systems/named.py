@@ -356,6 +356,13 @@ class System:
         """Whether a posture meets a goal, limits aside."""
         return max(self._missed(joints, goal)) <= MET
 
+    def holds(self, goal: Sequence[float]) -> bool:
+        """Whether some branch within the joint limits meets a goal: its workspace."""
+        try:
+            return any(branch.within_limits for branch in self.ik(goal))
+        except OutOfReach:
+            return False
+
     def figure(self) -> str:
         """Return the system's figure in text, with its own lengths in mm."""
         drawing = self.notes.drawing.rstrip()

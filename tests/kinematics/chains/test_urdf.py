@@ -95,13 +95,13 @@ def test_an_arm_s_text_holds_its_hand_s_frame(joints):
 
 
 def test_limits_and_names_are_written():
-    robot = ET.fromstring(urdf_of_chain(CHAIN, name="a & b", speeds=(0.37,) * 5))
+    robot = ET.fromstring(urdf_of_chain(CHAIN, name="a & b"))
     assert robot.get("name") == "a & b"
     elbow = robot.find("joint[@name='elbow']")
     limit = elbow.find("limit")
     assert elbow.get("type") == "revolute"
     assert math.degrees(float(limit.get("lower"))) == pytest.approx(-149)
-    assert (float(limit.get("upper")), float(limit.get("velocity"))) == (0.0, 0.37)
+    assert (float(limit.get("upper")), float(limit.get("velocity"))) == (0.0, 1.0)
     assert [link.get("name") for link in robot.findall("link")] == [
         "base_link",
         *(f"link_{number}" for number in range(1, 6)),

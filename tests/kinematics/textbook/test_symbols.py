@@ -255,7 +255,6 @@ def test_too_wide_a_matrix_is_listed_by_entries():
         ((L1 + L2).sqrt(), "sqrt(l1 + l2)", r"\sqrt{l_{1} + l_{2}}"),
         (abs(L1), "|l1|", r"\left|l_{1}\right|"),
         (numbers.atan2(0.0, L1), "atan2(0, l1)", r"\operatorname{atan2}\left(0, l_{1}\right)"),
-        (L1.acos(), "acos(l1)", r"\operatorname{acos}\left(l_{1}\right)"),
         (QUARTER - THETA1, "pi/2 - theta1", r"\pi/2 - \theta_{1}"),
         (3.0 * QUARTER + THETA1, "3 pi/2 + theta1", r"3 \pi/2 + \theta_{1}"),
         (named("cos(bend)"), "cos(bend)", r"\cos(\mathrm{bend})"),

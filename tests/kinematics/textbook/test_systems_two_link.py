@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from systems_cases import postures
 
+from kinematics.errors import OutOfReach
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import position_of, rotation_of
 from kinematics.textbook.systems import (
@@ -77,6 +78,20 @@ def test_type_1_elbow_up_and_down_of_a_right_angled_triangle():
     workings = {one.symbol: (one.value, one.unit) for one in down.workings}
     assert workings["D"] == pytest.approx((500.0, "mm"), abs=0)
     assert workings["cos(bend)"][0] == pytest.approx(0.0, abs=1e-12)
+
+
+@EACH
+@given(data=st.data())
+def test_the_workspace_holds_exactly_what_a_branch_within_limits_reaches(one, data):
+    size = len(one.coordinates)
+    anywhere = st.tuples(*[st.integers(-400, 400).map(float)] * size)
+    reached = postures(one).map(lambda joints: one.goal_of(one.fk(joints)))
+    goal = data.draw(anywhere | reached)
+    try:
+        branches = one.ik(goal)
+    except OutOfReach:
+        branches = ()
+    assert one.holds(goal) == any(branch.within_limits for branch in branches)
 
 
 @EACH
