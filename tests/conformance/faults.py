@@ -158,7 +158,6 @@ ROWS: tuple[_Row, ...] = (
     (RESTARTS, STANDING, ("mks",), ExpectedError(RESTARTED, f"{RESET}.*{FROM_ZERO}")),
     (POWER, MOVING, ("cia402",), ExpectedError(RESTARTED, f"{RESET}|{CHECK_BUS}")),
     (BOARD, MOVING, ("cia402",), ExpectedError(FAULT, RESET)),
-    (BOARD, MOVING, (PROFILE,), ExpectedError(RESTARTED, f"{RESET}|{CHECK_BUS}")),
     (RESTARTS, STANDING, ("cia402",), ExpectedError(RESTARTED, RESET)),
     (STALLED, MOVING, ("mks",), ExpectedError(FAULT, r"drive 1 \(base\)")),
     (STALLED, MOVING, ("cia402",), ExpectedError(FAULT, r"drive 1 \(base\).*it is blocked")),
