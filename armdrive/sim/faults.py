@@ -374,6 +374,13 @@ def unplug(bench: FaultBench, _: FaultRequest) -> Fault:
     bench.cable.replug()
 
 
+def replug(bench: FaultBench, request: FaultRequest) -> Fault:
+    """Plug the cable in again, possibly under another name."""
+    words = [word for word in request.words if word != "as"]
+    yield None
+    bench.cable.replug(words[0] if words else None)
+
+
 # --- A CAN bus and its drives: frames overtaken, drives mute or reset -----------------------------
 # These faults need a board that is `DrivesBoard`; some need one that `SaysEmergencies`.
 
@@ -572,6 +579,7 @@ _ON_ANY = (
     FaultKind("mute", "", "the device sends nothing", mute),
     FaultKind("garbage", "[COUNT]", "the device sends noise (8 bytes)", garbage),
     FaultKind("unplug", "", "the cable is pulled", unplug),
+    FaultKind("replug", "[as NAME]", "the cable is plugged in again", replug),
     FaultKind(
         "brown-out",
         "",

@@ -114,7 +114,8 @@ class TestOnTheWire:
         assert heard[:20] == heard[20:]
 
     def test_the_cable_is_pulled_and_put_back_each_at_its_time(self, wired):
-        wired.faults.add("unplug", after_s=1.0, for_s=2.0)
+        wired.faults.add("unplug", after_s=1.0)
+        wired.faults.add("replug", "as", "another wire", after_s=3.0)
         assert wired.ask(READ, 0.9) == ANSWER
         wired.pass_time(0.2)
         with pytest.raises(LinkLost):
@@ -122,6 +123,7 @@ class TestOnTheWire:
         with pytest.raises(LinkLost):
             wired.pass_time(2.0)
         assert wired.ask(READ) == ANSWER
+        assert "another wire" in wired.twin.link.description
 
     def test_chance_is_the_same_for_the_same_seed(self):
         said = []
@@ -214,7 +216,7 @@ def test_what_cannot_be_done_when_its_time_comes_is_kept_to_be_told():
     board = Board()
     device = SimDevice(board)
     faults = faults_for(device)
-    faults.add("unplug", for_s=1.0)
+    faults.add("replug", after_s=1.0)
     device.transmit(2.0)
     assert faults.troubles == ["it does not fit"]
 
@@ -267,7 +269,7 @@ def test_a_fault_that_cannot_be_is_refused_at_once(line, said):
         ("mute", "mute"),
         ("drop:0.01,from=host,seed=3@5", "drop 0.01 --from host --seed 3 @5"),
         ("delay:0.2,next,for=1.5", "delay 0.2 next --for 1.5"),
-        ("unplug@8", "unplug @8"),
+        ("replug:as,/tmp/arm2@8", "replug as /tmp/arm2 @8"),
         ("switch:2,closed", "SWITCH 2 closed"),
     ],
 )

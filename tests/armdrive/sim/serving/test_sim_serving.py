@@ -187,15 +187,16 @@ class TestFaults:
     def test_the_cable_comes_back_as_another_port(self, serve, tmp_path):
         running = serve(PtyServer(tmp_path / "arm"))
         running.tell("unplug")
-        running.tell(f"replug as {tmp_path / 'arm2'}")
-        assert (tmp_path / "arm2").is_symlink()
+        running.tell(f"fault replug {tmp_path / 'arm2'} @0.05")
+        until((tmp_path / "arm2").is_symlink)
         assert not (tmp_path / "arm").is_symlink()
 
     @needs_pty
     def test_what_cannot_be_done_later_is_said(self, serve, tmp_path):
+        (tmp_path / "arm2").write_text("mine")
         running = serve(PtyServer(tmp_path / "arm"))
-        running.tell("fault unplug --for 0.3")
-        (tmp_path / "arm").write_text("mine")
+        running.tell("unplug")
+        running.tell(f"fault replug {tmp_path / 'arm2'} @0.05")
         assert "choose another path" in running.hear()
 
 
