@@ -154,7 +154,7 @@ RANDOM = [
 ]
 
 
-BACK_AT_SPEED = 188
+BACK_AT_SPEED = 323
 """In this one a drive turns fast as the bus returns, and only two readings tell how fast."""
 
 
