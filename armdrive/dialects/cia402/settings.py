@@ -9,8 +9,9 @@ from armdrive.dialects.bus.drives import BusMotors, check_feeding, check_ids
 from armdrive.dialects.bus.observer import MAX_DELAY_S, Bounds
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import check_settings, setting
-from armdrive.transports.can_health import BUSY_LOAD
-from firmware_protocol.canopen import NODE_MAX, Service, cob_id
+from armdrive.transports.can_health import BUSY_LOAD, frame_bits
+from firmware_protocol.canopen import NODE_MAX, Service, Sync, cob_id
+from firmware_protocol.frames import Frame
 from kinematics.paths.profiles import trapezoid
 
 CYCLIC, PROFILE = "cyclic", "profile"
@@ -113,15 +114,15 @@ class Cia402Settings:
 
 # What follows for an arm: the speeds of its drives and the period of their targets.
 
-FRAME_BITS, SYNC_BITS = 123, 56
-"""Lengths of a PDO of seven bytes and of a SYNC, with stuff bits and interframe space."""
+LONGEST_PDO = bytes(7)
+"""As much data as the commands and the reports of a drive have."""
 TOP_HZ = 10_000_000.0
 """The greatest speed that is commanded, in increments a second."""
 
 
 def period_ms(settings: Cia402Settings, drives: int, bit_rate: int) -> int:
     """Return the period of SYNC: that of the arm file, or the shortest that the bus can carry."""
-    bits = 2 * drives * FRAME_BITS + SYNC_BITS
+    bits = 2 * drives * frame_bits(Frame(1, LONGEST_PDO)) + frame_bits(Sync().frame)
     return max(settings.period_ms, math.ceil(1000.0 * bits / bit_rate / BUSY_LOAD))
 
 
