@@ -20,7 +20,6 @@ from armdrive.motion.jog.bounds import (
     Kind,
     Span,
     at_limits,
-    in_base,
     jog_path,
     spans_of,
 )
@@ -135,12 +134,8 @@ class JogCourse:
         shares = tuple(jog.amount(name) * speed for name in axis_names(self._config, jog.space))
         if not any(shares):
             return RateGoal(shares, speed)
-        guess = 1.0
-        if jog.space is Space.CARTESIAN:
-            rates = in_base(self._config, kind, start, self._rates(kind, shares))
-            guess = self._scale.first_guess(start, rates, speed)
         way = self._way(kind, start, shares)
-        had = self._scale.share(way, start, time_s, speed, guess)
+        had = self._scale.share(way, start, time_s, speed)
         return RateGoal(tuple(each * had for each in shares), speed, had)
 
     # -- bounds -------------------------------------------------------------------------------

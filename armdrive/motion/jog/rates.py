@@ -17,8 +17,6 @@ from armdrive.motion.jog.bounds import JogPath, Kind
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
 from armdrive.runtime.position import ArmCoordinates
-from kinematics.five_axis import FiveAxisArm
-from kinematics.five_axis.rates import joint_rates
 
 # --- ramps and braking ---------------------------------------------------------------------------
 #
@@ -58,18 +56,6 @@ def braking_share(way_s: float, time_s: float, ramp_s: float) -> float:
         return 0.0
     share = 2.0 * way_s / (time_s + math.sqrt(time_s * time_s + 2.0 * ramp_s * way_s))
     return min(share, 1.0)
-
-
-def share_of_limits(rates: Sequence[float], limits: Sequence[float]) -> float:
-    """Return by how much rates have to be slowed so that none exceeds its limit: 1 for not at all.
-
-    Slowing all of them alike keeps the tip on its line.
-    """
-    share = 1.0
-    for rate, limit in zip(rates, limits, strict=True):
-        if rate > limit or -rate > limit:
-            share = min(share, limit / abs(rate))
-    return share
 
 
 def shares_to_stop(
@@ -203,7 +189,7 @@ def _along(goal: RateGoal, before: Rates) -> Rates:
 # How fast a jog can go at the arm's position, with all axes slowed by the same factor.
 #
 # Near a singularity, a line of the tip demands more and more of the joints. The demand of a leg is
-# found by solving it; for a five-axis arm, the joint rates give the first guess.
+# found by solving it.
 
 ANGULAR_JOG_RAD_S = math.radians(45.0)
 """Full speed of pitch, roll and yaw in a Cartesian jog, before joint limits slow it."""
@@ -211,7 +197,7 @@ ANGULAR_JOG_RAD_S = math.radians(45.0)
 TRIES = 12
 FAST_ENOUGH = 0.93  # a leg that needs at least this share of its time is fast enough
 NO_SLOWER = 1.0 + 1e-9
-LEAST, MOST = 0.05, 4.0  # range of the factor that corrects a guess in one try
+LEAST, MOST = 0.05, 4.0  # range of the factor by which one try corrects the share
 
 
 def axis_names(config: ArmConfig, space: Space) -> tuple[str, ...]:
@@ -245,31 +231,19 @@ class Scale:
         """Return full speed in rad/s and mm/s."""
         return self._full[space]
 
-    def first_guess(self, start: ArmCoordinates, rates: Sequence[float], speed: float) -> float:
-        """Return the share of a tip's rates that the joint rates allow; 1 if it is not known."""
-        if not isinstance(self._arm, FiveAxisArm):
-            return 1.0
-        angles = start.joints.angles_rad
-        found = joint_rates(angles, rates[:-1], self._arm.lengths)  # type: ignore[arg-type]
-        if found is None:
-            return 1.0
-        return share_of_limits(found, [limit * speed for limit in self._speeds.joints_rad_s])
-
     def share(
         self,
         way: JogPath,
         start: ArmCoordinates,
         time_s: float,
         speed: float,
-        guess: float,
     ) -> float:
         """Return the share of a path's speed at which a leg of `time_s` keeps all limits.
 
         The limits are scaled by `speed`. If only a short part of the path can be solved, the share
         is small.
         """
-        share = guess
-        known = 0.0
+        share, known = 1.0, 0.0
         for _ in range(TRIES):
             there = way.at(time_s * share)
             if there is None:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.motion.jog.rates import braking_share, ramped, share_of_limits, shares_to_stop
+from armdrive.motion.jog.rates import braking_share, ramped, shares_to_stop
 from kinematics.presets import preset
 
 BOUNDS = tuple((one.low_rad, one.high_rad) for one in preset("teachmover").arm.limits)
@@ -63,11 +63,6 @@ def test_braking_from_afar_keeps_the_speed():
     assert braking_share(0.15, 0.05, 0.2) == pytest.approx(1.0)
     assert braking_share(0.0, 0.05, 0.2) == braking_share(-1.0, 0.05, 0.2) == 0.0
     assert braking_share(0.02, 0.05, 0.0) == pytest.approx(0.4)
-
-
-def test_limits_slow_all_rates_alike():
-    assert share_of_limits((1.0, -2.0), (4.0, 1.0)) == 0.5
-    assert share_of_limits((1.0, -2.0), (4.0, 2.0)) == 1.0
 
 
 @given(POSTURES, st.tuples(*[st.floats(-2.0, 2.0)] * 5))
