@@ -127,12 +127,13 @@ _COORDINATES = (*_LENGTHS, *_ANGLES)
 """The coordinates of every pose; some arms add a yaw."""
 
 
+NO_YAW = "this arm has five joints: it cannot take a yaw, which follows from the position"
+
+
 def refuse_yaw(pose: Pose) -> None:
     """Raise `KinematicsError` for a pose with a yaw, which no arm of five joints can take."""
     if pose.yaw_rad is not None:
-        raise KinematicsError(
-            "this arm has five joints: it cannot take a yaw, which follows from the position"
-        )
+        raise KinematicsError(NO_YAW)
 
 
 @dataclass(frozen=True, slots=True)

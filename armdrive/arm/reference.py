@@ -8,6 +8,7 @@ from pathlib import Path
 
 from armdrive.arm.connected import finished
 from armdrive.arm.moving import BEFORE, Moving
+from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
 from armdrive.dialog import JoggedArm, MarkRequest, Operator, PostureRequest
@@ -26,6 +27,7 @@ from armdrive.motion.reference import (
 )
 from armdrive.motion.resolve import above_mark
 from armdrive.moves import ParkMove
+from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event
 from armdrive.status import Evidence, State, Trust
@@ -44,6 +46,11 @@ SAME_DRIFT = (
 )
 
 HOMING_PATIENCE_S = 300.0  # a homing that takes longer is stopped
+
+
+def homes_by_switches(config: ArmConfig) -> bool:
+    """Return whether an arm's file describes the controller's own homing, which moves the arm."""
+    return config.homing is not None and dialect(config.connection.dialect).abilities.own_homing
 
 
 class Referencing:
@@ -92,8 +99,8 @@ class Referencing:
 
     @property
     def homes_by_switches(self) -> bool:
-        """Whether `home` moves the arm: its file describes the controller's own homing."""
-        return self._config.homing is not None and self._core.controller.abilities.own_homing
+        """Whether `home` moves the arm."""
+        return homes_by_switches(self._config)
 
     @property
     def homing_groups(self) -> tuple[tuple[str, ...], ...]:

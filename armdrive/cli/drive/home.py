@@ -7,6 +7,7 @@ import sys
 
 import tui
 from armdrive.arm import Arm
+from armdrive.arm.reference import homes_by_switches
 from armdrive.blocking import run_blocking
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm, switch_on
@@ -31,7 +32,9 @@ WAY_CLEAR = "Is its way clear, and your hand at the power switch? Type yes: "
 
 def home(options: argparse.Namespace) -> Result:
     """Reference the arm, and return its status."""
-    declared = _declared(options)  # wrong words are refused before anything is opened
+    declared = _declared(options)  # what is wrong is refused before anything is opened
+    if options.switches and not homes_by_switches(chosen_target(options).config):
+        raise BadRequest("this arm has no switches, or its arm file has no [homing] section")
     with opened_arm(options) as arm:
         _reference(arm, options, declared)
         lines = [f"referenced: tip {arm.pose}"]
@@ -55,8 +58,6 @@ def _reference(
         arm.declare_posture(posture, opening_mm=opening_mm)
     elif arm.referencing.homes_by_switches:
         _by_switches(arm, options)
-    elif options.switches:
-        raise BadRequest("this arm has no switches, or its arm file has no [homing] section")
     elif arm.simulated and not options.guide:
         switch_on(arm)
         arm.home()

@@ -31,7 +31,7 @@ from armdrive.moves import (
 from armdrive.status import State, status_view
 from armdrive.storage.points import check_name, point_view
 from kinematics.errors import suggestion
-from kinematics.spaces import JOINT_NAMES, Pose
+from kinematics.spaces import JOINT_NAMES, NO_YAW, Pose
 
 
 def move(options: argparse.Namespace) -> Iterator[Result]:
@@ -87,12 +87,14 @@ def _check(options: argparse.Namespace) -> None:
         raise BadRequest("--via needs a pose to lead to and no --line, for example --via 250,0,120")
     if options.line and not pose:
         raise BadRequest("--line needs a pose to lead to, for example --y 80 --line")
-    _check_names(options)
+    _check_arm_has(options)
 
 
-def _check_names(options: argparse.Namespace) -> None:
-    """Refuse joints and frames that the arm does not have, before anything is opened."""
+def _check_arm_has(options: argparse.Namespace) -> None:
+    """Refuse what the arm does not have, before anything is opened."""
     config = chosen_target(options).config
+    if options.yaw is not None and not config.model.arm.has_yaw:
+        raise BadRequest(NO_YAW)
     joints, frames = config.model.arm.joint_names, frame_names(config)
     for name in (key.removesuffix("_deg") for key in _joints(options)):
         if name not in joints:

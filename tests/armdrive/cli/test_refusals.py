@@ -38,13 +38,14 @@ REFUSED = [
     ("move --y 60 --line --via 270,0,120", 2, "no --line"),
     ("move --y 60 --via 270,0", 2, "write it like"),
     ("move --shoulder 40 --frame tool", 2, "--frame needs a pose"),
-    # nothing is opened for the name of a joint or a frame that the arm does not have
+    # nothing is opened for what the arm does not have
     ("move --port /dev/nothing --dialect grbl --joint tail=3", 2, "no joint 'tail', but base,"),
     ("move --port /dev/nothing --dialect grbl --x 3 --frame bench", 2, "no frame 'bench'"),
+    ("move --port /dev/nothing --dialect grbl --x 3 --yaw 5", 2, "cannot take a yaw"),
+    ("home --port /dev/nothing --dialect grbl --switches", 2, "no switches"),
     ("home --port /dev/nothing --dialect grbl --declare tail=3", 2, "NAME=DEGREES"),
     ("home --port /dev/nothing --dialect grbl --declare base=3", 2, "every joint needs an angle"),
     ("move --sim cia402 --base 5", 3, "`armdrive home --sim cia402`"),
-    ("home --switches", 2, "no switches"),
     ("home --declare base=1", 2, "every joint needs an angle: shoulder"),
     ("home --declare parked", 2, "NAME=DEGREES"),
     ("home --declare tail=3", 2, "NAME=DEGREES"),
