@@ -71,7 +71,6 @@ from firmware_protocol.grbl.dialect import AXIS_LETTERS as AXIS_LETTERS
 from firmware_protocol.grbl.dialect import FLUIDNC as FLUIDNC
 from firmware_protocol.grbl.dialect import GRBL as GRBL
 from firmware_protocol.grbl.dialect import GRBLHAL as GRBLHAL
-from firmware_protocol.grbl.dialect import MEGA_5X as MEGA_5X
 from firmware_protocol.grbl.dialect import Dialect as Dialect
 from firmware_protocol.grbl.dialect import Variant as Variant
 from firmware_protocol.grbl.dialect import write_number as write_number

@@ -187,8 +187,6 @@ class Dialect:
 
 
 GRBL = Dialect()
-MEGA_5X = Dialect(axes="XYZABC", ring_bytes=255, outputs=True, single_axis_homing=True)
-"""The build determines the number of axes (five or six) and their letters."""
 GRBLHAL = Dialect(
     Variant.GRBLHAL,
     "XYZABC",

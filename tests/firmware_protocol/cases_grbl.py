@@ -10,6 +10,8 @@ from firmware_protocol import grbl
 from firmware_protocol.grbl.answers import Alarm
 
 AXES = "XYZABC"
+SIX_AXES = grbl.Dialect(axes=AXES, ring_bytes=255, outputs=True, single_axis_homing=True)
+"""A build with six axes that knows every word."""
 NUMBERS = st.integers(-9_999_999, 9_999_999).map(lambda n: n / 1000)
 FEEDS = st.integers(1, 9_999_999).map(lambda n: n / 1000)
 TARGETS = st.dictionaries(st.sampled_from(AXES), NUMBERS, min_size=1, max_size=6)
@@ -132,7 +134,7 @@ def _device_saw_one(device: grbl.Device) -> bool:
 
 HOST = FuzzCase(
     "grbl host",
-    lambda: grbl.Host(grbl.MEGA_5X),
+    lambda: grbl.Host(SIX_AXES),
     ANSWERS.map(grbl.encode_answer),
     _host_saw_one,
 )

@@ -4,7 +4,7 @@ import random
 from dataclasses import replace
 
 import pytest
-from cases_grbl import COMMANDS
+from cases_grbl import COMMANDS, SIX_AXES
 from chunks import carried, events
 from hypothesis import given
 from hypothesis import strategies as st
@@ -24,7 +24,7 @@ def heard(host: grbl.Host, data: bytes) -> list:
     return events(host)
 
 
-def sent(*commands, dialect=grbl.MEGA_5X) -> grbl.Host:
+def sent(*commands, dialect=SIX_AXES) -> grbl.Host:
     host = grbl.Host(dialect)
     for command in commands:
         host.send(command)
@@ -99,7 +99,7 @@ def test_eeprom_is_written_alone():
     [
         (grbl.GRBL, grbl.DigitalOutput(0, on=True)),
         (grbl.GRBL, grbl.Home("X")),
-        (grbl.MEGA_5X, grbl.Home("XY")),
+        (SIX_AXES, grbl.Home("XY")),
         (grbl.GRBL, grbl.Line("X" * 80)),
     ],
 )
@@ -188,7 +188,7 @@ def test_positions_are_known_in_both_spaces_once_the_offset_was_reported():
 
 
 def test_a_report_with_another_number_of_axes_is_not_believed():
-    (event,) = heard(grbl.Host(grbl.MEGA_5X), b"<Idle|MPos:0.000,0.000,0.000>\n")
+    (event,) = heard(grbl.Host(SIX_AXES), b"<Idle|MPos:0.000,0.000,0.000>\n")
     assert isinstance(event, grbl.Unreadable)
     assert event.reason == "coordinates: 3, but the board has 6 axes"
 
@@ -210,10 +210,10 @@ def test_codes_above_grbls_mean_what_the_firmware_says():
 
 
 def test_the_firmware_is_found_out():
-    host = grbl.Host(grbl.MEGA_5X)
+    host = grbl.Host(SIX_AXES)
     heard(host, b"GrblHAL 1.1f ['$' or '$HELP' for help]\r\n")
     assert host.dialect.variant is grbl.Variant.GRBLHAL
-    host = grbl.Host(grbl.MEGA_5X)
+    host = grbl.Host(SIX_AXES)
     heard(host, b"[FIRMWARE:grblHAL]\r\n" + BANNER)
     assert host.dialect.variant is grbl.Variant.GRBLHAL
     heard(host, b"[VER:3.7 FluidNC v3.7.8:]\r\n")
@@ -242,7 +242,7 @@ def lines(found) -> list:
 
 
 def test_realtime_commands_come_out_of_the_middle_of_a_line_at_once():
-    device = grbl.Device(grbl.MEGA_5X)
+    device = grbl.Device(SIX_AXES)
     device.receive_data(b"$X\nG90G1?X1")
     assert events(device) == [
         grbl.LineReceived("$X", grbl.Unlock()),
@@ -254,7 +254,7 @@ def test_realtime_commands_come_out_of_the_middle_of_a_line_at_once():
         grbl.Realtime.FEED_HOLD,
         grbl.Realtime.SOFT_RESET,
     ]
-    assert found[2] == grbl.LineReceived(TEXT, grbl.parse_line(TEXT, grbl.MEGA_5X))
+    assert found[2] == grbl.LineReceived(TEXT, grbl.parse_line(TEXT, SIX_AXES))
 
 
 def test_a_stream_is_parted_into_realtime_commands_and_the_rest():
@@ -267,7 +267,7 @@ def test_a_stream_is_parted_into_realtime_commands_and_the_rest():
 
 @pytest.mark.parametrize("command", grbl.Realtime)
 def test_every_realtime_command_arrives_where_the_firmware_has_it(command):
-    for dialect in (grbl.MEGA_5X, grbl.GRBLHAL):
+    for dialect in (SIX_AXES, grbl.GRBLHAL):
         device = grbl.Device(dialect)
         device.receive_data(grbl.Host().send_realtime(command))
         known = dialect is grbl.GRBLHAL or command not in grbl.GRBLHAL_ONLY
@@ -275,7 +275,7 @@ def test_every_realtime_command_arrives_where_the_firmware_has_it(command):
 
 
 def test_each_line_is_answered_once():
-    device = grbl.Device(grbl.MEGA_5X)
+    device = grbl.Device(SIX_AXES)
     with pytest.raises(LocalProtocolError, match="no line is unanswered"):
         device.send(grbl.Ok())
     device.receive_data(b"\nG5\n?")
@@ -289,7 +289,7 @@ def test_each_line_is_answered_once():
 
 
 def test_after_a_banner_nothing_is_owed_and_discarded_bytes_are_gone():
-    device = grbl.Device(grbl.MEGA_5X)
+    device = grbl.Device(SIX_AXES)
     device.receive_data(b"G0\nG1\nG")
     device.next_event()
     device.discard()
@@ -301,7 +301,7 @@ def test_after_a_banner_nothing_is_owed_and_discarded_bytes_are_gone():
 
 
 def test_a_line_that_is_too_long_is_refused_with_error_11():
-    device = grbl.Device(grbl.MEGA_5X)
+    device = grbl.Device(SIX_AXES)
     for _ in range(1000):
         device.receive_data(b"X" * 100)
         assert device.buffered <= 79
@@ -311,7 +311,7 @@ def test_a_line_that_is_too_long_is_refused_with_error_11():
 
 
 def test_a_flood_that_nobody_fetches_is_bounded_and_told():
-    device = grbl.Device(grbl.MEGA_5X)
+    device = grbl.Device(SIX_AXES)
     for _ in range(2000):
         device.receive_data(b"G0\n?")
     assert device.buffered <= 512 * 80
@@ -324,12 +324,12 @@ def test_a_flood_that_nobody_fetches_is_bounded_and_told():
 
 @given(st.lists(st.tuples(COMMANDS, st.booleans()), max_size=6), st.data())
 def test_every_script_arrives_whole_at_both_ends(script, data):
-    host, device = grbl.Host(grbl.MEGA_5X), grbl.Device(grbl.MEGA_5X)
+    host, device = grbl.Host(SIX_AXES), grbl.Device(SIX_AXES)
     for command, taken in script:
         (line,) = carried(data.draw, host.send(command), device)
         assert (line.text, line.content) == (
             command.text,
-            grbl.parse_line(command.text, grbl.MEGA_5X),
+            grbl.parse_line(command.text, SIX_AXES),
         )
         (event,) = carried(data.draw, device.send(grbl.Ok() if taken else grbl.Error(9)), host)
         assert isinstance(event, grbl.Acknowledged if taken else grbl.Refused)
@@ -339,7 +339,7 @@ def test_every_script_arrives_whole_at_both_ends(script, data):
 
 @given(st.lists(COMMANDS, max_size=12), st.integers(0, 1000))
 def test_lines_that_are_streamed_never_overfill_the_ring_and_keep_their_order(script, seed):
-    host, device, rng = grbl.Host(grbl.MEGA_5X), grbl.Device(grbl.MEGA_5X), random.Random(seed)
+    host, device, rng = grbl.Host(SIX_AXES), grbl.Device(SIX_AXES), random.Random(seed)
     in_ring, answered = 0, []
     waiting = list(script)
     while len(answered) < len(script):
@@ -365,7 +365,7 @@ def _all_of(stream: bytes) -> list:
 
 @given(NOISE, st.data())
 def test_after_noise_both_ends_understand_at_the_next_line_end(noise, data):
-    host, device = grbl.Host(grbl.MEGA_5X), grbl.Device(grbl.MEGA_5X)
+    host, device = grbl.Host(SIX_AXES), grbl.Device(SIX_AXES)
     carried(data.draw, noise + b"\n", device)
     (line,) = carried(data.draw, host.send(X1), device)
     assert line.text == TEXT

@@ -5,7 +5,7 @@ import struct
 from typing import get_args
 
 import pytest
-from cases_grbl import ANSWERS, COMMANDS, GCODE, JOGS, SYSTEM
+from cases_grbl import ANSWERS, COMMANDS, GCODE, JOGS, SIX_AXES, SYSTEM
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -72,7 +72,7 @@ REFUSED = [
 @pytest.mark.parametrize(("command", "text"), TEXTS)
 def test_the_text_of_every_line(command, text):
     assert command.text == text
-    assert not isinstance(grbl.parse_line(text.replace(" ", ""), grbl.MEGA_5X), grbl.Rejected)
+    assert not isinstance(grbl.parse_line(text.replace(" ", ""), SIX_AXES), grbl.Rejected)
 
 
 def test_the_table_has_every_line():
@@ -89,8 +89,8 @@ def test_what_does_not_fit_is_refused_by_its_name(build, field):
 @given(COMMANDS)
 def test_every_line_with_three_decimals_and_four_digits_fits_a_board_of_six_axes(command):
     assert not set(command.text) & set("?!~ \n")
-    assert len(command.text) <= grbl.MEGA_5X.max_line
-    assert not isinstance(grbl.parse_line(command.text, grbl.MEGA_5X), grbl.Rejected)
+    assert len(command.text) <= SIX_AXES.max_line
+    assert not isinstance(grbl.parse_line(command.text, SIX_AXES), grbl.Rejected)
 
 
 @given(st.floats(-NUMBER_MAX, NUMBER_MAX))
@@ -274,7 +274,7 @@ JOGS_REFUSED = [
 
 @pytest.mark.parametrize(("text", "code"), REFUSED_LINES)
 def test_lines_that_no_state_admits_carry_their_code(text, code):
-    content = grbl.parse_line(text, grbl.MEGA_5X)
+    content = grbl.parse_line(text, SIX_AXES)
     assert isinstance(content, grbl.Rejected)
     assert content.code == code, content.reason
 
@@ -282,19 +282,19 @@ def test_lines_that_no_state_admits_carry_their_code(text, code):
 @pytest.mark.parametrize(("text", "code"), MODAL_REFUSED)
 def test_blocks_that_the_modes_do_not_admit_carry_their_code(text, code):
     with pytest.raises(grbl.GcodeError) as caught:
-        grbl.Modal().after(grbl.parse_block(text, grbl.MEGA_5X))
+        grbl.Modal().after(grbl.parse_block(text, SIX_AXES))
     assert caught.value.code == code
 
 
 @pytest.mark.parametrize(("text", "code"), JOGS_REFUSED)
 def test_jogs_that_are_not_admitted_carry_their_code(text, code):
     with pytest.raises(grbl.GcodeError) as caught:
-        grbl.Modal().after(grbl.parse_line(f"$J={text}", grbl.MEGA_5X))
+        grbl.Modal().after(grbl.parse_line(f"$J={text}", SIX_AXES))
     assert caught.value.code == code
 
 
 def test_a_lost_line_end_gives_the_error_that_was_seen():
-    assert grbl.parse_line("G1X1F100G1X2F100", grbl.MEGA_5X).code == 24
+    assert grbl.parse_line("G1X1F100G1X2F100", SIX_AXES).code == 24
 
 
 def test_what_a_board_lacks_it_refuses():
@@ -307,38 +307,38 @@ def test_what_a_board_lacks_it_refuses():
 
 
 def test_a_block_holds_its_words():
-    block = grbl.parse_line("N7G90G1X-1.5A2F300", grbl.MEGA_5X)
+    block = grbl.parse_line("N7G90G1X-1.5A2F300", SIX_AXES)
     assert block == grbl.Block(
         {grbl.Group.DISTANCE: "G90", grbl.Group.MOTION: "G1"},
         {"X": -1.5, "A": 2.0},
         {"N": 7.0, "F": 300.0},
         grbl.AxisUse.MOTION,
     )
-    assert grbl.parse_line("$J=G53X1F9", grbl.MEGA_5X) == grbl.Block(
+    assert grbl.parse_line("$J=G53X1F9", SIX_AXES) == grbl.Block(
         {grbl.Group.NON_MODAL: "G53"}, {"X": 1.0}, {"F": 9.0}, None, jog=True
     )
-    assert grbl.parse_line("", grbl.MEGA_5X) == grbl.Empty()
+    assert grbl.parse_line("", SIX_AXES) == grbl.Empty()
 
 
 def test_modes_last_from_block_to_block():
     modes = grbl.Modal()
     for text in ("G91", "G20", "G1X1F10", "M3S100", "X2", "M8"):
-        modes = modes.after(grbl.parse_block(text, grbl.MEGA_5X))
+        modes = modes.after(grbl.parse_block(text, SIX_AXES))
     assert modes == grbl.Modal(
         *("G1", "G54", "G17", "G20", "G91", "G94", "M3", "M8"), feed=254.0, speed=100.0
     )
     assert modes.report.line == "[GC:G1 G54 G17 G20 G91 G94 M3 M8 T0 F254 S100]"
-    assert grbl.lengths_mm(grbl.parse_block("X2A-1", grbl.MEGA_5X), modes) == {
+    assert grbl.lengths_mm(grbl.parse_block("X2A-1", SIX_AXES), modes) == {
         "X": 50.8,
         "A": -25.4,
     }
-    ended = modes.after(grbl.parse_block("M30", grbl.MEGA_5X))
+    ended = modes.after(grbl.parse_block("M30", SIX_AXES))
     assert ended == grbl.Modal("G1", units="G20", feed=254.0, speed=100.0)
 
 
 def test_a_jog_changes_no_mode_but_has_its_own_while_it_lasts():
     modes = grbl.Modal(units="G20")
-    jog = grbl.parse_line("$J=G21G91X1F60", grbl.MEGA_5X)
+    jog = grbl.parse_line("$J=G21G91X1F60", SIX_AXES)
     during = modes.during(jog)
     assert (during.motion, during.units, during.distance, during.feed) == ("G1", "G21", "G91", 60.0)
     assert modes.after(jog) == modes
@@ -347,7 +347,7 @@ def test_a_jog_changes_no_mode_but_has_its_own_while_it_lasts():
 def test_a_refused_block_leaves_the_modes():
     modes = grbl.Modal()
     with pytest.raises(grbl.GcodeError):
-        modes.after(grbl.parse_block("G91G1X1", grbl.MEGA_5X))
+        modes.after(grbl.parse_block("G91G1X1", SIX_AXES))
     assert modes == grbl.Modal()
 
 
@@ -358,21 +358,21 @@ def written(block: grbl.Block) -> str:
 
 @given(GCODE)
 def test_every_line_of_the_hosts_is_admitted_with_a_feed_and_keeps_its_numbers(command):
-    block = grbl.parse_block(command.text, grbl.MEGA_5X)
+    block = grbl.parse_block(command.text, SIX_AXES)
     grbl.Modal(feed=1.0).after(block)
     assert written(block) in command.text
 
 
 @given(JOGS)
 def test_every_jog_of_the_hosts_is_admitted(jog):
-    block = grbl.parse_block(jog.text[len("$J=") :], grbl.MEGA_5X, jog=True)
+    block = grbl.parse_block(jog.text[len("$J=") :], SIX_AXES, jog=True)
     grbl.Modal().after(block)
     assert f"{written(block)}F{block.values['F']}" in jog.text
 
 
 @given(SYSTEM)
 def test_every_system_command_is_read_back_as_it_was(command):
-    assert grbl.parse_line(command.text, grbl.MEGA_5X) == command
+    assert grbl.parse_line(command.text, SIX_AXES) == command
 
 
 @pytest.mark.parametrize(
@@ -387,7 +387,7 @@ def test_lines_are_stored_as_grbl_stores_them(raw, stored):
 
 
 def test_each_line_end_counts_on_grbl_and_a_pair_is_one_on_grblhal():
-    for dialect, lines in ((grbl.MEGA_5X, ["G0", "", "G1", ""]), (grbl.GRBLHAL, ["G0", "G1", ""])):
+    for dialect, lines in ((SIX_AXES, ["G0", "", "G1", ""]), (grbl.GRBLHAL, ["G0", "G1", ""])):
         reader = grbl.LineReader(dialect)
         for byte in b"G0\r\nG1\n\n":
             reader.feed(bytes([byte]))
@@ -397,7 +397,7 @@ def test_each_line_end_counts_on_grbl_and_a_pair_is_one_on_grblhal():
 
 def test_the_names_of_settings_keep_their_slashes_on_fluidnc_alone():
     for dialect, stored in (
-        (grbl.MEGA_5X, "$AXES=1"),
+        (SIX_AXES, "$AXES=1"),
         (grbl.GRBLHAL, "$AXES=1"),
         (grbl.FLUIDNC, "$/A/XES=1"),
     ):

@@ -27,7 +27,6 @@ from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, Registers, RequestRejected
 from firmware_protocol.grbl import (
     GRBL,
-    MEGA_5X,
     Block,
     Dialect,
     GcodeError,
@@ -287,7 +286,7 @@ def axes_of(unit="steps"):
 
 def moved(text):
     """Return how a board reads a line, by axis; None if it refuses the line."""
-    content = parse_line(text, MEGA_5X)
+    content = parse_line(text, Dialect(axes="XYZABC"))
     if not isinstance(content, Block):
         return None
     try:
