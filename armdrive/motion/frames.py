@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
@@ -36,7 +34,7 @@ def goal_in_base(config: ArmConfig, joints: Joints, goal: Pose, frame: str) -> P
         return goal
     if frame == TOOL_FRAME:
         return moved_along(config.model.arm.fk(joints), _rotation(config, joints, TOOL_FRAME), goal)
-    return _known(config.frames, frame).to_base(goal)
+    return _known(config, frame).to_base(goal)
 
 
 def pose_in_frame(config: ArmConfig, pose: Pose, frame: str) -> Pose:
@@ -45,7 +43,7 @@ def pose_in_frame(config: ArmConfig, pose: Pose, frame: str) -> Pose:
         return pose
     if frame == TOOL_FRAME:
         raise BadRequest("a pose in the tool's own frame is always 0: name another frame")
-    return _known(config.frames, frame).from_base(pose)
+    return _known(config, frame).from_base(pose)
 
 
 def _rotation(config: ArmConfig, joints: Joints, frame: str) -> Matrix3:
@@ -53,15 +51,19 @@ def _rotation(config: ArmConfig, joints: Joints, frame: str) -> Matrix3:
         return IDENTITY
     if frame == TOOL_FRAME:
         return config.model.arm.hand_axes(joints)
-    return _known(config.frames, frame).rotation
+    return _known(config, frame).rotation
 
 
-def _known(frames: Mapping[str, UserFrame], name: str) -> UserFrame:
-    try:
-        return frames[name]
-    except KeyError:
-        known = ", ".join((BASE_FRAME, TOOL_FRAME, *frames))
+def require_frame(config: ArmConfig, name: str) -> None:
+    """Raise `BadRequest` with the known names unless the arm has a frame of this name."""
+    known = frame_names(config)
+    if name not in known:
         raise BadRequest(
-            f"no frame is called {name!r}; known are {known}. Define frames of your own in the "
-            "arm file, under [frames.NAME]"
-        ) from None
+            f"no frame is called {name!r}; known are {', '.join(known)}. Define frames of your own "
+            "in the arm file, under [frames.NAME]"
+        )
+
+
+def _known(config: ArmConfig, name: str) -> UserFrame:
+    require_frame(config, name)
+    return config.frames[name]

@@ -14,7 +14,7 @@ from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.presenter import Result
 from armdrive.cli.terminal_operator import confirm_simulated, ready_arm, settled_arm
 from armdrive.errors import BadRequest, WrongState
-from armdrive.motion.frames import frame_names
+from armdrive.motion.frames import require_frame
 from armdrive.motion.preview import preview_lines, preview_view
 from armdrive.moves import (
     BASE_FRAME,
@@ -95,16 +95,13 @@ def _check_arm_has(options: argparse.Namespace) -> None:
     config = chosen_target(options).config
     if options.yaw is not None and not config.model.arm.has_yaw:
         raise BadRequest(NO_YAW)
-    joints, frames = config.model.arm.joint_names, frame_names(config)
+    if options.frame is not None:
+        require_frame(config, options.frame)
+    joints = config.model.arm.joint_names
     for name in (key.removesuffix("_deg") for key in _joints(options)):
         if name not in joints:
             near = suggestion(name, joints)
             raise BadRequest(f"this arm has no joint {name!r}, but {', '.join(joints)}{near}")
-    if options.frame not in (None, *frames):
-        raise BadRequest(
-            f"this arm has no frame {options.frame!r}, but {', '.join(frames)}; its arm file gives "
-            "others under [frames.NAME]"
-        )
 
 
 def _asked(arm: Arm, options: argparse.Namespace) -> Motion | MoveSequence:

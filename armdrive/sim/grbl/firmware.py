@@ -27,7 +27,7 @@ SLEEP_ENABLE = 62
 SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
 HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF = 24, 25, 26, 27
 INCHES = 13
-MOST_SPEED, LEAST_SPEED = 30, 31
+MOST_SPEED, LEAST_SPEED, LASER = 30, 31, 32
 STEPS, RATE, ACCELERATION, TRAVEL = 100, 110, 120, 130
 ALWAYS_ON_MS = 255
 """The step idle delay that leaves the motors on."""
@@ -51,16 +51,18 @@ class Killed(Enum):
 class SettingPaths:
     """The settings of a firmware that has a configuration file: `$/stepping/idle_ms`, and `=255`.
 
-    Such a change lasts until the power is cut, because the file is not changed. `single` paths and
-    the last words `of_axis` lead to the numbers of settings here. Of these, `$$` tells those
-    `told_first`, those of the axes, and $10. `changeable` ones can be changed by number, to a
-    greatest value. All observed on FluidNC.
+    Such a change lasts until the power is cut, because the file is not changed. The simulated board
+    keeps each setting under GRBL's number. All observed on FluidNC.
     """
 
     single: Mapping[str, int]
+    """The number of the setting at each path of its own."""
     of_axis: Mapping[str, int]
+    """The number, for the first axis, of the setting at `axes/x/` and each of these words."""
     told_first: tuple[int, ...]
+    """The numbers that `$$` tells before those of the axes and $10; it tells no others."""
     changeable: Mapping[int, float]
+    """The numbers that can be changed as on GRBL (`$10=3`), and their greatest values."""
 
     def number(self, path: str, axes: str) -> int | None:
         """Return the number of the setting at a path, or None if there is none."""
@@ -367,8 +369,10 @@ _FIRMWARES = (
         program_end="Program End",
         how_to_unlock="",
         paths=SettingPaths(
-            MappingProxyType({"stepping/idle_ms": IDLE_MS, "junction_deviation_mm": JUNCTION}),
-            MappingProxyType(
+            single=MappingProxyType(
+                {"stepping/idle_ms": IDLE_MS, "junction_deviation_mm": JUNCTION}
+            ),
+            of_axis=MappingProxyType(
                 {
                     "steps_per_mm": STEPS,
                     "max_rate_mm_per_min": RATE,
@@ -376,8 +380,16 @@ _FIRMWARES = (
                     "max_travel_mm": TRAVEL,
                 }
             ),
-            (INCHES, 20, 21, 22, 23, 30, 32),
-            MappingProxyType({REPORT: 3.0, INCHES: 1.0}),
+            told_first=(
+                INCHES,
+                SOFT_LIMITS,
+                HARD_LIMITS,
+                HOMING,
+                HOMING_DIRECTIONS,
+                MOST_SPEED,
+                LASER,
+            ),
+            changeable=MappingProxyType({REPORT: 3.0, INCHES: 1.0}),
         ),
     ),
 )

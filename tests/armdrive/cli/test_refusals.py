@@ -40,7 +40,7 @@ REFUSED = [
     ("move --shoulder 40 --frame tool", 2, "--frame needs a pose"),
     # nothing is opened for what the arm does not have
     ("move --port /dev/nothing --dialect grbl --joint tail=3", 2, "no joint 'tail', but base,"),
-    ("move --port /dev/nothing --dialect grbl --x 3 --frame bench", 2, "no frame 'bench'"),
+    ("move --port /dev/nothing --dialect grbl --z 3 --frame jig", 2, "no frame is called 'jig'"),
     ("move --port /dev/nothing --dialect grbl --x 3 --yaw 5", 2, "cannot take a yaw"),
     ("home --port /dev/nothing --dialect grbl --switches", 2, "no switches"),
     ("home --port /dev/nothing --dialect grbl --declare tail=3", 2, "NAME=DEGREES"),
