@@ -23,6 +23,7 @@ from doctor_bench import (
 )
 from waiting import looks
 
+from armdrive.arm.device import ControllerMemory
 from armdrive.connect import parts
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import explaining
@@ -218,18 +219,17 @@ def bench(port, lead_to, monkeypatch):
 
 def differ(monkeypatch, differences: list[Difference]) -> list[str]:
     """Have the controller's settings differ until they are mended; return what is written."""
-    from armdrive.arm import Arm
 
     written: list[str] = []
 
-    def mend(arm, lines=None):
+    def mend(memory, lines=None):
         written.extend(lines)
         for each in list(differences):
             if each.mend in lines:
                 differences.remove(each)
         return DeviceSettings(tuple(differences))
 
-    monkeypatch.setattr(Arm, "mend_settings", mend)
+    monkeypatch.setattr(ControllerMemory, "mend_settings", mend)
     return written
 
 
@@ -242,7 +242,7 @@ def test_an_arm_file_has_its_settings_compared_and_its_motors_left_as_they_are(c
     assert "settings are what the arm file expects" in said
     assert "armdrive status --arm bench" in said
     assert "Or as an arm file" not in said
-    assert bench[0].core.state.name == "DISCONNECTED"
+    assert bench[0].parts.core.state.name == "DISCONNECTED"
 
 
 def test_each_difference_is_shown_and_mended_when_that_is_asked_for(call, bench, monkeypatch):
