@@ -19,20 +19,20 @@ WORDS = {
 PAGE_INTRO = """# Conformance
 
 What every arm does, whichever controller it has. Each row is a function in `tests/conformance`. It
-drives an arm by armdrive's public calls and observes the **physical** arm, not the registers. A new
-dialect in the registry is tested without further work. A behaviour is `n/a` if the dialect's table
-of abilities rules it out.
+drives an arm through armdrive's public calls and observes the **physical** arm, not the registers.
+A new dialect in the registry is tested automatically. `n/a`: the abilities of the dialect rule the
+behaviour out.
 
-After every fault, nothing moves without a command. The call ends in time, with its result or an
-error that says what is wrong. If the device gave any evidence, the position is not referenced where
-the arm does not stand. After a reset (or a new connection) and a reference, the arm works as
-before. Two things that no driver can prevent are excused and listed in [testing](testing.md): a
-wire without check bytes that changes or repeats a command, and a stepper that slips without a
-switch. In simulated time a fault strikes at seven moments of a motion, in real time at one.
+After every fault nothing moves without a command, and the call ends in time, with its result or an
+error that says what is wrong. If the device gave any evidence of a wrong position, the position is
+not trusted. After a reset (or a new connection) and a reference, the arm works as before. Two
+things that no driver can prevent are excused ([testing](testing.md)): a wire without check bytes
+that changes or repeats a command, and a stepper that slips without a switch. In simulated time a
+fault occurs at seven moments of a motion, in real time at one.
 
-`tests/conformance/faults.py` lists the error that each arm reports after a fault: its
-code, its words and the remaining trust. The everyday tests run the same rows on other boards, other
-firmware and other ways to drive (`VARIANTS` in `tests/conformance/memory_bench.py`).
+`tests/conformance/faults.py` lists the error and the remaining trust after each fault, for every
+arm. The everyday tests run the same rows on other boards and firmware (`VARIANTS` in
+`tests/conformance/memory_bench.py`).
 
 A single word holds for every transport. Otherwise there is one word for each, in this order:
 """
