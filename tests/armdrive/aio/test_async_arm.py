@@ -136,7 +136,7 @@ async def test_arms_on_clocks_of_their_own_and_in_real_time_go_together():
     async with (
         AsyncArm.connect("sim:teachmover", pace="simulated") as a,
         AsyncArm.connect("sim:teachmover", pace="simulated") as b,
-        AsyncArm.connect("sim:teachmover", pace=100.0) as c,
+        AsyncArm.connect("sim:teachmover", pace=20.0) as c,
     ):
         await asyncio.gather(*(arm.home() for arm in (a, b, c)))
         await asyncio.gather(*(arm.move_j(base_deg=20) for arm in (a, b, c)))
