@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -30,9 +31,9 @@ from kinematics import Joints, Motors, preset
 MODEL = preset("teachmover")
 
 
-def homed(dialect: str = "teachmover") -> Arm:
+def homed(dialect: str = "teachmover", logbook: Path | None = None) -> Arm:
     """Return an arm that stands at its mark, where it was referenced."""
-    arm = Arm.connect(f"sim:{dialect}")
+    arm = Arm(replace(connect_simulated(simulated_config(dialect)), logbook=logbook))
     arm.enable()
     arm.twin.device.bring_to(arm.model.arm.ik(arm.model.reference.pose), 0.0)
     arm.reference.confirm()
@@ -109,8 +110,8 @@ def test_a_difference_too_small_to_see_is_not_drift_but_can_be_accepted():
     assert arm.status.acknowledged == arm.twin.world.motors
 
 
-def drifted() -> Arm:
-    arm = homed()
+def drifted(logbook=None) -> Arm:
+    arm = homed(logbook=logbook)
     arm.twin.faults.add("lose-steps", "base", "12")
     arm.move_j(base_deg=20.0)
     return arm
@@ -216,8 +217,7 @@ def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
 
 
 def test_each_verification_is_written_down_with_its_date_and_a_repeated_one_is_noticed():
-    arm = drifted()
-    arm.parts.logbook = logbook_file("bench")
+    arm = drifted(logbook_file("bench"))
     first = arm.reference.verify(accept=True)
     assert first.note == ""
     for _ in range(2):
@@ -238,9 +238,8 @@ def test_each_verification_is_written_down_with_its_date_and_a_repeated_one_is_n
 
 
 def test_a_log_that_cannot_be_written_is_a_note(tmp_path):
-    arm = drifted()
     (tmp_path / "in the way").write_text("")
-    arm.parts.logbook = tmp_path / "in the way" / "log"
+    arm = drifted(tmp_path / "in the way" / "log")
     found = arm.reference.verify(accept=True)
     assert "the logbook could not be written" in found.note
     assert found.accepted

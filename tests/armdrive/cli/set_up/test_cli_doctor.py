@@ -242,7 +242,7 @@ def test_an_arm_file_has_its_settings_compared_and_its_motors_left_as_they_are(c
     assert "settings are what the arm file expects" in said
     assert "armdrive status --arm bench" in said
     assert "Or as an arm file" not in said
-    assert bench[0].parts.core.state.name == "DISCONNECTED"
+    assert bench[0].core.state.name == "DISCONNECTED"
 
 
 def test_each_difference_is_shown_and_mended_when_that_is_asked_for(call, bench, monkeypatch):

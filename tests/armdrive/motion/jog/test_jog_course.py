@@ -95,8 +95,8 @@ def test_a_slow_jog_has_the_same_slope_and_so_a_shorter_ramp():
 
 def test_turning_round_goes_through_zero_by_the_ramp():
     arm = Driven()
-    arm.jogging.hold(Jog.joint(base=1.0), legs=8)
-    back = rates(arm.jogging.hold(Jog.joint(base=-1.0), legs=10))
+    arm.hold(Jog.joint(base=1.0), legs=8)
+    back = rates(arm.hold(Jog.joint(base=-1.0), legs=10))
     assert back == sorted(back, reverse=True)
     assert back[0] > 0.0
     steps = [a - b for a, b in pairwise(back)]
@@ -106,28 +106,28 @@ def test_turning_round_goes_through_zero_by_the_ramp():
 
 def test_a_device_that_stands_between_bursts_turns_round_at_once():
     arm = Driven(queued=False)
-    forwards = rates(arm.jogging.hold(Jog.joint(base=1.0), legs=3))
+    forwards = rates(arm.hold(Jog.joint(base=1.0), legs=3))
     assert forwards == pytest.approx([BASE_RAD_S / 2.0, BASE_RAD_S, BASE_RAD_S])
-    back = rates(arm.jogging.hold(Jog.joint(base=-1.0), legs=3))
+    back = rates(arm.hold(Jog.joint(base=-1.0), legs=3))
     assert back == pytest.approx([-BASE_RAD_S / 2.0, -BASE_RAD_S, -BASE_RAD_S])
 
 
 def test_from_joints_to_a_line_the_arm_comes_to_rest_between():
     arm = Driven()
-    arm.jogging.hold(Jog.joint(base=1.0), legs=8)
-    turns = rates(arm.jogging.hold(Jog.cartesian(z=1.0), legs=4))
+    arm.hold(Jog.joint(base=1.0), legs=8)
+    turns = rates(arm.hold(Jog.cartesian(z=1.0), legs=4))
     assert turns == sorted(turns, reverse=True)
     assert turns[-1] > 0.0
     turned = arm.here.joints[0]
-    arm.jogging.hold(Jog.cartesian(z=1.0), legs=6)
+    arm.hold(Jog.cartesian(z=1.0), legs=6)
     assert arm.here.joints[0] == pytest.approx(turned, abs=1e-9)
 
 
 def test_after_standing_still_the_ramp_starts_from_zero():
     arm = Driven()
-    arm.jogging.hold(Jog.joint(base=1.0), legs=8)
+    arm.hold(Jog.joint(base=1.0), legs=8)
     arm.course.stand()
-    assert rates(arm.jogging.hold(Jog.joint(base=1.0), legs=1))[0] < BASE_RAD_S / 4.0
+    assert rates(arm.hold(Jog.joint(base=1.0), legs=1))[0] < BASE_RAD_S / 4.0
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
@@ -138,7 +138,7 @@ def test_a_joint_slides_up_to_its_limit_and_stops_on_it(joint, way):
     limit = bounds.high_rad if way > 0 else bounds.low_rad
     full = config.model.joint_speeds_rad_s[joint]
     arm = Driven(OVER_THE_TABLE.replace(**{name: limit - way * 0.5 * full}), config)
-    found = arm.jogging.hold(Jog.joint(**{name: way}))
+    found = arm.hold(Jog.joint(**{name: way}))
     assert arm.ended.note == f"the {name} stopped at the limit"
     assert arm.here.joints[joint] == pytest.approx(limit, abs=1e-5)
     assert all(ARM.violations(one.leg.end.joints) == () for one in found)
@@ -160,7 +160,7 @@ def no_guards():
 
 def test_a_joint_at_its_limit_leaves_the_others_alone_and_all_of_them_keep_step():
     arm = Driven(OVER_THE_TABLE.replace(base=math.radians(88.0)))
-    found = arm.jogging.hold(Jog.joint(base=1.0, wrist_roll=0.5, gripper=1.0), legs=40)
+    found = arm.hold(Jog.joint(base=1.0, wrist_roll=0.5, gripper=1.0), legs=40)
     assert arm.here.joints.deg["base"] == pytest.approx(90.0, abs=1e-3)
     assert found[-1].note == "the base stopped at the limit"
     full = CONFIG.model.joint_speeds_rad_s[4]
@@ -172,7 +172,7 @@ def test_a_joint_at_its_limit_leaves_the_others_alone_and_all_of_them_keep_step(
 def test_a_line_ends_on_the_table_and_the_arm_could_always_stop_before_it(run_on_s):
     arm = Driven(run_on_s=run_on_s)
     bound = -CONFIG.model.guards.tolerance_mm
-    found = arm.jogging.hold(Jog.cartesian(z=-1.0), legs=2000)
+    found = arm.hold(Jog.cartesian(z=-1.0), legs=2000)
     assert "table" in arm.ended.note
     assert arm.ended.cause.name == "table"
     assert bound <= arm.pose.z_mm < bound + 0.6
@@ -193,7 +193,7 @@ def test_a_jog_parallel_to_the_table_keeps_its_speed():
 
 def test_a_line_slows_towards_the_edge_of_the_reach_and_ends_there():
     arm = Driven(OVER_THE_TABLE.replace(elbow=math.radians(-50.0)))
-    found = arm.jogging.hold(Jog.cartesian(x=1.0), legs=2000)
+    found = arm.hold(Jog.cartesian(x=1.0), legs=2000)
     assert "178" in arm.ended.note or "355.6" in arm.ended.note
     assert arm.here.joints[2] == pytest.approx(0.0, abs=0.02)
     fastest = [
@@ -201,7 +201,7 @@ def test_a_line_slows_towards_the_edge_of_the_reach_and_ends_there():
         for one in found
     ]
     assert max(fastest) <= 1.0 + 1e-6
-    back = arm.jogging.hold(Jog.cartesian(x=-1.0), legs=4)
+    back = arm.hold(Jog.cartesian(x=-1.0), legs=4)
     assert abs(rates(back, 2)[-1]) > 0.5 * limits()[2]
 
 
@@ -213,7 +213,7 @@ def test_past_the_base_axis_the_base_turns_at_its_limit_and_the_tip_goes_on():
     config = replace(CONFIG, model=replace(CONFIG.model, guards=no_guards()))
     start = ARM.ik(Pose.of(x_mm=40, y_mm=-60, z_mm=480, pitch_deg=0), OVER_THE_TABLE)
     arm = Driven(start, config)
-    found = arm.jogging.hold(Jog.cartesian(y=1.0), legs=120)
+    found = arm.hold(Jog.cartesian(y=1.0), legs=120)
     turns = rates(found)
     assert max(turns) == pytest.approx(limits()[0], rel=0.1)
     assert max(turns) <= limits()[0] * 1.001
@@ -225,7 +225,7 @@ def test_past_the_base_axis_the_base_turns_at_its_limit_and_the_tip_goes_on():
 def test_no_motor_is_asked_for_more_than_its_rate(speed):
     arm = Driven(hz=300.0)
     jog = Jog.joint(shoulder=-1.0, elbow=-1.0, wrist_pitch=-1.0, wrist_roll=1.0)
-    for one in arm.jogging.hold(jog, legs=10, speed=speed):
+    for one in arm.hold(jog, legs=10, speed=speed):
         before = CONFIG.model.transmission.to_exact(one.leg.start.joints, 30.0)
         behind = CONFIG.model.transmission.to_exact(one.leg.end.joints, 30.0)
         steps = max(abs(b - a) for a, b in zip(before, behind, strict=True))
@@ -235,7 +235,7 @@ def test_no_motor_is_asked_for_more_than_its_rate(speed):
 def test_along_the_tool_the_tip_goes_straight_where_the_hand_points():
     arm = Driven(Joints.of(30.0, 60.0, -70.0, -20.0, 40.0))
     before = arm.pose
-    arm.jogging.hold(Jog.cartesian(frame="tool", z=1.0), legs=12)
+    arm.hold(Jog.cartesian(frame="tool", z=1.0), legs=12)
     after = arm.pose
     way = [b - a for a, b in zip(tip(before), tip(after), strict=True)]
     length = math.hypot(*way)
@@ -252,7 +252,7 @@ def test_along_the_tool_the_tip_goes_straight_where_the_hand_points():
 def test_across_the_tool_the_tip_follows_the_hand_round_the_base():
     arm = Driven()
     r = math.hypot(arm.pose.x_mm, arm.pose.y_mm)
-    arm.jogging.hold(Jog.cartesian(frame="tool", y=1.0), legs=40)
+    arm.hold(Jog.cartesian(frame="tool", y=1.0), legs=40)
     assert abs(arm.here.joints[0]) > 0.3
     assert math.hypot(arm.pose.x_mm, arm.pose.y_mm) == pytest.approx(r, rel=0.03)
 
@@ -261,7 +261,7 @@ def test_a_frame_of_the_arm_file_turns_the_line():
     board = UserFrame.turned((300.0, 0.0, 0.0), yaw_rad=math.radians(90.0))
     arm = Driven(config=replace(CONFIG, frames={"board": board}))
     before = arm.pose
-    arm.jogging.hold(Jog.cartesian(frame="board", x=1.0), legs=10)
+    arm.hold(Jog.cartesian(frame="board", x=1.0), legs=10)
     assert arm.pose.y_mm > before.y_mm + 10.0
     assert (arm.pose.x_mm, arm.pose.z_mm) == pytest.approx((before.x_mm, before.z_mm), abs=1e-6)
 
@@ -281,7 +281,7 @@ def test_a_jog_with_no_direction_ends_at_once_without_a_note():
 
 def test_without_a_known_position_there_are_no_bounds():
     arm = Driven(OVER_THE_TABLE.replace(base=math.radians(89.9)))
-    arm.jogging.hold(Jog.joint(base=1.0), legs=20, known=False)
+    arm.hold(Jog.joint(base=1.0), legs=20, known=False)
     assert arm.here.joints.deg["base"] > 92.0
 
 
