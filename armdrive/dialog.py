@@ -31,6 +31,19 @@ class JogResult(Protocol):
         """What was clipped or left out; empty if nothing was."""
 
 
+class HeldJogs(Protocol):
+    """Jogs that nobody waits for."""
+
+    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
+        """Jog for a time, unless called again before its end; do not wait."""
+
+    def nudge(self, jog: Jog, *, speed: float) -> None:
+        """Jog by one increment; do not wait."""
+
+    def release(self) -> None:
+        """End a held jog."""
+
+
 class JoggedArm(Protocol):
     """An arm that can be watched, jogged and stopped, and nothing else."""
 
@@ -65,8 +78,9 @@ class JoggedArm(Protocol):
     ) -> JogResult:
         """Jog the tip by increments, or for a time."""
 
-    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for a time, unless called again before its end; do not wait."""
+    @property
+    def jogging(self) -> HeldJogs:
+        """Jogs that nobody waits for."""
 
     def move_motors(self, *steps: int, speed: float = 0.25) -> object:
         """Move each motor by whole steps from where it is."""

@@ -133,7 +133,7 @@ def plain_motions(bench: DenseMemoryBench, strategy: str, times: int) -> list[Be
         goal = goal_from(start, luck)
         speed = luck.uniform(SLOWEST, 1.0)
         turned = {name.removesuffix("_deg"): math.radians(turn) for name, turn in goal.items()}
-        target = arm.core.transmission.to_motors(start.replace(**turned), 20.0)
+        target = arm.parts.core.transmission.to_motors(start.replace(**turned), 20.0)
         before = bench.look().motors
         send(bench, target - before, speed)
         seen = set()

@@ -49,7 +49,7 @@ def send_mks(bench: DenseMemoryBench, ways: Motors, speed: float) -> None:
     rpm = max(int(arm.speeds.motor_hz / COUNTS_S_PER_RPM * speed), 1)
     for node, (way, counted) in enumerate(zip(ways, device.registers, strict=True), 1):
         order = MoveAbsoluteAxis(counted + way, rpm, ACC)
-        bench.twin.link.write(host.send(node, order), arm.pace.now_s())
+        bench.twin.link.write(host.send(node, order), arm.parts.pace.now_s())
 
 
 def send_cia402(bench: DenseMemoryBench, ways: Motors, speed: float) -> None:
@@ -79,7 +79,7 @@ def send_cia402(bench: DenseMemoryBench, ways: Motors, speed: float) -> None:
 
 def _say(bench: DenseMemoryBench, data: bytes) -> None:
     assert bench.arm is not None
-    bench.twin.link.write(data, bench.arm.pace.now_s())
+    bench.twin.link.write(data, bench.arm.parts.pace.now_s())
     bench.sleep(BETWEEN_S)
 
 

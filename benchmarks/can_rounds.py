@@ -160,7 +160,7 @@ class Wire:
 @contextlib.contextmanager
 def watched(arm: Arm) -> Iterator[Wire]:
     """Note all that passes the adapter of an arm."""
-    wire, link = Wire(ROUNDS[arm.config.connection.dialect]()), arm.engine.link
+    wire, link = Wire(ROUNDS[arm.config.connection.dialect]()), arm.parts.engine.link
     read = link.read
 
     def noted_read(now_s: float) -> bytes:

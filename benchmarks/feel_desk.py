@@ -107,15 +107,15 @@ class SimulatedDesk:
         self._arm = arm
         pairs = jog_pairs(arm.model.arm.joint_names)
         self.settings = JogSettings(pairs=pairs, frames=arm.frames)
-        self.deadline = Deadline(arm.pace.now_s)
+        self.deadline = Deadline(arm.parts.pace.now_s)
         self.hand = DeskJogging(
-            arm, clock=arm.pace.now_s, say=lambda _: None, settings=lambda: self.settings
+            arm, clock=arm.parts.pace.now_s, say=lambda _: None, settings=lambda: self.settings
         )
         self.hand.alarm = self.deadline  # type: ignore[assignment]
         note_taps(self.hand, self._tapped)
 
     def _tapped(self) -> None:
-        self.tapped_s = self._arm.pace.now_s()
+        self.tapped_s = self._arm.parts.pace.now_s()
 
     def action_mode(self) -> None:
         """Switch between joint and Cartesian mode."""

@@ -57,7 +57,7 @@ class Way:
 
     def allowed(self, arm: Arm) -> bool:
         """Tell whether the driver would draw it."""
-        here = ArmCoordinates(self.start, arm.core.position.coordinates.opening_mm)
+        here = ArmCoordinates(self.start, arm.parts.core.position.coordinates.opening_mm)
         try:
             if self.via is None:
                 plan_line(arm.config, arm.speeds, here, self.goal, 1.0)
@@ -93,7 +93,7 @@ def _posture(arm: Arm, chance: Random, **fixed_deg: float) -> Joints:
         low, high = max(limit.low_rad, -math.pi / 2), min(limit.high_rad, math.pi / 2)
         angles[name] = chance.uniform(low + ROUNDING_RAD, high - ROUNDING_RAD)
     angles |= {name: math.radians(angle) for name, angle in fixed_deg.items()}
-    here, steps = arm.core.position.coordinates, arm.core.transmission
+    here, steps = arm.parts.core.position.coordinates, arm.parts.core.transmission
     wanted = here.joints.replace(**angles)
     return steps.to_joints(steps.to_motors(wanted, here.opening_mm))[0]
 

@@ -10,6 +10,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 from typing import cast
@@ -42,14 +43,15 @@ class Swapped:
 
     def __init__(self, arm: Arm) -> None:
         self.arm = arm
-        self.recorder = arm.tracer
+        self.recorder = arm.parts.tracer
         self._side = 1.0
 
     def traced_by(self, tracer: FlightRecorder | Ignoring, call: Callable[[], object]) -> None:
         """Do something while this one looks."""
         arm = self.arm
-        with arm.pace.lock:
-            arm.tracer = arm.core.tracer = arm.engine.tracer = cast(FlightRecorder, tracer)
+        with arm.parts.pace.lock:
+            arm._parts = replace(arm.parts, tracer=cast(FlightRecorder, tracer))
+            arm.parts.core.tracer = arm.parts.engine.tracer = arm.parts.tracer
         call()
 
     def move(self) -> None:
@@ -79,9 +81,9 @@ def cpu(rounds: int = 30, dialects: Iterable[str] = tuple(DIALECTS)) -> Section:
     rows = []
     for dialect in dialects:
         with _simulated(dialect) as swapped:
-            before = swapped.arm.engine.now_s
+            before = swapped.arm.parts.engine.now_s
             taken = interleaved(swapped.cases(swapped.move), rounds)
-            moved_s = (swapped.arm.engine.now_s - before) / (2 * rounds + 2)
+            moved_s = (swapped.arm.parts.engine.now_s - before) / (2 * rounds + 2)
         with_s, bare_s = taken["with"], taken[BARE]
         added_s = median(with_s) - median(bare_s)
         rows += [
@@ -109,11 +111,11 @@ def writing(seconds: float = 400.0) -> Section:
     """Measure a full ring: how long it keeps the wire's thread, and how long writing takes."""
     with _simulated("grbl") as swapped, tempfile.TemporaryDirectory() as folder:
         arm = swapped.arm
-        end_s = arm.engine.now_s + seconds
-        while arm.engine.now_s < end_s:
+        end_s = arm.parts.engine.now_s + seconds
+        while arm.parts.engine.now_s < end_s:
             swapped.move()
         began_s = time.perf_counter()
-        write = arm.tracer.snapshot("measured")
+        write = arm.parts.tracer.snapshot("measured")
         held_s = time.perf_counter() - began_s
         path = write(Path(folder) / "recording.jsonl")
         written_s = time.perf_counter() - began_s
@@ -121,7 +123,7 @@ def writing(seconds: float = 400.0) -> Section:
         entries = path.read_bytes().count(b"\n")
     rows = (
         Row("entries in the last five minutes", entries, ""),
-        Row("memory, as the ring counts it", arm.tracer.ring.bytes / 1e6, "MB"),
+        Row("memory, as the ring counts it", arm.parts.tracer.ring.bytes / 1e6, "MB"),
         Row("the file", size / 1e6, "MB"),
         Row("the wire's thread is held", held_s * 1e3, "ms"),
         Row("written and synced, by another thread", written_s * 1e3, "ms"),

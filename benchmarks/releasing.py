@@ -72,7 +72,7 @@ def promised(arm: Arm) -> Promise:
     return Promise(
         status.stop_time_s,
         status.stop_distance_mm,
-        arm.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s,
+        arm.parts.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s,
         math.radians(2.0) * max(arm.model.arm.levers_mm(arm.joints)),
         increments.under_way,
     )
@@ -129,7 +129,7 @@ class Hand:
         desk.hand.arm_keys()
         self._bench.sleep(NOTHING_COMES_S)
         key = choose(desk, self._arm, self._home, self._luck)
-        start_s = self._arm.pace.now_s()
+        start_s = self._arm.parts.pace.now_s()
         lifted_s = start_s + way.lifted_s
         seeing: Seeing | None = None
         for arrival_s in (*way.arrivals_s, math.inf):
@@ -143,12 +143,12 @@ class Hand:
         assert seeing is not None
         self._until(desk, max(lifted_s, start_s + way.arrivals_s[-1]) + NOTHING_COMES_S, seeing)
         while not seeing.quiet:
-            self._until(desk, self._arm.pace.now_s() + SELDOM_S, seeing)
+            self._until(desk, self._arm.parts.pace.now_s() + SELDOM_S, seeing)
         return seeing.released(promise, tapped=desk.tapped_s > lifted_s)
 
     def _until(self, desk: SimulatedDesk, time_s: float, seeing: Seeing | None = None) -> None:
         """Let time pass; the desk's timer rings when it is due, and the arm is looked at."""
-        pace = self._arm.pace
+        pace = self._arm.parts.pace
         while (now_s := pace.now_s()) < time_s:
             look_s = math.inf if seeing is None else now_s + seeing.every_s(self._bench.look_s)
             self._arm.sleep(min(desk.deadline.due_s, look_s, time_s) - now_s)

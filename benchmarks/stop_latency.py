@@ -139,11 +139,11 @@ class Stream:
 
     def _run(self) -> None:
         with contextlib.suppress(ArmError):
-            run_blocking(self._arm.runner.perform(self._flow(), within_s=PATIENCE_S))
+            run_blocking(self._arm.parts.runner.perform(self._flow(), within_s=PATIENCE_S))
 
     def _flow(self) -> TaskBody[Reply]:
         ahead_s = self._arm.config.motion.planned_burst_s
-        return (yield from self._arm.context.request(MoveAlong(self._segments(), ahead_s)))
+        return (yield from self._arm.parts.context.request(MoveAlong(self._segments(), ahead_s)))
 
     def wait(self) -> None:
         """Wait for its end."""

@@ -41,7 +41,7 @@ def drawn(bench: DenseMemoryBench, way: Way, speed: float) -> Drawn:
     ends: set[Motors] = set()
     for each in bench.watch(lambda: handle.done, PATIENCE_S):
         seen.add(each.motors)
-        if each.motors == arm.core.position.acknowledged:
+        if each.motors == arm.parts.core.position.acknowledged:
             ends.add(each.motors)
     moved = handle.wait()
     return Drawn(_worst(bench, way, ends, 0.0), _worst(bench, way, seen, moved.straying_mm))

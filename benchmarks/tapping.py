@@ -18,7 +18,7 @@ def tap(arm: Arm, said: Callable[[bytes], None]) -> Callable[[], None]:
 
     What goes to a CAN bus is handed over frame by frame, by a thread of its own, and heard packed.
     """
-    link = _own(arm.engine.link)
+    link = _own(arm.parts.engine.link)
     return _tap_bus(link._bus, said) if isinstance(link, CanLink) else _tap_link(link, said)
 
 

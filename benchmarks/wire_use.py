@@ -51,7 +51,7 @@ class Counted:
 
     def __init__(self, arm: Arm) -> None:
         self.sent = self.heard = 0
-        link = arm.engine.link
+        link = arm.parts.engine.link
         write, read = link.write, link.read
 
         def counted_write(data: bytes, now_s: float) -> None:

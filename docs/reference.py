@@ -7,21 +7,38 @@ import enum
 import inspect
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import armdrive.exports
+from armdrive.arm.connected import Recorder
+from armdrive.arm.device import ControllerMemory, InputsOutputs
+from armdrive.arm.jogging import Jogging
 from armdrive.arm.moving import Gripper
+from armdrive.arm.reference import ArmReference
 from armdrive.text import json_forms
 
 FOLDER = Path(__file__).parent / "reference"
 PAGE = FOLDER / "python-api.md"
 SCHEMA = FOLDER / "armdrive.schema.json"
 
-INNER = frozenset(("closed", "reference_request", "stops"))
+INNER = frozenset(("closed", "parts", "stops"))
 """Calls that the desk and the command line need, and a program has no use for."""
+
+PARTS: Mapping[str, type] = MappingProxyType(
+    {
+        "gripper": Gripper,
+        "io": InputsOutputs,
+        "jogging": Jogging,
+        "reference": ArmReference,
+        "controller": ControllerMemory,
+        "recorder": Recorder,
+    }
+)
+"""The parts of an arm that have calls of their own, in the order of the page."""
 
 TOLD = (armdrive.Arm, armdrive.AsyncArm, armdrive.AsyncHandle)
 """Classes that are no values: the twins have the calls of what they are twins of."""
@@ -33,9 +50,9 @@ HEAD = """# The Python calls
 
 Made from the docstrings by `python docs/generated.py`. Begin with
 [From Python](../how-to/python.md). Names with `_mm`, `_deg`, `_rad` and `_s` state their unit;
-`speed` is a fraction of the limits. `AsyncArm` and its gripper have every call of `Arm` and
-`arm.gripper` under the same name, awaited where it may wait. [Errors](errors.md) are listed with
-their remedies. Moves, poses, joint angles, the status and errors have one JSON form:
+`speed` is a fraction of the limits. `AsyncArm` and its parts have every call of `Arm` and its parts
+under the same name, awaited where it may wait. [Errors](errors.md) are listed with their remedies.
+Moves, poses, joint angles, the status and errors have one JSON form:
 [armdrive.schema.json](armdrive.schema.json).
 """
 
@@ -52,7 +69,8 @@ class _Bare:
 
 def page() -> str:
     """Return the whole page."""
-    return "\n".join([HEAD, *_arm(), *_gripper(), *_values()]).rstrip() + "\n"
+    parts = (line for part in PARTS.items() for line in _part(*part))
+    return "\n".join([HEAD, *_arm(), *parts, *_values()]).rstrip() + "\n"
 
 
 def _arm() -> Iterator[str]:
@@ -68,10 +86,11 @@ def _arm() -> Iterator[str]:
             yield from _call("arm", name, inspect.getattr_static(armdrive.Arm, name))
 
 
-def _gripper() -> Iterator[str]:
-    yield "## `arm.gripper`\n"
-    for name in _public(Gripper):
-        yield from _call("arm.gripper", name, inspect.getattr_static(Gripper, name))
+def _part(part: str, kind: type) -> Iterator[str]:
+    yield f"## `arm.{part}`\n"
+    yield f"{_text(kind)}\n"
+    for name in _public(kind):
+        yield from _call(f"arm.{part}", name, inspect.getattr_static(kind, name))
 
 
 def _values() -> Iterator[str]:

@@ -202,7 +202,7 @@ class ArmControl:
         """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
         self._desk.link.require_motion()
         home = partial(self._arm.home, stops=self._arm.stops)
-        if self._arm.referencing.homes_by_switches:
+        if self._arm.reference.homes_by_switches:
             text = "THE ARM WILL MOVE: its controller seeks its switches."
             done = "homed by its own switches"
             self._ask(text, self._present, home, done, asked="Is the way clear?")
@@ -211,9 +211,9 @@ class ArmControl:
             self._desk.say("the simulated operator brings the arm to its reference posture ...")
             self._desk.calls.make(home, "the simulated operator referenced the arm")
         else:
-            request = self._arm.reference_request()
+            request = self._arm.reference.request()
             posture = Moment(request.joints, request.opening_mm)
-            self._ask(str(request), posture, self._arm.confirm_reference)
+            self._ask(str(request), posture, self._arm.reference.confirm)
 
     def confirm(self) -> None:
         """Ask whether the arm stands where the last program left it."""
@@ -222,7 +222,7 @@ class ArmControl:
         if status.trust is not Trust.RESTORED or status.joints is None:
             raise BadRequest(f"nothing to confirm: the position is {status.trust.value}")
         text = f"Remembered ({status.trust_reason}): {status.joints}"
-        self._ask(text, self._present, self._arm.confirm_restored)
+        self._ask(text, self._present, self._arm.reference.confirm_restored)
 
     def park(self, speed: float) -> None:
         """Draw the park posture, and go there if the answer is yes."""

@@ -175,7 +175,7 @@ class LogView:
             return False
         try:
             if self._reader is None:
-                self._reader = self._desk.arm.log()
+                self._reader = self._desk.arm.recorder.log()
             new = self._reader.read(PORTION)
         except ArmError as error:
             self._desk.message = str(error)
@@ -503,4 +503,4 @@ class LogScreen(DeskScreen):
     def action_save(self) -> None:
         """Write the recording, and say where it is."""
         self.desk.say("writing ...")
-        self.desk.calls.make(lambda: f"written: {self.desk.arm.save_recording()}")
+        self.desk.calls.make(lambda: f"written: {self.desk.arm.recorder.save()}")

@@ -6,10 +6,13 @@ from typing import Literal, Self, Unpack, overload
 
 from armdrive.abilities import Abilities
 from armdrive.aio.calls import AsyncCalls, AsyncConnection, AsyncHandle, Connecting
-from armdrive.arm.device import Lines
+from armdrive.arm.connected import Recorder
+from armdrive.arm.device import ControllerMemory, InputsOutputs, Lines
+from armdrive.arm.jogging import Jogging
 from armdrive.arm.moving import Gripper, Place
-from armdrive.arm.reference import Accept, GroupReport
+from armdrive.arm.reference import Accept, ArmReference, GroupReport
 from armdrive.config.arm import ArmConfig
+from armdrive.connect.parts import Parts
 from armdrive.dialog import Operator, PostureRequest
 from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
@@ -21,7 +24,6 @@ from armdrive.motion.reference import Verified
 from armdrive.moves import (
     Angles,
     GraspMove,
-    Jog,
     JogMove,
     JointAngles,
     JointJog,
@@ -61,12 +63,71 @@ class AsyncGripper(AsyncCalls[Gripper]):
     async def feel(self, *, force_n: float = ...) -> Grasped:
         """Grasp an object like `grasp`, and return the force as well."""
 
+class AsyncInputsOutputs(AsyncCalls[InputsOutputs]):
+    """The inputs and outputs of an arm: the calls of `InputsOutputs`, as coroutines."""
+
+    async def read(self) -> int:
+        """Read the input bits now."""
+    async def wait(
+        self, *, high: Lines = ..., low: Lines = ..., within_s: float | None = ...
+    ) -> int:
+        """Wait until the given inputs, counted from 1, are high or low; return the input bits."""
+    async def set(self, number: int, on: bool = ...) -> None:
+        """Switch one output, counted from 1; the others stay. Moves nothing."""
+    async def write(self, bits: int) -> None:
+        """Write all the output bits. Moves nothing."""
+
+class AsyncReference(AsyncCalls[ArmReference]):
+    """The reference of an arm: the calls of `ArmReference`, as coroutines."""
+
+    @property
+    def homes_by_switches(self) -> bool:
+        """Whether `home` moves the arm, because its controller seeks switches."""
+    @property
+    def homing_groups(self) -> tuple[tuple[str, ...], ...]:
+        """The motor names of each homing group, in order; empty if the device decides."""
+    @property
+    def unconfirmed(self) -> bool:
+        """Whether planned motion has to wait until an operator confirms the restored position."""
+    def request(self) -> PostureRequest:
+        """Return the posture in which the arm is referenced."""
+    async def confirm(self) -> None:
+        """Declare that the arm now stands in its reference posture."""
+    async def declare(self, posture: Joints | Pose, *, opening_mm: float = ...) -> None:
+        """Declare that the arm now stands in this posture, given by its joints or its pose."""
+    async def confirm_restored(self) -> None:
+        """Confirm that the arm stands at the restored position; planned motion is allowed again."""
+    async def verify(
+        self, *, operator: Operator | None = ..., accept: Accept = ..., speed: float = ...
+    ) -> Verified:
+        """Measure how far the position has drifted, at the reference mark."""
+
+class AsyncControllerMemory(AsyncCalls[ControllerMemory]):
+    """What the controller stores: the calls of `ControllerMemory`, as coroutines."""
+
+    async def read_program(self) -> PendantProgram:
+        """Read the program in the arm's own memory; takes a few seconds and moves nothing."""
+    async def write_program(
+        self, program: PendantProgram, *, leave_others: bool = ..., report: RowReport = ...
+    ) -> int:
+        """Write a program into the arm's memory and read it back; moves nothing."""
+    async def mend_settings(self, lines: Sequence[str] | None = ...) -> DeviceSettings:
+        """Write the lines that set the device as the arm file expects. Moves nothing."""
+
+class AsyncRecorder(AsyncCalls[Recorder]):
+    """The flight recorder of an arm: the calls of `Recorder`, as coroutines."""
+
+    async def save(self, path: Path | str | None = ..., *, overwrite: bool = ...) -> Path:
+        """Save the contents of the flight recorder, and return the path of the file."""
+    def log(self, *, back: int | None = ...) -> LogReader:
+        """Return a reader of the log: the traffic on the wire and the driver's events, in words."""
+
 class AsyncArm(AsyncConnection):
     """A connected arm for asyncio programs; `sync` is the underlying `Arm`.
 
     `Arm` documents each call. Cancelling an awaited call, also with `asyncio.timeout`, stops the
     arm; `CancelledError` follows once the arm stands. Calls that never wait (`status`, `pause`,
-    `estop`, ...) are not awaited.
+    `estop`, `jogging.hold`, ...) are not awaited.
     """
 
     @property
@@ -81,6 +142,18 @@ class AsyncArm(AsyncConnection):
     @property
     def gripper(self) -> AsyncGripper:
         """The fingers."""
+    @property
+    def io(self) -> AsyncInputsOutputs:
+        """The inputs and outputs."""
+    @property
+    def reference(self) -> AsyncReference:
+        """What the position rests on."""
+    @property
+    def controller(self) -> AsyncControllerMemory:
+        """What the controller stores."""
+    @property
+    def recorder(self) -> AsyncRecorder:
+        """The flight recorder."""
     @classmethod
     def connect(
         cls,
@@ -117,18 +190,6 @@ class AsyncArm(AsyncConnection):
         self, *, operator: Operator | None = ..., report: GroupReport = ..., stops: int | None = ...
     ) -> Pose:
         """Reference the arm, by its homing switches or by an operator; return its pose."""
-    async def confirm_reference(self) -> None:
-        """Declare that the arm now stands in its reference posture."""
-    async def declare_posture(self, posture: Joints | Pose, *, opening_mm: float = ...) -> None:
-        """Declare that the arm now stands in this posture, given by its joints or its pose."""
-    async def confirm_restored(self) -> None:
-        """Confirm that the arm stands at the restored position; planned motion is allowed again."""
-    def reference_request(self) -> PostureRequest:
-        """Return the posture in which the arm is referenced."""
-    async def verify(
-        self, *, operator: Operator | None = ..., accept: Accept = ..., speed: float = ...
-    ) -> Verified:
-        """Measure how far the position has drifted, at the reference mark."""
     @overload
     async def run(self, move: Motion) -> Moved:
         """Carry out a move and wait for its end: `run(LineMove(pose, speed=0.5))`."""
@@ -252,12 +313,9 @@ class AsyncArm(AsyncConnection):
         **axes: Unpack[TipJog],
     ) -> Jogged:
         """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`."""
-    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once."""
-    def nudge(self, jog: Jog, *, speed: float) -> None:
-        """Jog by one increment and return at once."""
-    def release(self) -> None:
-        """End a held jog: the current burst is the last, and queued segments are dropped."""
+    @property
+    def jogging(self) -> Jogging:
+        """Jogs that nobody waits for, as keys and sticks need them: `jogging.hold(...)`."""
     async def stop(self) -> None:
         """Stop, and wait until the arm stands. Allowed in every state and from any thread."""
     def estop(self) -> None:
@@ -304,25 +362,6 @@ class AsyncArm(AsyncConnection):
     @property
     def abilities(self) -> Abilities:
         """The capabilities of the arm's controller."""
-    async def read_inputs(self) -> int:
-        """Read the input bits now."""
-    async def wait_inputs(
-        self, *, high: Lines = ..., low: Lines = ..., within_s: float | None = ...
-    ) -> int:
-        """Wait until the given inputs, counted from 1, are high or low; return the input bits."""
-    async def set_output(self, number: int, on: bool = ...) -> None:
-        """Switch one output, counted from 1; the others stay. Moves nothing."""
-    async def set_outputs(self, bits: int) -> None:
-        """Write the output bits. Moves nothing."""
-    async def read_pendant_program(self) -> PendantProgram:
-        """Read the program in the arm's own memory; takes a few seconds and moves nothing."""
-    async def write_pendant_program(
-        self, program: PendantProgram, *, leave_others: bool = ..., report: RowReport = ...
-    ) -> int:
-        """Write a program into the arm's memory and read it back; moves nothing."""
-    async def mend_settings(self, lines: Sequence[str] | None = ...) -> DeviceSettings:
-        """Write the lines that set the device as the arm file expects. Moves nothing."""
-    async def save_recording(self, path: Path | str | None = ..., *, overwrite: bool = ...) -> Path:
-        """Save the contents of the flight recorder, and return the path of the file."""
-    def log(self, *, back: int | None = ...) -> LogReader:
-        """Return a reader of the log: the traffic on the wire and the driver's events, in words."""
+    @property
+    def parts(self) -> Parts:
+        """The machinery of the connection, for armdrive's own commands; no program needs it."""

@@ -63,7 +63,7 @@ class AsyncHandle(Generic[T_co]):
 
 
 class AsyncCalls(Generic[S]):
-    """The async version of an arm or of its gripper; `sync` is the original object."""
+    """The async version of an arm or of one of its parts; `sync` is the original object."""
 
     def __init__(self, sync: S, arm: Arm) -> None:
         self.sync = sync
@@ -79,15 +79,10 @@ class AsyncCalls(Generic[S]):
 
 # The async version of each call follows from the way the call is written.
 
-AT_ONCE = frozenset(
-    (
-        "estop", "hold", "log", "nudge", "pause", "pose_in", "reference_request", "release",
-        "request_stop", "resume",
-    )
-)  # fmt: skip
+AT_ONCE = frozenset(("estop", "log", "pause", "pose_in", "request", "request_stop", "resume"))
 """Calls that never wait: their async versions are not awaited."""
 
-LONG = frozenset(("preview", "save_recording", "start"))
+LONG = frozenset(("preview", "save", "start"))
 """Calls that do not wait for an arm, but compute or write for a while, and so are awaited too."""
 
 

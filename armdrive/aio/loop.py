@@ -281,7 +281,7 @@ class LoopContext:
         """Stop an arm again, and return whether it confirmed that it stands."""
         if arm.closed:
             return True
-        under_way = self._begun(arm.runner.stand_still(), simulated=in_simulated_time(arm))
+        under_way = self._begun(arm.parts.runner.stand_still(), simulated=in_simulated_time(arm))
         await ended(under_way, whatever_comes=True)
         return under_way.error is None and under_way.result()
 
@@ -311,7 +311,7 @@ async def ended(
 
 def in_simulated_time(arm: Arm) -> bool:
     """Return whether an arm runs in simulated time, which the loop advances."""
-    return not isinstance(arm.pace, RealPace)
+    return not isinstance(arm.parts.pace, RealPace)
 
 
 def loop_context() -> LoopContext:

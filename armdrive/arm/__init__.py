@@ -1,9 +1,10 @@
 """`Arm`: the calls of a program. Each call delegates to the collaborator that does the work.
 
-    moving      planned moves, increments, held jogs and their lease, deadlines, the gripper
-    reference   home, confirmations, verification
-    device      inputs, outputs, and a program in the controller's memory
-    connected   closing, reconnecting, the log, handles of motions
+    moving      planned moves and their deadlines; `arm.gripper`
+    jogging     jogs that a call waits for, and `arm.jogging`: held jogs and their lease
+    reference   home, and `arm.reference`: declaring, confirming and verifying
+    device      `arm.io`: inputs and outputs; `arm.controller`: its program and its settings
+    connected   closing, reconnecting, `arm.recorder`, handles of motions
     arguments   the checks of arguments, by annotation
 
 Every call is safe from any thread; `stop`, `estop` and `status` also work while another call waits.
@@ -13,32 +14,30 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, Unpack, overload
 
 from armdrive.abilities import Abilities
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import Connection, Handle, finished
-from armdrive.arm.device import InputsOutputs, Lines, read_pendant_program, write_pendant_program
-from armdrive.arm.moving import Gripper, Jogging, Moving, Place, move_to_place
-from armdrive.arm.reference import Accept, GroupReport, Referencing
+from armdrive.arm.connected import Connection, Handle, Recorder, finished
+from armdrive.arm.device import ControllerMemory, InputsOutputs
+from armdrive.arm.jogging import Jogging, JogSessions
+from armdrive.arm.moving import Gripper, Moving, Place, move_to_place
+from armdrive.arm.reference import ArmReference, GroupReport, home
 from armdrive.blocking import blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
-from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
+from armdrive.connect.parts import ConnectOptions, Parts, connect
 from armdrive.connect.target import DEFAULT_TARGET
-from armdrive.dialog import Operator, PostureRequest
+from armdrive.dialog import Operator
 from armdrive.errors import LinkLost, NoAnswer, StateFileError, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes, made_of
 from armdrive.motion import connecting
-from armdrive.motion.device import RowReport, mend_settings
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog import Jogged
 from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
-from armdrive.motion.reference import Verified
 from armdrive.moves import (
     BASE_FRAME,
     Angles,
@@ -63,29 +62,26 @@ from armdrive.runtime.arm_state import EMERGENCY_STOP
 from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.states import Event
 from armdrive.status import State, Status
-from armdrive.storage.files import require_free
 from armdrive.storage.point_file import Points
-from armdrive.tasks import DeviceSettings, unreported
+from armdrive.tasks import unreported
 from armdrive.trace.recorder import traced
 from kinematics.paths.routes import PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
 if TYPE_CHECKING:  # few arms and programs need these
-    from armdrive.registry.pendant import PendantProgram
     from armdrive.sim.simulated_arm import SimulatedArm
-    from armdrive.trace.log import LogReader
 
 
 @known_attributes
-@traced
+@traced("")
 @checked_calls(RULES)
 class Arm:
     """A connected arm. Create it with `Arm.connect` and use it in a `with` statement.
 
     A call that moves the arm may raise `WrongState`, `NotReferenced`, `OutOfBounds`, or an error of
     the kinematics, before anything is sent; and `Stopped`, `LinkLost`, `NoAnswer` or another
-    `DeviceFault` on the way. A stop ends `sleep` and `wait_inputs` too. If another program stops
+    `DeviceFault` on the way. A stop ends `sleep` and `io.wait` too. If another program stops
     the arm between two of all these calls, the next one raises `Stopped`.
     """
 
@@ -98,23 +94,18 @@ class Arm:
             "parts", parts
         )
         self.config = parts.config
-        self.core = parts.core
-        self.engine = parts.engine
-        self.pace = parts.pace
-        self.context = parts.context
-        self.runner = parts.runner
-        self.reconnector = parts.reconnector
-        self.tracer = parts.tracer
         self.operator = parts.operator
         self.simulated = parts.simulated
         self.twin = parts.twin
-        self.logbook = parts.logbook
-        self.connection = Connection(parts)
         self._parts = parts
-        self._jogging = Jogging(parts)
-        self.moving = Moving(parts, self._jogging)
-        self.referencing = Referencing(self, parts, self.moving)
-        self._lines = InputsOutputs(parts)
+        self._connection = Connection(parts)
+        self._jogs = JogSessions(parts)
+        self._moving = Moving(parts, self._jogs)
+        self._jogging = Jogging(parts, self._jogs)
+        self._reference = ArmReference(self, parts)
+        self._io = InputsOutputs(parts)
+        self._controller = ControllerMemory(parts)
+        self._recorder = Recorder(parts)
         self._gripper = Gripper(self, parts)
         if parts.lock is not None:
             try:
@@ -125,8 +116,8 @@ class Arm:
 
     def __repr__(self) -> str:  # takes no lock: a debugger may ask in mid-motion
         kind = "SIMULATED" if self.simulated else "REAL"
-        state = "closed" if self.closed else self.core.state.value
-        trust = self.core.belief.trust.value
+        state = "closed" if self.closed else self._parts.core.state.value
+        trust = self._parts.core.belief.trust.value
         return f"<{type(self).__name__} {self.config.name}, {kind}: {state}, position {trust}>"
 
     # -- connecting -----------------------------------------------------------------------------
@@ -150,8 +141,9 @@ class Arm:
         to the arm that the command names. `dialect` and `baud` belong to a port. `pace` is
         "simulated", "real", a multiple of real time, or a `SimulatedClock` that several simulated
         arms share. With `allow_restored`, a remembered position needs no confirmation. `operator`
-        is the function that `home` and `verify` ask. With `reconnect`, a lost connection is
-        restored automatically; the default is in the arm file. `twin` is the simulated arm to use.
+        is the function that `home` and `reference.verify` ask. With `reconnect`, a lost connection
+        is restored automatically; the default is in the arm file. `twin` is the simulated arm to
+        use.
 
         If the environment has `ARMDRIVE_FORCE_SIM=1`, every arm is simulated. Raises
         `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.
@@ -172,10 +164,10 @@ class Arm:
         if self.closed:
             raise WrongState("this connection was closed for good: create a new one")
         try:
-            if self.core.state is State.DISABLED:
+            if self._parts.core.state is State.DISABLED:
                 await coroutine_of(self.enable)()
         except BaseException:  # `with Arm.connect()` has no other name for it
-            await self.connection.close()
+            await self._connection.close()
             raise
         return self
 
@@ -190,7 +182,7 @@ class Arm:
     @blocking
     async def close(self) -> None:
         """Stop, save the position, and release the port. Closing twice is no error."""
-        await self.connection.close()
+        await self._connection.close()
 
     @blocking
     async def reconnect(self) -> None:
@@ -201,17 +193,17 @@ class Arm:
         not continue. Raises `PortUnavailable` if the port is still missing, `LinkLost` or
         `DeviceFault` if the arm does not answer, and `WrongState` if no connection is lost.
         """
-        await self.connection.reconnect()
+        await self._connection.reconnect()
 
     @property
     def closed(self) -> bool:
         """Whether the connection is closed."""
-        return self.connection.closed
+        return self._connection.closed
 
     @property
     def reconnects(self) -> bool:
         """Whether a lost connection is restored automatically."""
-        return self.connection.reconnects
+        return self._connection.reconnects
 
     # -- switching on and off -------------------------------------------------------------------
 
@@ -221,7 +213,7 @@ class Arm:
 
         Moves nothing.
         """
-        await self.runner.perform(connecting.enable(self.context))
+        await self._parts.runner.perform(connecting.enable(self._parts.context))
 
     @blocking
     async def disable(self) -> None:
@@ -229,8 +221,8 @@ class Arm:
 
         Afterwards the position is suspect. A TeachMover receives `@RESET`.
         """
-        self.runner.require(Event.DISABLE)
-        await self.runner.perform(connecting.disable(self.context))
+        self._parts.runner.require(Event.DISABLE)
+        await self._parts.runner.perform(connecting.disable(self._parts.context))
 
     @blocking
     async def reset(self) -> None:
@@ -238,9 +230,9 @@ class Arm:
 
         In standby, or while the motors are off, `reset` unlocks a locked device.
         """
-        self.runner.require(Event.RESET)
-        await self.runner.stop()
-        await self.runner.perform(connecting.reset(self.context))
+        self._parts.runner.require(Event.RESET)
+        await self._parts.runner.stop()
+        await self._parts.runner.perform(connecting.reset(self._parts.context))
 
     # -- referencing ----------------------------------------------------------------------------
 
@@ -262,41 +254,13 @@ class Arm:
         has found its switches; `report` must not block. `stops` works as in `start`, but without it
         an operator is asked also after a stop by another program.
         """
-        return await self.referencing.home(operator or self.operator, report, stops)
+        asked = operator or self.operator
+        return await home(self._parts, self._reference, asked, report, stops)
 
-    @blocking
-    async def confirm_reference(self) -> None:
-        """Declare that the arm now stands in its reference posture."""
-        await self.referencing.confirm_reference()
-
-    @blocking
-    async def declare_posture(self, posture: Joints | Pose, *, opening_mm: float = 0.0) -> None:
-        """Declare that the arm now stands in this posture, given by its joints or its pose."""
-        await self.referencing.declare_posture(posture, opening_mm)
-
-    @blocking
-    async def confirm_restored(self) -> None:
-        """Confirm that the arm stands at the restored position; planned motion is allowed again."""
-        await self.referencing.confirm_restored()
-
-    def reference_request(self) -> PostureRequest:
-        """Return the posture in which the arm is referenced."""
-        return self.referencing.request()
-
-    @blocking
-    async def verify(
-        self, *, operator: Operator | None = None, accept: Accept = False, speed: float = 0.5
-    ) -> Verified:
-        """Measure how far the position has drifted, at the reference mark.
-
-        The arm **moves** to a point above the mark. Then `operator` is called with a `MarkRequest`,
-        jogs the finger tips onto the mark, and returns True. If `accept` is True, or a function
-        that returns True for the result, the posture becomes the new reference; otherwise a
-        position with drift becomes suspect. Raises `NotReferenced` if there is no position to
-        verify, and `OperatorNeeded` without an operator or without a confirmation.
-        """
-        by = operator or self.operator
-        return await self.referencing.verify(by, accept, speed, self.logbook)
+    @property
+    def reference(self) -> ArmReference:
+        """What the position rests on: `reference.declare(...)`, `confirm()`, `verify()`."""
+        return self._reference
 
     # -- moving ---------------------------------------------------------------------------------
 
@@ -316,7 +280,7 @@ class Arm:
         sent. If it would leave the limits, `OutOfBounds` names the joint or guard, and nothing
         moves. The calls below that begin with `move_` or `jog_` are shortcuts for moves.
         """
-        return await finished(self.moving.start(move))
+        return await finished(self._moving.start(move))
 
     @overload
     def start(self, move: Motion, *, stops: int | None = None) -> Handle[Moved]: ...
@@ -333,7 +297,7 @@ class Arm:
         requested since then, the move does not start and `Stopped` is raised. Without `stops`, that
         happens after a stop by another program that no call has reported yet.
         """
-        return self.moving.start(move, stops)
+        return self._moving.start(move, stops)
 
     def preview(self, move: Move) -> Preview:
         """Return what a move would do, or why it is refused. Sends nothing, moves nothing.
@@ -341,7 +305,7 @@ class Arm:
         For a refused move, the result contains the error and the nearest alternative.
         Raises `BadRequest` for an unknown joint, frame or point.
         """
-        return self.moving.preview(move)
+        return self._moving.preview(move)
 
     @overload
     def move_j(
@@ -378,7 +342,7 @@ class Arm:
         The path is straight in joint space. If a model file gives joints other names, use a
         mapping: `{"turret_deg": 30}`. With `wait=False`, return a `Handle` at once.
         """
-        return await self.moving.go(JointMove(by_name(angles_deg, joints_deg), speed), wait)
+        return await self._moving.go(JointMove(by_name(angles_deg, joints_deg), speed), wait)
 
     @overload
     def move_to(
@@ -404,7 +368,9 @@ class Arm:
         which the pose is a change from the current pose of the tool.
         Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest allowed pose.
         """
-        return await self.moving.go(move_to_place(goal, line=False, speed=speed, frame=frame), wait)
+        return await self._moving.go(
+            move_to_place(goal, line=False, speed=speed, frame=frame), wait
+        )
 
     @overload
     def move_l(
@@ -432,7 +398,8 @@ class Arm:
         The tip deviates from the line by at most `motion.line_tolerance_mm` of the arm file plus
         one motor step. Raises `kinematics.PathBroken` if the line leaves the arm's reach.
         """
-        return await self.moving.go(move_to_place(goal, line=True, speed=speed, frame=frame), wait)
+        move = move_to_place(goal, line=True, speed=speed, frame=frame)
+        return await self._moving.go(move, wait)
 
     @overload
     def move_c(
@@ -470,7 +437,7 @@ class Arm:
         `kinematics.NoArc` if the points lie on a line, and `PathBroken` if the arc leaves the
         arm's reach.
         """
-        return await self.moving.go(ArcMove(via, goal, speed, frame), wait)
+        return await self._moving.go(ArcMove(via, goal, speed, frame), wait)
 
     @overload
     def move_path(
@@ -505,12 +472,12 @@ class Arm:
         from its end, the arm turns into the next part without stopping. The whole path is checked
         first and keeps one posture. `note` of the result names blends that had to be smaller.
         """
-        return await self.moving.go(PathMove(tuple(parts), speed, frame), wait)
+        return await self._moving.go(PathMove(tuple(parts), speed, frame), wait)
 
     @blocking
     async def park(self, *, speed: float = 1.0) -> Moved:
         """Move to the arm file's park posture, by default 30 mm above the reference mark."""
-        return await finished(self.moving.start(ParkMove(speed)))
+        return await finished(self._moving.start(ParkMove(speed)))
 
     @blocking
     async def move_motors(
@@ -520,17 +487,17 @@ class Arm:
 
         Needs no reference, and ignores limits and guards. `stops` works as in `start`.
         """
-        return await self.moving.move_motors(steps, speed, stops)
+        return await self._moving.move_motors(steps, speed, stops)
 
     @property
     def gripper(self) -> Gripper:
-        """The fingers."""
+        """The fingers: `gripper.open()`, `gripper.grasp()`."""
         return self._gripper
 
     @property
     def points(self) -> Points:
         """The arm's named points, a mapping that is stored in a file: `arm.points["pick"]`."""
-        return self.moving.points
+        return self._moving.points
 
     # -- jogging --------------------------------------------------------------------------------
 
@@ -552,7 +519,7 @@ class Arm:
         file gives joints other names, use a mapping: `{"turret_deg": 2}`.
         """
         named = jog_axes(by_name(amounts, axes), in_steps=duration_s is None)
-        return await self._jogging.jog(Jog(Space.JOINT, named), speed, duration_s)
+        return await self._jogs.jog(Jog(Space.JOINT, named), speed, duration_s)
 
     @blocking
     async def jog_l(
@@ -571,26 +538,12 @@ class Arm:
         the arm file. `jog_l(frame="tool", z=1, duration_s=1)` moves in the hand's direction.
         """
         named = jog_axes(by_name(amounts, axes), in_steps=duration_s is None)
-        return await self._jogging.jog(Jog(Space.CARTESIAN, named, frame), speed, duration_s)
+        return await self._jogs.jog(Jog(Space.CARTESIAN, named, frame), speed, duration_s)
 
-    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once.
-
-        After a stop, no `hold` moves the arm before `release` or the end of the latest `for_s`.
-        If the jog is refused, the status's `notice` says why until the next motion begins.
-        """
-        self._jogging.hold(jog, speed, for_s)
-
-    def nudge(self, jog: Jog, *, speed: float) -> None:
-        """Jog by one increment and return at once.
-
-        At most one increment waits for the current one, and is dropped after a second.
-        """
-        self._jogging.nudge(jog, speed)
-
-    def release(self) -> None:
-        """End a held jog: the current burst is the last, and queued segments are dropped."""
-        self._jogging.release()
+    @property
+    def jogging(self) -> Jogging:
+        """Jogs that nobody waits for, as keys and sticks need them: `jogging.hold(...)`."""
+        return self._jogging
 
     # -- stopping, waiting and slowing down -----------------------------------------------------
 
@@ -602,8 +555,8 @@ class Arm:
         `NoAnswer` if the device does not answer, and `LinkLost` if the connection is lost: then it
         is unknown whether the arm stands.
         """
-        stopped = self.engine.under_way
-        await self.runner.stop()
+        stopped = self._parts.engine.under_way
+        await self._parts.runner.stop()
         if stopped is not None and isinstance(stopped.error, NoAnswer):
             raise stopped.error
         self._require_stoppable()
@@ -617,27 +570,30 @@ class Arm:
         connection comes back.
         """
         self.request_stop(hard=True)  # before taking the lock, because the engine may hold it
-        with self.pace.lock:
-            self.core.fault("emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP)
+        with self._parts.pace.lock:
+            self._parts.core.fault(
+                "emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP
+            )
             self.request_stop(hard=True)
         self._require_stoppable()
 
     def _require_stoppable(self) -> None:
         """Raise `LinkLost` if a stop cannot reach the arm."""
-        if self.engine.broken is not None and not self.closed:
+        broken = self._parts.engine.broken
+        if broken is not None and not self.closed:
             raise LinkLost(
-                f"the stop did not reach the arm ({self.engine.broken}): look at the arm, and stop "
-                "it at its own switch"
+                f"the stop did not reach the arm ({broken}): look at the arm, and stop it at its "
+                "own switch"
             )
 
     def request_stop(self, *, hard: bool = False) -> None:
         """Request a stop and return at once. A signal handler may call nothing but this."""
-        self.runner.request_stop(hard=hard)
+        self._parts.runner.request_stop(hard=hard)
 
     @property
     def stops(self) -> int:
         """The number of stops requested so far; see `start`."""
-        return self.runner.stops
+        return self._parts.runner.stops
 
     @blocking
     async def sleep(self, time_s: float) -> None:
@@ -646,10 +602,11 @@ class Arm:
         Raises `Stopped` if a stop is requested, or if the program or its computer was suspended
         during the wait: an arm that moved on after such a gap would surprise the people around it.
         """
-        absences, stops = self.runner.absences(), self.runner.known_stops
-        await self.runner.wait(lambda: self.runner.stops != stops, time_s)
-        self.runner.require_present(absences)
-        self.runner.require_no_stop(stops, "while the program slept")
+        runner = self._parts.runner
+        absences, stops = runner.absences(), runner.known_stops
+        await runner.wait(lambda: runner.stops != stops, time_s)
+        runner.require_present(absences)
+        runner.require_no_stop(stops, "while the program slept")
 
     def pause(self) -> None:
         """Pause the arm after its current burst or segment, until `resume` or a stop.
@@ -660,18 +617,18 @@ class Arm:
         ends at once, and new jogs are refused. `pause` cannot interrupt a controller's own homing
         or a servo's motion; only a stop can.
         """
-        self.core.speed_override.pause()
-        self.pace.wake()
+        self._parts.core.speed_override.pause()
+        self._parts.pace.wake()
 
     def resume(self) -> None:
         """Resume a paused arm. A motion ended by an error, a stop or a lost link stays ended."""
-        self.core.speed_override.end_pause()
-        self.pace.wake()
+        self._parts.core.speed_override.end_pause()
+        self._parts.pace.wake()
 
     @property
     def paused(self) -> bool:
         """Whether the arm is paused: the same as `status.paused`, but cheap to read."""
-        return self.core.speed_override.paused
+        return self._parts.core.speed_override.paused
 
     @property
     def speed_override(self) -> float:
@@ -679,11 +636,11 @@ class Arm:
 
         A change takes effect with the next burst, segment or jog. Raises `BadRequest`.
         """
-        return self.core.speed_override.override
+        return self._parts.core.speed_override.override
 
     @speed_override.setter
     def speed_override(self, speed_override: float) -> None:
-        self.core.speed_override.set_override(speed_override)
+        self._parts.core.speed_override.set_override(speed_override)
 
     # -- status and model -----------------------------------------------------------------------
 
@@ -724,109 +681,32 @@ class Arm:
     @property
     def abilities(self) -> Abilities:
         """The capabilities of the arm's controller."""
-        return self.core.controller.abilities
+        return self._parts.core.controller.abilities
 
-    # -- inputs, outputs and the controller's memory --------------------------------------------
+    # -- the controller and the flight recorder -------------------------------------------------
 
-    @blocking
-    async def read_inputs(self) -> int:
-        """Read the input bits now."""
-        return await self._lines.read_inputs()
+    @property
+    def io(self) -> InputsOutputs:
+        """The inputs and outputs: `io.wait(high=3)`, `io.set(1)`."""
+        return self._io
 
-    @blocking
-    async def wait_inputs(
-        self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
-    ) -> int:
-        """Wait until the given inputs, counted from 1, are high or low; return the input bits.
+    @property
+    def controller(self) -> ControllerMemory:
+        """What the controller stores: `controller.read_program()`, `controller.mend_settings()`."""
+        return self._controller
 
-        `wait_inputs(high=3, low=(1, 2), within_s=10)` waits on the arm's own clock, and other calls
-        may run meanwhile. While the arm stands, its inputs are read 20 times a second; while it
-        moves, as often as the controller reports them. Raises `InputTimeout` at the deadline,
-        `Stopped` if the arm is stopped or the program was suspended, `LinkLost` if the connection
-        is lost, `WrongState` if the arm is disabled or in error-stop, and `Refused` if it has no
-        inputs.
+    @property
+    def recorder(self) -> Recorder:
+        """The flight recorder: `recorder.save()`, `recorder.log()`."""
+        return self._recorder
+
+    @property
+    def parts(self) -> Parts:
+        """The machinery of the connection, for armdrive's own commands; no program needs it.
+
+        Its parts may change with every version.
         """
-        return await self._lines.wait_inputs(high=high, low=low, within_s=within_s)
-
-    @blocking
-    async def set_output(self, number: int, on: bool = True) -> None:
-        """Switch one output, counted from 1; the others stay. Moves nothing.
-
-        Controllers do not report their outputs. Outputs that this connection has not written are
-        assumed to be off, as they are after the controller is switched on.
-        """
-        await self._lines.set_output(number, on)
-
-    @blocking
-    async def set_outputs(self, bits: int) -> None:
-        """Write the output bits. Moves nothing."""
-        await self._lines.set_outputs(bits)
-
-    @blocking
-    async def read_pendant_program(self) -> PendantProgram:
-        """Read the program in the arm's own memory; takes a few seconds and moves nothing.
-
-        The memory is read until two readings agree. If the position is trusted, the program's
-        `origin` ties its rows to the current reference. Raises `Refused` if the arm stores no
-        program, and `DeviceFault`.
-        """
-        return await read_pendant_program(self._parts)
-
-    @blocking
-    async def write_pendant_program(
-        self,
-        program: PendantProgram,
-        *,
-        leave_others: bool = False,
-        report: RowReport = unreported,
-    ) -> int:
-        """Write a program into the arm's memory and read it back; moves nothing.
-
-        Returns the number of rows that had to be written. The engine's thread calls `report` with
-        each row's number once the row is in the arm; `report` must not block. Raises `Refused` if
-        the program was read under a different reference, so that its rows now mean other places
-        (`moved_to` shifts them), or if the arm has rows that the program does not replace, unless
-        `leave_others`. If writing ends early, `ProgramHalfWritten` names the rows in the arm.
-        """
-        return await write_pendant_program(self._parts, program, leave_others, report)
-
-    @blocking
-    async def mend_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:
-        """Write the lines that set the device as the arm file expects. Moves nothing.
-
-        Without `lines`, write all those that `status.notice` and `armdrive doctor` show.
-        """
-        chosen = (
-            [each.mend for each in self.core.differences if each.mend] if lines is None else lines
-        )
-        body = mend_settings(self.context, tuple(chosen))
-        return await self.runner.perform(body, PATIENCE_S)
-
-    # -- the flight recorder --------------------------------------------------------------------
-
-    def save_recording(self, path: Path | str | None = None, *, overwrite: bool = False) -> Path:
-        """Save the contents of the flight recorder, and return the path of the file.
-
-        Without a path, the file goes into the folder of recordings. Raises `BadRequest` if the
-        folder in the path does not exist or, without `overwrite`, the file does, and
-        `StateFileError` if the file cannot be written.
-        """
-        if path is not None:
-            require_free(Path(path), overwrite=overwrite)
-        write = self.tracer.snapshot("asked for")
-        return write(None if path is None else Path(path))
-
-    def log(self, *, back: int | None = None) -> LogReader:
-        """Return a reader of the log: the traffic on the wire and the driver's events, in words.
-
-        The reader starts with the latest `back` entries (2000 by default), and each `read()`
-        continues where the last one ended.
-        """
-        from armdrive.trace.log import FURTHEST_BEHIND, LogReader  # few programs read the log
-
-        back = FURTHEST_BEHIND if back is None else back
-        dialect = self.config.connection.dialect
-        return LogReader(self.tracer.since, dialect, self.tracer.began_s, back=back)
+        return self._parts
 
 
 # Connection overrides: rehearsals, runs and tests replace a program's connections with their own.

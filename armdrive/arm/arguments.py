@@ -67,7 +67,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "Path | str": made_of((str, os.PathLike), "the path of a file", '"recording.jsonl"'),
         "PendantProgram": expected(
             "a program",
-            "arm.read_pendant_program()",
+            "arm.controller.read_program()",
             lambda value: hasattr(value, "rows") and hasattr(value, "require_origin"),
         ),
         "Place": _PLACE,

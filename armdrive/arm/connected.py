@@ -1,20 +1,28 @@
-"""A connected arm's connection, log and motion handles."""
+"""A connected arm's connection, its flight recorder, and the handles of its motions."""
 
 from __future__ import annotations
 
 import atexit
-from collections.abc import Callable
-from typing import Generic, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Generic, TypeVar
 
+from armdrive.arm.arguments import RULES
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
 from armdrive.errors import NoAnswer, WaitTimeout, WrongState
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.runtime.states import Event
 from armdrive.status import State
+from armdrive.storage.files import require_free
 from armdrive.tasks import Task
 
+if TYPE_CHECKING:
+    from armdrive.trace.log import LogReader
+
 T = TypeVar("T")
+
+BEFORE = "before the motion started"
+"""When a stop was requested that keeps a motion from starting."""
 
 
 class Connection:
@@ -22,7 +30,6 @@ class Connection:
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
-        self._on_close: list[Callable[[], None]] = list(parts.closers)
         self.closed = False
         if parts.lock is not None:
             self._close_at_exit()
@@ -75,17 +82,51 @@ class Connection:
             run_blocking(self.close())
 
         atexit.register(close)
-        self.on_close(lambda: atexit.unregister(close))
-
-    def on_close(self, call: Callable[[], None]) -> None:
-        """Call `call` once when the arm is closed."""
-        self._on_close.append(call)
+        self._parts.closers.append(lambda: atexit.unregister(close))
 
     def _release(self) -> None:
         self._parts.release()
-        calls, self._on_close = self._on_close, []
-        for call in calls:
-            call()
+        while self._parts.closers:
+            self._parts.closers.pop(0)()
+
+
+# The flight recorder.
+
+
+@known_attributes
+@checked_calls(RULES)
+class Recorder:
+    """The flight recorder of an arm: what passed on the wire, and what the driver made of it."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self._parts.config.name}>"
+
+    def save(self, path: Path | str | None = None, *, overwrite: bool = False) -> Path:
+        """Save the contents of the flight recorder, and return the path of the file.
+
+        Without a path, the file goes into the folder of recordings. Raises `BadRequest` if the
+        folder in the path does not exist or, without `overwrite`, the file does, and
+        `StateFileError` if the file cannot be written.
+        """
+        if path is not None:
+            require_free(Path(path), overwrite=overwrite)
+        write = self._parts.tracer.snapshot("asked for")
+        return write(None if path is None else Path(path))
+
+    def log(self, *, back: int | None = None) -> LogReader:
+        """Return a reader of the log: the traffic on the wire and the driver's events, in words.
+
+        The reader starts with the latest `back` entries (2000 by default), and each `read()`
+        continues where the last one ended.
+        """
+        from armdrive.trace.log import FURTHEST_BEHIND, LogReader  # few programs read the log
+
+        back = FURTHEST_BEHIND if back is None else back
+        dialect, tracer = self._parts.config.connection.dialect, self._parts.tracer
+        return LogReader(tracer.since, dialect, tracer.began_s, back=back)
 
 
 # The handle of a running motion, which a call with `wait=False` returns.

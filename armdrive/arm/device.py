@@ -1,20 +1,26 @@
-"""What an arm's controller has besides motors: inputs, outputs, and a program in its memory."""
+"""What an arm's controller has besides motors: inputs and outputs, a program, and settings."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import OUTPUTS
-from armdrive.connect.parts import Parts
+from armdrive.arm.arguments import RULES
+from armdrive.blocking import blocking, coroutine_of
+from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, InputTimeout, Refused
+from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion import device as device_tasks
+from armdrive.motion.device import RowReport
 from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import RealPace
 from armdrive.runtime.states import Event
 from armdrive.status import BELIEVED, State
+from armdrive.tasks import DeviceSettings, unreported
+from armdrive.trace.recorder import traced
 
 if TYPE_CHECKING:
     from armdrive.dialects import PendantTools
@@ -63,33 +69,38 @@ _NOT_POLLED = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
 """The states in which an arm's inputs are not read."""
 
 
+@known_attributes
+@traced("io")
+@checked_calls(RULES)
 class InputsOutputs:
-    """The inputs and outputs of one arm. Nothing here moves it."""
+    """The inputs and outputs of an arm, counted from 1. Nothing here moves it."""
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
         self._core = parts.core
 
-    async def set_outputs(self, bits: int) -> None:
-        """Write the output bits. Moves nothing."""
-        self._parts.runner.require(Event.MOVE, "switching an output")
-        await self._parts.runner.perform(device_tasks.set_outputs(self._parts.context, bits))
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self._parts.config.name}>"
 
-    async def set_output(self, number: int, on: bool = True) -> None:
-        """Switch one output, counted from 1; see `Arm.set_output`."""
-        bit = output_bits(number)
-        bits = self._core.readings.outputs or 0
-        await self.set_outputs(bits | bit if on else bits & ~bit)
-
-    async def read_inputs(self) -> int:
+    @blocking
+    async def read(self) -> int:
         """Read the input bits now."""
         await self._parts.runner.perform(self._parts.context.look())
         return self._core.readings.inputs or 0
 
-    async def wait_inputs(
+    @blocking
+    async def wait(
         self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
     ) -> int:
-        """Wait until inputs are high or low, and return all bits; see `Arm.wait_inputs`."""
+        """Wait until the given inputs, counted from 1, are high or low; return the input bits.
+
+        `wait(high=3, low=(1, 2), within_s=10)` waits on the arm's own clock, and other calls
+        may run meanwhile. While the arm stands, its inputs are read 20 times a second; while it
+        moves, as often as the controller reports them. Raises `InputTimeout` at the deadline,
+        `Stopped` if the arm is stopped or the program was suspended, `LinkLost` if the connection
+        is lost, `WrongState` if the arm is disabled or in error-stop, and `Refused` if it has no
+        inputs.
+        """
         want, shun = input_bits(self._core, high), input_bits(self._core, low)
         patience_s = self._patience_s(within_s)
         if want & shun or not want | shun:
@@ -128,6 +139,23 @@ class InputsOutputs:
             )
         return core.readings.inputs or 0
 
+    @blocking
+    async def set(self, number: int, on: bool = True) -> None:
+        """Switch one output, counted from 1; the others stay. Moves nothing.
+
+        Controllers do not report their outputs. Outputs that this connection has not written are
+        assumed to be off, as they are after the controller is switched on.
+        """
+        bit = output_bits(number)
+        bits = self._core.readings.outputs or 0
+        await coroutine_of(self.write)(bits | bit if on else bits & ~bit)
+
+    @blocking
+    async def write(self, bits: int) -> None:
+        """Write all the output bits. Moves nothing."""
+        self._parts.runner.require(Event.MOVE, "switching an output")
+        await self._parts.runner.perform(device_tasks.set_outputs(self._parts.context, bits))
+
     def _patience_s(self, within_s: float | None) -> float:
         if within_s is None or within_s == math.inf:
             return math.inf if isinstance(self._parts.pace, RealPace) else SIMULATED_S
@@ -143,39 +171,79 @@ def _words(want: int, shun: int) -> str:
     )
 
 
-# The pendant's program in an arm's own memory: reading and writing.
+# What the controller stores: a program of its pendant, and its settings.
 
 # at 110 baud a program takes many minutes; every single request has its own, shorter deadline
-PATIENCE_S = 3600.0
+PROGRAM_PATIENCE_S = 3600.0
 
 
-async def read_pendant_program(parts: Parts) -> PendantProgram:
-    """Read the program in the arm's own memory; see `Arm.read_pendant_program`."""
-    memory = _pendant_memory(parts)
-    rows = await parts.runner.perform(device_tasks.read_program(parts.context), PATIENCE_S)
-    return memory.from_words(rows, _origin(parts.core))
+@known_attributes
+@traced("controller")
+@checked_calls(RULES)
+class ControllerMemory:
+    """The program and the settings that an arm's controller stores. Nothing here moves the arm."""
 
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._core = parts.core
 
-async def write_pendant_program(
-    parts: Parts, program: PendantProgram, leave_others: bool, report: device_tasks.RowReport
-) -> int:
-    """Write a program into the arm's memory; see `Arm.write_pendant_program`."""
-    _pendant_memory(parts)
-    program.require_fitting(parts.core.controller.abilities.program_rows)
-    program.require_origin(_origin(parts.core))
-    body = device_tasks.write_program(
-        parts.context, program.words, leave_others=leave_others, report=report
-    )
-    return await parts.runner.perform(body, PATIENCE_S)
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self._parts.config.name}>"
 
+    @blocking
+    async def read_program(self) -> PendantProgram:
+        """Read the program in the arm's own memory; takes a few seconds and moves nothing.
 
-def _pendant_memory(parts: Parts) -> PendantTools[PendantProgram]:
-    """Return the dialect's pendant tools. Raises `Refused` if the arm has no such memory."""
-    memory = pendant_of(parts.config)
-    parts.runner.require(Event.MOVE, "using the arm's own program memory")
-    return memory
+        The memory is read until two readings agree. If the position is trusted, the program's
+        `origin` ties its rows to the current reference. Raises `Refused` if the arm stores no
+        program, and `DeviceFault`.
+        """
+        tools = self._pendant_tools()
+        body = device_tasks.read_program(self._parts.context)
+        rows = await self._parts.runner.perform(body, PROGRAM_PATIENCE_S)
+        return tools.from_words(rows, self._origin())
 
+    @blocking
+    async def write_program(
+        self,
+        program: PendantProgram,
+        *,
+        leave_others: bool = False,
+        report: RowReport = unreported,
+    ) -> int:
+        """Write a program into the arm's memory and read it back; moves nothing.
 
-def _origin(core: Core) -> tuple[int, ...] | None:
-    """Return the offset from registers to motor positions; None if it is not trusted."""
-    return tuple(core.position.offset) if core.belief.trust in BELIEVED else None
+        Returns the number of rows that had to be written. The engine's thread calls `report` with
+        each row's number once the row is in the arm; `report` must not block. Raises `Refused` if
+        the program was read under a different reference, so that its rows now mean other places
+        (`moved_to` shifts them), or if the arm has rows that the program does not replace, unless
+        `leave_others`. If writing ends early, `ProgramHalfWritten` names the rows in the arm.
+        """
+        self._pendant_tools()
+        program.require_fitting(self._core.controller.abilities.program_rows)
+        program.require_origin(self._origin())
+        body = device_tasks.write_program(
+            self._parts.context, program.words, leave_others=leave_others, report=report
+        )
+        return await self._parts.runner.perform(body, PROGRAM_PATIENCE_S)
+
+    @blocking
+    async def mend_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:
+        """Write the lines that set the device as the arm file expects. Moves nothing.
+
+        Without `lines`, write all those that `status.notice` and `armdrive doctor` show.
+        """
+        shown = [each.mend for each in self._core.differences if each.mend]
+        chosen = tuple(shown if lines is None else lines)
+        body = device_tasks.mend_settings(self._parts.context, chosen)
+        return await self._parts.runner.perform(body, PATIENCE_S)
+
+    def _pendant_tools(self) -> PendantTools[PendantProgram]:
+        """Return the dialect's pendant tools. Raises `Refused` if the arm has no such memory."""
+        tools = pendant_of(self._parts.config)
+        self._parts.runner.require(Event.MOVE, "using the arm's own program memory")
+        return tools
+
+    def _origin(self) -> tuple[int, ...] | None:
+        """Return the offset from registers to motor positions; None if it is not trusted."""
+        return tuple(self._core.position.offset) if self._core.belief.trust in BELIEVED else None

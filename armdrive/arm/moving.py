@@ -1,4 +1,4 @@
-"""The moves of an arm: planned motion, increments and held jogs; and the calls of its gripper.
+"""The planned motions of an arm, and the calls of its gripper.
 
 A planned motion is resolved from the current position and checked as a whole before it starts.
 """
@@ -10,10 +10,11 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import Any, Protocol, overload
 
-from armdrive.arm.connected import Handle, finished
+from armdrive.arm.connected import BEFORE, Handle, finished
+from armdrive.arm.jogging import JogSessions
 from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import PATIENCE_S, Parts
-from armdrive.errors import BadRequest, LinkLost, Refused, Stopped, WrongState
+from armdrive.errors import BadRequest, LinkLost, Refused
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.motion import execute as motion
 from armdrive.motion.context import MotionContext
@@ -26,13 +27,7 @@ from armdrive.motion.gripper import (
     require_gripper,
     set_gripper,
 )
-from armdrive.motion.jog import (
-    Jogged,
-    check_duration,
-    check_increment,
-    check_jog,
-    jog_session,
-)
+from armdrive.motion.jog import Jogged, check_increment
 from armdrive.motion.plan import MotionPlan, SpeedLimits
 from armdrive.motion.preview import Preview, preview_move
 from armdrive.motion.resolve import (
@@ -42,15 +37,11 @@ from armdrive.motion.resolve import (
     PlannedStep,
     is_cartesian,
     prepare,
-    resolved,
 )
 from armdrive.moves import (
     BASE_FRAME,
-    ContinuousJog,
     GraspMove,
     GripperMove,
-    IncrementalJog,
-    Jog,
     JogMove,
     JointMove,
     LineMove,
@@ -64,11 +55,10 @@ from armdrive.moves import (
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event
 from armdrive.status import State, Trust
-from armdrive.storage.point_file import points_of
+from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Point
-from armdrive.tasks import Task, TaskBody
-from armdrive.trace.recorder import FlightRecorder, traced
-from kinematics.errors import finite
+from armdrive.tasks import TaskBody
+from armdrive.trace.recorder import traced
 from kinematics.spaces import Motors, Pose
 
 Place = Pose | Point | str
@@ -132,128 +122,6 @@ def _together(moved: Sequence[Moved]) -> Moved:
     )
 
 
-# Jogging: programs wait for the end of a jog; the desk does not.
-
-LET_GO = "the jog was stopped: let go, then jog again"
-
-BEFORE = "before the motion started"
-"""When a stop was requested that keeps a motion from starting."""
-
-LONGEST_LEASE_S = 1.0  # a held jog that is not renewed within this time ends
-LATEST_START_S = 1.0  # an increment that starts later than this would surprise the operator
-
-
-class Jogging:
-    """The jogs of one arm. One jog session at a time carries out all requests."""
-
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-        self._core = parts.core
-        self._session: Task[Jogged] | None = None
-        self._held_until_s = -math.inf
-        """When the latest hold expires, even if a stop has ended it."""
-        self._held_stops = 0
-        """The number of stops before the held jog."""
-
-    async def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
-        """Jog by an increment or for a time, and wait for the end."""
-        if duration_s is None:
-            return await finished(self.start(JogMove(jog, speed)))
-        fraction = speed_fraction(speed)
-        with self._parts.pace.lock:
-            self._parts.runner.require_no_stop(None, BEFORE)
-            if not finite("duration_s", duration_s) > 0.0:
-                raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
-            hold = ContinuousJog(jog, fraction, self._parts.pace.now_s() + duration_s)
-            self._require(hold)
-            check_duration(self._core, self._parts.speeds, hold, duration_s)
-            task = self._begin(hold)
-        return await self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
-
-    def start(self, move: JogMove, stops: int | None = None) -> Handle[Jogged]:
-        """Start an increment. Raises `WrongState` while another one waits."""
-        with self._parts.pace.lock:
-            self._parts.runner.require_no_stop(stops, BEFORE)
-            nudge = IncrementalJog(move.jog, move.speed)
-            if self._core.nudges:
-                self._require(nudge)  # what is wrong with the jog itself matters more
-                raise WrongState("another increment is already waiting: wait for its end")
-            task = self._begin(nudge)
-        return Handle(self._parts.runner, task, PATIENCE_S * 10)
-
-    def hold(self, jog: Jog, speed: float, for_s: float) -> None:
-        """Jog for a time, unless another call extends the jog; returns at once.
-
-        A stop ends what is held: after it, no call extends the jog.
-        """
-        pace, runner = self._parts.pace, self._parts.runner
-        with pace.lock:
-            now_s = pace.now_s()
-            asked = ContinuousJog(jog, speed_fraction(speed), now_s + min(for_s, LONGEST_LEASE_S))
-            extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
-            if not extended:
-                self._held_stops = runner.stops
-                runner.know_of(runner.stops)
-            if runner.stops == self._held_stops:
-                self._go_on(asked)
-            else:
-                self._core.notify(LET_GO, Stopped())
-        pace.wake()
-
-    def nudge(self, jog: Jog, speed: float) -> None:
-        """Jog by one increment, unless another one is already waiting; returns at once."""
-        pace = self._parts.pace
-        with pace.lock:
-            self._parts.runner.know_of(self._parts.runner.stops)
-            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
-            if not self._core.nudges:
-                self._go_on(nudge)
-        pace.wake()
-
-    def release(self) -> None:
-        """End a held jog."""
-        self._parts.core.hold, self._held_until_s = None, -math.inf
-        self._parts.pace.wake()
-
-    def _require(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> None:
-        """Raise if a jog may not start now; with `joins`, it may extend the running session."""
-        core, runner = self._core, self._parts.runner
-        runner.require_link()
-        if isinstance(asked, IncrementalJog):
-            check_increment(core, asked.jog)
-        else:
-            check_jog(core, asked.jog)
-        alive = joins and self._session is not None and not self._session.done
-        if not alive and core.state is not State.HOMING:
-            runner.require(Event.MOVE, "jogging")
-
-    def _begin(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> Task[Jogged]:
-        """Hand a jog to a session. Raises if the jog may not start."""
-        core = self._core
-        self._require(asked, joins=joins)
-        task = self._join_session()
-        if isinstance(asked, IncrementalJog):
-            core.nudges.append(asked)
-        else:
-            core.hold = asked
-            core.holds += 1
-        return task
-
-    def _go_on(self, asked: ContinuousJog | IncrementalJog) -> None:
-        """Hand a jog to a session, and report a refusal in the status's notice."""
-        try:
-            self._begin(asked, joins=True)
-        except (Refused, LinkLost) as refusal:
-            self._core.notify(str(refusal), refusal)
-
-    def _join_session(self) -> Task[Jogged]:
-        """Return the running jog session, or start one."""
-        if self._session is None or self._session.done:
-            body = jog_session(self._parts.context, self._parts.speeds)
-            self._session = self._parts.runner.submit(body, alone=True)
-        return self._session
-
-
 # The deadline of a motion is PATIENCE times its planned duration, and PATIENCE_S for the rest.
 
 PATIENCE = 4.0
@@ -261,12 +129,22 @@ GRASP_PATIENCE_S = 120.0  # added for a grasp, whose duration is not known in ad
 LONGEST_BENCH_S = 600.0  # raw steps know no limits: a slip of three digits would turn for hours
 
 
+def ground_of(parts: Parts, points: Points, here: ArmCoordinates | None = None) -> Ground:
+    """Return the context in which moves are resolved, for the arm at `here` or as it stands."""
+    return Ground(
+        parts.config,
+        parts.speeds,
+        parts.core.position.coordinates if here is None else here,
+        lambda name: points[name].joints,
+    )
+
+
 class Moving:
     """The planned motions of one arm, and the named points that they lead to."""
 
-    def __init__(self, parts: Parts, jogging: Jogging) -> None:
+    def __init__(self, parts: Parts, jogs: JogSessions) -> None:
         self._parts = parts
-        self._jogging = jogging
+        self._jogs = jogs
         self._core = parts.core
         self.points = points_of(parts.config.name, parts.config.model.arm, self._here)
 
@@ -287,14 +165,14 @@ class Moving:
         `stops` is the stop count from which on a stop matters, by default the last known one.
         """
         if isinstance(move, JogMove):
-            return self._jogging.start(move, stops)
+            return self._jogs.start(move, stops)
         runner = self._parts.runner
         since = runner.known_stops if stops is None else stops
         with self._parts.pace.lock:
             self._require(move)
             runner.require(Event.MOVE)
             # planning may take a second, and a stop waits for no lock
-            made = prepare(move, self.ground())
+            made = prepare(move, ground_of(self._parts, self.points))
             runner.require_no_stop(since, BEFORE)
             body = carry_out(self._parts.context, self._parts.speeds, made)
             task = runner.submit(body, alone=True)
@@ -308,15 +186,10 @@ class Moving:
         handle = self.start(move)
         return await finished(handle) if wait else handle
 
-    def resolved(self, move: Move) -> Move:
-        """Return the absolute form of a move; see `resolve.resolved`."""
-        with self._parts.pace.lock:
-            return resolved(move, self.ground())
-
     def preview(self, move: Move) -> Preview:
         """Return what a move would do, or why it is refused."""
         with self._parts.pace.lock:
-            ground, controller = self.ground(), self._core.controller
+            ground, controller = ground_of(self._parts, self.points), self._core.controller
             hindrance = self._hindrance(move)
             known = self._core.belief.trust is not Trust.UNKNOWN
         return (
@@ -352,16 +225,6 @@ class Moving:
         return takes_s
 
     # -- requirements of a move ---------------------------------------------------------------
-
-    def ground(self, here: ArmCoordinates | None = None) -> Ground:
-        """Return the context in which moves are resolved, for the arm at `here` or as it stands."""
-        core = self._core
-        return Ground(
-            self._parts.config,
-            self._parts.speeds,
-            core.position.coordinates if here is None else here,
-            lambda name: self.points[name].joints,
-        )
 
     def _require(self, move: Move) -> None:
         """Raise `Refused` if a move of this kind is not possible now, whatever its goal."""
@@ -399,10 +262,8 @@ class Moving:
         return None
 
 
-class TracedArm(Protocol):
-    """The gripper's arm, whose tracer also records the gripper's calls."""
-
-    tracer: FlightRecorder
+class MovingArm(Protocol):
+    """An arm that moves its fingers."""
 
     @overload
     def start(self, move: Motion) -> Handle[Moved]: ...
@@ -413,12 +274,12 @@ class TracedArm(Protocol):
 
 
 @known_attributes
-@traced
+@traced("gripper")
 @checked_calls(BASIC)
 class Gripper:
     """The gripper of an arm."""
 
-    def __init__(self, arm: TracedArm, parts: Parts) -> None:
+    def __init__(self, arm: MovingArm, parts: Parts) -> None:
         self._arm = arm
         self._parts = parts
 

@@ -78,7 +78,7 @@ def switch_on(arm: Arm) -> None:
 
 def switch_on_settled(arm: Arm) -> None:
     """Switch an arm's motors on if it is settled where the arm stands; else leave them alone."""
-    if arm.core.position_known:
+    if arm.parts.core.position_known:
         switch_on(arm)
 
 
@@ -118,7 +118,7 @@ def connect_remembered(
         holding.release()
         raise
     # the lock last: only then may another command read the world
-    closers = (lambda: _save(config.name, twin.save()), holding.release)
+    closers = [lambda: _save(config.name, twin.save()), holding.release]
     logbook = logbook_file(config.name)
     return Arm(replace(simulated, logbook=logbook, lock=holding, closers=closers))
 

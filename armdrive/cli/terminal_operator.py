@@ -54,7 +54,7 @@ def ask_operator(request: PostureRequest) -> bool:
 def settle_trust(arm: Arm) -> None:
     """Ask the simulated operator, or the person here, to confirm a restored position."""
     status = arm.status
-    if status.joints is None or not arm.referencing.unconfirmed:
+    if status.joints is None or not arm.reference.unconfirmed:
         return
     if arm.simulated:
         confirm_simulated(arm)
@@ -66,7 +66,7 @@ def settle_trust(arm: Arm) -> None:
     say(f"An earlier program left the arm at {status.joints}.")
     if not agreed("Does the arm stand like this? Type yes: "):
         raise OperatorNeeded("not confirmed: run `armdrive home`")
-    arm.confirm_restored()
+    arm.reference.confirm_restored()
 
 
 @contextlib.contextmanager
@@ -91,7 +91,7 @@ def confirm_simulated(arm: Arm) -> None:
     if arm.twin is None or joints is None or arm.status.trust is not Trust.RESTORED:
         return
     if arm.twin.operator.stands_at(joints):
-        arm.confirm_restored()
+        arm.reference.confirm_restored()
 
 
 # Jogging an arm to a posture, line by line: a picture, small jogs, and `done`. Lines come from the

@@ -364,7 +364,7 @@ def remarks_on(config: ArmConfig) -> Iterator[str]:
         )
     yield from config.model.unused
     if config.homing is None and config.model.reference is None:
-        yield "no homing and no reference posture: to reference it, call `declare_posture()`"
+        yield "no homing and no reference posture: to reference it, call `reference.declare()`"
     if config.park is None and config.model.reference is None:
         yield "no park posture: write [park]"
     yield from limit_remarks(config)

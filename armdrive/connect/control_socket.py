@@ -17,25 +17,32 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol, TypeGuard
 
-from armdrive.connect.parts import TaskRunner
+from armdrive.connect.parts import Parts
 from armdrive.errors import ArmError, BadRequest
-from armdrive.runtime.arm_state import Core
-from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
 from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import TRAFFIC, TraceEntry
-from armdrive.trace.recorder import FlightRecorder
 from kinematics.errors import KinematicsError
+
+
+class SavingRecorder(Protocol):
+    """A flight recorder."""
+
+    def save(self) -> Path:
+        """Write its memory to a file, and return the file's path."""
 
 
 class ControlledArm(Protocol):
     """The part of a held arm that other programs may see and use."""
 
-    core: Core
-    pace: Pace
-    runner: TaskRunner
-    tracer: FlightRecorder
+    @property
+    def parts(self) -> Parts:
+        """The parts of its connection."""
+
+    @property
+    def recorder(self) -> SavingRecorder:
+        """Its flight recorder."""
 
     @property
     def closed(self) -> bool:
@@ -54,9 +61,6 @@ class ControlledArm(Protocol):
 
     def resume(self) -> None:
         """Let a paused arm go on."""
-
-    def save_recording(self) -> Path:
-        """Write the flight recorder's memory to a file, and return its path."""
 
     def close(self) -> None:
         """Stop, and close the port."""
@@ -77,7 +81,7 @@ def serve(lock: ArmLock, arm: ControlledArm) -> None:
 
     Raises `StateFileError` if no program could find the socket.
     """
-    arm.core.speed_override.others = True  # `armdrive resume` reaches it from now on
+    arm.parts.core.speed_override.others = True  # `armdrive resume` reaches it from now on
     lock.serve(partial(answered, arm))
 
 
@@ -111,7 +115,7 @@ def _status(arm: ControlledArm, _: Json) -> Iterator[Json]:
 
 
 def _stop(arm: ControlledArm, _: Json) -> Iterator[Json]:
-    arm.runner.request_stop(elsewhere=True)
+    arm.parts.runner.request_stop(elsewhere=True)
     yield {"done": "stop"}
 
 
@@ -135,7 +139,7 @@ def _slow(arm: ControlledArm, words: Json) -> Iterator[Json]:
 
 def _record(arm: ControlledArm, _: Json) -> Iterator[Json]:
     """Make the flight recorder write into its own folder, which no caller can change."""
-    yield {"recording": str(arm.save_recording())}
+    yield {"recording": str(arm.recorder.save())}
 
 
 def _watch(arm: ControlledArm, words: Json) -> Iterator[Json]:
@@ -225,15 +229,15 @@ Piece = tuple[float, str, str]
 
 def traffic(arm: ControlledArm, every_s: float) -> Iterator[Json]:
     """Yield an arm's traffic from now on, polled every `every_s`, until the arm is closed."""
-    number, _ = arm.tracer.since(0, 0, 0)
+    number, _ = arm.parts.tracer.since(0, 0, 0)
     missed = 0
     while True:
         ended = arm.closed
-        first, entries = arm.tracer.since(number, TAP_MOST, TAP_BACK)
+        first, entries = arm.parts.tracer.since(number, TAP_MOST, TAP_BACK)
         missed, number = missed + first - number, first + len(entries)
         pieces = [piece for entry in entries if entry.kind in TRAFFIC for piece in _pieces(entry)]
         for message in _messages(pieces):
-            yield {"wire": message, "missed": missed, "now_s": arm.pace.now_s()}
+            yield {"wire": message, "missed": missed, "now_s": arm.parts.pace.now_s()}
             missed = 0
         if len(entries) == TAP_MOST:
             continue

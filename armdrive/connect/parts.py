@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -218,7 +218,7 @@ class Parts:
     """The file of verifications; None for a simulated arm that is not recorded."""
     lock: ArmLock | None = None
     """Keeps other programs off the arm and answers them; None if no program can reach the arm."""
-    closers: tuple[Callable[[], None], ...] = ()
+    closers: list[Callable[[], None]] = field(default_factory=list)
     """Functions to call, in this order, once the arm is closed."""
 
     # -- status -------------------------------------------------------------------------------
@@ -457,7 +457,7 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
     except BaseException:
         lock.release()
         raise
-    return replace(parts, logbook=logbook_file(config.name), lock=lock, closers=(lock.release,))
+    return replace(parts, logbook=logbook_file(config.name), lock=lock, closers=[lock.release])
 
 
 def _rewiring(twin: SimulatedArm, pace: Pace, *, automatic: bool) -> NewLink | None:

@@ -39,7 +39,7 @@ ACTIONS = (
 
 PHRASES = (
     Wording(
-        "call `confirm_restored()`, or connect with `allow_restored=True`",
+        "call `reference.confirm_restored()`, or connect with `allow_restored=True`",
         "run the command in a terminal and answer its question, or add `--allow-restored`",
         "type `home`, or start the shell with `--allow-restored`",
         "press {confirm}",
@@ -51,13 +51,13 @@ PHRASES = (
         "press {reference}",
     ),
     Wording(
-        "call `verify()` with an operator",
+        "call `reference.verify()` with an operator",
         "run `armdrive verify` in a terminal",
         "leave the shell and run `armdrive verify` in a terminal",
         "leave the desk and run `armdrive verify`",
     ),
     Wording(
-        "call `declare_posture()`",
+        "call `reference.declare()`",
         "run `armdrive home --declare JOINT=DEG ...`",
         "leave the shell and run `armdrive home --declare JOINT=DEG ...`",
         "leave the desk and run `armdrive home --declare JOINT=DEG ...`",

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from armdrive.arm import Arm
+from armdrive.arm.moving import ground_of
 from armdrive.errors import ArmError, Refused, StateFileError
 from armdrive.errors.printable import reason_of
 from armdrive.motion.preview import postures_along
@@ -148,8 +149,8 @@ def journal_file(arm: str) -> Path:
 
 def standing(arm: Arm) -> ArmCoordinates | None:
     """Return where an arm stands, or None if that is unknown."""
-    with arm.pace.lock:
-        return arm.core.position.coordinates if arm.core.position_known else None
+    with arm.parts.pace.lock:
+        return arm.parts.core.position.coordinates if arm.parts.core.position_known else None
 
 
 def interrupted(arm: str) -> JournalEntry:
@@ -256,11 +257,11 @@ def require_place(
     """
     if isinstance(act, Home):
         return None
-    arm.core.require_reference()
+    arm.parts.core.require_reference()
     if entry.began is None:
         return None  # without a position only looks and texts can have come before
-    with arm.pace.lock:
-        here = arm.core.position.coordinates
+    with arm.parts.pace.lock:
+        here = arm.parts.core.position.coordinates
     began = replace(entry.began, joints=joints_of(entry.began.joints.deg, arm))
     moves = _single_moves(entry.move)
     # the latest move that fits: what an earlier one did, such as a grasp, is not done twice
@@ -300,7 +301,7 @@ def _near(here: Joints, there: Joints) -> bool:
 
 def _legs(arm: Arm, began: ArmCoordinates, moves: Sequence[SingleMove]) -> Iterator[_Leg]:
     """Yield what each move passes through; the first begins where the act began."""
-    ground = arm.moving.ground(began)
+    ground = ground_of(arm.parts, arm.points, began)
     if not moves:
         yield _leg(arm, ground.here)
     for move in moves:
@@ -320,7 +321,7 @@ def _legs(arm: Arm, began: ArmCoordinates, moves: Sequence[SingleMove]) -> Itera
 
 
 def _leg(arm: Arm, here: ArmCoordinates, end_mm: float | None = None, *way: Joints) -> _Leg:
-    if not arm.core.transmission.has_gripper:
+    if not arm.parts.core.transmission.has_gripper:
         return _Leg((here.joints, *way), ())  # a servo reports no opening
     end = here.opening_mm if end_mm is None else end_mm
     return _Leg((here.joints, *way), (here.opening_mm, end))

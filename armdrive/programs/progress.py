@@ -147,7 +147,7 @@ class RunView:
         with self._lock:
             self.step = step
             self._progress.begins(step.mark, step.loop)
-            self._began_s = step.arm.pace.now_s()
+            self._began_s = step.arm.parts.pace.now_s()
 
     def line_at(self, mark: SourceMark) -> str:
         """Return the line at a mark, "" if there is none."""
@@ -156,7 +156,7 @@ class RunView:
     @property
     def under_way_s(self) -> float:
         """How long the present act has taken so far, on the arm's clock."""
-        return 0.0 if self.step is None else self.step.arm.pace.now_s() - self._began_s
+        return 0.0 if self.step is None else self.step.arm.parts.pace.now_s() - self._began_s
 
     def view(self) -> dict[str, Any]:
         """Return where the program is, as plain data; empty before its first act."""

@@ -152,7 +152,9 @@ class Rehearser(Performer):
     ) -> None:
         super().__init__(twin, UnattendedPerson(), outputs=outputs)
         if inputs:
-            input_bits(twin.core, tuple(inputs))  # raises for an input that the arm does not have
+            input_bits(
+                twin.parts.core, tuple(inputs)
+            )  # raises for an input that the arm does not have
         self._assumptions = assumptions
         self._inputs = inputs
         self._switched: set[int] = set()
@@ -161,7 +163,7 @@ class Rehearser(Performer):
     @property
     def fingerprint(self) -> object:
         """What is the same again when the twin and its world are as they were."""
-        there, twin = self.arm.core.position.coordinates, self.arm.twin
+        there, twin = self.arm.parts.core.position.coordinates, self.arm.twin
         if twin is None:
             return there.values
         scene = twin.world.scene
@@ -184,7 +186,7 @@ class Rehearser(Performer):
 
     def _read_input(self, act: ReadInput) -> bool:
         number = act.number
-        input_bits(self.arm.core, number)  # raises for an input that the arm does not have
+        input_bits(self.arm.parts.core, number)  # raises for an input that the arm does not have
         later = " later" if number in self._switched else ""
         on = self._inputs.get(number, number in self._switched)
         text = f"input {number} is {WORDS[on]}{later}"
@@ -193,7 +195,7 @@ class Rehearser(Performer):
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
         """Assume that inputs come at once, except those that the person has set."""
-        input_bits(self.arm.core, (*act.high, *act.low))
+        input_bits(self.arm.parts.core, (*act.high, *act.low))
         on = all(self._inputs.get(number, True) for number in act.high)
         off = not any(self._inputs.get(number, False) for number in act.low)
         if (on and off) or act.within_s is None:
@@ -231,7 +233,7 @@ class TracedScene:
         self, before: Point, after: Point, opening_mm: float, time_s: float
     ) -> list[Incident]:
         """Record where the tip goes, once the arm's position is known."""
-        if self._arm.core.position_known:
+        if self._arm.parts.core.position_known:
             for point in (before, after):
                 if not self._path or math.dist(self._path[-1], point) >= NEAREST_MM:
                     self._path.append(point)
@@ -285,21 +287,21 @@ class SeenArm:
         """Look at a connected arm."""
         distrust = None
         try:
-            arm.core.require_reference()
+            arm.parts.core.require_reference()
         except NotReferenced as error:
             distrust = error
         # the position and the copy of the world have to be of one moment
-        with arm.pace.lock:
-            there = arm.core.position.coordinates
+        with arm.parts.pace.lock:
+            there = arm.parts.core.position.coordinates
             return cls(
                 arm.config,
-                there if arm.core.position_known else None,
+                there if arm.parts.core.position_known else None,
                 None if arm.status.trust is Trust.UNKNOWN else there,
                 None if arm.twin is None else arm.twin.save(),
                 arm.speed_override,
                 distrust,
-                arm.core.geometry_known,
-                arm.core.differences,
+                arm.parts.core.geometry_known,
+                arm.parts.core.differences,
             )
 
 
@@ -322,14 +324,15 @@ def rehearsing_arm(
     if there is not None:
         twin.device.bring_to(there.joints, there.opening_mm)
     made = Arm(connect_simulated(config, twin=twin, pace=clock))
-    made.core.geometry_known = seen.geometry_known  # the twin knows no more than the arm itself
+    core = made.parts.core
+    core.geometry_known = seen.geometry_known  # the twin knows no more than the arm itself
     try:
         if made.status.state is State.DISABLED:
             made.enable()
         if there is not None:
-            made.declare_posture(there.joints, opening_mm=there.opening_mm)
+            made.reference.declare(there.joints, opening_mm=there.opening_mm)
         made.speed_override = seen.speed_override
-        made.core.differences = seen.differences
+        core.differences = seen.differences
     except BaseException:
         made.close()
         raise

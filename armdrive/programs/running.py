@@ -14,8 +14,10 @@ from typing import Any, Protocol, cast
 
 from armdrive.arm import Arm
 from armdrive.arm.device import input_bits, output_bits
+from armdrive.arm.moving import ground_of
 from armdrive.errors import ArmError, BadRequest
 from armdrive.motion.gripper import Grasped
+from armdrive.motion.resolve import resolved
 from armdrive.programs.acts import (
     MOTIONS,
     Act,
@@ -111,8 +113,10 @@ class Performer:
 
     def resolved(self, act: Go) -> ProgramMove | None:
         """Return the absolute move of an act; None if it will be refused."""
+        parts = self.arm.parts
         try:
-            return cast(ProgramMove, self.arm.moving.resolved(act.move))
+            with parts.pace.lock:
+                return cast(ProgramMove, resolved(act.move, ground_of(parts, self.arm.points)))
         except (ArmError, KinematicsError):
             return None
 
@@ -121,7 +125,7 @@ class Performer:
         return done.width_mm if isinstance(done, Grasped) else None
 
     def _home(self, _: Home) -> None:
-        if not self.arm.core.position_known:
+        if not self.arm.parts.core.position_known:
             self.arm.home()
 
     # -- what waits ---------------------------------------------------------------------------
@@ -130,13 +134,13 @@ class Performer:
         self.waits.delay(act.time_s)
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
-        core = self.arm.core
+        core = self.arm.parts.core
         # refuses an input that the arm does not have before it waits for it
         high, low = input_bits(core, act.high), input_bits(core, act.low)
-        now_s = self.arm.pace.now_s
+        now_s = self.arm.parts.pace.now_s
         end_s = math.inf if act.within_s is None else now_s() + act.within_s
         while True:
-            bits = self.arm.read_inputs()
+            bits = self.arm.io.read()
             if bits & high == high and not bits & low:
                 return True
             left_s = end_s - now_s()
@@ -152,12 +156,12 @@ class Performer:
 
     def _switch(self, act: Outputs) -> None:
         bits = self.outputs & ~output_bits(act.off) | output_bits(act.on)
-        self.arm.set_outputs(bits)
+        self.arm.io.write(bits)
         self._outputs = bits
 
     def _read_input(self, act: ReadInput) -> bool:
-        bit = input_bits(self.arm.core, act.number)
-        return bool(self.arm.read_inputs() & bit)
+        bit = input_bits(self.arm.parts.core, act.number)
+        return bool(self.arm.io.read() & bit)
 
     def _look(self, _: Look) -> PlaceValue:
         status = self.arm.status
@@ -246,7 +250,7 @@ class ProgramRun:
 
     def carry_out(self) -> int:
         """Carry out the rest of the program; return the number of acts."""
-        began_s = self._performer.arm.pace.now_s()
+        began_s = self._performer.arm.parts.pace.now_s()
         loops, new_machine = self._plan.loops, self._plan.first
         while loops == FOR_EVER or self.loop <= loops:
             machine, new_machine = new_machine(), self._plan.source
@@ -256,7 +260,7 @@ class ProgramRun:
                 machine.require_fingers_moved()
             self.loop += 1
         self.at = None
-        self.took_s = self._performer.arm.pace.now_s() - began_s
+        self.took_s = self._performer.arm.parts.pace.now_s() - began_s
         return self.done
 
     def _carry_out(self, stage: RunStage, machine: Machine) -> None:
@@ -280,7 +284,7 @@ class ProgramRun:
         )
         for onlooker in self._onlookers:
             onlooker.begins(step, machine)
-        now_s = performer.arm.pace.now_s
+        now_s = performer.arm.parts.pace.now_s
         began_s = now_s()
         answer = performer.perform(act)
         machine.answer(answer)

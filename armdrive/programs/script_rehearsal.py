@@ -87,14 +87,15 @@ class _Stage:
         self.calls.append((mark, call.name, self.elapsed_s))
         if call.grasps:
             self._things[id(arm)].before_grasp(arm)
-        elif call.name == "read_inputs":
+        elif call.name == "io.read":
             on = [str(number) for number, high in self._plan.inputs.items() if high]
             self.assumptions.note(f"inputs are {WORDS[False]}, but for {', '.join(on) or 'none'}")
 
     @property
     def elapsed_s(self) -> float:
         """The simulated time of all clocks together."""
-        clocks = {id(getattr(arm.pace, "clock", arm.pace)): arm.pace.now_s() for arm in self.twins}
+        paces = [arm.parts.pace for arm in self.twins]
+        clocks = {id(getattr(pace, "clock", pace)): pace.now_s() for pace in paces}
         return sum(clocks.values())
 
     def took(self) -> tuple[Took, ...]:

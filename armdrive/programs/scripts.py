@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any, Protocol, cast
+from typing import Any, Protocol
 
 from armdrive.arm import Arm, override_connections
 from armdrive.connect.parts import ConnectOptions
@@ -28,7 +28,6 @@ from armdrive.moves import GraspMove, MoveSequence
 from armdrive.programs.problems import SourceMark
 from armdrive.text.reading import read_bytes
 from armdrive.trace import recorder as recorded
-from armdrive.trace.recorder import FlightRecorder
 
 # The calls that a script makes of its arms, and the line of each. They are seen where the flight
 # recorder sees them. A call inside another call, as `park` calls `move_to`, does not count.
@@ -47,8 +46,8 @@ class ScriptCall:
     """Whether the fingers close on an object."""
 
 
-GRASPS = ("grasp", "feel")
-"""Calls of a gripper that close it on an object."""
+GRASPS = ("gripper.grasp", "gripper.feel")
+"""Calls that close the gripper on an object."""
 
 
 def _feels(argument: object) -> bool:
@@ -57,25 +56,18 @@ def _feels(argument: object) -> bool:
     return isinstance(last, GraspMove)
 
 
-class CallTracer:
-    """Reports an arm's calls before it forwards them to the arm's earlier tracer."""
+def _listener(
+    arm: Arm, script: str, on_call: Callable[[Arm, ScriptCall], object]
+) -> recorded.CallListener:
+    """Return what reports those calls of an arm that are the script's own."""
 
-    def __init__(self, arm: Arm, script: str, on_call: Callable[[Arm, ScriptCall], object]) -> None:
-        self._arm = arm
-        self._script = script
-        self._on_call = on_call
-        self._inner = arm.tracer
-
-    def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
-        """Report a call if it is the script's own."""
-        line = script_line(sys._getframe(1), self._script)  # noqa: SLF001 - the noted call's own
+    def begins(name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
+        line = script_line(sys._getframe(2), script)  # noqa: SLF001 - the noted call's own
         if line is not None:
             grasps = name in GRASPS or any(map(_feels, (*words, *named.values())))
-            self._on_call(self._arm, ScriptCall(name, line, grasps))
-        self._inner.called(name, words, named)
+            on_call(arm, ScriptCall(name, line, grasps))
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._inner, name)
+    return begins
 
 
 def script_line(traced: FrameType, script: str) -> int | None:
@@ -128,7 +120,7 @@ class Connections:
         arm = stage.own(options) if target is None else stage.given(target, options)
         self.arms.append(arm)
         stage.made(arm)
-        arm.tracer = cast("FlightRecorder", CallTracer(arm, self._script, stage.called))
+        arm.parts.tracer.on_call = _listener(arm, self._script, stage.called)
         return arm
 
     def close(self) -> None:

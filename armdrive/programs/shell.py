@@ -140,7 +140,7 @@ class Shell:
         """Ignore a stop between two typed entries; it does end the input of a pipe."""
         if self.typing and self.arm.stops != self._stops:
             # otherwise a stop that the engine has not seen yet would end the next motion
-            run_blocking(self.arm.runner.stand_still())
+            run_blocking(self.arm.parts.runner.stand_still())
             self._stops = self.arm.stops
 
     def save(self, path: Path, *, over: bool) -> int:
@@ -313,7 +313,7 @@ def _put(shell: Shell, rest: str) -> Answers:
     """Put a block on the table: `put A 250 0`, or with commas."""
     world = _world(shell)
     block = block_of(rest.replace(",", " ").split())
-    with shell.arm.pace.lock:
+    with shell.arm.parts.pace.lock:
         world.put(block)
     yield _block_of(shell, block.name)
 

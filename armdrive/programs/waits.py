@@ -24,9 +24,10 @@ class Waits:
 
     def __init__(self, arm: Arm, *, since: int | None = None) -> None:
         self._arm = arm
+        self._runner, self._pace = arm.parts.runner, arm.parts.pace
         self.stops = arm.stops if since is None else since
-        arm.runner.know_of(self.stops)
-        self._absences = self._arm.runner.absences()
+        self._runner.know_of(self.stops)
+        self._absences = self._runner.absences()
 
     @property
     def stopped(self) -> bool:
@@ -37,16 +38,16 @@ class Waits:
         """Raise `Stopped` after a stop or a suspension since the run began."""
         if self.stopped:
             raise Stopped("the program was stopped")
-        self._arm.runner.require_present(self._absences)
+        self._runner.require_present(self._absences)
 
     def attended(self) -> None:
         """Note that a person has just seen the arm. Raises `Stopped`."""
-        self._absences = self._arm.runner.absences()
+        self._absences = self._runner.absences()
         self.require_no_stop()
 
     def delay(self, time_s: float) -> None:
         """Wait this long on the arm's clock, not counting pauses. Raises `Stopped`."""
-        now_s = self._arm.pace.now_s
+        now_s = self._pace.now_s
         end_s = now_s() + time_s
         while (left_s := end_s - now_s()) > 0.0:
             self._arm.sleep(min(left_s, SLICE_S))
@@ -54,9 +55,9 @@ class Waits:
 
     def paused_s(self) -> float:
         """Wait while the arm is paused; return how long, which extends a wait."""
-        began_s = self._arm.pace.now_s()
+        began_s = self._pace.now_s()
         self.while_paused()
-        return self._arm.pace.now_s() - began_s
+        return self._pace.now_s() - began_s
 
     def while_paused(self) -> None:
         """Wait, in real time, for as long as the arm is paused.
@@ -65,11 +66,11 @@ class Waits:
         """
         self.require_no_stop()
         if self._arm.paused:
-            waited_s, longest_s = 0.0, self._arm.core.speed_override.longest_real_s
+            waited_s, longest_s = 0.0, self._arm.parts.core.speed_override.longest_real_s
             while self._arm.paused:
                 if waited_s >= longest_s:
                     raise given_up(waited_s)
                 time.sleep(BREATH_S)
                 waited_s += BREATH_S
-            self._absences = self._arm.runner.absences()  # a person ended the pause
+            self._absences = self._runner.absences()  # a person ended the pause
         self.require_no_stop()  # a stop ends a pause, too

@@ -186,7 +186,7 @@ _REMEDY = MappingProxyType(
         Trust.UNKNOWN: "bring the arm to its reference posture and call `home()`",
         Trust.SUSPECT: "look at the arm, then call `home()`",
         Trust.RESTORED: "compare the arm with the drawn posture, then call "
-        "`confirm_restored()`, or connect with `allow_restored=True`",
+        "`reference.confirm_restored()`, or connect with `allow_restored=True`",
     }
 )
 

@@ -163,7 +163,7 @@ def switches_of(config: ArmConfig) -> tuple[WiredSwitch, ...]:
 
 def make_ready(arm: Arm) -> None:
     """Unlock the board: a locked one raises no alarm. Raises `SettingsDiffer`. Moves nothing."""
-    for each in arm.core.differences:
+    for each in arm.parts.core.differences:
         if "hard limits" in each.setting:
             mend = command_line("doctor", "--arm", arm.config.name, "--mend")
             todo = f"`{mend}` writes it" if each.mend else "change it there"
@@ -216,7 +216,7 @@ def _ask_for_release(dialog: Dialog, switch: WiredSwitch) -> None:
 def _reaction(arm: Arm, switch: WiredSwitch, switches: Sequence[WiredSwitch]) -> SawSwitch:
     """Return what the board makes of a switch that is pressed now; an alarm is reset."""
     alarmed = _clear(arm)
-    inputs = arm.read_inputs()
+    inputs = arm.io.read()
     if not inputs >> switch.bit & 1:
         others = any(inputs >> each.bit & 1 for each in switches)
         return SawSwitch.ANOTHER if others else SawSwitch.NOTHING

@@ -79,11 +79,11 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
     """Connect as every command does, and compare the settings; write them if `agree` allows it."""
     try:
         with closing(Arm(parts.connect_real(config))) as arm:  # `with arm` would enable it
-            settings = arm.mend_settings([])
+            settings = arm.controller.mend_settings([])
             lines = [each.mend for each in settings.differences if each.mend]
             if lines and agree is not None and agree(settings):
-                arm.mend_settings(lines)
-                settings = arm.mend_settings([])
+                arm.controller.mend_settings(lines)
+                settings = arm.controller.mend_settings([])
                 report.add([ok(f"{counted(len(lines), 'setting was', 'settings were')} written")])
             report.add(of_settings(settings))
             if settings.differences and report.arm:

@@ -12,6 +12,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from armdrive.blocking import blocking, waiting_part
@@ -46,24 +47,36 @@ from kinematics.errors import KinematicsError
 
 C = TypeVar("C", bound=type)
 
-CALLS = (
-    "home", "confirm_reference", "confirm_restored", "declare_posture",
-    "run", "start", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors",
-    "park", "jog_j", "jog_l", "hold", "nudge", "release",
-    "enable", "disable", "reset", "estop", "mend_settings", "set_outputs", "read_inputs",
-    "wait_inputs", "grasp", "feel", "verify", "pause", "resume",
-    "read_pendant_program", "write_pendant_program",
+CALLS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "": (
+            "home", "run", "start", "move_j", "move_to", "move_l", "move_c", "move_path",
+            "move_motors", "park", "jog_j", "jog_l", "enable", "disable", "reset", "estop",
+            "pause", "resume",
+        ),
+        "controller": ("read_program", "write_program", "mend_settings"),
+        "gripper": ("grasp", "feel"),
+        "io": ("read", "wait", "write"),
+        "jogging": ("hold", "nudge", "release"),
+        "reference": ("confirm", "confirm_restored", "declare", "verify"),
+    }
 )  # fmt: skip
-"""Methods of an arm or of its gripper that are recorded when called."""
+"""The calls of an arm (the first row) and of its parts that are recorded, by the part's name."""
 
 
-def traced(kind: C) -> C:
-    """Wrap the methods of a class that `CALLS` lists, so that the arm's tracer records them."""
-    for name in CALLS:
-        method = getattr(kind, name, None)
-        if method is not None:
-            setattr(kind, name, _recorded(name, method))
-    return kind
+def traced(part: str) -> Callable[[C], C]:
+    """Wrap the methods of a class that `CALLS` lists, so that the arm's tracer records them.
+
+    An object of the class keeps the parts of its arm as `_parts`.
+    """
+
+    def decorate(kind: C) -> C:
+        for name in CALLS[part]:
+            told = f"{part}.{name}" if part else name
+            setattr(kind, name, _recorded(told, getattr(kind, name)))
+        return kind
+
+    return decorate
 
 
 def _recorded(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
@@ -72,8 +85,7 @@ def _recorded(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
 
         @functools.wraps(method)
         def call(self: Any, /, *arguments: Any, **named: Any) -> Any:
-            tracer = _tracer_of(self)
-            tracer.called(name, arguments, named)
+            tracer = _begun(self, name, arguments, named)
             try:
                 return method(self, *arguments, **named)
             except BaseException as error:
@@ -84,8 +96,7 @@ def _recorded(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(waiting)
     async def waiting_call(self: Any, /, *arguments: Any, **named: Any) -> Any:
-        tracer = _tracer_of(self)
-        tracer.called(name, arguments, named)
+        tracer = _begun(self, name, arguments, named)
         try:
             return await waiting(self, *arguments, **named)
         except BaseException as error:
@@ -95,10 +106,19 @@ def _recorded(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
     return blocking(waiting_call)
 
 
-def _tracer_of(owner: Any) -> FlightRecorder:
-    # no lock: an emergency stop never waits
-    tracer: FlightRecorder = getattr(owner, "_arm", owner).tracer
+def _begun(
+    owner: Any, name: str, arguments: tuple[Any, ...], named: dict[str, Any]
+) -> FlightRecorder:
+    """Record the begin of a call. Takes no lock: an emergency stop never waits."""
+    tracer: FlightRecorder = owner._parts.tracer  # noqa: SLF001 - see `traced`
+    if tracer.on_call is not None:
+        tracer.on_call(name, arguments, named)
+    tracer.called(name, arguments, named)
     return tracer
+
+
+CallListener = Callable[[str, tuple[Any, ...], dict[str, Any]], object]
+"""Takes a call's name and arguments before the call begins; may raise to refuse it."""
 
 
 WRITE_TIMEOUT_S = 10.0  # closing the arm waits this long for a slow disk; the writer then goes on
@@ -170,6 +190,7 @@ class FlightRecorder:
     """
 
     def __init__(self, folder: Path | None = None, *, ring: EntryRing | None = None) -> None:
+        self.on_call: CallListener | None = None
         self.files = RecordingWriter(folder)
         self.ring = ring or EntryRing()
         self._config: ArmConfig | None = None

@@ -43,7 +43,7 @@ def reference_from_one_side(arm):
     wide = 2 * max(arm.config.backlash_steps or (PLAY,))
     arm.move_motors(*(-wide for _ in arm.status.acknowledged), speed=1.0)
     arm.move_motors(*(wide for _ in arm.status.acknowledged), speed=1.0)
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
 
 
 def off_steps(arm):

@@ -115,7 +115,7 @@ class Bus:
         """Connect, enable, and reference the arm where it stands."""
         arm = self.connect()
         arm.enable()
-        arm.declare_posture(START, opening_mm=20.0)
+        arm.reference.declare(START, opening_mm=20.0)
         return arm
 
 
@@ -136,7 +136,7 @@ def check_works_again(arm: Arm, stood=None) -> None:
     assert arm.status.state is State.STANDBY
     assert arm.status.current is Current.HELD
     assert stood is None or (world.motors - stood).largest <= NEAR
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    arm.reference.declare(world.joints, opening_mm=world.opening_mm)
     before = world.motors
     arm.move_j(base_deg=2)
     assert world.motors != before
@@ -151,17 +151,17 @@ def fail_in_motion(
     watched_s: float = 4.0,
 ) -> tuple[str, float]:
     """Inject a fault in a motion; return the error's words, and how long the arm moved on."""
-    began_s = arm.pace.now_s() + after_s
+    began_s = arm.parts.pace.now_s() + after_s
     begin = (lambda: arm.twin.faults.add(*fault.split())) if isinstance(fault, str) else fault
     arm.twin.device.at(began_s, begin)
     handle = arm.move_j(wait=False, **goal)
     arm.sleep(after_s)
     stood, moved_s = arm.twin.world.motors, 0.0
-    while arm.pace.now_s() < began_s + watched_s:
+    while arm.parts.pace.now_s() < began_s + watched_s:
         arm.sleep(LOOK_S)
-        arm.twin.link.line.advance(arm.pace.now_s())  # the drives go on without a cable
+        arm.twin.link.line.advance(arm.parts.pace.now_s())  # the drives go on without a cable
         if (now := arm.twin.world.motors) != stood:
-            stood, moved_s = now, arm.pace.now_s() - began_s
+            stood, moved_s = now, arm.parts.pace.now_s() - began_s
     with pytest.raises(ArmError) as failed:
         handle.wait()
     return str(failed.value), moved_s

@@ -247,7 +247,7 @@ def driven(
     if at is not None and referenced:
         if arm.status.state is State.DISABLED:
             arm.enable()
-        arm.declare_posture(at, opening_mm=20.0)
+        arm.reference.declare(at, opening_mm=20.0)
         if link is not None:
             arm.twin.link.sent.clear()
     return arm
@@ -277,7 +277,7 @@ def honest(arm: Arm) -> bool:
 def as_it_stands(arm: Arm) -> Arm:
     """Reference an arm where its world has it, which takes no homing."""
     world = arm.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    arm.reference.declare(world.joints, opening_mm=world.opening_mm)
     return arm
 
 

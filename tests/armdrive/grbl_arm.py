@@ -74,11 +74,11 @@ def begin_line(arm: Arm) -> None:
 
 
 def begin_jog(arm: Arm) -> None:
-    arm.hold(Jog.joint(base=1.0, shoulder=1.0, elbow=1.0), speed=1.0, for_s=1.0)
+    arm.jogging.hold(Jog.joint(base=1.0, shoulder=1.0, elbow=1.0), speed=1.0, for_s=1.0)
 
 
 def begin_tip_jog(arm: Arm) -> None:
-    arm.hold(Jog.cartesian(y=1.0, z=0.3), speed=1.0, for_s=1.0)
+    arm.jogging.hold(Jog.cartesian(y=1.0, z=0.3), speed=1.0, for_s=1.0)
 
 
 BEGINNINGS = [begin_planned, begin_line, begin_jog, begin_tip_jog]

@@ -58,7 +58,7 @@ def mortal_disk(count: int) -> None:
 
 def mortal_wire(arm: Arm, count: int, sent: int) -> None:
     """Die in the write of this number, after so many of its bytes."""
-    left, write = [count], arm.engine.link.write
+    left, write = [count], arm.parts.engine.link.write
 
     def mortal(data: bytes, now_s: float) -> None:
         if left[0] == 0:
@@ -67,7 +67,7 @@ def mortal_wire(arm: Arm, count: int, sent: int) -> None:
         left[0] -= 1
         write(data, now_s)
 
-    arm.engine.link.write = mortal  # type: ignore[method-assign]
+    arm.parts.engine.link.write = mortal  # type: ignore[method-assign]
 
 
 def under_way(arm: Arm) -> None:
@@ -106,7 +106,7 @@ def ready(port: str, dialect: str, motors: Motors) -> Arm:
         arm.enable()
     assert arm.model.transmission is not None
     joints, opening_mm = arm.model.transmission.to_joints(motors)
-    arm.declare_posture(joints, opening_mm=opening_mm)
+    arm.reference.declare(joints, opening_mm=opening_mm)
     return arm
 
 

@@ -21,7 +21,7 @@ def recorded_arm(
 
 
 def saved(arm, tmp_path) -> Recording:
-    return read_recording(arm.save_recording(tmp_path / "saved.jsonl"))
+    return read_recording(arm.recorder.save(tmp_path / "saved.jsonl"))
 
 
 def written(folder: Path) -> list[Path]:

@@ -143,7 +143,7 @@ def table_arm(dialect="teachmover", *blocks):
     config = simulated_config(dialect)
     arm = Arm(connect_simulated(config, twin=twin_at_reference(config, blocks)))
     arm.enable()
-    arm.confirm_reference()
+    arm.reference.confirm()
     return arm
 
 

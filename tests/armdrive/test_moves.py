@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive import Arm, Grasped, Jogged, Moved, Point
+from armdrive.arm.moving import ground_of
 from armdrive.errors import ArmError, BadArgument, BadRequest, OutOfBounds, Refused
 from armdrive.errors.table import error_view
 from armdrive.motion.resolve import park_pose, prepare, resolve
@@ -163,7 +164,7 @@ PLACES = st.builds(
 def ground():
     arm = ready_arm()
     arm.points["pick"] = Point(Joints.of(10.0, 50.0, -70.0, -60.0, 5.0))
-    return arm.moving.ground()
+    return ground_of(arm.parts, arm.points)
 
 
 RELATIVE = st.one_of(
@@ -188,7 +189,7 @@ def test_a_resolved_move_means_the_same_from_anywhere(ground, move, here, there)
 def test_a_change_that_is_resolved_is_made_once_however_often_it_is_run():
     arm = ready_arm()
     back = LineMove(Pose.of(x_mm=0, y_mm=0, z_mm=-20, pitch_deg=0), frame="tool")
-    resolved = arm.moving.resolved(back)
+    resolved = arm.preview(back).resolved
     arm.run(resolved)
     there = arm.status.acknowledged
     arm.run(resolved)
@@ -239,7 +240,7 @@ def test_a_sequence_does_what_its_moves_do_one_after_another():
 
 
 def ready_ground():
-    return ready_arm().moving.ground()
+    return ground_of((arm := ready_arm()).parts, arm.points)
 
 
 def test_a_stop_ends_all_of_a_sequence():
@@ -284,7 +285,7 @@ def test_a_park_is_resolved_to_where_it_ends():
     arm = ready_arm()
     near = arm.model.arm.fk(Joints.of(85.0, 40.0, -100.0, -20.0, 0.0))
     arm.move_to(near)
-    resolved = arm.moving.resolved(ParkMove())
+    resolved = arm.preview(ParkMove()).resolved
     goal = park_pose(arm.config)
     last = resolved.moves[-1] if isinstance(resolved, MoveSequence) else resolved
     assert last == PoseMove(goal)

@@ -112,7 +112,7 @@ def test_a_caller_who_is_somebody_else_is_hung_up_on(arm, holding, monkeypatch):
     for request in ("status", "stop", "pause"):
         with pytest.raises(ArmError):
             ask_holder("bench", request)
-    assert not arm.engine.stop_asked
+    assert not arm.parts.engine.stop_asked
     assert not arm.status.paused
 
 

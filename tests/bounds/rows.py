@@ -81,7 +81,7 @@ def begin(stand: Stand, how: Begin, for_s: float, speed: float) -> None:
         lasts_s = PLANNED_S
         if arm.config.connection.dialect in EVEN_STEPS:
             steps = EVEN_STEPS[arm.config.connection.dialect]
-            turned, _ = arm.core.transmission.to_joints(Motors(steps))
+            turned, _ = arm.parts.core.transmission.to_joints(Motors(steps))
             lasts_s = EVEN_COUNTS[arm.config.connection.dialect] * abs(turned[0]) / abs(speeds[0])
         goal = {
             f"{name}_deg": math.degrees(here + speed * lasts_s)
@@ -99,7 +99,7 @@ def begin(stand: Stand, how: Begin, for_s: float, speed: float) -> None:
             for name, speed, limit in zip(arm.joints.names, speeds, limits, strict=True)
             if speed
         }
-    arm.hold(Jog.joint(**axes), speed=speed, for_s=for_s)
+    arm.jogging.hold(Jog.joint(**axes), speed=speed, for_s=for_s)
 
 
 # -- what ends them -----------------------------------------------------------------------------
@@ -131,7 +131,7 @@ def end(stand: Stand, cause: Cause) -> None:
         case Cause.EMERGENCY:
             arm.request_stop(hard=True)
         case Cause.RELEASE:
-            arm.release()
+            arm.jogging.release()
         case Cause.EXPIRY:
             pass  # the hold is not renewed
         case Cause.PAUSE:
@@ -145,8 +145,8 @@ def end(stand: Stand, cause: Cause) -> None:
             return
         case Cause.SUSPENDED:
             stand.abandon(SUSPENDED_S)
-            arm.pace.clock.now_s += SUSPENDED_S
-            arm.engine.suspended(SUSPENDED_S)
+            arm.parts.pace.clock.now_s += SUSPENDED_S
+            arm.parts.engine.suspended(SUSPENDED_S)
     try:
         arm.sleep(RESTS_S)
     except ArmError:
@@ -247,9 +247,9 @@ def measure(row: Row, after_s: float) -> StopResult:
             arm.sleep(0.001)
         assert len(bursts_s) == row.burst, "the burst to be stopped never came"
         if expires:
-            hold = arm.core.hold
+            hold = arm.parts.core.hold
             assert hold is not None
-            arm.hold(hold.jog, speed=hold.speed, for_s=max(after_s, 1e-6))
+            arm.jogging.hold(hold.jog, speed=hold.speed, for_s=max(after_s, 1e-6))
     lost_s, restored_s = row.cut
     if not row.burst or after_s > 0.0:
         arm.sleep(after_s - lost_s - restored_s)

@@ -142,7 +142,7 @@ class Stand:
         if self.arm.status.state is State.DISABLED:
             self.arm.enable()
         joints, opening_mm = transmission.to_joints(self.world.motors)
-        self.arm.declare_posture(joints, opening_mm=opening_mm)
+        self.arm.reference.declare(joints, opening_mm=opening_mm)
 
     @property
     def now_s(self) -> float:
@@ -154,7 +154,7 @@ class Stand:
         self.link.deliver(self.now_s)
         self.world.mark, self.world.furthest_mm = self.world.tip, 0.0
         self.marked_s = self.world.moved_s = self.now_s
-        return self.arm.core.stop_bound()
+        return self.arm.parts.core.stop_bound()
 
     def stopped(self, bound: StopBound) -> StopResult:
         """Return how long and how far the arm has gone since `mark`."""

@@ -63,12 +63,12 @@ def test_a_forecast_belongs_to_the_present_controller() -> None:
 def test_the_bound_at_rest_holds_for_any_motion_that_follows(dialect: str) -> None:
     stand = Stand(simulated_config(dialect), start_of(dialect))
     motion = stand.arm.config.motion
-    stand.arm.core.stops.burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
-    at_rest = stand.arm.core.stop_bound()
+    stand.arm.parts.core.stops.burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
+    at_rest = stand.arm.parts.core.stop_bound()
     begin(stand, Begin.PLANNED, 1.0, 1.0)
     stand.arm.sleep(0.01)
-    assert stand.arm.core.state is State.MOVING
-    bound = stand.arm.core.stop_bound()
+    assert stand.arm.parts.core.state is State.MOVING
+    bound = stand.arm.parts.core.stop_bound()
     assert bound.time_s <= at_rest.time_s
     assert bound.silent_time_s <= at_rest.silent_time_s
     assert bound.distance_mm <= at_rest.distance_mm
@@ -78,12 +78,12 @@ def test_the_bound_at_rest_holds_for_any_motion_that_follows(dialect: str) -> No
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_the_bound_of_a_planned_motion_ends_with_it(dialect: str) -> None:
     stand = Stand(simulated_config(dialect), start_of(dialect))
-    before = stand.arm.core.stop_bound()
+    before = stand.arm.parts.core.stop_bound()
     stand.arm.move_j(base_deg=3.0, speed=0.3, wait=False)
     stand.arm.sleep(0.1)
-    assert stand.arm.core.stop_bound().distance_mm < before.distance_mm
+    assert stand.arm.parts.core.stop_bound().distance_mm < before.distance_mm
     stand.arm.stop()
-    after = stand.arm.core.stop_bound()
+    after = stand.arm.parts.core.stop_bound()
     assert after.time_s == before.time_s
     assert after.distance_mm == pytest.approx(before.distance_mm, rel=0.01)
 
@@ -91,11 +91,11 @@ def test_the_bound_of_a_planned_motion_ends_with_it(dialect: str) -> None:
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_slowed_motion_has_the_bound_of_any_motion(dialect: str) -> None:
     stand = Stand(simulated_config(dialect), start_of(dialect))
-    stand.arm.core.stops.burst_s = stand.arm.config.motion.planned_burst_s
-    anything = stand.arm.core.stop_bound()
+    stand.arm.parts.core.stops.burst_s = stand.arm.config.motion.planned_burst_s
+    anything = stand.arm.parts.core.stop_bound()
     begin(stand, Begin.PLANNED, 1.0, 1.0)
     stand.arm.sleep(0.05)
     stand.arm.speed_override = 0.1
-    assert stand.arm.core.stop_bound().time_s >= anything.time_s
+    assert stand.arm.parts.core.stop_bound().time_s >= anything.time_s
     stand.arm.speed_override = 1.0  # the slow motion that was sent before still runs
-    assert stand.arm.core.stop_bound().time_s >= anything.time_s
+    assert stand.arm.parts.core.stop_bound().time_s >= anything.time_s

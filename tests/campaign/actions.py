@@ -160,10 +160,10 @@ def hold_and_release(stage: Stage) -> TypedError | None:
     def act() -> None:
         with expected_expiry(stage, "a hold expired") as expires_in:
             expires_in(0.8)
-            arm.hold(jog, speed=speed, for_s=0.8)
+            arm.jogging.hold(jog, speed=speed, for_s=0.8)
             arm.sleep(draw.uniform(0.0, 0.6))
             status = arm.status
-            arm.release()
+            arm.jogging.release()
             if status.state is State.MOVING:
                 stage.add_bound("released", status.stop_time_s, status.stop_distance_mm)
             arm.sleep(2.0)
@@ -207,7 +207,7 @@ def _abandon(stage: Stage, then: Callable[[], None]) -> TypedError | None:
         with expected_expiry(stage, "an abandoned hold expired") as expires_in:
             for number in range(renewals + 1):
                 expires_in(min(for_s, MAX_HOLD_S))
-                arm.hold(jog, speed=speed, for_s=for_s)
+                arm.jogging.hold(jog, speed=speed, for_s=for_s)
                 if number < renewals:
                     arm.sleep(draw.uniform(0.0, for_s))
             then()
@@ -342,8 +342,8 @@ def grasp(stage: Stage) -> TypedError | None:
 def outputs(stage: Stage) -> TypedError | None:
     """Set outputs, read inputs."""
     arm, bits = arm_of(stage), stage.draw.choice((0, 5, 255, 256))
-    error = call(stage, lambda: arm.set_outputs(bits))
-    return error or call(stage, arm.read_inputs)
+    error = call(stage, lambda: arm.io.write(bits))
+    return error or call(stage, arm.io.read)
 
 
 def rest(stage: Stage) -> TypedError | None:

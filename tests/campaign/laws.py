@@ -57,7 +57,7 @@ def call(
         assert arm is not None
         motion = stage.config.motion
         burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
-        runs_on_s = arm.core.controller.stopping(burst_s).silent_s
+        runs_on_s = arm.parts.core.controller.stopping(burst_s).silent_s
         turned = stage.watch.turned_by_hand
         turns_back = turned is not None and stage.now_s <= turned.until_s
         if stage.twin.device.moving or turns_back:
@@ -131,7 +131,7 @@ def check_trust(stage: Stage, *, strict: bool = False) -> None:
     """
     check_watch(stage)
     arm = stage.arm
-    if arm is None or stage.twin.device.moving or not arm.engine.at_rest:
+    if arm is None or stage.twin.device.moving or not arm.parts.engine.at_rest:
         return
     status = arm.status
     if status.state is State.DISCONNECTED or status.trust not in TRUSTED:

@@ -77,5 +77,5 @@ def _noticed_s(stage: Stage) -> float:
         return SHOWN_PERIODS * settings.period_ms / 1000.0 + settings.quick_stop_s + QUERY_S
     assert isinstance(settings, MksSettings)
     notice_s = ORDER_PERIODS * settings.segment_s + REJECTION_LIMIT * START_WINDOW_S + QUERY_S
-    brakes_s = 0.0 if stage.arm is None else getattr(stage.arm.core.controller, "ramp_s", 0.0)
+    brakes_s = 0.0 if stage.arm is None else getattr(stage.arm.parts.core.controller, "ramp_s", 0.0)
     return notice_s + brakes_s

@@ -184,7 +184,11 @@ class Mission:
 
     def _note(self, words: str) -> None:
         arm = self.stage.arm
-        state = f"{arm.core.state.value}, {arm.core.belief.trust.value}" if arm else "no program"
+        state = (
+            f"{arm.parts.core.state.value}, {arm.parts.core.belief.trust.value}"
+            if arm
+            else "no program"
+        )
         self.log.append(f"{self.stage.now_s:9.3f} [{state}] {words}")
 
     # -- what an operator does ------------------------------------------------------------------
@@ -211,7 +215,7 @@ class Mission:
                 self._act("enable", lambda stage: call(stage, stage.arm.enable))
             elif status.state is not State.STANDBY:
                 self._act("stop", lambda stage: call(stage, stage.arm.stop))
-            elif not stage.arm.core.position_known:
+            elif not stage.arm.parts.core.position_known:
                 self._reference()
             else:
                 return True
@@ -231,7 +235,7 @@ class Mission:
         """Reference the arm once it stands: confirm, declare its posture, or home."""
         stage = self.stage
         if stage.arm.status.trust is Trust.RESTORED and self.draw.random() < 0.5:
-            self._act("confirm", lambda stage: call(stage, stage.arm.confirm_restored))
+            self._act("confirm", lambda stage: call(stage, stage.arm.reference.confirm_restored))
             return
         self._act(
             "rest", lambda stage: call(stage, self._wait_until_still, None, LONGEST_REST_S + 5.0)
@@ -248,7 +252,7 @@ class Mission:
             error = self._act(
                 "declare",
                 lambda stage: call(
-                    stage, lambda: stage.arm.declare_posture(joints, opening_mm=opening_mm)
+                    stage, lambda: stage.arm.reference.declare(joints, opening_mm=opening_mm)
                 ),
             )
             if error is None and stage.arm is not None:
@@ -278,7 +282,7 @@ class Mission:
         self._note("all faults are over")
         if stage.arm is not None:
             self._act("rest", lambda stage: call(stage, lambda: stage.arm.sleep(5.0)))
-            check_trust(stage, strict=stage.arm.core.state is State.STANDBY)
+            check_trust(stage, strict=stage.arm.parts.core.state is State.STANDBY)
         for _ in range(3):
             if self._recover() and self._moves_again():
                 break
@@ -298,13 +302,13 @@ class Mission:
         if goal is None:  # the arm is inside a guard, or every path leads deeper into one
             self._act("home", home)
             goal = certain_goal(stage)
-        if goal is None or stage.arm is None or not stage.arm.core.position_known:
+        if goal is None or stage.arm is None or not stage.arm.parts.core.position_known:
             return False
         before = stage.look()
         error = self._act("last move_j", lambda stage: move_certainly(stage, goal))
         if isinstance(error, OutOfBounds | KinematicsError):
             raise Broken(f"a motion that nothing forbids was refused: {error}")
-        if error is not None or stage.arm.core.state is not State.STANDBY:
+        if error is not None or stage.arm.parts.core.state is not State.STANDBY:
             return False
         if not (stage.look() - before).largest:
             raise Broken("the arm was brought back, and its motors do not turn")

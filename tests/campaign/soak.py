@@ -209,12 +209,12 @@ class Soak:
         self._last: Census | None = None
         self._begin()
         self.start_deg = {f"{name}_deg": deg for name, deg in self.arm_deg().items()}
-        self._opening_mm = self.stage.arm.core.position.coordinates.opening_mm
+        self._opening_mm = self.stage.arm.parts.core.position.coordinates.opening_mm
         self.start = self._go_home()
 
     def arm_deg(self) -> dict[str, float]:
         """Return the joint angles that the driver acknowledges."""
-        joints = self.stage.arm.core.position.coordinates.joints
+        joints = self.stage.arm.parts.core.position.coordinates.joints
         return {name: math.degrees(rad) for name, rad in zip(joints.names, joints, strict=True)}
 
     def work(self, hours: float) -> Iterator[Figures]:
@@ -273,10 +273,10 @@ class Soak:
         if arm.status.state is State.DISABLED:
             call(stage, arm.enable)
         if arm.status.trust is Trust.RESTORED:
-            call(stage, arm.confirm_restored)
+            call(stage, arm.reference.confirm_restored)
         elif arm.status.trust is Trust.UNKNOWN and not self.calls:
             joints, opening_mm = stage.posture()
-            call(stage, lambda: arm.declare_posture(joints, opening_mm=opening_mm))
+            call(stage, lambda: arm.reference.declare(joints, opening_mm=opening_mm))
         if arm.status.trust is not Trust.REFERENCED:
             raise Broken(f"the position was lost: {arm.status.trust_reason}")
 

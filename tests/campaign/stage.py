@@ -305,13 +305,13 @@ class Stage:
     def receives_greeting(self) -> bool:
         """Whether a program would receive the greeting of a board that restarts now."""
         alive = self.arm is not None and not self.pace.dead
-        there = alive and self.arm.core.state is not State.DISCONNECTED
+        there = alive and self.arm.parts.core.state is not State.DISCONNECTED
         return there and self.config.connection.dialect in GREETS
 
     def _can_hold(self, motor: int, time_s: float) -> bool:
         """Return whether a program receives the drive's position and can order it to hold."""
         alive = self.arm is not None and not self.pace.dead
-        there = alive and self.arm.core.state is not State.DISCONNECTED
+        there = alive and self.arm.parts.core.state is not State.DISCONNECTED
         there = there and not self._link_failed
         return there and time_s >= self.no_hold_until_s.get(motor, -math.inf)
 
@@ -327,20 +327,24 @@ class Stage:
         An error that was latched before the loss keeps its code.
         """
         assert self.arm is not None
-        error = self.arm.core.error
+        error = self.arm.parts.core.error
         return error.code in LINK_ERRORS or MEANWHILE in error.words
 
     @property
     def polls_arm(self) -> bool:
         """Whether a program polls or moves the arm."""
-        return self.arm is not None and not self.pace.dead and self.arm.core.state in POLLED_STATES
+        return (
+            self.arm is not None
+            and not self.pace.dead
+            and self.arm.parts.core.state in POLLED_STATES
+        )
 
     @property
     def reads_zero(self) -> bool:
         """Whether the program last read zero from all registers."""
         if self.arm is None:
             return self._ended_at_zero
-        core = self.arm.core
+        core = self.arm.parts.core
         return not (
             (core.position.read_back or core.position.acknowledged) - core.position.offset
         ).largest
@@ -386,7 +390,7 @@ class Stage:
         if self.now_s < self.orders_lost_until_s:
             distance_mm += self._missed_stop_mm()
         if self.arm is not None and (self.commands_lost or self.watch.late_s):
-            core = self.arm.core
+            core = self.arm.parts.core
             joints = core.position.coordinates.joints
             bound = core.stops.bound(core.controller, joints, lost=False, slowed=True)
             time_s = max(time_s, bound.silent_time_s)
@@ -442,15 +446,15 @@ class Stage:
 
     def add_stop_bound(self, what: str) -> None:
         """Add the bound that the status announces for a stop now."""
-        if self.arm is not None and self.arm.core.state is not State.DISCONNECTED:
-            bound = self.arm.core.stop_bound()
+        if self.arm is not None and self.arm.parts.core.state is not State.DISCONNECTED:
+            bound = self.arm.parts.core.stop_bound()
             self.add_bound(what, bound.time_s, bound.distance_mm)
 
     def add_silence_bound(self, what: str, more_s: float = 0.0) -> None:
         """Add the bound that the status announces for a program that falls silent now."""
         if self.arm is not None:
-            bound = self.arm.core.stop_bound()
-            if self.arm.core.state is not State.DISCONNECTED:
+            bound = self.arm.parts.core.stop_bound()
+            if self.arm.parts.core.state is not State.DISCONNECTED:
                 self.watch.clear_bounds()  # a silent program does not request the stop any more
             self.add_bound(what, bound.silent_time_s + more_s, bound.silent_distance_mm)
 

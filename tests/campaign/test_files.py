@@ -57,7 +57,7 @@ def drive(config):
     arm = Arm(connect_simulated(config))
     if arm.status.state is State.DISABLED:
         arm.enable()
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
     first = arm.model.arm.joint_names[0]
     with contextlib.suppress(ArmError, KinematicsError):
         arm.move_j(wait=False, **{f"{first}_deg": arm.joints.deg[first] + 1.0})
@@ -126,7 +126,7 @@ def left():
             config, twin.link, SimulatedPace(), simulated=True, record_store=RecordFile(STATE, disk)
         )
     )
-    arm.declare_posture(twin.world.joints, opening_mm=twin.world.opening_mm)
+    arm.reference.declare(twin.world.joints, opening_mm=twin.world.opening_mm)
     arm.move_j(base_deg=3.0)
     arm.close()
     return config, twin, disk.texts[STATE]
@@ -158,7 +158,7 @@ def recording(request, tmp_path_factory):
     """Return the text of a short recording."""
     arm = Arm(connect_simulated(simulated_config(request.param), tracer=FlightRecorder()))
     arm.jog_j(base_deg=0.2) if arm.status.state is State.STANDBY else arm.enable()
-    path = arm.save_recording(tmp_path_factory.mktemp("recording") / "it.jsonl")
+    path = arm.recorder.save(tmp_path_factory.mktemp("recording") / "it.jsonl")
     arm.close()
     return path.read_bytes()
 

@@ -82,7 +82,7 @@ def ready() -> Mission:
     stage = mission.stage
     stage.connect(allow_restored=False, automatic=False)
     joints, opening_mm = stage.posture()
-    stage.arm.declare_posture(joints, opening_mm=opening_mm)
+    stage.arm.reference.declare(joints, opening_mm=opening_mm)
     return mission
 
 

@@ -121,7 +121,7 @@ def test_a_census_sees_objects_while_they_are_kept():
 def test_a_program_that_was_closed_leaves_nothing_behind():
     work = Soak("teachmover")
     work.stage.connect(allow_restored=True, automatic=True)
-    recorder = weakref.ref(work.stage.arm.tracer)
+    recorder = weakref.ref(work.stage.arm.parts.tracer)
     work.stage.arm.close()
     work.stage.arm = None
     gc.collect()

@@ -287,7 +287,7 @@ def test_a_command_that_begins_while_the_arm_stops_promises_no_range():
     stage = a_stage("grbl")
     arm = stage.connect(allow_restored=False, automatic=False)
     joints, opening_mm = stage.posture()
-    arm.declare_posture(joints, opening_mm=opening_mm)
+    arm.reference.declare(joints, opening_mm=opening_mm)
     stage.watch.begin(Command("move_j", position_known=True))
     arm.move_j(wait=False, **certain_goal(stage))
     arm.sleep(0.3)
@@ -306,7 +306,7 @@ def test_the_driver_allows_the_last_goal(variant):
         goal = certain_goal(stage)
         arm = stage.connect(allow_restored=False, automatic=False)
         joints, opening_mm = stage.posture()
-        arm.declare_posture(joints, opening_mm=opening_mm)
+        arm.reference.declare(joints, opening_mm=opening_mm)
         before = stage.look()
         arm.move_j(**goal)
         assert sum(map(bool, stage.look() - before)) >= 3

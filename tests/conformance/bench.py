@@ -152,7 +152,7 @@ class Bench(abc.ABC):
         """Declare the posture in which the physical arm stands, so that it can be moved."""
         self.switch_on(arm)
         joints, opening_mm = self.posture(self.look().motors)
-        arm.declare_posture(joints, opening_mm=opening_mm)
+        arm.reference.declare(joints, opening_mm=opening_mm)
         check(arm.status.trust is Trust.REFERENCED, "a declared posture was not taken")
 
     def switch_on(self, arm: Arm) -> None:

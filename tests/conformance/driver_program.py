@@ -42,8 +42,8 @@ class CommandDriver:
             self._arm.reset()
         if self._arm.status.state is State.DISABLED:
             self._arm.enable()
-        joints, opening_mm = self._arm.core.transmission.to_joints(Motors(motors))
-        self._arm.declare_posture(joints, opening_mm=opening_mm)
+        joints, opening_mm = self._arm.parts.core.transmission.to_joints(Motors(motors))
+        self._arm.reference.declare(joints, opening_mm=opening_mm)
 
     def middle(self) -> None:
         """Move to a posture with room on all sides."""
@@ -70,7 +70,7 @@ class CommandDriver:
 
     def release(self) -> None:
         """Release the jog."""
-        self._arm.release()
+        self._arm.jogging.release()
 
     def stop(self) -> None:
         """Request a stop."""

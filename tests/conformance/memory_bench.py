@@ -120,7 +120,7 @@ class MemoryBench(Bench):
             self.arm.sleep(time_s)
         self._now_s = max(self._now_s, until_s)
         self._keep_time()
-        if self.arm is None or self.arm.engine.broken is not None:
+        if self.arm is None or self.arm.parts.engine.broken is not None:
             self.twin.link.line.advance(self._now_s)
 
     def start_afresh(self) -> None:
@@ -151,12 +151,12 @@ class MemoryBench(Bench):
         """Close the driver, and connect a new wire to the device."""
         if (arm := self.arm) is not None:
             super().disconnect()
-            self._now_s = max(self._now_s, arm.pace.now_s())
+            self._now_s = max(self._now_s, arm.parts.pace.now_s())
             self.twin = SimulatedArm.of(self._config, self.twin.device)
 
     def _keep_time(self) -> None:
         if self.arm is not None:
-            self._now_s = max(self._now_s, self.arm.pace.now_s())
+            self._now_s = max(self._now_s, self.arm.parts.pace.now_s())
 
     def fault(self, words: str) -> None:
         """Inject a fault, in the words of the console."""

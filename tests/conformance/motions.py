@@ -30,7 +30,7 @@ def joints_from(
     here = arm.joints.deg
     named = {first: math.radians(here[first] + first_deg)}
     named[second] = math.radians(here[second] + second_deg)
-    start = arm.core.position.coordinates
+    start = arm.parts.core.position.coordinates
     end = ArmCoordinates(start.joints.replace(**named), start.opening_mm)
     share = min(LONGEST_S / arm.speeds.duration_s(start, end, 1.0), 1.0)
     return {
@@ -49,8 +49,8 @@ def motors_at_end(arm: Arm) -> Motors:
     turned = {
         name.removesuffix("_deg"): math.radians(angle) for name, angle in joints_from(arm).items()
     }
-    here = arm.core.position.coordinates
-    return arm.core.transmission.to_motors(here.joints.replace(**turned), here.opening_mm)
+    here = arm.parts.core.position.coordinates
+    return arm.parts.core.transmission.to_motors(here.joints.replace(**turned), here.opening_mm)
 
 
 def begin_sweep(arm: Arm, turn_deg: float = 60.0, speed: float = 1.0) -> Handle[Moved]:
@@ -63,10 +63,12 @@ def begin_sweep(arm: Arm, turn_deg: float = 60.0, speed: float = 1.0) -> Handle[
 def sweep_plan(arm: Arm, turn_deg: float = 60.0) -> tuple[Motors, Motors, float]:
     """Return the start and the end of such a sweep, and its duration at full speed."""
     first = arm.model.arm.joint_names[0]
-    start = arm.core.position.coordinates
+    start = arm.parts.core.position.coordinates
     angle_rad = math.radians(arm.joints.deg[first] + turn_deg)
     end = ArmCoordinates(start.joints.replace(**{first: angle_rad}), start.opening_mm)
-    ends = (arm.core.transmission.to_motors(each.joints, each.opening_mm) for each in (start, end))
+    ends = (
+        arm.parts.core.transmission.to_motors(each.joints, each.opening_mm) for each in (start, end)
+    )
     return *ends, arm.speeds.duration_s(start, end, 1.0)
 
 
@@ -107,7 +109,7 @@ def check_refused(call: Callable[[], object], kind: type[ArmError], what: str) -
 def planned_motions(arm: Arm) -> dict[str, Callable[[], object]]:
     """Return one call of each planned motion that needs a reference, by its name."""
     first = arm.model.arm.joint_names[0]
-    goal = arm.model.arm.fk(arm.core.position.coordinates.joints)
+    goal = arm.model.arm.fk(arm.parts.core.position.coordinates.joints)
     return {
         "move_j": lambda: arm.move_j(**{f"{first}_deg": 1.0}),
         "move_to": lambda: arm.move_to(goal),

@@ -303,9 +303,9 @@ class PortBench(RealTimeBench):
         self.switch_on(arm)
         trust = arm.status.trust
         if trust is Trust.RESTORED:
-            arm.confirm_restored()
+            arm.reference.confirm_restored()
         elif trust is Trust.UNKNOWN and not self._begun:
-            arm.confirm_reference()
+            arm.reference.confirm()
         else:
             raise Refused(
                 f"the position is {trust.value}: bring the arm to its reference posture, and run "
@@ -331,7 +331,7 @@ def _read_back(arm: Arm, last: Motors) -> Motors:
     status: Status = arm.status
     if status.state in (State.STANDBY, State.DISABLED):
         try:
-            arm.read_inputs()
+            arm.io.read()
         except ArmError:
             return last
         status = arm.status

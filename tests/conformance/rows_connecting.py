@@ -66,7 +66,7 @@ def home_by_operator(bench: Bench) -> None:
     arm.home(operator=bench.operator())
     check(arm.status.trust is Trust.REFERENCED, f"homed, but {arm.status.trust}")
     check(arm.status.state is State.STANDBY, f"homed, but in {arm.status.state}")
-    request = arm.reference_request()
+    request = arm.reference.request()
     wanted = bench.transmission.to_motors(request.joints, request.opening_mm)
     off = bench.look().off_steps(wanted)
     check(off <= ON_THE_STEP, f"referenced {off} steps from where the arm stands")
@@ -101,7 +101,7 @@ def a_record_is_restored_but_not_trusted(bench: Bench) -> None:
         planned_motions(arm)["move_j"], NotReferenced, "a motion from a restored position"
     )
     if restored is Trust.RESTORED:
-        arm.confirm_restored()
+        arm.reference.confirm_restored()
         check(arm.status.trust is Trust.REFERENCED, "a confirmed position is not referenced")
         check_moves(bench, arm)
     bench.check_trust(arm)
@@ -113,14 +113,14 @@ def a_second_program_learns_who_holds_the_arm(bench: Bench) -> None:
     refusal = check_refused(bench.open_another, ArmInUse, "a second connection")
     check(str(os.getpid()) in str(refusal), f"the refusal does not name the holder: {refusal}")
     check(arm.status.state is state, "the second connection changed the first")
-    arm.read_inputs()
+    arm.io.read()
 
 
 def the_next_program_gets_the_arm(bench: Bench) -> None:
     bench.connect()
     bench.disconnect()
     arm = bench.connect()
-    arm.read_inputs()
+    arm.io.read()
 
 
 ROWS = (

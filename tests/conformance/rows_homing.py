@@ -99,7 +99,7 @@ def homing_seeks_the_switches_in_order(bench: Bench) -> None:
     reports: list[tuple[tuple[str, ...], Observation]] = []
     check(bench.look().motors == start, "connecting moved an arm that homes")
     arm.home(report=lambda group: reports.append((group, bench.look())))
-    names, expected = [group for group, _ in reports], arm.referencing.homing_groups
+    names, expected = [group for group, _ in reports], arm.reference.homing_groups
     check(
         names == list(expected),
         f"it homed {names}, and was to home {expected}",

@@ -23,7 +23,7 @@ def hold_until_under_way(
 
     The expiry counts from the call; on a slow wire most of it may pass before the first burst.
     """
-    bench.wait_until_moving(lambda: arm.hold(jog, speed=speed, for_s=for_s))
+    bench.wait_until_moving(lambda: arm.jogging.hold(jog, speed=speed, for_s=for_s))
 
 
 def increments_add_up(bench: Bench) -> None:
@@ -56,7 +56,7 @@ def a_released_jog_stops_within_its_bound(bench: Bench) -> None:
         hold_until_under_way(bench, arm, sweeping_jog(arm), 1.0, for_s=1.0)
         bench.sleep(after_s)
         status, seen = arm.status, bench.look()
-        arm.release()
+        arm.jogging.release()
         check_within_bound(bench, status, bench.rest(seen), "released")
         check_settled(bench, arm)
         arm.move_j(**{f"{name}_deg": 0.0 for name in arm.model.arm.joint_names[:1]})

@@ -113,10 +113,10 @@ def a_paused_motion_does_not_resume_after_a_power_failure(bench: Bench) -> None:
 def a_pause_ends_a_jog(bench: Bench) -> None:
     arm = bench.ready()
     hold_until_under_way(bench, arm, sweeping_jog(arm), 0.5)
-    arm.hold(sweeping_jog(arm), speed=0.5, for_s=1.0)
+    arm.jogging.hold(sweeping_jog(arm), speed=0.5, for_s=1.0)
     pause_within_bound(bench, arm)
     before = bench.look()
-    arm.hold(sweeping_jog(arm), speed=0.5, for_s=STANDS_S)
+    arm.jogging.hold(sweeping_jog(arm), speed=0.5, for_s=STANDS_S)
     bench.sleep(STANDS_S)
     check_refused(lambda: jog_first_joint(arm), WrongState, "a jog of a paused arm")
     arm.resume()

@@ -88,10 +88,10 @@ def run_example(example: Example, form: Form, config: ArmConfig | str) -> Ran:
         assert arm.twin is not None
         for words in PUT.findall(text):
             arm.twin.world.put(block_of(words.split(",")))
-        watch, began_s = Watch(arm.twin.world), arm.pace.now_s()
+        watch, began_s = Watch(arm.twin.world), arm.parts.pace.now_s()
         carry_out = _run_program if example.file.endswith(ENDING) else _run_script
         said, names = carry_out(text, example.file, arm)
-        return Ran(watch, said, arm.pace.now_s() - began_s, names)
+        return Ran(watch, said, arm.parts.pace.now_s() - began_s, names)
 
 
 class _Listener:

@@ -283,7 +283,7 @@ def _stopped(bench: Bench, arm: Arm, how: str, rate_hz: float, after_s: float) -
 
     def keep_moving() -> None:
         if how == "release":
-            arm.hold(jog, speed=speed, for_s=HOLD_S)
+            arm.jogging.hold(jog, speed=speed, for_s=HOLD_S)
 
     if how == "stop":
         joint_move(2.0 * LONG_DEG)(arm, speed)
@@ -302,7 +302,7 @@ def _stopped(bench: Bench, arm: Arm, how: str, rate_hz: float, after_s: float) -
     if how == "stop":
         arm.request_stop()
     else:
-        arm.release()
+        arm.jogging.release()
     motion = watcher.until(lambda: arm.status.state is not State.MOVING, STANDS_S)
     return Stopped(
         how,

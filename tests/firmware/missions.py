@@ -69,9 +69,11 @@ def _jog(arm: Arm, draw: random.Random) -> object:
 
 def _hold(arm: Arm, draw: random.Random) -> object:
     name = draw.choice(arm.model.arm.joint_names)
-    arm.hold(Jog.joint(**{name: draw.choice((-1.0, 1.0))}), speed=draw.choice(SPEEDS), for_s=0.8)
+    arm.jogging.hold(
+        Jog.joint(**{name: draw.choice((-1.0, 1.0))}), speed=draw.choice(SPEEDS), for_s=0.8
+    )
     arm.sleep(draw.uniform(0.1, 0.7))
-    arm.release()
+    arm.jogging.release()
     return arm.sleep(1.0)
 
 

@@ -62,7 +62,14 @@ class FakeArm:
     def asked(self, name):
         return [call for call in self.calls if call[0] == name]
 
-    def reference_request(self):
+    @property
+    def reference(self):
+        """The fake is its own parts."""
+        return self
+
+    jogging = reference
+
+    def request(self):
         pose = MODEL.reference.pose
         return PostureRequest(self, pose, MODEL.arm.ik(pose), 0.0)
 
@@ -71,7 +78,7 @@ class FakeArm:
         return self.status.paused
 
     stops = 0
-    referencing = SimpleNamespace(homes_by_switches=False)
+    homes_by_switches = False
     program = None
     frames = ("base", "tool", "board")
     reconnects = False
@@ -144,7 +151,7 @@ class FakeArm:
             raise Stopped("a stop was requested before the motion started")
         self.calls.append(("home",))
 
-    def confirm_reference(self):
+    def confirm(self):
         self.calls.append(("reference",))
 
     def confirm_restored(self):
@@ -160,7 +167,7 @@ class StubbornArm(FakeArm):
     def reset(self):
         raise Refused("the arm is still moving: wait")
 
-    def confirm_reference(self):
+    def confirm(self):
         raise Refused("no reference now: the arm moves")
 
     def nudge(self, jog, *, speed):
@@ -170,7 +177,7 @@ class StubbornArm(FakeArm):
 class UnplaceableArm(FakeArm):
     """Nobody knows its reference posture."""
 
-    def reference_request(self):
+    def request(self):
         raise Refused("no reference posture is known")
 
 

@@ -20,6 +20,11 @@ class LoggedArm(FakeArm):
         self.saved = Path("/somewhere/recordings/sim-001-asked-for.jsonl")
         self.looks = []
 
+    @property
+    def recorder(self):
+        """The fake is its own parts."""
+        return self
+
     def log(self):
         return LogReader(self._since, self.dialect, 0.0)
 
@@ -39,7 +44,7 @@ class LoggedArm(FakeArm):
         self.pass_by(EntryKind.RECEIVED, b"1\r")
         self.pass_by(EntryKind.REPLY, "done")
 
-    def save_recording(self):
+    def save(self):
         if self.saved is None:
             raise StateFileError("the recording cannot be written: the disk is full")
         return self.saved

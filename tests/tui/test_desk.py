@@ -5,7 +5,6 @@ import re
 import signal
 from dataclasses import replace
 from itertools import product
-from types import SimpleNamespace
 
 import pytest
 from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_position
@@ -124,7 +123,7 @@ async def test_the_footer_offers_what_would_change_something():
 
 async def test_joints_are_written_as_people_write_them():
     arm = FakeArm(simulated=False, trust=Trust.RESTORED, notice="wrist_pitch is at its limit")
-    arm.reference_request = lambda: NamingRequest(arm)
+    arm.reference.request = lambda: NamingRequest(arm)
     async with Session(arm) as session:
         assert "wrist pitch is at its limit" in session.text("messages")
         for key in ("H", "C"):
@@ -378,7 +377,7 @@ def test_presses_repeats_and_releases_are_told_apart(sent, read):
 async def test_a_real_timer_ends_a_hold_by_itself():
     """Nobody calls tick here but the desk's own alarm."""
     arm, released = FakeArm(), asyncio.Event()
-    arm.release = released.set
+    arm.jogging.release = released.set
     async with Session(arm) as session:
         await session.arm_keys()
         await session.tap("w")
@@ -515,7 +514,7 @@ async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
 class SixJointArm(FakeArm):
     """An arm of six joints without a gripper's motor, with switches of its own."""
 
-    referencing = SimpleNamespace(homes_by_switches=True)
+    homes_by_switches = True
 
     def __init__(self, **more):
         super().__init__(**more)

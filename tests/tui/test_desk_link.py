@@ -299,7 +299,7 @@ async def test_a_reset_that_ends_disabled_says_how_to_go_on():
 def arm():
     """A simulated arm that stands, referenced."""
     with Arm.connect("sim:teachmover") as arm:
-        arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+        arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
         yield arm
 
 
@@ -325,7 +325,9 @@ async def test_an_arm_that_is_unplugged_in_a_jog_comes_back_standing(arm):
         await session.press("L")
         await session.settle()
         assert "plug it in" in session.text("messages")
-        arm.twin.link.line.advance(arm.pace.now_s() + 3.0)  # what was sent before is carried out
+        arm.twin.link.line.advance(
+            arm.parts.pace.now_s() + 3.0
+        )  # what was sent before is carried out
         replug(arm)
         stood = arm.twin.world.motors
         await session.press("L")

@@ -160,7 +160,7 @@ class DeskJogging:
         """Let go of the button."""
         if self.held_button:
             self.held_button, self._renew_s = "", math.inf
-            self._tell(self._arm.release)
+            self._tell(self._arm.jogging.release)
             self._apply(())
 
     def _renew(self) -> None:
@@ -177,7 +177,7 @@ class DeskJogging:
         if jog is None:
             self._renew_s = math.inf
             if moving:
-                self._tell(self._arm.release)
+                self._tell(self._arm.jogging.release)
             return
         self._renew_s, self._renewed_s = now_s + MOUSE_RENEWS_S, now_s
         # the last hold ends with the time that a silent mouse has, not a renewal after it
@@ -236,15 +236,15 @@ class DeskJogging:
         if isinstance(action, Increment | HeldKey) and self._was_stopped():
             return
         if isinstance(action, Increment):
-            self._arm.nudge(settings.increment_of(action.key), speed=settings.speed)
+            self._arm.jogging.nudge(settings.increment_of(action.key), speed=settings.speed)
         elif isinstance(action, HeldKey):
             for_s = action.until_s - self._clock()
             if for_s > 0:  # a busy desk may come too late to hold at all
                 self._hold(settings.direction_of(action.key), for_s)
         else:
-            self._arm.release()
+            self._arm.jogging.release()
             if isinstance(action, Disarm):
                 self._say(f"keys disarmed: {action.reason}")
 
     def _hold(self, jog: Jog, for_s: float) -> None:
-        self._arm.hold(jog, speed=self.settings.speed, for_s=for_s)
+        self._arm.jogging.hold(jog, speed=self.settings.speed, for_s=for_s)

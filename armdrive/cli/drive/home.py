@@ -48,15 +48,15 @@ def _reference(
 ) -> None:
     if options.confirm:
         switch_on(arm)
-        arm.confirm_restored()
+        arm.reference.confirm_restored()
     elif options.yes:
         switch_on(arm)
-        arm.confirm_reference()
+        arm.reference.confirm()
     elif declared is not None:
         posture, opening_mm = declared
         switch_on(arm)
-        arm.declare_posture(posture, opening_mm=opening_mm)
-    elif arm.referencing.homes_by_switches:
+        arm.reference.declare(posture, opening_mm=opening_mm)
+    elif arm.reference.homes_by_switches:
         _by_switches(arm, options)
     elif arm.simulated and not options.guide:
         switch_on(arm)
@@ -88,11 +88,11 @@ def _guided(arm: Arm) -> None:
 
 def _in_the_desk(arm: Arm) -> None:
     tui.run_desk(arm, ascii_only=False)
-    run_blocking(arm.runner.stand_still())  # the last jog may not have run out yet
+    run_blocking(arm.parts.runner.stand_still())  # the last jog may not have run out yet
 
 
 def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
-    groups = arm.referencing.homing_groups
+    groups = arm.reference.homing_groups
     named = ", then ".join(" and ".join(group) for group in groups)
     order = f"the switches of {named}" if named else "its switches, in its own order"
     tell(options, f"THE ARM WILL MOVE: its controller seeks {order}.")
@@ -139,16 +139,16 @@ def verify(options: argparse.Namespace) -> Result:
     """Measure the drift, and return it."""
     with ready_arm(options) as arm:
         verified = _verified(arm, options)
-        logbook = () if arm.logbook is None else (f"logged in {arm.logbook}",)
+        logbook = () if arm.parts.logbook is None else (f"logged in {arm.parts.logbook}",)
     right = verified.accepted or verified.verdict is Verdict.ROUNDING
     return Result(verified_view(verified), (str(verified), *logbook), 0 if right else OFF)
 
 
 def _verified(arm: Arm, options: argparse.Namespace) -> Verified:
     if arm.simulated:
-        return arm.verify(accept=options.accept, speed=options.speed)
+        return arm.reference.verify(accept=options.accept, speed=options.speed)
     if as_json(options):
-        return arm.verify(speed=options.speed)  # refuses: a person has to look
+        return arm.reference.verify(speed=options.speed)  # refuses: a person has to look
     guide = TerminalOperator(terminal=False)
     if not guide.prepare(arm, off=False):
         raise OperatorNeeded("not confirmed: nothing moved")
@@ -160,4 +160,4 @@ def _verified(arm: Arm, options: argparse.Namespace) -> Verified:
         say(str(found))
         return sys.stdin.isatty() and agreed("Accept this posture as the new reference? Type yes: ")
 
-    return arm.verify(operator=guide, accept=accept, speed=options.speed)
+    return arm.reference.verify(operator=guide, accept=accept, speed=options.speed)

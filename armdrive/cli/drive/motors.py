@@ -69,7 +69,7 @@ def _wants_to_park(arm: Arm, options: argparse.Namespace) -> bool:
 def _park(arm: Arm, options: argparse.Namespace) -> None:
     settle_trust(arm)
     try:
-        arm.core.require_reference()
+        arm.parts.core.require_reference()
     except NotReferenced as refusal:
         raise NotReferenced(f"{refusal}; or support the arm and give --no-park") from None
     switch_on(arm)

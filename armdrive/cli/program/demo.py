@@ -148,7 +148,7 @@ def draw(
             _draw(arm, twin, messages[-1], pace, drawing, lines)
         finally:
             put("", control=CURSOR_ON)
-        return performance.result(), arm.pace.now_s()
+        return performance.result(), arm.parts.pace.now_s()
 
 
 def _draw(
@@ -162,7 +162,7 @@ def _draw(
     """Draw over the last picture; return how many lines there are now."""
     columns, rows = shutil.get_terminal_size()
     width, height = min(columns - 1, MOST_COLUMNS), max(min(rows - 4, MOST_ROWS), 4)
-    with arm.pace.lock:
+    with arm.parts.pace.lock:
         blocks = _blocks(twin)
         moment = Moment(twin.world.joints, twin.world.opening_mm)
     left = width * 3 // 5
@@ -173,7 +173,7 @@ def _draw(
     picture.append(f"{status.which}, shown {pace:g} times faster"[:width])
     if not drawing.braille:
         message = message.replace("°", " deg")
-    picture.append(f"{arm.pace.now_s():6.1f} s  {message}"[:width])
+    picture.append(f"{arm.parts.pace.now_s():6.1f} s  {message}"[:width])
     back = f"\x1b[{last_lines}F" if last_lines else ""
     draw_over(picture, control=back, line_end=f"{CLEAR_LINE}\n")
     return len(picture)
@@ -209,7 +209,7 @@ def run(options: argparse.Namespace) -> Result:
         with Arm(connect_simulated(config, twin=twin)) as arm:
             tell(options, arm.status.which)
             carried = perform(arm, JOBS, lambda text: show(Result({"step": text}, text), options))
-            simulated_s = arm.pace.now_s()
+            simulated_s = arm.parts.pace.now_s()
     wrong = misplaced(twin.world, JOBS) + [each.sentence for each in twin.world.incidents]
     return Result(
         _summary(carried, twin, wrong, simulated_s),

@@ -24,7 +24,7 @@ from kinematics.text import counted
 
 def _read_from(options: argparse.Namespace) -> tuple[ArmConfig, PendantProgram]:
     with ready_arm(options) as arm:
-        return arm.config, arm.read_pendant_program()
+        return arm.config, arm.controller.read_program()
 
 
 def show(options: argparse.Namespace) -> Result:
@@ -51,7 +51,7 @@ def write(options: argparse.Namespace) -> Result:
         if options.as_is:
             program = program.without_origin()
         if options.shift:
-            program = program.moved_to(arm.read_pendant_program().origin)
+            program = program.moved_to(arm.controller.read_program().origin)
         count = len(program.rows)
         if not options.yes and (as_json(options) or not agreed(_question(arm, program))):
             raise OperatorNeeded("not confirmed, nothing was written: say --yes to write unasked")
@@ -77,7 +77,7 @@ def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
     """Write; if interrupted, say which rows are already in the arm."""
     done: list[int] = []
     try:
-        return arm.write_pendant_program(program, leave_others=leave_others, report=done.append)
+        return arm.controller.write_program(program, leave_others=leave_others, report=done.append)
     except Exception:
         raise  # its own words name the rows
     except BaseException:
@@ -135,7 +135,7 @@ def make_rows(options: argparse.Namespace) -> Result:
     require_free(Path(options.file), overwrite=options.force)
     with ready_arm(options) as arm:
         steps, taught = arm.points.sequence(options.name), arm.points.read()
-        origin = arm.read_pendant_program().origin
+        origin = arm.controller.read_program().origin
         program = rows_of(arm.config, steps, taught.points, origin)
         into_file(Path(options.file), arm.config, program)
     view = {"file": options.file, "rows": len(program.rows)}

@@ -46,13 +46,13 @@ from kinematics.text import counted
 MOVING = frozenset(
     {
         "run", "start", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors",
-        "park", "home", "jog_j", "jog_l", "hold", "nudge", "grasp", "feel",
-        "verify",
+        "park", "home", "jog_j", "jog_l", "jogging.hold", "jogging.nudge", "gripper.grasp",
+        "gripper.feel", "reference.verify",
     }
 )  # fmt: skip
 """The calls before which --step waits, and which are worth a line."""
 
-WAITING = "wait_inputs"
+WAITING = "io.wait"
 """The call that waits for inputs, and says so."""
 
 NO_RESUME = (
@@ -108,7 +108,7 @@ class _RunningScript:
                     raise
                 put_error(own_traceback(error, program))
                 return 1
-            took_s = max((arm.pace.now_s() for arm in arms), default=0.0)
+            took_s = max((arm.parts.pace.now_s() for arm in arms), default=0.0)
             arm = arms[-1] if arms else None
             display.finished(arm, self._calls, took_s, self._how_far(), code=code)
             return code
@@ -128,7 +128,7 @@ class _RunningScript:
         """Connect to the arm of the command, with the script's options of the connection."""
         arm = connect_to_run(self._options, pace=options.simulated_pace)
         if options.allow_restored:
-            arm.core.allow_restored = True
+            arm.parts.core.allow_restored = True
         if options.operator is not None:
             arm.operator = options.operator
         return arm
@@ -141,7 +141,7 @@ class _RunningScript:
         """Slow an arm down as the person asked, and keep its recording."""
         slow_down(arm, self._options)
         self._display.run.use(arm)
-        arm.connection.on_close(lambda: keep_recording(arm, self._options))
+        arm.parts.closers.append(lambda: keep_recording(arm, self._options))
 
     def called(self, arm: Arm, call: ScriptCall) -> None:
         """Show a call, and wait for the person before a motion if that is wanted."""

@@ -186,7 +186,7 @@ def stopped_by_interrupt(
 
 
 def _leave(arms: Iterable[Arm], *, as_json: bool) -> None:
-    goes_on_s = max((arm.core.stop_bound().silent_time_s for arm in arms), default=0.0)
+    goes_on_s = max((arm.parts.core.stop_bound().silent_time_s for arm in arms), default=0.0)
     words = f"left: the arm may go on for {goes_on_s:.1f} s; its position will be unknown"
     _say(json.dumps({"event": "left", "text": words}) if as_json else words)
     os._exit(INTERRUPTED)
@@ -238,7 +238,7 @@ def put_blocks(arm: Arm, blocks: Sequence[TableBlock]) -> None:
     """Put blocks on a simulated arm's table, one after the other, each on what lies there."""
     if arm.twin is None:
         return
-    with arm.pace.lock:
+    with arm.parts.pace.lock:
         for block in blocks:
             arm.twin.world.put(block)
 
@@ -272,7 +272,7 @@ def keep_recording(arm: Arm, options: argparse.Namespace) -> None:
         return
     try:
         # asked before the run; a script that connects twice writes the same file twice
-        arm.save_recording(options.record, overwrite=True)
+        arm.recorder.save(options.record, overwrite=True)
     except ArmError as error:
         complain(f"armdrive: {tagged(error)}")
 

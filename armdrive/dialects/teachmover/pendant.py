@@ -30,9 +30,9 @@ _SPAN = 1 << 16
 
 
 _ROWS = several(
-    made_of(ProgramRow, "a row of a program", "arm.read_pendant_program().rows[0]"),
+    made_of(ProgramRow, "a row of a program", "arm.controller.read_program().rows[0]"),
     "the rows of a program",
-    "arm.read_pendant_program().rows",
+    "arm.controller.read_program().rows",
 )
 
 

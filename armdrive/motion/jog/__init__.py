@@ -8,7 +8,7 @@ session. Each leg of a held jog is decided by
              of each axis, and what joints and motors can reach of it
     bounds   how far a jog may go: limits, guards, postures
 
-How long a hold lasts without being renewed is in `arm.moving`, for keys in `motion.dead_man`.
+How long a hold lasts without being renewed is in `arm.jogging`, for keys in `motion.dead_man`.
 """
 
 from __future__ import annotations

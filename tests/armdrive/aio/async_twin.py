@@ -14,26 +14,34 @@ from pathlib import Path
 from typing import Any, get_overloads
 
 import armdrive.aio as twins
-from armdrive.arm import Arm
-from armdrive.arm import moving as fingers
-from armdrive.arm.moving import Gripper
+from armdrive.arm import Arm, device, moving, reference
+from armdrive.arm.connected import Recorder
 
 FILE = Path(twins.__file__).with_suffix(".pyi")
 
 HEAD = '"""What type checkers read of this package, from tests/armdrive/aio/async_twin.py."""\n'
 
 
-KINDS = ((twins.AsyncGripper, Gripper), (twins.AsyncArm, Arm))
+KINDS = (
+    (twins.AsyncGripper, moving.Gripper),
+    (twins.AsyncInputsOutputs, device.InputsOutputs),
+    (twins.AsyncReference, reference.ArmReference),
+    (twins.AsyncControllerMemory, device.ControllerMemory),
+    (twins.AsyncRecorder, Recorder),
+    (twins.AsyncArm, Arm),
+)
 
 ATTRIBUTES = {"config": "ArmConfig", "simulated": "bool", "twin": "SimulatedArm | None"}
 """What an `Arm` has as plain attributes, whose types no signature says."""
 
-RENAMED = {"Gripper": "AsyncGripper", "Handle": "AsyncHandle"}
+RENAMED = {"Handle": "AsyncHandle"} | {kind.__name__: twin.__name__ for twin, kind in KINDS[:-1]}
 """Classes that have a twin of their own."""
 
 BESIDE = {
     "ArmConfig": "armdrive.config.arm",
     "AsyncHandle": "armdrive.aio.calls",
+    "Accept": "armdrive.arm.reference",
+    "Lines": "armdrive.arm.device",
     "overload": "typing",
 }
 """Where the names come from that no module imports whose calls these are."""
@@ -132,7 +140,7 @@ def _renamed(kind: str) -> str:
 def _imports(classes: str) -> Iterator[str]:
     """Give an import for each name in some classes, from where the calls' modules have it."""
     modules = dict(BESIDE)
-    for module in (sys.modules[Arm.__module__], fingers, twins):
+    for module in (*(sys.modules[kind.__module__] for _, kind in KINDS), twins):
         for each in ast.walk(ast.parse(inspect.getsource(module))):
             if isinstance(each, ast.ImportFrom):
                 modules |= {alias.name: each.module or "" for alias in each.names}

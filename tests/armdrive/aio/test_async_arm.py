@@ -71,7 +71,7 @@ async def test_it_can_be_awaited_or_entered_and_a_with_statement_leaves_a_still_
     assert arm.status.state is State.DISABLED
     async with arm:
         assert arm.status.state is State.STANDBY
-        await arm.declare_posture(arm.twin.world.joints)
+        await arm.reference.declare(arm.twin.world.joints)
         handle = await arm.move_j(base_deg=60, wait=False)
         assert not handle.done
     assert handle.done
@@ -90,7 +90,7 @@ async def test_two_arms_of_one_loop_move_side_by_side_on_one_clock():
         await b.move_j(base_deg=20)
         began_s = a.status.time_s
         await asyncio.gather(a.move_j(base_deg=0), b.move_j(base_deg=0))
-        assert a.sync.pace.clock is b.sync.pace.clock
+        assert a.sync.parts.pace.clock is b.sync.parts.pace.clock
         assert a.status.time_s - began_s == pytest.approx(alone_s, rel=0.05)
 
 
@@ -125,9 +125,9 @@ async def test_what_follows_a_gather_begins_at_the_moment_in_which_it_ended():
         async def pair():
             await asyncio.gather(a.sleep(1.0), a.sleep(0.5))
 
-        before_s = a.sync.pace.now_s()
+        before_s = a.sync.parts.pace.now_s()
         await asyncio.gather(pair())
-        assert a.sync.pace.now_s() == pytest.approx(before_s + 1.0, abs=1e-9)
+        assert a.sync.parts.pace.now_s() == pytest.approx(before_s + 1.0, abs=1e-9)
         assert not mover.done()
         await mover
 
@@ -140,17 +140,17 @@ async def test_arms_on_clocks_of_their_own_and_in_real_time_go_together():
     ):
         await asyncio.gather(*(arm.home() for arm in (a, b, c)))
         await asyncio.gather(*(arm.move_j(base_deg=20) for arm in (a, b, c)))
-        assert a.sync.pace.clock is not b.sync.pace.clock
+        assert a.sync.parts.pace.clock is not b.sync.parts.pace.clock
         for arm in (a, b, c):
             assert arm.twin.world.joints.deg["base"] == pytest.approx(20, abs=0.2)
 
 
 async def test_simulated_time_stands_while_nobody_awaits_an_arm():
     async with AsyncArm.connect("sim:teachmover") as arm:
-        before_s = arm.sync.pace.now_s()
+        before_s = arm.sync.parts.pace.now_s()
         for _ in range(100):
             await asyncio.sleep(0)
-        assert arm.sync.pace.now_s() == before_s
+        assert arm.sync.parts.pace.now_s() == before_s
 
 
 async def test_a_refusal_is_raised_where_the_call_is_awaited():
@@ -193,9 +193,9 @@ async def test_what_an_operator_does_takes_time_for_every_arm_of_the_loop():
     seen = []
 
     def operator(request):
-        began_s = request.arm.pace.now_s()
+        began_s = request.arm.parts.pace.now_s()
         request.arm.sleep(5.0)
-        seen.append(request.arm.pace.now_s() - began_s)
+        seen.append(request.arm.parts.pace.now_s() - began_s)
         return True
 
     async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
@@ -231,11 +231,11 @@ async def test_a_lost_wire_is_the_loss_of_one_arm():
 
 async def test_a_flaw_of_the_engine_is_raised_and_no_hang():
     arm = await AsyncArm.connect("sim:teachmover")
-    inner = arm.sync.engine.advance
-    arm.sync.engine.advance = lambda now_s: 1 / 0
+    inner = arm.sync.parts.engine.advance
+    arm.sync.parts.engine.advance = lambda now_s: 1 / 0
     with pytest.raises(ZeroDivisionError):
         await arm.sleep(1.0)
-    arm.sync.engine.advance = inner
+    arm.sync.parts.engine.advance = inner
     await arm.close()
 
 
@@ -331,7 +331,7 @@ async def test_an_outer_timeout_that_comes_while_an_inner_one_stops_the_arm_is_k
     "call",
     [
         lambda arm: arm.sleep(LONG_S),
-        lambda arm: arm.wait_inputs(high=3, within_s=LONG_S),
+        lambda arm: arm.io.wait(high=3, within_s=LONG_S),
         lambda arm: arm.jog_j(base=1, duration_s=LONG_S),
     ],
     ids=["sleep", "wait_inputs", "jog"],
@@ -339,11 +339,11 @@ async def test_an_outer_timeout_that_comes_while_an_inner_one_stops_the_arm_is_k
 async def test_any_wait_can_be_cancelled(call):
     async with homed() as arm:
         task = asyncio.create_task(call(arm))
-        while arm.sync.pace.now_s() < 20.0:
+        while arm.sync.parts.pace.now_s() < 20.0:
             await asyncio.sleep(0)
         await cancelled(task)
         assert still(arm)
-        assert arm.sync.core.readings.awaiting == 0
+        assert arm.sync.parts.core.readings.awaiting == 0
 
 
 async def test_a_cancelled_wait_of_a_handle_stops_the_motion():

@@ -6,24 +6,17 @@ import math
 import async_twin
 import pytest
 
-from armdrive import Arm, AsyncArm, AsyncHandle, Handle, SimulatedClock
-from armdrive.aio import AsyncGripper
+from armdrive import Arm, AsyncHandle, Handle, SimulatedClock
 from armdrive.aio.calls import twin_of
-from armdrive.arm.moving import Gripper
 from armdrive.errors import ArmError, LinkLost, Stopped
 from armdrive.status import State
 
-INNER = {"submit", "finish", "perform", "known", "goal_of"}
-"""What the calls are made of: they take and give what only armdrive itself has."""
 OWN = {"sync", "carry"}
 """What only a twin has."""
-AT_ONCE = {
-    "above_mark", "estop", "hold", "log", "nudge", "on_close", "pause", "pose_in",
-    "reference_request", "release", "request_stop", "resume",
-}  # fmt: skip
+AT_ONCE = {"estop", "log", "pause", "pose_in", "request", "request_stop", "resume"}
 """The calls that never wait for the arm, and are not awaited. `connect` can be both."""
 
-PAIRS = [(Arm, AsyncArm), (Gripper, AsyncGripper), (Handle, AsyncHandle)]
+PAIRS = [*((kind, twin) for twin, kind in async_twin.KINDS), (Handle, AsyncHandle)]
 
 
 def public(kind):
@@ -40,14 +33,14 @@ def calls():
     return [
         (sync, twin, name)
         for sync, twin in PAIRS
-        for name in sorted(public(sync) - INNER)
+        for name in sorted(public(sync))
         if inspect.isfunction(inspect.getattr_static(sync, name))
     ]
 
 
 @pytest.mark.parametrize(("sync", "twin"), PAIRS, ids=lambda kind: kind.__name__)
 def test_each_call_has_its_twin_and_no_twin_is_left_over(sync, twin):
-    missing = public(sync) - INNER - public(twin)
+    missing = public(sync) - public(twin)
     assert not missing, f"make their twins, with async_twin.py: {', '.join(sorted(missing))}"
     beside = {"config", "simulated", "twin", "stops"}  # an Arm has them as plain attributes
     assert public(twin) - public(sync) <= beside
@@ -63,7 +56,7 @@ def test_a_twin_is_called_as_its_call_is_and_awaited_if_that_may_wait(sync, twin
 
 def test_properties_stay_properties():
     for sync, twin in PAIRS:
-        for name in public(sync) - INNER:
+        for name in public(sync):
             if isinstance(inspect.getattr_static(sync, name), property):
                 ours = inspect.getattr_static(twin, name)
                 theirs = inspect.getattr_static(sync, name)
@@ -124,7 +117,7 @@ def test_an_arm_that_connects_later_begins_now_and_the_other_goes_on():
     a.home()
     a.sleep(20.0)
     handle = a.move_j(base_deg=30, wait=False)
-    b = Arm.connect("sim:grbl", pace=a.pace)
+    b = Arm.connect("sim:grbl", pace=a.parts.pace)
     assert b.status.time_s >= 20.0
     b.sleep(10.0)
     assert handle.done
@@ -159,13 +152,13 @@ def test_a_closed_arm_is_off_its_clock():
     assert a.status.state is State.DISCONNECTED
     assert len(clock.engines) == 1
     with pytest.raises(LinkLost):
-        a.read_inputs()
+        a.io.read()
 
 
 def test_arms_without_a_clock_in_common_do_not_wait_for_one_another():
     a, b = Arm.connect("sim:teachmover"), Arm.connect("sim:teachmover")
     a.sleep(5.0)
-    assert b.pace.now_s() < 1.0
+    assert b.parts.pace.now_s() < 1.0
 
 
 def test_the_same_program_gives_the_same_result_each_time():
@@ -193,8 +186,8 @@ def test_of_several_arms_the_one_is_named_that_lets_no_time_pass(creep_s, monkey
     link.next_s = lambda: min(inner_s(), clock.now_s + creep_s)
     with pytest.raises(ArmError, match="time is stuck") as raised:
         b.sleep(1.0)
-    assert a.engine.link.description in str(raised.value)
-    assert b.engine.link.description not in str(raised.value)
+    assert a.parts.engine.link.description in str(raised.value)
+    assert b.parts.engine.link.description not in str(raised.value)
 
 
 def test_a_wait_for_ever_is_an_error_once_nothing_is_left_to_do():
@@ -204,4 +197,4 @@ def test_a_wait_for_ever_is_an_error_once_nothing_is_left_to_do():
         arm.twin.link.unplug()
         arm.sleep(0.1)
     with pytest.raises(ArmError, match="nothing left"):
-        a.pace.wait(lambda: False, math.inf)
+        a.parts.pace.wait(lambda: False, math.inf)

@@ -191,9 +191,9 @@ def seen() -> tuple[object, ...]:
     status = arm.status
     return (
         len(arm.twin.link.sent), arm.twin.world.motors, status.state, status.acknowledged,
-        status.trust, status.outputs, arm.core.hold, list(arm.core.nudges), arm.stops,
+        status.trust, status.outputs, arm.parts.core.hold, list(arm.parts.core.nudges), arm.stops,
         arm.speed_override, arm.paused, dict(arm.points), arm.twin.faults.active, arm.closed,
-        arm.pace.now_s(), arm.operator,
+        arm.parts.pace.now_s(), arm.operator,
     )  # fmt: skip
 
 
@@ -292,12 +292,12 @@ def test_an_endless_limit_is_none(monkeypatch):
     assert device.SIMULATED_S == 3600
     monkeypatch.setattr(device, "SIMULATED_S", 20.0)  # the same in 400 readings
     arm = bench()
-    arm.core.readings.inputs = 0
+    arm.parts.core.readings.inputs = 0
     assert done().wait(timeout_s=math.inf)
     with pytest.raises(InputTimeout, match="waited 20 s"):
-        arm.wait_inputs(high=1, within_s=math.inf)
+        arm.io.wait(high=1, within_s=math.inf)
     with pytest.raises(InputTimeout, match="waited 0 s"):
-        arm.wait_inputs(high=1, within_s=0)
+        arm.io.wait(high=1, within_s=0)
 
 
 @pytest.mark.parametrize("kind", [Arm, Gripper, Handle, AsyncArm, AsyncHandle, Points])
@@ -433,9 +433,9 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
         (lambda arm: arm.jog_j(base_deg=1, sped=1), "did you mean 'speed'"),
         (lambda arm: arm.run(LineMove("nowhere")), "nowhere"),
         (lambda arm: arm.start(LineMove(A_POSE, frame="moon")), "no frame is called 'moon'"),
-        (lambda arm: arm.set_output("a", 1), "number must be a"),
-        (lambda arm: arm.set_output(99), "counted from 1 to"),
-        (lambda arm: arm.wait_inputs(high="x"), "for example high=3, or high="),
+        (lambda arm: arm.io.set("a", 1), "number must be a"),
+        (lambda arm: arm.io.set(99), "counted from 1 to"),
+        (lambda arm: arm.io.wait(high="x"), "for example high=3, or high="),
         (lambda arm: arm.pose_in("nowhere"), "no frame is called 'nowhere'"),
         (lambda arm: arm.pose_in(5), 'frame must be the name of a frame, not 5; .* "base"'),
         (lambda arm: Arm.connect(5), 'target must be .* for example "sim:teachmover"'),
@@ -522,7 +522,7 @@ def test_a_controller_without_settings_says_so(dialect):
         Arm(connect_simulated(simulated_config(dialect))) as arm,
         pytest.raises(Refused, match="has no settings that can be written"),
     ):
-        arm.mend_settings(["$100=250"])
+        arm.controller.mend_settings(["$100=250"])
 
 
 def test_an_unknown_point_is_said_without_quotes_around_the_sentence():
@@ -537,8 +537,8 @@ def test_numbers_of_numpy_are_numbers():
     assert arm.joints.base_deg == pytest.approx(5, abs=0.2)
     arm.move_j({"base_deg": np.int64(0)}, wait=np.True_)
     arm.move_motors(*np.ones(6, dtype=int))
-    arm.set_output(np.int32(1), np.False_)
-    arm.set_output(1, 1)
+    arm.io.set(np.int32(1), np.False_)
+    arm.io.set(1, 1)
     assert arm.status.outputs == 1
 
 
@@ -560,9 +560,9 @@ def test_numbers_of_numpy_are_numbers():
                 lambda arm: arm.move_motors(True, 0, 0, 0, 0, 0),
             )
         ),
-        (lambda arm: arm.declare_posture(FAR), kinematic.Unreachable, "E604"),
+        (lambda arm: arm.reference.declare(FAR), kinematic.Unreachable, "E604"),
         (
-            lambda arm: arm.declare_posture(Joints.of(500, 0, 0, 0, 0)),
+            lambda arm: arm.reference.declare(Joints.of(500, 0, 0, 0, 0)),
             kinematic.JointLimit,
             "E603",
         ),
@@ -664,7 +664,7 @@ def test_an_arm_at_the_prompt_shows_its_name_state_and_trust():
 
 def test_an_arm_at_the_prompt_is_shown_while_the_engine_is_at_work():
     arm, seen = bench(), []
-    with arm.pace.lock:
+    with arm.parts.pace.lock:
         thread = threading.Thread(target=lambda: seen.append(repr(arm)))
         thread.start()
         thread.join(timeout=10.0)
@@ -686,7 +686,7 @@ OTHER_ORDER = Joints(TURNED.angles_rad[::-1], TURNED.names[::-1])
         lambda arm: arm.move_to(Point(OTHER_ORDER)),
         lambda arm: arm.move_l(Point(OTHER_ORDER)),
         lambda arm: arm.move_path([JointPart(OTHER_ORDER)]),
-        lambda arm: arm.declare_posture(OTHER_ORDER),
+        lambda arm: arm.reference.declare(OTHER_ORDER),
     ],
 )
 def test_joints_are_known_by_their_names_and_not_by_their_order(call):

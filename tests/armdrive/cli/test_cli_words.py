@@ -468,7 +468,7 @@ def test_the_examples_of_a_command_to_another_program_reach_it(here, name):
 def held_arm():
     """Hold the simulated arm of the command line, as another program would."""
     with connect_remembered(simulated_config("teachmover"), pace=10.0) as arm:
-        arm.confirm_reference()
+        arm.reference.confirm()
         yield
 
 

@@ -99,13 +99,13 @@ def test_a_program_that_wants_json_is_not_prompted(call, typing):
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
     arm = Arm.connect(f"sim:{dialect}")
-    request = arm.reference_request()
+    request = arm.reference.request()
     assert difference(request) == ""  # nothing is known of this arm
     lines = posture_pictures(arm, request.joints, request.opening_mm)
     assert len(lines) == terminal_operator.PICTURE_HEIGHT
     assert any(line[terminal_operator.PICTURE_WIDTH :].strip() for line in lines)
     assert max(map(len, lines)) < 80
-    arm.declare_posture(request.joints.replace(base=0.1))
+    arm.reference.declare(request.joints.replace(base=0.1))
     assert "base -5." in difference(request)
 
 
@@ -114,7 +114,7 @@ def test_the_desk_is_offered_only_where_it_can_be_opened(typing, capsys, termina
     arm = Arm.connect(ARM)
     guide = TerminalOperator(terminal=terminal)
     typing("desk", "quit")
-    guide(arm.reference_request())
+    guide(arm.reference.request())
     assert guide.wants_desk is terminal
     assert ("open the desk" in capsys.readouterr().out) is terminal
 
@@ -123,7 +123,7 @@ def test_the_desk_is_offered_only_where_it_can_be_opened(typing, capsys, termina
 def test_the_pictures_fit_on_a_narrow_terminal_one_below_the_other(monkeypatch, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
     arm = Arm.connect(ARM)
-    request = arm.reference_request()
+    request = arm.reference.request()
     lines = posture_pictures(arm, request.joints, request.opening_mm)
     assert max(map(len, lines)) <= columns
     views = 1 if columns >= 79 else 2
@@ -134,7 +134,7 @@ def test_the_arm_stays_where_it_was_when_the_guide_only_looked(typing):
     arm = Arm.connect(ARM)
     before = arm.twin.world.motors
     typing("show", "help")
-    assert not TerminalOperator(terminal=False)(arm.reference_request())
+    assert not TerminalOperator(terminal=False)(arm.reference.request())
     assert arm.twin.world.motors == before
 
 
@@ -300,7 +300,7 @@ def test_a_person_types_the_tips_onto_the_mark(typing):
     arm = Arm.connect(ARM)
     arm.home()
     typing("z -10", "z -10", "z -10", "done")
-    found = arm.verify(operator=TerminalOperator(terminal=False))
+    found = arm.reference.verify(operator=TerminalOperator(terminal=False))
     assert found.drift.steps.largest <= 1
     assert arm.status.state is State.STANDBY
     assert arm.status.trust is Trust.REFERENCED

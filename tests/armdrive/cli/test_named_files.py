@@ -78,8 +78,8 @@ def test_a_file_goes_into_a_folder_that_exists_and_over_another_only_with_force(
 def test_a_recording_goes_only_where_a_file_may_be_made(folder, there, said):
     with Arm.connect("sim:teachmover") as arm:
         with pytest.raises(BadRequest, match=said):
-            arm.save_recording(folder / there)
-        arm.save_recording(folder / "ready.arm", overwrite=True)
+            arm.recorder.save(folder / there)
+        arm.recorder.save(folder / "ready.arm", overwrite=True)
     assert (folder / "ready.arm").read_text(encoding="utf-8").startswith("{")
     assert sorted(each.name for each in folder.iterdir()) == ["ready.arm"]
 
@@ -111,4 +111,4 @@ def test_a_script_s_long_names_are_refused_as_any_wrong_name(tmp_path):
     with pytest.raises(ArmFileError):
         Arm.connect("n" * 5000)
     with Arm.connect("sim:teachmover") as arm, pytest.raises(BadRequest):
-        arm.save_recording(tmp_path / LONG)
+        arm.recorder.save(tmp_path / LONG)

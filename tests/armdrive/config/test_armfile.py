@@ -251,7 +251,7 @@ def test_a_real_template_refuses_cartesian_goals_and_moves_joints():
     twin = simulate(config)
     arm = Arm(assemble(config, twin.link, SimulatedPace(), simulated=False))
     here = twin.world.joints
-    arm.declare_posture(here)
+    arm.reference.declare(here)
     arm.move_j(base_deg=5)
     for call in (
         lambda: arm.move_to(arm.pose),

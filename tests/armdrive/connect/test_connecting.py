@@ -93,14 +93,14 @@ def test_what_leads_to_no_arm_is_refused_with_the_reason_and_the_arm_is_given_ba
 )
 def test_a_simulated_arm_lives_at_the_pace_asked_for(pace, kind):
     with Arm.connect("sim:teachmover", pace=pace) as arm:
-        assert isinstance(arm.pace, kind)
+        assert isinstance(arm.parts.pace, kind)
 
 
 def test_a_factor_is_a_pace_too():
     with Arm.connect("sim:teachmover", pace=500) as arm:
-        before_s = arm.pace.now_s()
+        before_s = arm.parts.pace.now_s()
         arm.sleep(5.0)
-        assert arm.pace.now_s() - before_s >= 5.0
+        assert arm.parts.pace.now_s() - before_s >= 5.0
 
 
 class TestForcedSimulation:

@@ -80,11 +80,11 @@ def test_an_arm_whose_wire_comes_back_allows_no_motion_before_error_stop(connect
     unplug(arm)
     replug(arm)
     states, until_s = {arm.status.state}, arm.status.time_s + RECONNECTS_S
-    while arm.pace.now_s() < until_s:
+    while arm.parts.pace.now_s() < until_s:
         arm.sleep(0.001)
-        states.add(arm.core.state)
-        if arm.core.state is State.ERROR_STOP:  # nothing but a person leaves it
-            until_s = min(until_s, arm.pace.now_s() + 1.0)
+        states.add(arm.parts.core.state)
+        if arm.parts.core.state is State.ERROR_STOP:  # nothing but a person leaves it
+            until_s = min(until_s, arm.parts.pace.now_s() + 1.0)
             arm.sleep(0.02)
     assert states == {State.DISCONNECTED, State.ERROR_STOP}
 
@@ -149,7 +149,7 @@ def test_the_status_of_a_lost_arm_bounds_what_was_under_way(reconnect):
     assert lost.state is State.DISCONNECTED
     assert lost.silent_time_s == moving.silent_time_s
     assert lost.trust_code == "E716"
-    arm.twin.link.line.advance(arm.pace.now_s() + lost.silent_time_s)
+    arm.twin.link.line.advance(arm.parts.pace.now_s() + lost.silent_time_s)
     assert idle_s < math.dist(tip, world.tip) <= lost.silent_distance_mm
     arm.twin.link.replug()
     if reconnect:
@@ -170,7 +170,7 @@ def test_a_position_that_was_referenced_is_restored_and_wants_to_be_confirmed(co
     assert arm.joints == joints
     with pytest.raises(NotReferenced):
         arm.move_j(shoulder_deg=50)
-    arm.confirm_restored()
+    arm.reference.confirm_restored()
     assert arm.move_j(shoulder_deg=50)
 
 
@@ -179,7 +179,7 @@ def test_a_board_that_lost_its_power_meanwhile_is_suspect(connected):
     arm.move_j(shoulder_deg=45)
     unplug(arm)
     arm.twin.faults.add("brown-out")
-    arm.twin.link.line.advance(arm.pace.now_s() + 1.0)
+    arm.twin.link.line.advance(arm.parts.pace.now_s() + 1.0)
     replug(arm)
     arm.sleep(RECONNECTS_S)
     assert arm.status.state is State.ERROR_STOP
@@ -196,7 +196,7 @@ def test_reconnecting_goes_on_while_no_arm_answers(connected):
     assert arm.status.notice_code == "E502"
     assert "but the arm is not ready" in arm.status.error
     assert "then call `reset()`" not in arm.status.error + arm.status.notice
-    assert arm.reconnector.tries > 1
+    assert arm.parts.reconnector.tries > 1
     arm.twin.faults.end()
     arm.sleep(RECONNECTS_S)
     assert arm.status.state is State.ERROR_STOP
@@ -208,7 +208,7 @@ def test_the_pauses_between_tries_grow(connected):
     unplug(arm)
     arm.sleep(60.0)
     early = len(PAUSES_S)
-    assert early < arm.reconnector.tries <= early + 60.0 / PAUSES_S[-1]
+    assert early < arm.parts.reconnector.tries <= early + 60.0 / PAUSES_S[-1]
 
 
 def test_an_arm_that_was_disabled_stays_disabled(connected):
@@ -249,17 +249,17 @@ def test_an_emergency_stop_without_a_wire_latches_once_it_is_back(connected, dis
 def test_a_jog_that_was_held_or_waited_is_forgotten(connected):
     arm = connected(reconnect=True)
     jog = Jog(Space.JOINT, (("shoulder", 1.0),))
-    arm.hold(jog, speed=0.5, for_s=1.0)
+    arm.jogging.hold(jog, speed=0.5, for_s=1.0)
     arm.sleep(0.3)
-    arm.nudge(Jog(Space.JOINT, (("shoulder", 5.0),)), speed=0.5)
+    arm.jogging.nudge(Jog(Space.JOINT, (("shoulder", 5.0),)), speed=0.5)
     unplug(arm)
-    arm.nudge(jog, speed=0.5)
-    arm.hold(jog, speed=0.5, for_s=1.0)
+    arm.jogging.nudge(jog, speed=0.5)
+    arm.jogging.hold(jog, speed=0.5, for_s=1.0)
     replug(arm)
     arm.sleep(RECONNECTS_S)
     stood = arm.twin.world.motors
-    assert arm.core.hold is None
-    assert arm.core.nudges == []
+    assert arm.parts.core.hold is None
+    assert arm.parts.core.nudges == []
     arm.reset()
     arm.sleep(2.0)
     assert arm.twin.world.motors == stood
@@ -269,15 +269,15 @@ def test_a_jog_that_was_held_or_waited_is_forgotten(connected):
 def test_what_waits_never_survives_a_fault(connected, fault):
     arm = connected()
     jog = Jog(Space.JOINT, (("shoulder", 5.0),))
-    arm.nudge(jog, speed=0.5)
+    arm.jogging.nudge(jog, speed=0.5)
     arm.sleep(0.1)
-    arm.nudge(jog, speed=0.5)
+    arm.jogging.nudge(jog, speed=0.5)
     if fault == "estop":
         arm.estop()
     else:
         unplug(arm)
-    assert arm.core.nudges == []
-    assert arm.core.hold is None
+    assert arm.parts.core.nudges == []
+    assert arm.parts.core.hold is None
 
 
 def test_by_hand_a_wire_is_looked_for_once(connected):
@@ -286,7 +286,7 @@ def test_by_hand_a_wire_is_looked_for_once(connected):
         arm.reconnect()
     unplug(arm)
     arm.sleep(10.0)
-    assert arm.reconnector.tries == 0  # nobody asked for it
+    assert arm.parts.reconnector.tries == 0  # nobody asked for it
     with pytest.raises(PortUnavailable, match="plug it in"):
         arm.reconnect()
     replug_mute(arm)
@@ -307,10 +307,10 @@ def test_a_closed_arm_is_not_looked_for(connected):
     arm.close()
     with pytest.raises(WrongState, match="closed for good"):
         arm.reconnect()
-    before = arm.reconnector.tries
+    before = arm.parts.reconnector.tries
     replug(arm)
-    arm.engine.advance(arm.pace.now_s() + 100.0)
-    assert arm.reconnector.tries == before
+    arm.parts.engine.advance(arm.parts.pace.now_s() + 100.0)
+    assert arm.parts.reconnector.tries == before
 
 
 def test_a_wire_that_is_back_under_its_name_is_not_named_again(connected):
@@ -334,7 +334,7 @@ def test_a_wire_can_be_lost_again_and_again(connected):
         said.add((arm.status.error_code, arm.status.error.count("is back")))
     assert said == {("E409", 1)}
     arm.reset()
-    arm.confirm_restored()
+    arm.reference.confirm_restored()
     assert arm.move_j(shoulder_deg=50)
 
 
@@ -401,11 +401,11 @@ AFTER_A_LOSS = {
     "enable": lambda arm: arm.enable(),
     "disable": lambda arm: arm.disable(),
     "reset": lambda arm: arm.reset(),
-    "set_output": lambda arm: arm.set_output(1),
-    "read_inputs": lambda arm: arm.read_inputs(),
-    "wait_inputs": lambda arm: arm.wait_inputs(high=1),
-    "confirm_reference": lambda arm: arm.confirm_reference(),
-    "read_pendant_program": lambda arm: arm.read_pendant_program(),
+    "io.set": lambda arm: arm.io.set(1),
+    "io.read": lambda arm: arm.io.read(),
+    "io.wait": lambda arm: arm.io.wait(high=1),
+    "reference.confirm": lambda arm: arm.reference.confirm(),
+    "controller.read_program": lambda arm: arm.controller.read_program(),
 }
 
 
@@ -516,7 +516,7 @@ class TestFinding:
 
 def moving(arm, there):
     """Begin a motion and wait until the arm itself moves."""
-    arm.declare_posture(arm.model.arm.ik(arm.model.reference.pose))
+    arm.reference.declare(arm.model.arm.ik(arm.model.reference.pose))
     handle = arm.move_j(shoulder_deg=70, wait=False)
     start = there.device.world.motors
     until(lambda: there.device.world.motors != start)
@@ -552,23 +552,23 @@ class TestPty:
         path = tmp_path / "arm"
         with Served("teachmover", pty=path) as there:
             with Arm.connect(str(path), dialect="teachmover", reconnect=True) as arm:
-                thread = arm.pace._thread
+                thread = arm.parts.pace._thread
                 there.tell("unplug")
                 until(lambda: arm.status.state is State.DISCONNECTED)
                 there.tell("replug")
                 until(lambda: arm.status.state is State.ERROR_STOP)
                 arm.reset()
                 assert arm.status.state is State.STANDBY
-                assert arm.read_inputs() is not None
+                assert arm.io.read() is not None
             assert not thread.is_alive()
 
     def test_an_arm_that_is_looked_for_can_be_closed(self, tmp_path):
         path = tmp_path / "arm"
         with Served("teachmover", pty=path) as there:
             arm = Arm.connect(str(path), dialect="teachmover", reconnect=True)
-            thread = arm.pace._thread
+            thread = arm.parts.pace._thread
             there.tell("unplug")
-            until(lambda: arm.reconnector.tries > 0)
+            until(lambda: arm.parts.reconnector.tries > 0)
             arm.close()
             assert not thread.is_alive()
             there.tell("replug")

@@ -185,9 +185,9 @@ def test_the_status_carries_the_codes_with_their_words():
             arm.move_j(shoulder_deg=40)
         arm.reset()
         assert arm.status.error_code == ""
-        arm.core.notify("somebody moved it", Evidence.MOVED_BY_OTHERS)
+        arm.parts.core.notify("somebody moved it", Evidence.MOVED_BY_OTHERS)
         assert arm.status.notice_code == entry_of(Evidence.MOVED_BY_OTHERS).code
-        arm.core.notify("all is well")
+        arm.parts.core.notify("all is well")
         assert arm.status.notice_code == ""
 
 

@@ -102,7 +102,7 @@ def test_a_reversed_and_released_jog_ends_at_the_reported_position(dialect):
     arm = arm_with_play(dialect)
     arm.move_j(**AT_MIDDLE)
     for sign, for_s in ((1.0, 0.5), (-1.0, 0.12), (1.0, 0.31), (-1.0, 0.45)):
-        arm.hold(Jog.joint(base=sign, elbow=-sign), speed=0.7, for_s=for_s)
+        arm.jogging.hold(Jog.joint(base=sign, elbow=-sign), speed=0.7, for_s=for_s)
         arm.sleep(for_s + 1.0)
         assert arm.status.state is State.STANDBY
         assert off_steps(arm) == 0
@@ -116,14 +116,14 @@ def test_releasing_a_jog_during_backlash_compensation_stops_within_the_same_time
     arm.jog_j(base_deg=2)
     before = arm.twin.world.motors
     bound_s = arm.status.silent_time_s
-    arm.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.3)
+    arm.jogging.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.3)
     arm.sleep(0.3 + bound_s)
     registers = arm.twin.device.registers
     arm.sleep(1.0)
     assert arm.twin.device.registers == registers
     assert arm.twin.world.motors == before == arm.status.acknowledged
-    assert list(arm.core.position.slack.taken) == arm.twin.world.play.ahead
-    assert 0 < arm.core.position.slack.taken[0] < 190
+    assert list(arm.parts.core.position.slack.taken) == arm.twin.world.play.ahead
+    assert 0 < arm.parts.core.position.slack.taken[0] < 190
 
 
 @every_kind
@@ -159,7 +159,7 @@ def test_a_stop_at_any_moment_of_backlash_compensation_keeps_the_position(dialec
         with pytest.raises((Stopped, ArmError)):
             handle.wait()
         assert off_steps(arm) == 0
-        assert list(arm.core.position.slack.taken) == arm.twin.world.play.ahead
+        assert list(arm.parts.core.position.slack.taken) == arm.twin.world.play.ahead
     assert arm.status.trust is Trust.REFERENCED
 
 
@@ -167,7 +167,7 @@ def test_a_stop_at_any_moment_of_backlash_compensation_keeps_the_position(dialec
 def test_no_burst_is_longer_than_announced_whatever_the_backlash(dialect):
     arm = arm_with_play(dialect, play=150, backlash=150)
     arm.move_j(**AT_MIDDLE)
-    controller, lengths = arm.core.controller, []
+    controller, lengths = arm.parts.core.controller, []
     begin = controller.begin
 
     def noted(pieces):
@@ -222,7 +222,7 @@ def test_the_next_program_knows_on_which_side_of_its_play_each_motor_is(dialect,
                 reference_from_one_side(arm)
             assert arm.status.trust is (Trust.REFERENCED if number == 0 else Trust.RESTORED)
             assert max(move_at_random(arm, 1, seed=number)) == 0
-            assert arm.core.position.slack.unsure == ()
+            assert arm.parts.core.position.slack.unsure == ()
 
 
 def test_another_backlash_needs_another_reference(tmp_path):
@@ -236,7 +236,7 @@ def test_another_backlash_needs_another_reference(tmp_path):
         with Arm(connect_simulated(config, twin=twin, record_store=recorder)) as again:
             trusts.append(again.status.trust)
             if len(trusts) == 1:
-                again.declare_posture(Joints.of(0, 40, -80, -40, 0), opening_mm=20)
+                again.reference.declare(Joints.of(0, 40, -80, -40, 0), opening_mm=20)
     assert trusts == [Trust.UNKNOWN, Trust.RESTORED, Trust.UNKNOWN, Trust.UNKNOWN]
 
 
@@ -290,12 +290,12 @@ def test_homing_by_switches_ends_in_the_same_place_and_reports_unknown_backlash(
 def test_a_pendant_that_turns_a_motor_within_its_play_is_noticed():
     arm = arm_with_play("teachmover")
     position = arm.status.acknowledged
-    arm.twin.device.jog((-5 if arm.core.position.slack.taken[0] else 5, 0, 0, 0, 0, 0))
+    arm.twin.device.jog((-5 if arm.parts.core.position.slack.taken[0] else 5, 0, 0, 0, 0, 0))
     arm.sleep(2.0)
     status = arm.status
     assert status.trust is Trust.SUSPECT
     assert status.acknowledged == position == arm.twin.world.motors
-    assert arm.core.position.slack.unsure
+    assert arm.parts.core.position.slack.unsure
 
 
 def test_a_lost_byte_of_a_burst_is_noticed_though_it_only_moved_motors_in_their_play():
@@ -309,12 +309,12 @@ def test_a_lost_byte_of_a_burst_is_noticed_though_it_only_moved_motors_in_their_
 
 def test_a_controller_that_lost_its_power_leaves_the_backlash_in_doubt():
     arm = arm_with_play("teachmover")
-    assert arm.core.position.slack.unsure == ()
+    assert arm.parts.core.position.slack.unsure == ()
     arm.twin.device.power_off()
     arm.twin.device.power_on()
     arm.sleep(2.0)
     assert arm.status.trust is Trust.SUSPECT
-    assert arm.core.position.slack.unsure == (0, 1, 2, 3, 4, 5)
+    assert arm.parts.core.position.slack.unsure == (0, 1, 2, 3, 4, 5)
 
 
 def test_a_saved_twin_keeps_where_its_play_is():

@@ -69,7 +69,7 @@ def test_ten_thousand_random_moves_end_on_the_step_counts_they_began_with(seed):
     home, began = arm.joints, arm.twin.world.motors
     registers = arm.twin.device.registers
     draw = random.Random(seed)
-    angles = dict(arm.core.position.coordinates.joints.deg)
+    angles = dict(arm.parts.core.position.coordinates.joints.deg)
     for _ in range(amount(150, 1_000)):
         name = draw.choice(list(angles))
         arm.move_j(**{f"{name}_deg": angles[name] + draw.uniform(-0.6, 0.6)})
@@ -121,7 +121,7 @@ def test_a_motion_reports_where_the_motors_stand_and_not_where_they_were_sent():
 
 def test_readings_midway_through_a_motion_say_so(monkeypatch):
     arm, asked = ready_arm(), []
-    kind = type(arm.core.controller)
+    kind = type(arm.parts.core.controller)
     begin = kind.begin
 
     def noted(controller, request, now_s):
@@ -137,15 +137,15 @@ def test_readings_midway_through_a_motion_say_so(monkeypatch):
 
 def test_joints_that_are_not_named_keep_their_angle_to_the_last_digit():
     arm = ready_arm()
-    before = arm.core.position.coordinates.joints
+    before = arm.parts.core.position.coordinates.joints
     arm.move_j(elbow_deg=-60.123)
     arm.jog_j(base_deg=3.3)
-    after = arm.core.position.coordinates.joints
+    after = arm.parts.core.position.coordinates.joints
     for name in ("shoulder", "wrist_pitch", "wrist_roll"):
         assert after[name] == before[name]
-    assert arm.core.transmission.to_motors(after, arm.core.position.coordinates.opening_mm) == (
-        arm.status.acknowledged
-    )
+    assert arm.parts.core.transmission.to_motors(
+        after, arm.parts.core.position.coordinates.opening_mm
+    ) == (arm.status.acknowledged)
 
 
 @pytest.mark.parametrize(
@@ -219,7 +219,7 @@ def test_a_line_out_of_the_reach_breaks_before_it_begins():
 def test_an_arm_that_stands_beyond_a_guard_may_leave_it_but_not_go_deeper():
     low = Joints.of(0.0, -20.0, -30.0, -20.0, 0.0)
     arm = ready_arm()
-    arm.declare_posture(low)
+    arm.reference.declare(low)
     assert arm.pose.z_mm < -1.0
     with pytest.raises(OutOfBounds, match="table"):
         arm.move_j(shoulder_deg=-25)
@@ -229,7 +229,7 @@ def test_an_arm_that_stands_beyond_a_guard_may_leave_it_but_not_go_deeper():
 
 def test_an_arm_that_stands_beyond_a_limit_may_come_back_but_go_no_further():
     arm = ready_arm()
-    arm.declare_posture(OVER_THE_TABLE.replace(base=math.radians(89.0)))
+    arm.reference.declare(OVER_THE_TABLE.replace(base=math.radians(89.0)))
     arm.move_motors(79, 0, 0, 0, 0, 0)  # knows no limits
     assert arm.joints.deg["base"] == pytest.approx(93.0, abs=0.1)
     for further_deg in (93.5, 170.0):
@@ -268,7 +268,7 @@ def six(tmp_path):
     here = Joints.of(*READY, names=config.model.arm.joint_names)
     world = arm.twin.world
     world.drive_to(world.body.transmission.to_motors(here))
-    arm.declare_posture(here)
+    arm.reference.declare(here)
     with arm:
         yield arm
 
@@ -534,11 +534,11 @@ def test_a_force_out_of_range_is_refused_and_nothing_moves(force_n):
 def test_a_stopped_grasp_stops_closing_within_the_stated_time(after_s):
     arm = arm_around_a_block(20.0)
 
-    began_s, asked_s = arm.engine.now_s, []
+    began_s, asked_s = arm.parts.engine.now_s, []
 
     def stop_later(data):
-        if not asked_s and arm.engine.now_s - began_s >= after_s:
-            asked_s.append(arm.engine.now_s)
+        if not asked_s and arm.parts.engine.now_s - began_s >= after_s:
+            asked_s.append(arm.parts.engine.now_s)
             arm.request_stop()
 
     arm.twin.link.on_write = stop_later
@@ -559,7 +559,7 @@ def test_a_grip_switch_that_is_stuck_is_reported_before_the_fingers_are_strained
     arm = sim_arm(at=OVER_THE_TABLE)
     arm.twin.device.set_input(3, closed)
     device = arm.config.device
-    arm.core.controller._settings = replace(device, grip_bit=3)
+    arm.parts.core.controller._settings = replace(device, grip_bit=3)
     with pytest.raises(DeviceFault, match=words):
         arm.gripper.grasp()
     assert arm.twin.world.grip_force_n <= 10.0

@@ -46,17 +46,19 @@ def place(where):
 def followed(arm, act):
     """Do something, and return the tips at the ends of its bursts, as the controller was told."""
     tips = [place(arm.pose)]
-    move = arm.context.move
+    move = arm.parts.context.move
 
     def noted(target, *rest, **more):
-        tips.append(place(arm.config.model.arm.fk(arm.core.transmission.to_joints(target)[0])))
+        tips.append(
+            place(arm.config.model.arm.fk(arm.parts.core.transmission.to_joints(target)[0]))
+        )
         return move(target, *rest, **more)
 
-    arm.context.move = noted
+    arm.parts.context.move = noted
     try:
         act()
     finally:
-        arm.context.move = move
+        arm.parts.context.move = move
     return tips
 
 
@@ -378,12 +380,12 @@ def test_a_jog_is_audited_although_it_keeps_to_its_bounds_by_itself(flawed_jog, 
 def test_an_arm_that_runs_on_while_it_stops_is_slowed_before_a_guard(speed):
     arm = ready_robko(walled(robko_config()))
     arm.move_to(over(30))
-    runs_on_s = arm.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
+    runs_on_s = arm.parts.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
     assert runs_on_s > 0.0
     ways = []
     before_mm, before_s = arm.twin.world.pose.y_mm, arm.status.time_s
     for _ in range(40):
-        arm.hold(Jog.cartesian(y=1.0), speed=speed, for_s=1.0)
+        arm.jogging.hold(Jog.cartesian(y=1.0), speed=speed, for_s=1.0)
         arm.sleep(0.25)
         here_mm, now_s = arm.twin.world.pose.y_mm, arm.status.time_s
         ways.append((here_mm, (here_mm - before_mm) / (now_s - before_s)))
@@ -397,11 +399,11 @@ def test_an_arm_that_drives_on_from_leg_to_leg_could_stop_before_a_guard_at_any_
     """The jog's own ramp is too short for that: it is slowed for as long as its device runs on."""
     arm = ready_board(walled(config(jog_ramp_s=0.02)))
     arm.move_to(over(10))
-    runs_on_s = arm.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
+    runs_on_s = arm.parts.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
     before_mm = arm.twin.world.pose.y_mm
     fastest_mm_s = 0.0
     for _ in range(130):
-        arm.hold(Jog.cartesian(y=1.0), speed=1.0, for_s=1.0)
+        arm.jogging.hold(Jog.cartesian(y=1.0), speed=1.0, for_s=1.0)
         arm.sleep(LOOK_S)
         here_mm = arm.twin.world.pose.y_mm
         speed_mm_s = (here_mm - before_mm) / LOOK_S
@@ -414,7 +416,7 @@ def test_an_arm_that_drives_on_from_leg_to_leg_could_stop_before_a_guard_at_any_
 def test_an_arm_that_stands_in_a_box_may_leave_it_by_itself():
     arm = ready_arm(walled(sim_config()))
     inside = arm.config.model.arm.ik(over(90))
-    arm.declare_posture(inside)
+    arm.reference.declare(inside)
     with pytest.raises(OutOfBounds, match="box 'wall'"):
         arm.move_l(over(100))
     assert "box 'wall'" in arm.jog_l(y_mm=5).note
@@ -472,10 +474,10 @@ def test_a_burst_is_shorter_where_a_guard_is_near(name):
     low.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=1.0, pitch_deg=-60))
     target = Motors((90, -60, 80, 40, 70, 0))
     rate_hz = high.speeds.motor_hz
-    assert has_room(high.core, high.core.position.acknowledged + target, rate_hz)
-    assert not has_room(low.core, low.core.position.acknowledged + target, rate_hz)
+    assert has_room(high.parts.core, high.parts.core.position.acknowledged + target, rate_hz)
+    assert not has_room(low.parts.core, low.parts.core.position.acknowledged + target, rate_hz)
     few = Motors((SMALL_STEPS, -3, 2, 1, 1, 0))
-    assert has_room(low.core, low.core.position.acknowledged + few, rate_hz)
+    assert has_room(low.parts.core, low.parts.core.position.acknowledged + few, rate_hz)
 
 
 @pytest.mark.parametrize("name", UNCOORDINATED)
@@ -522,7 +524,9 @@ def test_no_joint_passes_a_limit_that_it_moves_along(name, joint, start, goal):
     assert there.rounding_mm < 1.0
     busiest = max(
         abs(b - a)
-        for a, b in zip(*map(arm.core.transmission.to_motors, (start, there.joints)), strict=True)
+        for a, b in zip(
+            *map(arm.parts.core.transmission.to_motors, (start, there.joints)), strict=True
+        )
     )
     assert there.bursts <= 40 + busiest
     back = {f"{name}_deg": turn for name, turn in start.deg.items()}

@@ -80,7 +80,7 @@ def test_a_pause_drops_a_burst_that_is_still_being_prepared():
     world = arm.twin.world
     stood, handle = world.motors, arm.move_j(base_deg=WAY_DEG, wait=False)
     arm.sleep(0.1)
-    assert arm.engine.busy
+    assert arm.parts.engine.busy
     arm.pause()
     arm.sleep(1.0)
     assert world.motors == stood
@@ -153,14 +153,14 @@ def test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on():
 
 def test_a_paused_increment_reports_that_it_fell_short():
     arm = raised(BY_BURSTS)
-    arm.nudge(Jog.joint(base=20.0), speed=0.3)
+    arm.jogging.nudge(Jog.joint(base=20.0), speed=0.3)
     arm.sleep(0.5)
     arm.pause()
     arm.sleep(SETTLES_S)
     assert 0.0 < arm.joints.deg["base"] < 19.0
     assert arm.status.state is State.STANDBY
     assert "paused" in arm.status.notice
-    for jog in (arm.nudge, partial(arm.hold, for_s=1.0)):
+    for jog in (arm.jogging.nudge, partial(arm.jogging.hold, for_s=1.0)):
         jog(Jog.joint(base=-1.0), speed=0.5)
         assert "paused" in arm.status.notice
     with pytest.raises(WrongState, match="resume"):
@@ -216,10 +216,10 @@ def test_time_in_a_pause_does_not_count_towards_a_motions_timeout():
     arm = raised(BY_BURSTS)
     handle, _ = paused(arm)
     handle._timeout_s = 3.0
-    beyond_s = arm.pace.now_s() + 4.0 * handle._timeout_s
+    beyond_s = arm.parts.pace.now_s() + 4.0 * handle._timeout_s
 
     def resume():
-        until(lambda: arm.pace.now_s() > beyond_s)
+        until(lambda: arm.parts.pace.now_s() > beyond_s)
         arm.resume()
 
     operator = threading.Thread(target=resume)
@@ -235,7 +235,7 @@ def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path
     paused(arm)
     record = RecordFile(tmp_path / "record.json").load()
     assert not record.in_motion
-    assert record.registers == arm.status.acknowledged - arm.core.position.offset
+    assert record.registers == arm.status.acknowledged - arm.parts.core.position.offset
 
 
 ASKED = ("move", "pause", "pause", "resume", "slow", "jog", "nudge", "sleep", "stop", "estop")
@@ -248,9 +248,9 @@ def ask(arm: Arm, what: str, chance: random.Random) -> None:
         case "slow":
             arm.speed_override = chance.choice((0.1, 0.5, 1.0))
         case "jog":
-            arm.hold(Jog.joint(base=chance.choice((-1, 1))), speed=0.5, for_s=0.5)
+            arm.jogging.hold(Jog.joint(base=chance.choice((-1, 1))), speed=0.5, for_s=0.5)
         case "nudge":
-            arm.nudge(Jog.joint(shoulder=chance.choice((-3, 3))), speed=0.5)
+            arm.jogging.nudge(Jog.joint(shoulder=chance.choice((-3, 3))), speed=0.5)
         case "sleep":
             arm.sleep(chance.uniform(0.0, 1.0))
         case "estop":

@@ -61,10 +61,10 @@ def test_the_motion_does_what_its_preview_showed(arm, goal, how):
     preview = foreseen(arm, goal, **how)
     assert len(arm.twin.link.sent) == before
     assert preview.possible
-    began = arm.core.position.coordinates
+    began = arm.parts.core.position.coordinates
     moved = asked(arm, goal, **how)
     assert preview.start == began.joints
-    assert preview.end == arm.core.position.coordinates.joints
+    assert preview.end == arm.parts.core.position.coordinates.joints
     assert math.dist(preview.path[-1], arm.model.arm.points(moved.joints)[-1]) < 1.0
     assert preview.duration_s <= moved.duration_s <= preview.slowest_s * 1.1 + 1.0
 
@@ -171,7 +171,7 @@ def test_an_arm_in_motion_shows_the_plan_and_the_reason_why_not_now(arm):
 
 
 def test_an_arm_of_a_template_refuses_poses_and_shows_joints(arm):
-    arm.core.geometry_known = False
+    arm.parts.core.geometry_known = False
     assert isinstance(arm.preview(PoseMove(GOAL)).refusal, Refused)
     assert arm.preview(JointMove({"base_deg": 10})).possible
 
@@ -202,7 +202,7 @@ def test_a_preview_works_for_an_arm_of_a_model_file(tmp_path):
         assert [way.taken for way in preview.ways] == [True]
         assert preview.ways[0].name == ""
         arm.move_to(goal)
-        assert preview.end == arm.core.position.coordinates.joints
+        assert preview.end == arm.parts.core.position.coordinates.joints
 
 
 @settings(max_examples=25)
@@ -216,7 +216,7 @@ def test_a_preview_shows_where_every_goal_would_end(x, y, z, pitch, line):
     preview = foreseen(arm, goal, line=line)
     if preview.possible:
         asked(arm, goal, line=line)
-        assert preview.end == arm.core.position.coordinates.joints
+        assert preview.end == arm.parts.core.position.coordinates.joints
         least = -arm.model.guards.tolerance_mm - 1e-6
         assert all(each.clearance_mm >= least for each in preview.clearances)
         return
@@ -269,7 +269,9 @@ def test_the_command_ends_with_the_code_of_the_refusal(call):
 def test_at_the_edge_of_reach_one_posture_is_taken_and_named_once(arm):
     """Elbow up and elbow down are the same where the arm is stretched out."""
     model = arm.model.arm
-    stretched = model.fk(arm.core.position.coordinates.joints.replace(shoulder=0.5, elbow=0.0))
+    stretched = model.fk(
+        arm.parts.core.position.coordinates.joints.replace(shoulder=0.5, elbow=0.0)
+    )
     preview = arm.preview(PoseMove(stretched))
     assert [way.taken for way in preview.ways].count(True) <= 1
     for way, other in combinations(preview.ways, 2):

@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -30,12 +31,12 @@ from kinematics import Joints, Motors, preset
 MODEL = preset("teachmover")
 
 
-def homed(dialect: str = "teachmover") -> Arm:
+def homed(dialect: str = "teachmover", logbook: Path | None = None) -> Arm:
     """Return an arm that stands at its mark, where it was referenced."""
-    arm = Arm.connect(f"sim:{dialect}")
+    arm = Arm(replace(connect_simulated(simulated_config(dialect)), logbook=logbook))
     arm.enable()
     arm.twin.device.bring_to(arm.model.arm.ik(arm.model.reference.pose), 0.0)
-    arm.confirm_reference()
+    arm.reference.confirm()
     return arm
 
 
@@ -60,7 +61,7 @@ def test_lost_steps_are_measured_to_the_step(dialect, motor):
     )
     truth = arm.status.acknowledged - arm.twin.world.motors
     assert truth.largest == lost
-    found = arm.verify(speed=1.0)
+    found = arm.reference.verify(speed=1.0)
     assert found.drift.steps == truth
     assert arm.status.acknowledged - arm.twin.world.motors == truth
     assert found.verdict is Verdict.DRIFT
@@ -81,7 +82,7 @@ def test_steps_that_a_drive_makes_up_for_are_no_drift(dialect):
     here = arm.joints.deg
     arm.move_j(base_deg=4.0, shoulder_deg=here["shoulder"] + 3.0)
     assert arm.status.acknowledged == arm.twin.world.motors
-    found = arm.verify(speed=1.0)
+    found = arm.reference.verify(speed=1.0)
     assert found.verdict is Verdict.ROUNDING
     assert arm.status.trust is Trust.REFERENCED
 
@@ -90,7 +91,7 @@ def test_steps_that_a_drive_makes_up_for_are_no_drift(dialect):
 def test_an_arm_that_lost_nothing_is_within_rounding_and_keeps_its_reference(dialect):
     arm = homed(dialect)
     arm.move_j(base_deg=-5.0, shoulder_deg=arm.joints.deg["shoulder"] + 3.0)
-    found = arm.verify(accept=True)
+    found = arm.reference.verify(accept=True)
     assert found.verdict is Verdict.ROUNDING
     assert not found.accepted
     assert arm.status.trust is Trust.REFERENCED
@@ -101,16 +102,16 @@ def test_a_difference_too_small_to_see_is_not_drift_but_can_be_accepted():
     arm = homed()
     arm.twin.faults.add("lose-steps", "base", "3")
     arm.move_j(base_deg=10.0)
-    found = arm.verify(accept=lambda _: pytest.fail("nobody is asked"))
+    found = arm.reference.verify(accept=lambda _: pytest.fail("nobody is asked"))
     assert found.verdict is Verdict.ROUNDING
     assert found.drift.steps.largest == 3
     assert arm.status.trust is Trust.REFERENCED
-    assert arm.verify(accept=True).accepted
+    assert arm.reference.verify(accept=True).accepted
     assert arm.status.acknowledged == arm.twin.world.motors
 
 
-def drifted() -> Arm:
-    arm = homed()
+def drifted(logbook=None) -> Arm:
+    arm = homed(logbook=logbook)
     arm.twin.faults.add("lose-steps", "base", "12")
     arm.move_j(base_deg=20.0)
     return arm
@@ -118,7 +119,7 @@ def drifted() -> Arm:
 
 def test_an_unaccepted_drift_makes_the_position_suspect_and_gives_its_size():
     arm = drifted()
-    found = arm.verify()
+    found = arm.reference.verify()
     assert not found.accepted
     assert "base +12" in str(found)
     assert "+0.61°" in str(found)
@@ -132,18 +133,18 @@ def test_an_unaccepted_drift_makes_the_position_suspect_and_gives_its_size():
 @pytest.mark.parametrize("accept", [True, lambda found: found.verdict is Verdict.DRIFT])
 def test_an_accepted_drift_is_gone(accept):
     arm = drifted()
-    assert arm.verify(accept=accept).accepted
+    assert arm.reference.verify(accept=accept).accepted
     assert arm.status.acknowledged == arm.twin.world.motors
     assert arm.status.trust is Trust.REFERENCED
     arm.move_j(base_deg=10.0)
-    assert arm.verify().verdict is Verdict.ROUNDING
+    assert arm.reference.verify().verdict is Verdict.ROUNDING
 
 
 def test_a_reference_that_was_taken_elsewhere_may_be_wrong_by_its_numbers():
     arm = homed()
     joints = arm.joints
-    arm.declare_posture(joints.replace(shoulder=joints["shoulder"] + 0.05))
-    assert arm.verify().verdict is Verdict.CALIBRATION
+    arm.reference.declare(joints.replace(shoulder=joints["shoulder"] + 0.05))
+    assert arm.reference.verify().verdict is Verdict.CALIBRATION
 
 
 def test_a_difference_larger_than_any_loss_of_steps_is_not_drift():
@@ -163,7 +164,7 @@ def test_without_a_position_and_without_an_operator_nothing_is_verified_and_noth
     ):
         before = arm.twin.world.motors
         with pytest.raises(error, match=words):
-            arm.verify()
+            arm.reference.verify()
         assert arm.twin.world.motors == before
 
 
@@ -176,7 +177,7 @@ def test_what_the_operator_does_not_confirm_changes_nothing():
         return False
 
     with pytest.raises(OperatorNeeded):
-        arm.verify(operator=refuses)
+        arm.reference.verify(operator=refuses)
     assert isinstance(asked[0], MarkRequest)
     assert "small jogs" in str(asked[0])
     assert arm.status.state is State.STANDBY
@@ -191,7 +192,7 @@ def test_a_stop_while_the_operator_is_at_work_ends_the_verification():
         return True
 
     with pytest.raises(Stopped):
-        arm.verify(operator=stops, accept=True)
+        arm.reference.verify(operator=stops, accept=True)
     assert arm.status.trust is Trust.REFERENCED
     assert "reference posture" in arm.status.trust_reason
 
@@ -211,21 +212,20 @@ def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
         )
     )
     assert arm.status.trust is Trust.RESTORED
-    assert arm.verify().verdict is Verdict.ROUNDING
+    assert arm.reference.verify().verdict is Verdict.ROUNDING
     assert arm.status.trust is Trust.REFERENCED
 
 
 def test_each_verification_is_written_down_with_its_date_and_a_repeated_one_is_noticed():
-    arm = drifted()
-    arm.logbook = logbook_file("bench")
-    first = arm.verify(accept=True)
+    arm = drifted(logbook_file("bench"))
+    first = arm.reference.verify(accept=True)
     assert first.note == ""
     for _ in range(2):
         arm.move_j(base_deg=0.0)
         arm.twin.faults.add("lose-steps", "base", "12")
         arm.move_j(base_deg=20.0)
         arm.twin.faults.end()
-        again = arm.verify(accept=True)
+        again = arm.reference.verify(accept=True)
         assert "as much as the last time" in again.note
     lines = [json.loads(line) for line in logbook_file("bench").read_text().splitlines()]
     assert len(lines) == 3
@@ -238,10 +238,9 @@ def test_each_verification_is_written_down_with_its_date_and_a_repeated_one_is_n
 
 
 def test_a_log_that_cannot_be_written_is_a_note(tmp_path):
-    arm = drifted()
     (tmp_path / "in the way").write_text("")
-    arm.logbook = tmp_path / "in the way" / "log"
-    found = arm.verify(accept=True)
+    arm = drifted(tmp_path / "in the way" / "log")
+    found = arm.reference.verify(accept=True)
     assert "the logbook could not be written" in found.note
     assert found.accepted
 
@@ -267,7 +266,7 @@ HOMING = HomingSettings(Joints.of(40.0, 40.0, -80.0, -40.0, 0.0), 20.0, ((1,), (
 
 def alert(arm: Arm) -> None:
     """Have the device report an alarm that leaves its position right."""
-    arm.engine.controller.io.notify(Alert(AlertKind.ALARM, WORDS))
+    arm.parts.engine.controller.io.notify(Alert(AlertKind.ALARM, WORDS))
 
 
 @in_pairs("dialect, motion, stopped", list(DIALECTS), list(MOTIONS), (True, False))
@@ -301,7 +300,7 @@ def test_a_stop_does_not_hide_a_power_failure(dialect, motion):
 def test_a_stop_says_that_the_arm_did_not_answer_it(dialect):
     """Nobody waits for the end of a held jog, so only the stop can tell."""
     arm = driven(arm_config(dialect))
-    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=1.0)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=0.5, for_s=1.0)
     arm.sleep(0.4)
     arm.twin.faults.add("brown-out")
     with pytest.raises(NoAnswer):
@@ -323,7 +322,7 @@ def test_an_emergency_stop_is_named_by_the_motion_that_it_ends(motion):
 def test_an_alarm_in_a_homing_group_ends_the_homing(dialect):
     arm = homing(dialect)
     before, told = arm.twin.world.motors, []
-    arm.twin.device.at(arm.pace.now_s() + 0.5, lambda: alert(arm))
+    arm.twin.device.at(arm.parts.pace.now_s() + 0.5, lambda: alert(arm))
     with pytest.raises(DeviceFault, match=WORDS):
         arm.home(report=told.append)
     nothing_was_referenced(arm)

@@ -128,20 +128,20 @@ def test_inputs_are_read_and_awaited_on_the_arms_clock(arm, does):
     arm.twin.device.set_input(2, True)
     assert does(ReadInput(3)) is True
     assert does(AwaitInputs(high=(3,), low=(4,))) is True
-    began_s = arm.pace.now_s()
+    began_s = arm.parts.pace.now_s()
     assert does(AwaitInputs(high=(4,), within_s=2.0)) is False
-    assert arm.pace.now_s() - began_s == pytest.approx(2.0, abs=0.2)
+    assert arm.parts.pace.now_s() - began_s == pytest.approx(2.0, abs=0.2)
     arm.twin.device.at(arm.twin.device.now_s + 3.0, lambda: arm.twin.device.set_input(3, True))
-    began_s = arm.pace.now_s()
+    began_s = arm.parts.pace.now_s()
     assert does(AwaitInputs(high=(3, 4))) is True
-    assert arm.pace.now_s() - began_s == pytest.approx(3.0, abs=0.2)
+    assert arm.parts.pace.now_s() - began_s == pytest.approx(3.0, abs=0.2)
 
 
 def test_a_delay_takes_its_time_and_texts_go_to_the_person(arm):
-    person, began_s = Listener(), arm.pace.now_s()
+    person, began_s = Listener(), arm.parts.pace.now_s()
     for act in (Delay(7.3), Say("width 30"), Hold("turn the part")):
         performer(arm, person).perform(act)
-    assert arm.pace.now_s() - began_s == pytest.approx(7.3, abs=1e-6)
+    assert arm.parts.pace.now_s() - began_s == pytest.approx(7.3, abs=1e-6)
     assert (person.said, person.held) == (["width 30"], ["turn the part"])
 
 
@@ -158,10 +158,10 @@ LONG = {
 def test_a_stop_in_an_act_ends_it(arm, does, name):
     does(go(down(250, 60, 80), opening_mm=20.0))
     arm.twin.device.at(arm.twin.device.now_s + 0.4, arm.request_stop)
-    began_s = arm.pace.now_s()
+    began_s = arm.parts.pace.now_s()
     with pytest.raises(Stopped):
         does(LONG[name])
-    assert arm.pace.now_s() - began_s < 3.0
+    assert arm.parts.pace.now_s() - began_s < 3.0
     with pytest.raises(Stopped):  # and nothing is begun after it
         does(go(down(250, 60, 100)))
 
@@ -216,12 +216,12 @@ def test_a_pause_lengthens_a_delay(arm, monkeypatch, kind):
 
     monkeypatch.setattr(waits.time, "sleep", breath)
     device.at(device.now_s + 0.3, arm.pause)
-    began_s = arm.pace.now_s()
+    began_s = arm.parts.pace.now_s()
     if kind == "program":
         performer(arm).perform(Delay(2.0))
     else:
         Stepper(arm, StepList((Step(wait_s=2.0),)), {}).run()
-    assert arm.pace.now_s() - began_s == pytest.approx(9.0, abs=0.1)
+    assert arm.parts.pace.now_s() - began_s == pytest.approx(9.0, abs=0.1)
 
 
 def test_it_runs_as_often_as_it_is_told(arm):
@@ -279,11 +279,11 @@ SUSPENDED_IN = {"a delay": Delay(5.0), "a wait": AwaitInputs(high=(2,)), "a look
 
 @pytest.mark.parametrize("name", SUSPENDED_IN)
 def test_a_suspension_ends_the_program_wherever_it_falls(arm, name):
-    arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.engine.suspended(60.0))
+    arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.parts.engine.suspended(60.0))
     does = performer(arm).perform
     if name == "a look":
         does(SUSPENDED_IN[name])
-        arm.pace.wait(never, 1.0)
+        arm.parts.pace.wait(never, 1.0)
     with pytest.raises(Stopped, match="suspended: after a suspension, nothing continues by itself"):
         does(SUSPENDED_IN[name])
     with pytest.raises(Stopped):
@@ -294,14 +294,14 @@ def test_a_suspension_ends_the_program_wherever_it_falls(arm, name):
 
 def test_a_suspension_that_was_not_yet_noticed_counts_once(arm):
     does = performer(arm).perform
-    arm.engine.asleep_s = lambda: 2.0
+    arm.parts.engine.asleep_s = lambda: 2.0
     with pytest.raises(Stopped):
         does(Say("on"))
 
 
 def test_a_wait_of_a_script_ends_as_well(arm):
-    for wait in (lambda: arm.sleep(5.0), lambda: arm.wait_inputs(high=2, within_s=5.0)):
-        arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.engine.suspended(60.0))
+    for wait in (lambda: arm.sleep(5.0), lambda: arm.io.wait(high=2, within_s=5.0)):
+        arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.parts.engine.suspended(60.0))
         with pytest.raises(Stopped, match=r"suspended|stop"):
             wait()
     arm.sleep(0.1)  # the next one is asked for after it
@@ -310,11 +310,13 @@ def test_a_wait_of_a_script_ends_as_well(arm):
 def test_a_person_lets_a_program_go_on_after_a_suspension(arm, monkeypatch):
     class Sleeper(Listener):
         def hold(self, text, over):
-            arm.engine.suspended(60.0)
+            arm.parts.engine.suspended(60.0)
 
     does = performer(arm, Sleeper()).perform
     does(Hold("look"))
-    monkeypatch.setattr(waits.time, "sleep", lambda _: arm.engine.suspended(9.0) or arm.resume())
+    monkeypatch.setattr(
+        waits.time, "sleep", lambda _: arm.parts.engine.suspended(9.0) or arm.resume()
+    )
     arm.pause()
     does(Outputs(on=(1,)))
     assert arm.status.outputs == 1

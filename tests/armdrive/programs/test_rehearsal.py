@@ -55,9 +55,9 @@ REFUSED = {
 
 
 def took_s(arm, script):
-    began_s = arm.pace.now_s()
+    began_s = arm.parts.pace.now_s()
     ProgramRun(RunPlan(script), performer(arm)).carry_out()
-    return arm.pace.now_s() - began_s
+    return arm.parts.pace.now_s() - began_s
 
 
 def test_a_rehearsal_is_refused_while_the_controllers_settings_differ():
@@ -294,7 +294,7 @@ def test_an_arm_without_a_reference_is_refused_unless_one_may_be_assumed():
 def test_an_arm_whose_lengths_are_not_measured_is_refused_cartesian_goals_in_the_rehearsal():
     """The first act is allowed: without the rehearsal's refusal, the arm would stop half-way."""
     arm = table_arm("mks")
-    arm.core.geometry_known = False  # as of every real arm with the lengths of the template
+    arm.parts.core.geometry_known = False  # as of every real arm with the lengths of the template
     joints = {"base": 20.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 0}
     rehearsal = rehearse(SeenArm.of(arm), RunPlan(Script((go(joints), go(down(170, 20, 50))))))
     assert "unverified template values" in str(rehearsal.refusal)

@@ -269,7 +269,7 @@ move at(145, -5 * count, 30, -90)
 def homed(dialect):
     config = simulated_config(dialect)
     arm = recorded(config, twin_at_reference(config))
-    arm.confirm_reference()
+    arm.reference.confirm()
     return arm
 
 

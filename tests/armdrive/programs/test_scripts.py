@@ -61,7 +61,7 @@ def test_an_arm_that_the_script_names_stays(homed, write):
         from armdrive import Arm
         with Arm.connect("sim:armdroid") as arm:
             arm.home()
-            print(arm.status.dialect, arm.pace.now_s() > 0)
+            print(arm.status.dialect, arm.parts.pace.now_s() > 0)
         """
     )
     ran = homed("run", path, code=0).out
@@ -251,7 +251,7 @@ def test_what_a_rehearsed_script_finds_is_assumed(call, write, grasp):
             arm.gripper.open()
             arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=60, pitch_deg=-90))
             arm.move_l(Pose.of(x_mm=250, y_mm=0, z_mm=15, pitch_deg=-90))
-            print(round({grasp}), arm.read_inputs() >> 2 & 1)
+            print(round({grasp}), arm.io.read() >> 2 & 1)
         """
     )
     words = ("run", path, "--check", "--arm", "bench")
@@ -270,7 +270,7 @@ def test_a_rehearsed_script_that_never_ends_is_cut_short(homed, write, monkeypat
         with Arm.connect() as arm:
             while True:
                 try:
-                    arm.read_inputs()
+                    arm.io.read()
                 except Exception:
                     pass
         """
@@ -327,7 +327,7 @@ STEPPED = """\
         arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
         arm.run(JointMove({"base_deg": 20.0}))
         arm.start(JointMove({"base_deg": 30.0})).wait()
-        arm.read_inputs()
+        arm.io.read()
 """
 
 

@@ -73,7 +73,7 @@ def test_simulated_time_that_is_stuck_raises_an_error_naming_what_waits(creep_s,
     monkeypatch.setattr("armdrive.runtime.clock.STUCK_TURNS", 1000)
     arm = ready_arm()
     link, inner_s = arm.twin.link, arm.twin.link.next_s
-    link.next_s = lambda: min(inner_s(), arm.pace.now_s() + creep_s)
+    link.next_s = lambda: min(inner_s(), arm.parts.pace.now_s() + creep_s)
     with pytest.raises(ArmError, match=r"time is stuck.*the wire"):
         arm.sleep(1.0)
 
@@ -124,16 +124,16 @@ def test_in_real_time_a_thread_moves_the_arm_while_the_program_does_something_el
     with pytest.raises(Stopped):
         second.wait()
     arm.close()
-    assert arm.pace._thread is None
+    assert arm.parts.pace._thread is None
 
 
 def test_in_real_time_a_lost_wire_ends_the_thread_and_every_later_wait_returns_at_once():
     arm = ready_arm(pace=100.0)
-    thread = arm.pace._thread
+    thread = arm.parts.pace._thread
     arm.twin.link.cut()
-    arm.pace.wake()
+    arm.parts.pace.wake()
     until(lambda: not thread.is_alive())
-    for call in (arm.stop, arm.read_inputs):
+    for call in (arm.stop, arm.io.read):
         with pytest.raises(ArmError):
             returns(call)
     returns(arm.close)
@@ -141,8 +141,8 @@ def test_in_real_time_a_lost_wire_ends_the_thread_and_every_later_wait_returns_a
 
 def test_a_failed_engine_raises_in_every_waiting_call():
     arm = ready_arm(pace=100.0)
-    arm.engine.advance = lambda now_s: 1 / 0
-    arm.pace.wake()
+    arm.parts.engine.advance = lambda now_s: 1 / 0
+    arm.parts.pace.wake()
     with pytest.raises(ArmError, match="thread ended"):
         arm.sleep(1e6)
     with pytest.raises(ArmError, match="thread ended"):
@@ -207,7 +207,7 @@ def test_bytes_prepared_before_a_suspension_are_not_sent_after_it():
     handle = arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.5)
     before = len(arm.twin.link.named(b"@STEP"))
-    arm.engine.asleep_s = lambda: 1.5
+    arm.parts.engine.asleep_s = lambda: 1.5
     with pytest.raises(Stopped, match="was suspended"):
         handle.wait()
     assert len(arm.twin.link.named(b"@STEP")) <= before + 1
@@ -220,7 +220,7 @@ def test_a_suspension_between_a_thought_and_its_word_leaves_the_word_unsaid(dial
         as_it_stands(arm)
         handle = arm.move_j(base_deg=40, wait=False)
         arm.sleep(0.5)
-        engine, think = arm.engine, arm.engine.controller.advance
+        engine, think = arm.parts.engine, arm.parts.engine.controller.advance
         asleep_s, unsaid, said = [0.0], [], []
 
         def suspended(now_s):
@@ -467,7 +467,7 @@ def test_a_motion_does_not_go_on_when_its_program_wakes_and_the_arm_is_no_slower
     handle = arm.move_j(wait=False, **{f"{first}_deg": arm.joints.deg[first] + 40.0})
     arm.sleep(0.3)
     assert twin.device.moving
-    arm.pace.sleep()
+    arm.parts.pace.sleep()
     arm.sleep(1.0)
     woken = twin.world.motors
     with pytest.raises((Stopped, DeviceFault)):  # or the deadline of an answer has passed
@@ -512,16 +512,16 @@ def moving(arm: Arm) -> Handle:
 @pytest.fixture
 def said(arm, monkeypatch) -> list[bytes]:
     said: list[bytes] = []
-    write = arm.engine.link.write
+    write = arm.parts.engine.link.write
     monkeypatch.setattr(
-        arm.engine.link, "write", lambda data, now_s: (said.append(data), write(data, now_s))
+        arm.parts.engine.link, "write", lambda data, now_s: (said.append(data), write(data, now_s))
     )
     return said
 
 
 def test_bytes_prepared_before_the_drives_stopped_are_not_sent(arm, said):
     moving(arm)
-    arm.engine.round_s = lambda: arm.engine.controller.abilities.order_s + 0.01
+    arm.parts.engine.round_s = lambda: arm.parts.engine.controller.abilities.order_s + 0.01
     said.clear()
     arm.sleep(0.05)
     assert said == []
@@ -529,7 +529,7 @@ def test_bytes_prepared_before_the_drives_stopped_are_not_sent(arm, said):
 
 def test_a_stop_is_sent_however_late_it_is(arm, said):
     handle = moving(arm)
-    arm.engine.round_s = lambda: 0.9
+    arm.parts.engine.round_s = lambda: 0.9
     said.clear()
     arm.request_stop()
     with pytest.raises(Stopped):
@@ -539,7 +539,7 @@ def test_a_stop_is_sent_however_late_it_is(arm, said):
 
 def test_bytes_of_a_round_of_usual_length_are_sent(arm, said):
     handle = moving(arm)
-    arm.engine.round_s = lambda: arm.engine.controller.abilities.order_s - 0.01
+    arm.parts.engine.round_s = lambda: arm.parts.engine.controller.abilities.order_s - 0.01
     said.clear()
     arm.sleep(0.6)
     assert not handle.done
@@ -548,7 +548,7 @@ def test_bytes_of_a_round_of_usual_length_are_sent(arm, said):
 
 def test_orders_of_other_arms_may_be_late():
     with Arm.connect("sim:teachmover") as arm:
-        arm.engine.round_s = lambda: 0.9
+        arm.parts.engine.round_s = lambda: 0.9
         arm.home()
         arm.move_j(base_deg=10.0)
         assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.5)

@@ -127,12 +127,12 @@ import os, sys
 from armdrive import Arm, LinkLost
 arm = Arm.connect(sys.argv[1], dialect=sys.argv[2])
 arm.enable()
-arm.confirm_reference()
+arm.reference.confirm()
 arm.move_j(base_deg=60, speed=0.3, wait=False)
 print(arm.status.stop_time_s, arm.status.silent_time_s, flush=True)
 os.read(0, 1)
 if os.fork() == 0:
-    for call in (arm.stop, arm.estop, arm.read_inputs, lambda: arm.move_j(base_deg=0)):
+    for call in (arm.stop, arm.estop, arm.io.read, lambda: arm.move_j(base_deg=0)):
         try:
             call()
         except LinkLost as error:

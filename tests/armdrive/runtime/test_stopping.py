@@ -72,11 +72,11 @@ REFUSED = [
     (lambda arm: arm.move_j(base_deg=1.0), "a motion"),
     (lambda arm: arm.jog_j(base_deg=1.0), "jogging"),
     (lambda arm: arm.move_motors(1, 0, 0, 0, 0, 0, speed=0.1), "turning motors"),
-    (lambda arm: arm.confirm_reference(), "confirming the reference"),
-    (lambda arm: arm.declare_posture(arm.joints), "declaring a posture"),
-    (lambda arm: arm.set_output(1), "switching an output"),
-    (lambda arm: arm.wait_inputs(high=1), "waiting for inputs"),
-    (lambda arm: arm.read_pendant_program(), "using the arm's own program memory"),
+    (lambda arm: arm.reference.confirm(), "confirming the reference"),
+    (lambda arm: arm.reference.declare(arm.joints), "declaring a posture"),
+    (lambda arm: arm.io.set(1), "switching an output"),
+    (lambda arm: arm.io.wait(high=1), "waiting for inputs"),
+    (lambda arm: arm.controller.read_program(), "using the arm's own program memory"),
     (lambda arm: arm.disable(), "switching the motors off"),
 ]
 
@@ -101,14 +101,14 @@ def test_a_call_in_error_stop_is_refused_by_its_own_name_and_says_what_to_do_fir
 def test_every_burst_fits_its_announced_length_and_once_measured_really_does(error):
     arm = ready_arm(sim_config(planned_burst_s=0.3), speed_error=error)
     link, lengths = arm.twin.link, []
-    controller = arm.core.controller
+    controller = arm.parts.core.controller
     begin = controller.begin
 
     def spied(request, now_s):
         begin(request, now_s)
         if isinstance(request, MoveBy):
             nominal_s = request.steps.largest / controller.usable_rate_hz(request.rate_hz)
-            lengths.append((nominal_s, nominal_s * (1.0 + error), arm.core.stops.burst_s))
+            lengths.append((nominal_s, nominal_s * (1.0 + error), arm.parts.core.stops.burst_s))
 
     controller.begin = spied
     arm.move_j(base_deg=50, shoulder_deg=60, wrist_roll_deg=70)
@@ -141,19 +141,19 @@ def test_stop_works_in_every_state_and_twice(state):
 
 def test_a_stop_by_another_program_is_seen_at_rest_and_named_by_a_motion():
     arm = ready_arm()
-    arm.runner.request_stop(elsewhere=True)
+    arm.parts.runner.request_stop(elsewhere=True)
     with pytest.raises(Stopped, match="by another program"):
         arm.sleep(0.1)
     arm.sleep(0.1)
     assert arm.status.notice == "the arm was stopped: another program asked for it"
-    arm.nudge(Jog.joint(base=5.0), speed=0.5)
+    arm.jogging.nudge(Jog.joint(base=5.0), speed=0.5)
     arm.sleep(0.1)
-    arm.runner.request_stop(elsewhere=True)
+    arm.parts.runner.request_stop(elsewhere=True)
     with pytest.raises(Stopped, match="by another program"):
         arm.sleep(1.0)
     arm.sleep(1.0)
     assert arm.status.notice == "the jog was stopped: another program asked for it"
-    arm.nudge(Jog.joint(base=5.0), speed=0.5)
+    arm.jogging.nudge(Jog.joint(base=5.0), speed=0.5)
     arm.sleep(0.1)
     arm.request_stop()
     arm.sleep(1.0)
@@ -171,8 +171,8 @@ def test_what_is_decided_after_a_stop_by_another_program_is_not_refused(by_switc
     arm.enable()
 
     def stop_elsewhere():
-        arm.runner.request_stop(elsewhere=True)
-        arm.pace.clock.advance()  # at rest there is nothing to stop
+        arm.parts.runner.request_stop(elsewhere=True)
+        arm.parts.pace.clock.advance()  # at rest there is nothing to stop
 
     stop_elsewhere()
     arm.home(stops=arm.stops)
@@ -203,7 +203,7 @@ def test_a_stop_before_the_first_step_lets_nothing_begin():
 
 def test_a_stop_ends_waiting_jogs_for_good():
     arm = ready_arm()
-    arm.nudge(Jog.joint(base=5.0), speed=0.5)
+    arm.jogging.nudge(Jog.joint(base=5.0), speed=0.5)
     arm.request_stop()
     arm.sleep(1.0)
     assert not arm.twin.link.named(b"@STEP")
@@ -243,8 +243,8 @@ def test_closing_ends_a_motion_under_way_and_the_arm_stands():
 @pytest.mark.parametrize(
     "jog",
     [
-        lambda arm, jog: arm.nudge(jog, speed=0.5),
-        lambda arm, jog: arm.hold(jog, speed=0.5, for_s=0.5),
+        lambda arm, jog: arm.jogging.nudge(jog, speed=0.5),
+        lambda arm, jog: arm.jogging.hold(jog, speed=0.5, for_s=0.5),
     ],
 )
 def test_a_jog_in_error_stop_is_answered_by_the_way_out(jog):
@@ -281,7 +281,7 @@ def test_what_the_device_reports_during_the_reset_stays_latched():
     arm.estop()
     arm.stop()
     alert = Alert(AlertKind.ALARM, "the STOP key of the pendant was pressed")
-    arm.twin.link.on_write = lambda data: alerted(arm.core, alert, arm.engine.now_s)
+    arm.twin.link.on_write = lambda data: alerted(arm.parts.core, alert, arm.parts.engine.now_s)
     with pytest.raises(DeviceFault, match="the STOP key of the pendant was pressed"):
         arm.reset()
     assert arm.status.state is State.ERROR_STOP
@@ -343,7 +343,7 @@ def test_a_stop_while_homing_ends_the_homing_and_nothing_is_referenced(how):
     arm = sim_arm()
 
     def operator(request):
-        request.arm.hold(Jog.joint(shoulder=1.0), speed=0.2, for_s=1.0)
+        request.arm.jogging.hold(Jog.joint(shoulder=1.0), speed=0.2, for_s=1.0)
         request.arm.sleep(0.3)
         getattr(request.arm, how)()
         request.arm.sleep(1.0)
@@ -361,7 +361,7 @@ def test_an_operator_that_fails_or_refuses_leaves_the_arm_standing():
     arm = sim_arm()
 
     def failing(request):
-        request.arm.hold(Jog.joint(base=1.0), speed=0.2, for_s=1.0)
+        request.arm.jogging.hold(Jog.joint(base=1.0), speed=0.2, for_s=1.0)
         request.arm.sleep(0.3)
         raise RuntimeError("he fell asleep")
 
@@ -396,7 +396,7 @@ def test_interrupting_the_wait_stops_the_arm_between_two_steps():
 
 WAITS = {
     "sleep": lambda arm, handle: arm.sleep(5.0),
-    "wait_inputs": lambda arm, handle: arm.wait_inputs(high=7, within_s=5.0),
+    "io.wait": lambda arm, handle: arm.io.wait(high=7, within_s=5.0),
     "wait": lambda arm, handle: handle.wait(),
     "wait for a time": lambda arm, handle: handle.wait(5.0),
 }
@@ -425,7 +425,7 @@ SCRIPTED = {
     "run": lambda arm: arm.run(JogMove(Jog.joint(base=20))),
     "gripper": lambda arm: arm.gripper.close(),
     "sleep": lambda arm: arm.sleep(2.0),
-    "wait_inputs": lambda arm: arm.wait_inputs(high=7, within_s=2.0),
+    "io.wait": lambda arm: arm.io.wait(high=7, within_s=2.0),
 }
 """Calls of a script that a stop ends, or that do not begin after one."""
 
@@ -454,7 +454,7 @@ def test_a_stop_from_elsewhere_between_two_calls_keeps_the_next_one_from_beginni
     arm = ready_arm()
     before = arm.twin.world.motors
     stopped_elsewhere(arm)
-    arm.pace.wait(lambda: arm.engine.at_rest, 1.0)  # the engine has dealt with the stop
+    arm.parts.pace.wait(lambda: arm.parts.engine.at_rest, 1.0)  # the engine has dealt with the stop
     with pytest.raises(Stopped, match="a stop was requested by another program"):
         SCRIPTED[name](arm)
     assert arm.twin.world.motors == before
@@ -485,21 +485,21 @@ def test_a_person_at_the_keys_jogs_on_after_a_stop_from_elsewhere():
     arm = ready_arm()
     stopped_elsewhere(arm)
     before = arm.twin.world.motors
-    arm.pace.wait(lambda: arm.engine.at_rest, 1.0)
-    arm.nudge(Jog.joint(base=2.0), speed=0.5)
-    arm.pace.wait(lambda: arm.twin.world.motors != before, 1.0)
+    arm.parts.pace.wait(lambda: arm.parts.engine.at_rest, 1.0)
+    arm.jogging.nudge(Jog.joint(base=2.0), speed=0.5)
+    arm.parts.pace.wait(lambda: arm.twin.world.motors != before, 1.0)
     assert arm.twin.world.motors != before
 
 
 def held(arm, time_s):
     """Hold a jog for a time, renewed as by a key that repeats."""
-    end_s = arm.pace.now_s() + time_s
-    while arm.pace.now_s() < end_s:
-        arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.2)
-        arm.pace.wait(lambda: False, 0.03)
+    end_s = arm.parts.pace.now_s() + time_s
+    while arm.parts.pace.now_s() < end_s:
+        arm.jogging.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.2)
+        arm.parts.pace.wait(lambda: False, 0.03)
 
 
-LET_GO = [lambda arm: arm.release(), lambda arm: arm.pace.wait(bool, 0.3)]
+LET_GO = [lambda arm: arm.jogging.release(), lambda arm: arm.parts.pace.wait(bool, 0.3)]
 
 
 @pytest.mark.parametrize("let_go", LET_GO)
@@ -535,7 +535,7 @@ def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):
 def test_a_motion_does_not_wait_behind_work_that_moves_nothing():
     """Otherwise it would begin unexpectedly late."""
     arm = ready_arm()
-    work = arm.runner.submit(set_outputs(arm.context, 1))
+    work = arm.parts.runner.submit(set_outputs(arm.parts.context, 1))
     arm.sleep(0.001)
     assert arm.status.state is State.STANDBY
     assert not work.done
@@ -572,12 +572,12 @@ def test_of_two_threads_that_move_at_once_one_is_refused_and_neither_hangs():
 
 def test_a_stop_by_a_forked_process_is_refused_at_once():
     arm = ready_arm()
-    parent = arm.engine.process
-    arm.engine.process = os.getpid() + 1
+    parent = arm.parts.engine.process
+    arm.parts.engine.process = os.getpid() + 1
     try:
         for call in (arm.stop, arm.estop, lambda: arm.move_j(base_deg=1)):
             with pytest.raises(LinkLost, match="was forked"):
                 call()
     finally:
-        arm.engine.process = parent
+        arm.parts.engine.process = parent
         arm.close()

@@ -189,7 +189,7 @@ def test_a_lost_answer_to_a_motion_is_suspect_and_a_reset_does_not_mend_that():
     assert (arm.status.trust, arm.status.state) == (Trust.SUSPECT, State.ERROR_STOP)
     arm.reset()
     assert (arm.status.trust, arm.status.state) == (Trust.SUSPECT, State.STANDBY)
-    arm.declare_posture(OVER_THE_TABLE)
+    arm.reference.declare(OVER_THE_TABLE)
     assert arm.status.trust is Trust.REFERENCED
 
 
@@ -223,7 +223,7 @@ def test_a_posture_that_is_not_known_says_what_it_lacks():
 def test_there_is_nothing_to_confirm_without_a_restored_position():
     arm = ready_arm()
     with pytest.raises(Refused, match=r"no restored position .* the position is referenced$"):
-        arm.confirm_restored()
+        arm.reference.confirm_restored()
 
 
 def test_a_posture_is_not_taken_from_a_controller_that_was_restarted_meanwhile():
@@ -234,9 +234,9 @@ def test_a_posture_is_not_taken_from_a_controller_that_was_restarted_meanwhile()
     device.power_off()
     device.power_on()
     with pytest.raises(DeviceFault, match="changed a moment ago"):
-        arm.declare_posture(here)
+        arm.reference.declare(here)
     assert arm.status.trust is Trust.SUSPECT
-    arm.declare_posture(arm.twin.world.joints, opening_mm=20.0)
+    arm.reference.declare(arm.twin.world.joints, opening_mm=20.0)
     assert arm.status.trust is Trust.REFERENCED
 
 
@@ -261,16 +261,16 @@ def test_a_posture_is_not_taken_of_an_arm_that_moved_while_the_wire_was_disturbe
     arm.twin.link.to.append(Rule(b"@READ", DISTURBED[how]))
     device.at(device.now_s + 0.4, lambda: device.jog((0, 0, 0, 25, 0, 0)))
     with pytest.raises(DeviceFault, match="confirm its posture again"):
-        arm.declare_posture(here, opening_mm=20.0)
+        arm.reference.declare(here, opening_mm=20.0)
     assert arm.status.trust is not Trust.REFERENCED
-    arm.declare_posture(arm.twin.world.joints, opening_mm=20.0)
+    arm.reference.declare(arm.twin.world.joints, opening_mm=20.0)
     assert arm.status.acknowledged == arm.twin.world.motors
 
 
 def test_a_posture_that_the_pendant_has_just_brought_about_is_taken():
     arm = ready_arm()
     arm.twin.device.jog((0, 0, 0, 25, 0, 0))
-    arm.declare_posture(arm.twin.world.joints, opening_mm=20.0)
+    arm.reference.declare(arm.twin.world.joints, opening_mm=20.0)
     assert arm.status.trust is Trust.REFERENCED
     assert arm.status.acknowledged == arm.twin.world.motors
 
@@ -283,12 +283,12 @@ def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall
     here, device = arm.twin.world.joints, arm.twin.device
     assert arm.status.trust is Trust.SUSPECT
     there = ArmCoordinates(here, 20.0)
-    word = confirmed_posture(arm.core, there, Evidence.DECLARED, arm.pace.now_s())
+    word = confirmed_posture(arm.parts.core, there, Evidence.DECLARED, arm.parts.pace.now_s())
     device.power_off()
     device.power_on()
-    run_blocking(arm.runner.perform(arm.context.look()))
+    run_blocking(arm.parts.runner.perform(arm.parts.context.look()))
     with pytest.raises(DeviceFault, match="confirm its posture again"):
-        run_blocking(arm.runner.perform(take_reference(arm.context, word)))
+        run_blocking(arm.parts.runner.perform(take_reference(arm.parts.context, word)))
     assert arm.status.trust is Trust.SUSPECT
 
 

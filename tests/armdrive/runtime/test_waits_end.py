@@ -217,7 +217,7 @@ def ready(dialect: str) -> tuple[Arm, Pace]:
     arm = connected(dialect, wire, pace)
     arm.enable()
     world = wire.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    arm.reference.declare(world.joints, opening_mm=world.opening_mm)
     return arm, pace
 
 
@@ -234,8 +234,8 @@ def switched_off(arm: Arm) -> None:
 CALLS_ON_ENDLESS_WIRES = {
     "reset": (latched, lambda arm: arm.reset(), 0.0),
     "enable": (switched_off, lambda arm: arm.enable(), 0.0),
-    "look": (lambda _: None, lambda arm: arm.read_inputs(), 0.0),
-    "outputs": (lambda _: None, lambda arm: arm.set_outputs(1), 0.0),
+    "look": (lambda _: None, lambda arm: arm.io.read(), 0.0),
+    "outputs": (lambda _: None, lambda arm: arm.io.write(1), 0.0),
     "move": (lambda _: None, lambda arm: arm.move_j(base_deg=5.0), AFTER_S),
     "home": (lambda _: None, lambda arm: arm.home(), AFTER_S),
     "close": (lambda _: None, lambda arm: arm.close(), 0.0),
@@ -316,10 +316,10 @@ def test_a_background_poll_times_out_without_using_the_next_calls_time():
     arm, pace = ready("teachmover")
     pace.wire.spoil("dripping")
     arm.sleep(1.0)
-    assert arm.engine.busy
+    assert arm.parts.engine.busy
     began_s = pace.now_s()
     with pytest.raises(ArmError):
-        arm.read_inputs()
+        arm.io.read()
     assert pace.now_s() - began_s <= CALL_LIMIT_S + 0.05
     assert arm.status.state is State.ERROR_STOP
 
@@ -329,7 +329,7 @@ def test_time_in_which_the_motion_of_another_call_is_waited_for_does_not_count()
     handle = arm.move_j(base_deg=80.0, speed=0.1, wait=False)
     arm.sleep(0.5)
     began_s = pace.now_s()
-    arm.read_inputs()
+    arm.io.read()
     assert pace.now_s() - began_s > CALL_LIMIT_S
     assert handle.done
     assert arm.joints.deg["base"] == pytest.approx(80.0, abs=0.1)
@@ -338,15 +338,15 @@ def test_time_in_which_the_motion_of_another_call_is_waited_for_does_not_count()
 def test_a_suspension_does_not_count_towards_a_devices_timeout():
     arm, pace = ready("teachmover")
     pace.wire.spoil("dripping")
-    task = arm.runner.submit(arm_look(arm), within_s=CALL_LIMIT_S)
+    task = arm.parts.runner.submit(arm_look(arm), within_s=CALL_LIMIT_S)
     pace.wait(lambda: task.done, 10.0)
-    arm.engine.suspended(60.0)
+    arm.parts.engine.suspended(60.0)
     pace.wait(lambda: task.done, 0.0)
     assert task.until_s == pytest.approx(60.0 + CALL_LIMIT_S, abs=1.0)
 
 
 def arm_look(arm: Arm):
-    yield from arm.context.look()
+    yield from arm.parts.context.look()
 
 
 def test_an_arm_file_that_has_its_device_waited_for_longer_gets_more_time():
@@ -459,17 +459,17 @@ CALLS = {
     "jog_j": lambda arm: arm.jog_j(base_deg=1.0),
     "jog_j for a time": lambda arm: arm.jog_j(base=1.0, duration_s=0.5),
     "jog_l": lambda arm: arm.jog_l(z_mm=1.0),
-    "hold": lambda arm: arm.hold(Jog.joint(base=1.0), speed=0.3, for_s=0.5),
+    "hold": lambda arm: arm.jogging.hold(Jog.joint(base=1.0), speed=0.3, for_s=0.5),
     "handle": lambda arm: arm.move_j(base_deg=2.0, wait=False).wait(),
     "cancel": lambda arm: arm.move_j(base_deg=9.0, wait=False).cancel(),
     "gripper": lambda arm: arm.gripper.move(15.0),
     "grasp": lambda arm: arm.gripper.grasp(),
     "home": lambda arm: arm.home(),
-    "verify": lambda arm: arm.verify(operator=arm.operator),
-    "confirm_reference": lambda arm: arm.confirm_reference(),
-    "read_inputs": lambda arm: arm.read_inputs(),
-    "set_outputs": lambda arm: arm.set_outputs(1),
-    "wait_inputs": lambda arm: arm.wait_inputs(high=7, within_s=1.0),
+    "verify": lambda arm: arm.reference.verify(operator=arm.operator),
+    "reference.confirm": lambda arm: arm.reference.confirm(),
+    "io.read": lambda arm: arm.io.read(),
+    "io.write": lambda arm: arm.io.write(1),
+    "io.wait": lambda arm: arm.io.wait(high=7, within_s=1.0),
     "sleep": lambda arm: arm.sleep(1.0),
     "stop": lambda arm: arm.stop(),
     "estop": lambda arm: arm.estop(),
@@ -477,7 +477,7 @@ CALLS = {
     "reconnect": lambda arm: arm.twin.link.unplug() or arm.sleep(1.0) or arm.reconnect(),
     "disable": lambda arm: arm.disable(),
     "enable": lambda arm: arm.enable(),
-    "read_pendant_program": lambda arm: arm.read_pendant_program(),
+    "controller.read_program": lambda arm: arm.controller.read_program(),
     "close": lambda arm: arm.close(),
 }
 
@@ -509,7 +509,7 @@ def test_only_a_wait_for_an_input_without_a_deadline_is_for_as_long_as_that_take
     arm.twin.device.at(pace.now_s() + 30.0, arm.request_stop)
     pace.waits.clear()
     with pytest.raises(ArmError, match="stop"):
-        arm.wait_inputs(high=7)
+        arm.io.wait(high=7)
     assert pace.waits == [math.inf]
     assert pace.now_s() >= 30.0
 
@@ -556,10 +556,10 @@ def test_a_pause_on_simulated_time_that_cannot_end_does_not_hang(monkeypatch, di
     arm.sleep(0.5)
     arm.pause()
     arm.sleep(2.0)
-    stood, began_s = arm.twin.world.motors, arm.pace.now_s()
+    stood, began_s = arm.twin.world.motors, arm.parts.pace.now_s()
     with pytest.raises(WrongState, match="still paused"):
         handle.wait()
-    assert arm.pace.now_s() - began_s == pytest.approx(60.0, abs=3.0)
+    assert arm.parts.pace.now_s() - began_s == pytest.approx(60.0, abs=3.0)
     assert len(breaths) == NAPS
     assert arm.status.paused
     assert arm.twin.world.motors == stood
@@ -588,12 +588,12 @@ def restless(now_s):
 def test_a_flow_that_goes_round_without_waiting_is_ended():
     arm = ready_arm()
     with pytest.raises(ArmError, match="without waiting"):
-        run_blocking(arm.runner.perform(restless(arm.pace.now_s() - 1.0)))
+        run_blocking(arm.parts.runner.perform(restless(arm.parts.pace.now_s() - 1.0)))
     assert arm.move_j(base_deg=2).joints.deg["base"] == pytest.approx(2.0, abs=0.05)
 
 
 def test_a_script_that_goes_round_without_waiting_is_ended():
-    controller = ready_arm().core.controller
+    controller = ready_arm().parts.core.controller
     controller.script = lambda _request: restless_script()
     controller.begin(ReadPosition(), 0.0)
     controller.advance(0.0)

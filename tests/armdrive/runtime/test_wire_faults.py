@@ -115,7 +115,7 @@ def test_an_answer_that_comes_too_early_is_compared_with_the_registers_at_once()
     def echo(data):
         if data.startswith(b"@STEP"):
             link.on_write = lambda _: None
-            link.arriving.append((arm.engine.now_s + 0.01, b"1\r"))
+            link.arriving.append((arm.parts.engine.now_s + 0.01, b"1\r"))
 
     link.on_write = echo
     arm.move_j(base_deg=25.0)
@@ -183,9 +183,9 @@ CALLS = st.sampled_from(
         lambda arm: arm.move_j(base_deg=-4, wait=False),
         lambda arm: arm.jog_j(elbow_deg=1),
         lambda arm: arm.jog_l(z_mm=2),
-        lambda arm: arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.3),
-        lambda arm: arm.nudge(Jog.joint(shoulder=-1.0), speed=0.5),
-        lambda arm: arm.release(),
+        lambda arm: arm.jogging.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.3),
+        lambda arm: arm.jogging.nudge(Jog.joint(shoulder=-1.0), speed=0.5),
+        lambda arm: arm.jogging.release(),
         lambda arm: arm.request_stop(),
         lambda arm: arm.stop(),
         lambda arm: arm.estop(),
@@ -193,8 +193,8 @@ CALLS = st.sampled_from(
         lambda arm: arm.home(),
         lambda arm: arm.disable(),
         lambda arm: arm.enable(),
-        lambda arm: arm.read_inputs(),
-        lambda arm: arm.set_outputs(3),
+        lambda arm: arm.io.read(),
+        lambda arm: arm.io.write(3),
         lambda arm: arm.gripper.move(15.0),
         lambda arm: arm.sleep(0.07),
         lambda arm: arm.sleep(1.3),

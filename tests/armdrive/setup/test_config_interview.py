@@ -67,7 +67,7 @@ def test_every_template_loads_and_drives_its_simulated_twin(tmp_path, template):
     with Arm(connect_simulated(config)) as arm:
         if config.homing is None:
             arm.jog_j(**{f"{first}_deg": -2.0})
-            arm.declare_posture(arm.twin.world.joints)
+            arm.reference.declare(arm.twin.world.joints)
         else:
             arm.home()
         before = arm.joints

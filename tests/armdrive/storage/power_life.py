@@ -58,7 +58,7 @@ def recorded_life():
     """
     life = Life()
     arm = life.connect()
-    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
     arm.close()
     life.end()
     return life

@@ -76,7 +76,7 @@ def test_silent_callers_cost_no_thread_and_keep_no_stop_waiting(arm, holding, ca
     before = len(own_threads())
     silent = [call() for _ in range(550)]
     assert ask_holder("bench", "stop") == {"done": "stop"}
-    assert arm.engine.stop_asked
+    assert arm.parts.engine.stop_asked
     assert len(own_threads()) <= before
     for each in silent[: -2 * MOST_INCOMPLETE]:
         assert "newer callers arrived: call again" in answered(each)["error"]
@@ -187,7 +187,7 @@ def test_the_number_of_requests_at_a_time_is_limited_except_for_stops(arm, holdi
         assert "are being answered already" in answered(more)["error"]
         assert not arm.paused
         assert ask_holder("bench", "stop") == {"done": "stop"}
-        assert arm.engine.stop_asked
+        assert arm.parts.engine.stop_asked
     finally:
         gate.set()
     for each in asked:
@@ -296,7 +296,7 @@ def test_a_bad_request_is_answered_with_one_sentence_and_changes_nothing(arm, ho
         assert len(answer["error"]) < (250 if "unknown" in sentence else 200), request
         assert ended(connection)
     assert arm.speed_override == 1.0
-    assert not arm.engine.stop_asked
+    assert not arm.parts.engine.stop_asked
     assert ask_holder("bench", "status")["state"] == "standby"
 
 

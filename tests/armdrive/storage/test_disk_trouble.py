@@ -69,7 +69,7 @@ class Bench:
         self.arm = Arm(
             connect_simulated(self.config, twin=self.twin, record_store=self.recorder, pace=FASTER)
         )
-        self.arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+        self.arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
         self.start = self.motors
 
     @property
@@ -78,8 +78,10 @@ class Bench:
 
     def let_time_pass(self, time_s):
         """Let the engine run for this long."""
-        until_s = self.arm.engine.now_s + time_s
-        assert self.arm.pace.wait(lambda: self.arm.engine.now_s >= until_s, LONG_S * FASTER)
+        until_s = self.arm.parts.engine.now_s + time_s
+        assert self.arm.parts.pace.wait(
+            lambda: self.arm.parts.engine.now_s >= until_s, LONG_S * FASTER
+        )
 
 
 @pytest.fixture
@@ -118,7 +120,7 @@ def test_a_stop_does_not_wait_for_the_disk(bench):
 
 def test_a_jog_released_while_the_disk_was_busy_does_not_begin(bench):
     bench.disk.hold()
-    bench.arm.hold(Jog(Space.JOINT, (("base", 1.0),)), speed=1.0, for_s=0.5)
+    bench.arm.jogging.hold(Jog(Space.JOINT, (("base", 1.0),)), speed=1.0, for_s=0.5)
     assert bench.disk.is_waited_for()
     bench.let_time_pass(2.0)
     bench.disk.free.set()
@@ -132,7 +134,7 @@ def test_what_happens_to_the_arm_meanwhile_is_seen_before_it_moves(bench):
     handle = bench.arm.move_j(base_deg=5.0, wait=False)
     assert bench.disk.is_waited_for()
     bench.let_time_pass(1.0)
-    with bench.arm.pace.lock:
+    with bench.arm.parts.pace.lock:
         bench.twin.device.jog((300, 0, 0, 0, 0, 0))
     bench.disk.free.set()
     with pytest.raises(Exception, match="pendant"):
@@ -148,8 +150,8 @@ def test_an_error_while_the_disk_is_busy_ends_the_motion_before_it_began(bench, 
     if alarmed == "estop":
         bench.arm.estop()
     else:
-        with bench.arm.pace.lock:
-            bench.arm.core.fault("the board was reset")
+        with bench.arm.parts.pace.lock:
+            bench.arm.parts.core.fault("the board was reset")
     bench.disk.free.set()
     with pytest.raises(ArmError):
         handle.wait()
@@ -176,21 +178,21 @@ def test_a_disk_that_is_stuck_at_the_end_is_given_up_and_puts_nothing_in_place_l
     bench.disk.hold()
     returns(bench.arm.close)
     bench.disk.free.set()
-    assert bench.arm.core.memory._writer.finish(LONG_S)
+    assert bench.arm.parts.core.memory._writer.finish(LONG_S)
     assert bench.path.read_bytes() == marked
     assert [each.name for each in bench.path.parent.iterdir()] == ["arm.json"]
 
 
 def test_of_many_beliefs_a_slow_disk_writes_the_newest(bench, monkeypatch):
     monkeypatch.setattr(connecting, "STILL_S", math.inf)
-    writes, core = [], bench.arm.core
+    writes, core = [], bench.arm.parts.core
     replace = bench.disk.replace
     bench.disk.replace = lambda *names: (replace(*names), writes.append(bench.recorder.load()))
     bench.arm.move_j(base_deg=1.0)
     bench.disk.hold()
     for angle_deg in (10.0, 20.0, 30.0):
         there = ArmCoordinates(OVER_THE_TABLE.replace(base=math.radians(angle_deg)), 20.0)
-        with bench.arm.pace.lock:
+        with bench.arm.parts.pace.lock:
             core.position.refer(core.position.acknowledged - core.position.offset, there)
             core.remember()
         assert bench.disk.is_waited_for()
@@ -276,7 +278,7 @@ def test_a_record_that_is_no_longer_true_is_removed_from_a_full_disk():
     arm = life.connect()
     life.disk.room = 0
     life.twin.device.jog((30, 0, 0, 0, 0, 0))
-    arm.read_inputs()
+    arm.io.read()
     assert arm.status.trust is Trust.SUSPECT
     assert life.disk.after_kill(PATH) is None
     life.twin.device.jog((-30, 0, 0, 0, 0, 0))
@@ -435,7 +437,7 @@ def test_without_a_writable_folder_the_position_is_unknown_and_nothing_moves(mon
     path = state_file("bench")
     config = simulated_config("teachmover")
     with Arm(connect_simulated(config, record_store=RecordFile(path))) as arm:
-        arm.confirm_reference()
+        arm.reference.confirm()
         world = arm.twin.save()
     before = path.read_bytes()
     with monkeypatch.context() as patched:

@@ -101,9 +101,9 @@ def test_an_arm_with_two_names_is_one_held_arm_and_answers_to_either(holding):
 
 
 def test_a_stop_comes_in(arm, holding):
-    with arm.pace.lock:
+    with arm.parts.pace.lock:
         assert ask_holder("bench", "stop") == {"done": "stop"}
-        assert arm.engine.stop_asked
+        assert arm.parts.engine.stop_asked
 
 
 def test_a_pause_a_resume_and_a_slower_speed_come_in(arm, holding):
@@ -216,7 +216,7 @@ def test_closing_an_arm_gives_it_back():
     arm = Arm.connect("sim:teachmover")
     holding = hold("bench")
     serve(holding, arm)
-    arm.connection.on_close(holding.release)
+    arm.parts.closers.append(holding.release)
     arm.close()
     hold("bench").release()
 

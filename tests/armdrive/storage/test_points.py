@@ -405,7 +405,7 @@ def test_a_preview_of_a_point_is_the_motion_to_it(arm):
     assert arm.preview(PoseMove("aside")).end == arm.points["aside"].joints
     line = arm.preview(LineMove("aside"))
     arm.move_l("aside")
-    assert line.end == arm.core.position.coordinates.joints
+    assert line.end == arm.parts.core.position.coordinates.joints
 
 
 def test_a_point_that_a_person_edited_beyond_a_limit_is_audited(arm):

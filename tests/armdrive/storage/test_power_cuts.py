@@ -96,7 +96,7 @@ def push(life):
 
 def refer_anew(life):
     arm = life.connect()
-    arm.declare_posture(PUSHED, opening_mm=20.0)
+    arm.reference.declare(PUSHED, opening_mm=20.0)
     life.told = True
 
 

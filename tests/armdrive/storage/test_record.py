@@ -66,22 +66,22 @@ def bench(tmp_path):
 
 def referenced(bench):
     arm = bench.connect()
-    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
     arm.move_j(base_deg=12.345)
     return arm
 
 
 def test_the_next_program_takes_up_where_the_last_one_ended(bench):
     arm = referenced(bench)
-    last = arm.core.position.coordinates
+    last = arm.parts.core.position.coordinates
     arm.close()
     after = bench.connect()
     assert after.status.trust is Trust.RESTORED
-    assert after.core.position.coordinates == last
+    assert after.parts.core.position.coordinates == last
     assert after.status.acknowledged == bench.twin.world.motors
     with pytest.raises(NotReferenced, match="confirm"):
         after.move_j(base_deg=0)
-    after.confirm_restored()
+    after.reference.confirm_restored()
     after.move_j(base_deg=0)
     assert bench.twin.world.joints.deg["base"] == pytest.approx(0.0, abs=0.03)
 
@@ -110,8 +110,8 @@ def test_a_program_that_dies_in_mid_motion_leaves_a_mark(bench, after_s):
 def test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion(bench):
     """The house lost its power: counts that were zero before are zero again."""
     arm = bench.connect()
-    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
-    assert not arm.core.position.counts.largest
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
+    assert not arm.parts.core.position.counts.largest
     arm.move_j(base_deg=80, wait=False)
     arm.sleep(0.5)
     power_cut(bench.twin.device)
@@ -125,7 +125,7 @@ def test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed(bench):
     arm = bench.connect()
     bench.twin.device.jog((0, 25, 0, 0, 0, 0))
     with pytest.raises(NotReferenced, match="no restored position"):
-        arm.confirm_restored()
+        arm.reference.confirm_restored()
     assert arm.status.trust is Trust.SUSPECT
 
 
@@ -249,7 +249,7 @@ def test_an_arm_whose_position_cannot_be_remembered_does_not_move(bench):
 
     bench.recorder = Full()
     arm = bench.connect()
-    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
     assert "No space" in arm.status.notice
     before = bench.twin.world.motors
     with pytest.raises(StateFileError, match="No space"):
@@ -317,7 +317,7 @@ def test_a_call_that_changes_trust_returns_when_the_disk_has_it(bench):
     assert bench.recorder.load().trust == "referenced"
     arm.close()
     arm = bench.connect()
-    arm.confirm_restored()
+    arm.reference.confirm_restored()
     assert bench.recorder.load().trust == "referenced"
     arm.disable()
     assert bench.recorder.load().trust == "suspect"

@@ -74,7 +74,7 @@ def a_record():
     path = state_file("bench")
     config = simulated_config("teachmover")
     with Arm(connect_simulated(config, record_store=RecordFile(path))) as arm:
-        arm.confirm_reference()
+        arm.reference.confirm()
     return path
 
 

@@ -72,7 +72,7 @@ def test_whatever_a_program_connects_to_it_is_the_worlds_arm(world, target, opti
         assert arm.simulated
         assert arm.twin is world.twin
         assert arm.status.dialect == dialect
-        assert arm.pace.clock is world.clock
+        assert arm.parts.pace.clock is world.clock
 
 
 def test_an_arm_file_that_is_there_says_what_the_arm_is(world, tmp_path):
@@ -167,9 +167,9 @@ def test_a_sensor_and_a_person_come_when_they_are_said_to(world):
     world.after(3.0, lambda: world.set_input(4))
     world.after(6.0, lambda: world.set_input(4, False))
     with Arm.connect() as arm:
-        arm.wait_inputs(high=4, within_s=10)
+        arm.io.wait(high=4, within_s=10)
         assert world.clock.now_s == pytest.approx(3.0, abs=0.3)
-        arm.wait_inputs(low=4, within_s=10)
+        arm.io.wait(low=4, within_s=10)
         assert world.clock.now_s == pytest.approx(6.0, abs=0.3)
         with pytest.raises(BadRequest):
             world.set_input("4")

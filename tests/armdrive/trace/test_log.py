@@ -58,7 +58,7 @@ def test_every_kind_of_entry_has_a_topic():
 
 
 def test_a_motion_is_read_in_words_with_its_intent_and_its_bytes(arm):
-    log = arm.log()
+    log = arm.recorder.log()
     while log.read():
         pass
     arm.move_motors(37, 0, 0, 0, 0, 0)
@@ -74,7 +74,7 @@ def test_a_motion_is_read_in_words_with_its_intent_and_its_bytes(arm):
 
 
 def test_counts_are_told_once(arm):
-    told = next(each for each in arm.log().read() if each.kind is EntryKind.REGISTERS)
+    told = next(each for each in arm.recorder.log().read() if each.kind is EntryKind.REGISTERS)
     assert told.text == "registers: 0 0 0 0 0 0, inputs 0"
 
 
@@ -87,11 +87,11 @@ def test_times_are_counted_from_the_connection():
 
 
 def test_errors_carry_the_code_of_the_catalogue(arm):
-    arm.confirm_reference()
+    arm.reference.confirm()
     arm.twin.faults.add("mute")
     with pytest.raises(ArmError):
         arm.move_motors(0, 0, 0, 0, 5, 0)
-    lines = arm.log().read()
+    lines = arm.recorder.log().read()
     codes = {each.kind: each.code for each in lines if each.code}
     assert codes[EntryKind.RAISED] == "E502"
     assert codes[EntryKind.ERROR] == arm.status.error_code
@@ -100,7 +100,7 @@ def test_errors_carry_the_code_of_the_catalogue(arm):
 
 def test_frames_of_a_bus_are_written_as_frames():
     with recorded_arm("mks") as arm:
-        lines = arm.log().read()
+        lines = arm.recorder.log().read()
     sent = next(each for each in lines if each.kind is EntryKind.SENT)
     assert sent.shown.startswith("001#")
     assert sent.words == "1 2 3 4 5 6: read encoder"
@@ -164,7 +164,7 @@ def test_a_message_that_began_before_a_gap_is_no_message():
 
 
 def test_two_readers_do_not_disturb_each_other(arm):
-    one, other = arm.log(), arm.log()
+    one, other = arm.recorder.log(), arm.recorder.log()
     assert one.read() == other.read() != ()
 
 
@@ -225,15 +225,15 @@ def test_the_catalogue_can_be_searched():
 @pytest.fixture
 def recording(arm, tmp_path):
     arm.move_motors(0, 0, 0, 0, 5, 0)
-    return str(arm.save_recording(tmp_path / "some.jsonl"))
+    return str(arm.recorder.save(tmp_path / "some.jsonl"))
 
 
 def test_a_recording_is_printed_in_the_same_words_as_the_arm_is_read(call, arm, recording):
     printed = call("log", recording, code=0).out.splitlines()[1:]
-    live = [str(each) for each in arm.log().read()]
+    live = [str(each) for each in arm.recorder.log().read()]
     assert printed == live
     views = call("log", recording, "--json", code=0).json_lines
-    assert [each["words"] for each in views] == [each.words for each in arm.log().read()]
+    assert [each["words"] for each in views] == [each.words for each in arm.recorder.log().read()]
 
 
 def test_a_recording_is_sieved(call, recording):
@@ -248,7 +248,7 @@ def test_a_recording_is_sieved(call, recording):
 
 def test_the_newest_recording_is_read_where_none_is_named(call, arm):
     assert "there is no recording" in call.refused("log", code=2)
-    file = arm.save_recording()
+    file = arm.recorder.save()
     assert call("log", code=0).out.startswith(f"{file}: ")
 
 
@@ -394,9 +394,9 @@ def test_a_request_is_told_in_words(request_, words):
 def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
     arm = recorded_arm(dialect)
     arm.move_motors(0, 0, 0, 0, 3, 0)
-    arm.nudge(Jog.joint(base=1), speed=0.1)
+    arm.jogging.nudge(Jog.joint(base=1), speed=0.1)
     arm.sleep(1.0)
-    entries = arm.tracer.ring.entries()
+    entries = arm.parts.tracer.ring.entries()
     arm.close()
     narrator = Narrator(dialect)
     told = [(entry, narrator.line(0, entry).words) for entry in entries]
@@ -430,7 +430,9 @@ def held():
     """An arm of which nothing is there but its recorder."""
     ring = EntryRing()
     ring.seal()
-    return ring, SimpleNamespace(tracer=ring, closed=False, pace=SimpleNamespace(now_s=lambda: 7.0))
+    return ring, SimpleNamespace(
+        parts=SimpleNamespace(tracer=ring, pace=SimpleNamespace(now_s=lambda: 7.0)), closed=False
+    )
 
 
 def tapped(arm):

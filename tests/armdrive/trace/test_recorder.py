@@ -109,7 +109,7 @@ def test_a_stop_is_noted_once_and_a_dead_one_says_so(arm, tmp_path):
 def lose_the_wire(arm):
     arm.twin.link.unplug()
     with pytest.raises(LinkLost):
-        arm.read_inputs()
+        arm.io.read()
 
 
 def run_into_a_flaw(arm):
@@ -118,7 +118,7 @@ def run_into_a_flaw(arm):
         raise ZeroDivisionError("one of ours")
 
     with pytest.raises(ZeroDivisionError):
-        run_blocking(arm.runner.perform(flawed()))
+        run_blocking(arm.parts.runner.perform(flawed()))
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def run_into_a_flaw(arm):
 def test_a_fault_is_written_by_itself_at_once_and_a_closed_arm_is_not(fail, why, words, tmp_path):
     arm = recorded_arm(folder=tmp_path / "failed")
     fail(arm)
-    arm.tracer.close()
+    arm.parts.tracer.close()
     (file,) = written(tmp_path / "failed")
     assert file.name.endswith(f"-001-{why}.jsonl")
     assert words in file.read_text()
@@ -145,7 +145,7 @@ def test_a_fault_is_written_by_itself_at_once_and_a_closed_arm_is_not(fail, why,
 def test_only_so_many_files_are_left_and_the_oldest_go(tmp_path, monkeypatch):
     monkeypatch.setattr(files, "MOST_FILES", 3)
     arm = recorded_arm(folder=tmp_path)
-    made = [arm.save_recording() for _ in range(5)]
+    made = [arm.recorder.save() for _ in range(5)]
     assert written(tmp_path) == sorted(made[-3:])
     arm.close()
 
@@ -154,10 +154,10 @@ def test_a_folder_that_cannot_be_written_is_an_error_of_the_call_and_none_of_the
     (tmp_path / "blocked").write_text("a file")
     arm = recorded_arm(folder=tmp_path / "blocked")
     arm.estop()
-    arm.tracer.close()
-    assert "cannot be written" in arm.tracer.files.trouble
+    arm.parts.tracer.close()
+    assert "cannot be written" in arm.parts.tracer.files.trouble
     with pytest.raises(StateFileError, match="cannot be written"):
-        arm.save_recording()
+        arm.recorder.save()
     arm.close()
 
 
@@ -169,7 +169,7 @@ def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
 
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(StateFileError, match="No space left"):
-        arm.save_recording(tmp_path / "recording.jsonl")
+        arm.recorder.save(tmp_path / "recording.jsonl")
     assert written(tmp_path) == []
     arm.close()
 
@@ -180,7 +180,7 @@ def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
     arm.estop()
     arm.close()
     assert written(tmp_path) == []
-    assert arm.save_recording().is_file()  # asked for, it is written all the same
+    assert arm.recorder.save().is_file()  # asked for, it is written all the same
 
 
 def test_writing_is_done_by_another_thread(tmp_path, monkeypatch):
@@ -195,27 +195,33 @@ def test_writing_is_done_by_another_thread(tmp_path, monkeypatch):
     assert seen == ["armdrive-recorder"]
 
 
-@pytest.mark.parametrize("name", ["estop", "release"])
-def test_calls_that_let_go_of_an_arm_wait_for_no_lock(arm, name, tmp_path):
+LETTING_GO = [
+    ("estop", lambda arm: arm.estop()),
+    ("jogging.release", lambda arm: arm.jogging.release()),
+]
+
+
+@pytest.mark.parametrize(("name", "call"), LETTING_GO)
+def test_calls_that_let_go_of_an_arm_wait_for_no_lock(arm, name, call, tmp_path):
     """Somebody plans a long motion, and has the lock; letting go works all the same."""
     planning, planned = threading.Event(), threading.Event()
 
     def plan():
-        with arm.pace.lock:
+        with arm.parts.pace.lock:
             planning.set()
             planned.wait(10.0)
 
     planner = threading.Thread(target=plan)
     planner.start()
     planning.wait(10.0)
-    stopper = threading.Thread(target=getattr(arm, name))
-    arm.core.hold = ContinuousJog(Jog(Space.JOINT, (("base", 1.0),)), 0.1, 1e9)
+    stopper = threading.Thread(target=call, args=(arm,))
+    arm.parts.core.hold = ContinuousJog(Jog(Space.JOINT, (("base", 1.0),)), 0.1, 1e9)
     stopper.start()
     let_go = threading.Event()
     for _ in range(5000):
-        if arm.core.hold is None or let_go.wait(0.001):
+        if arm.parts.core.hold is None or let_go.wait(0.001):
             break
-    let_go_first = arm.core.hold is None
+    let_go_first = arm.parts.core.hold is None
     planned.set()
     stopper.join()
     planner.join()
@@ -309,7 +315,7 @@ CALLS_THAT_MOVE = sorted(name for name in dir(Arm) if name.startswith(PREFIXES))
 
 @pytest.mark.parametrize("name", CALLS_THAT_MOVE)
 def test_a_call_that_moves_is_noted_and_waited_before(name):
-    assert name in CALLS
+    assert name in CALLS[""]
     assert name in MOVING
 
 
@@ -321,7 +327,7 @@ def test_arcs_and_routes_are_in_the_recording(tmp_path):
         at = [Pose.of(x_mm=x, y_mm=y, z_mm=60, pitch_deg=-90) for x, y in ((200, 0), (220, 20))]
         arm.move_path([LinePart(at[0])])
         arm.move_c(via=Pose.of(x_mm=206, y_mm=14, z_mm=60, pitch_deg=-90), goal=at[1])
-        arm.save_recording(path)
+        arm.recorder.save(path)
     text = path.read_bytes()
     assert b"move_path" in text
     assert b"move_c" in text

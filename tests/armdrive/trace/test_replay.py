@@ -226,7 +226,7 @@ def test_the_page_names_the_bounds():
 
 
 def test_the_program_of_the_page_prints_the_motion(capsys):
-    (program,) = [text for text in blocks(PAGE, "python") if "arm.log" in text]
+    (program,) = [text for text in blocks(PAGE, "python") if "arm.recorder.log" in text]
     exec(compile(program, "recordings.md", "exec"), {})
     printed = capsys.readouterr().out
     assert "call: move_motors 37, 0, 0, 0, 0, 0" in printed
@@ -327,7 +327,7 @@ def referenced(arm):
 
 def placed(arm):
     """Have the arm referenced where it stands: that takes less of the simulator than to home."""
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
 
 
 def faulty(dialect, tmp_path, go_wrong):
@@ -421,7 +421,7 @@ def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
         )
     )
     with later:
-        later.confirm_restored()
+        later.reference.confirm_restored()
         later.move_j(base_deg=15)
         recording = saved(later, tmp_path)
     replayed = replay(recording)

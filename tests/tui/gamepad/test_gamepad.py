@@ -375,8 +375,8 @@ async def test_a_real_thread_moves_the_arm_of_a_desk_and_its_end_lets_go():
         await session.desk.workers.wait_for_complete()
         await session.arm_keys()
         asked, released = threading.Event(), threading.Event()
-        session.arm.hold = lambda *_, **__: asked.set()
-        session.arm.release = released.set
+        session.arm.jogging.hold = lambda *_, **__: asked.set()
+        session.arm.jogging.release = released.set
         pad.told.put(pressed())
         pad.told.put(PadEvent(LEFT_X, 1.0))
         await until(session, asked)

@@ -50,7 +50,7 @@ draw 0, 20, 0
 def arm(own_home):
     with Arm.connect("sim:teachmover") as found:
         world = found.twin.world
-        found.declare_posture(world.joints, opening_mm=world.opening_mm)
+        found.reference.declare(world.joints, opening_mm=world.opening_mm)
         found.move_j(shoulder_deg=50, elbow_deg=-90)
         yield found
 

@@ -31,7 +31,7 @@ ARM = "sim:teachmover"
 def held(call):
     """The simulated arm of the command line, held by another program, at ten times real speed."""
     with connect_remembered(simulated_config("teachmover"), pace=10.0) as arm:
-        arm.confirm_reference()
+        arm.reference.confirm()
         yield arm
 
 
@@ -163,7 +163,7 @@ def test_ctrl_c_ends_the_watching_and_nothing_else(call, held, monkeypatch):
 
     monkeypatch.setattr(status, "show", interrupted)
     assert call("watch", code=0).err == ""
-    assert not held.engine.stop_asked
+    assert not held.parts.engine.stop_asked
 
 
 def test_a_command_that_is_stopped_from_outside_ends_with_its_own_code(call, monkeypatch):

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks"))
 def recording(tmp_path):
     arm = recorded_arm()
     arm.move_motors(0, 0, 0, 0, 5, 0)
-    file = arm.save_recording(tmp_path / "recording.jsonl")
+    file = arm.recorder.save(tmp_path / "recording.jsonl")
     arm.close()
     return str(file)
 
@@ -42,7 +42,7 @@ def test_a_replay_that_differs_says_where_and_exits_with_1(call, tmp_path):
     arm.twin.faults.add("mute")
     with pytest.raises(ArmError):
         arm.move_motors(0, 0, 0, 0, 5, 0)
-    parted = str(arm.save_recording(tmp_path / "parted.jsonl"))
+    parted = str(arm.recorder.save(tmp_path / "parted.jsonl"))
     arm.close()
     out = call("replay", parted, code=1).out
     assert out.count("they differ at") == 2  # in its place, and at the end
@@ -96,7 +96,7 @@ def test_a_recording_that_cannot_be_written_says_why(call):
 def test_a_fault_on_a_real_port_leaves_a_file_whose_replay_shows_it(call, tmp_path):
     with Served("teachmover", pty=tmp_path / "arm") as sim:
         with Arm.connect(sim.port, dialect="teachmover") as arm:
-            arm.confirm_reference()
+            arm.reference.confirm()
             sim.tell("fault mute")
             with pytest.raises(ArmError):
                 arm.jog_j(base_deg=2)

@@ -412,9 +412,9 @@ def test_the_wait_of_a_script_is_shown(homed, write):
 from armdrive import Arm, InputTimeout
 with Arm.connect() as arm:
     try:
-        arm.wait_inputs(high=2, within_s=1.0)
+        arm.io.wait(high=2, within_s=1.0)
     except InputTimeout:
         pass
 """
     ran = homed("run", write(script, "waits.py"), code=0).out
-    assert "line 4: arm.wait_inputs(high=2, within_s=1.0)  waiting for inputs" in ran
+    assert "line 4: arm.io.wait(high=2, within_s=1.0)  waiting for inputs" in ran

@@ -105,7 +105,7 @@ def test_a_sequence_is_mirrored_offset_and_copied(call, book):
 
 def test_a_held_arm_is_recorded_until_it_is_given_back(call, monkeypatch):
     arm = connect_remembered(simulated_config("teachmover"), pace=10.0)
-    arm.confirm_reference()
+    arm.reference.confirm()
     watched = {base_deg: threading.Event() for base_deg in (0, 30, -10)}
     see = StepRecorder.see
 
@@ -178,7 +178,7 @@ def test_a_name_that_is_taken_is_refused_before_anything_is_recorded(call, views
 
 def test_the_status_of_an_arm_is_what_a_recording_reads():
     with connect_remembered(simulated_config("teachmover")) as arm:
-        arm.confirm_reference()
+        arm.reference.confirm()
         assert {"state", "trust", "joints", "gripper_mm", "gripping"} <= status_view(
             arm.status
         ).keys()

@@ -182,8 +182,10 @@ class Arm:
     stops = 0
 
     @property
-    def core(self):
+    def parts(self):
         return self
+
+    core = parts
 
     def request_stop(self):
         self.stops += 1

@@ -162,13 +162,13 @@ def test_the_holder_of_an_arm_reports_its_frames(call, bus):
 @needs_pty
 def test_listening_to_a_held_arm_ends_when_it_is_given_back(call, bus):
     arm = Arm.connect(bus.port, dialect="mks")
-    since, listened = arm.tracer.since, threading.Event()
+    since, listened = arm.parts.tracer.since, threading.Event()
 
     def told(*words):
         listened.set()
         return since(*words)
 
-    arm.tracer.since = told
+    arm.parts.tracer.since = told
     giving_back = threading.Thread(target=lambda: listened.wait(LONG_S) and arm.close())
     giving_back.start()
     call("can", "monitor", bus.port, "--json", code=0)

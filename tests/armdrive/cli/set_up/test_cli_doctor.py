@@ -23,6 +23,7 @@ from doctor_bench import (
 )
 from waiting import looks
 
+from armdrive.arm.device import ControllerMemory
 from armdrive.connect import parts
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import explaining
@@ -218,18 +219,17 @@ def bench(port, lead_to, monkeypatch):
 
 def differ(monkeypatch, differences: list[Difference]) -> list[str]:
     """Have the controller's settings differ until they are mended; return what is written."""
-    from armdrive.arm import Arm
 
     written: list[str] = []
 
-    def mend(arm, lines=None):
+    def mend(memory, lines=None):
         written.extend(lines)
         for each in list(differences):
             if each.mend in lines:
                 differences.remove(each)
         return DeviceSettings(tuple(differences))
 
-    monkeypatch.setattr(Arm, "mend_settings", mend)
+    monkeypatch.setattr(ControllerMemory, "mend_settings", mend)
     return written
 
 

@@ -290,7 +290,7 @@ def test_no_byte_that_goes_wrong_makes_a_motion_of_another_size_or_a_deaf_board(
         assert arm.status.state is State.ERROR_STOP
         assert honest(arm)
         arm.reset()
-        arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+        arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
     assert (arm.twin.world.motors - start).largest <= 80
     assert honest(arm)
     arm.move_j(base_deg=2)
@@ -300,7 +300,7 @@ def test_no_byte_that_goes_wrong_makes_a_motion_of_another_size_or_a_deaf_board(
 
 def test_a_board_that_says_that_its_motors_are_off_is_believed():
     arm = driven(CONFIG)
-    arm.twin.link.line.send(b"0t", arm.pace.now_s())  # as a garbled line may read
+    arm.twin.link.line.send(b"0t", arm.parts.pace.now_s())  # as a garbled line may read
     arm.sleep(0.5)
     assert not arm.twin.world.energised
     assert arm.status.trust is Trust.SUSPECT
@@ -349,7 +349,7 @@ def left(tmp_path):
     recorder = RecordFile(tmp_path / "record.json")
     twin.device.jog(TURNED)
     with Arm(connect_simulated(CONFIG, twin=twin, record_store=recorder)) as arm:
-        arm.declare_posture(twin.world.joints, opening_mm=twin.world.opening_mm)
+        arm.reference.declare(twin.world.joints, opening_mm=twin.world.opening_mm)
     twin.link.reopen()
     return twin, recorder
 

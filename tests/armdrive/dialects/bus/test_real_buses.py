@@ -128,7 +128,7 @@ def read_often(arm, times):
     """Look at an arm again and again."""
     for _ in range(times):
         arm.sleep(0.05)
-        arm.read_inputs()
+        arm.io.read()
 
 
 @needs_pty

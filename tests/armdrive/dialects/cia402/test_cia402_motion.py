@@ -445,7 +445,7 @@ def test_a_shaft_that_is_blocked_in_such_a_pause_does_not_spring_when_it_is_free
 def test_a_whole_arm_says_that_it_is_paused_stands_and_goes_on_when_it_is_resumed():
     with driven(arm_config("cia402")) as arm:
         twin = arm.twin
-        began_s = arm.pace.now_s()
+        began_s = arm.parts.pace.now_s()
         twin.device.at(began_s + 0.4, lambda: setattr(twin.board.node(3).port, "mute", True))
         twin.device.at(
             began_s + 0.4 + MUTE_S, lambda: setattr(twin.board.node(3).port, "mute", False)

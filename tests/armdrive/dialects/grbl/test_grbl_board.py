@@ -62,7 +62,7 @@ def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
 def test_a_fluidnc_board_with_homing_raises_another_alarm_as_it_is_reset_after_a_limit_alarm():
     arm = found(config(device={"hard_limits": True, "homing": True}), firmware="fluidnc")
     arm.reset()  # it boots locked
-    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
     run_into_a_switch(arm)
     arm.twin.board.set_switch(0, SwitchState.FREE)
     arm.reset()
@@ -123,16 +123,16 @@ def test_somebody_at_the_hold_button_stops_the_arm_and_its_position_is_kept():
 
 def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     arm = found(factory=True)
-    musts = [each for each in arm.core.differences if each.must]
+    musts = [each for each in arm.parts.core.differences if each.must]
     assert {each.mend for each in musts} >= {"$1=255", "$10=3", "$100=1", "$105=1"}
-    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
     with pytest.raises(SettingsDiffer, match=r"\$1=255"):
         arm.move_j(base_deg=3)
     from armdrive.motion.device import mend_settings
 
-    lines = tuple(each.mend for each in arm.core.differences)
-    run_blocking(arm.runner.perform(mend_settings(arm.context, lines)))
-    assert arm.core.differences == ()
+    lines = tuple(each.mend for each in arm.parts.core.differences)
+    run_blocking(arm.parts.runner.perform(mend_settings(arm.parts.context, lines)))
+    assert arm.parts.core.differences == ()
     arm.move_j(base_deg=3)
     assert standing_as_said(arm)
 
@@ -146,27 +146,27 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     ],
 )
 def test_the_settings_of_a_board_that_was_already_running_name_its_firmware(firmware, named):
-    assert found(firmware=firmware).mend_settings([]).firmware == named
+    assert found(firmware=firmware).controller.mend_settings([]).firmware == named
 
 
 def test_a_fluidnc_board_from_the_factory_is_mended_by_paths():
     arm = found(factory=True, firmware="fluidnc")
-    lines = [each.mend for each in arm.core.differences]
+    lines = [each.mend for each in arm.parts.core.differences]
     assert "$/stepping/idle_ms=255" in lines
     assert "$10=3" in lines
     assert "$/axes/x/steps_per_mm=1" in lines
     assert "$/junction_deviation_mm=1" in lines
-    arm.mend_settings()
-    assert arm.core.differences == ()
-    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    arm.controller.mend_settings()
+    assert arm.parts.core.differences == ()
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
     arm.move_j(base_deg=3)
     assert standing_as_said(arm)
 
 
 def test_what_only_the_configuration_file_of_fluidnc_sets_is_said_and_not_sent():
     arm = found(config(device={"hard_limits": True}), factory=True, firmware="fluidnc")
-    arm.mend_settings()
-    (left_over,) = arm.core.differences
+    arm.controller.mend_settings()
+    (left_over,) = arm.parts.core.differences
     assert str(left_over).startswith("$21 (hard limits, in the board's configuration file) is 0")
     assert left_over.mend == ""
 
@@ -189,7 +189,7 @@ def test_a_line_that_writes_no_setting_is_not_sent(line):
     arm = ready()
     sent, motors = len(arm.twin.link.sent), arm.twin.world.motors
     with pytest.raises(Refused, match="is not a GRBL setting"):
-        arm.mend_settings([line])
+        arm.controller.mend_settings([line])
     arm.sleep(1.0)
     assert not [piece for _, piece in arm.twin.link.sent[sent:] if line.encode() in piece]
     assert arm.twin.world.motors == motors
@@ -265,7 +265,7 @@ def test_a_board_that_cannot_home_says_so():
 def test_outputs_and_a_servo_come_back_after_a_stop():
     arm = ready(config(gripper="servo", device={"outputs": ("flood",)}))
     arm.gripper.open(76.0)
-    arm.set_outputs(1)
+    arm.io.write(1)
     assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
     before = arm.twin.board.details()["outputs"]
     arm.move_j(base_deg=60, wait=False)
@@ -274,7 +274,7 @@ def test_outputs_and_a_servo_come_back_after_a_stop():
     arm.sleep(0.5)
     assert arm.twin.board.details()["outputs"] == before
     with pytest.raises(Refused, match=r"grbl\.outputs"):
-        arm.set_outputs(2)
+        arm.io.write(2)
 
 
 @pytest.mark.parametrize(
@@ -301,7 +301,7 @@ def test_a_gripper_on_a_valve_opens_and_closes(valve, firmware):
 def test_a_board_may_have_more_axes_than_the_arm_has_motors(firmware, letters):
     made = config(gripper="servo", device={"axes": letters})
     arm = ready(made, firmware=firmware, axes="XYZABC")
-    assert arm.core.differences == ()
+    assert arm.parts.core.differences == ()
     arm.move_motors(5, -4, 3, -2, 1)
     assert arm.twin.world.motors == arm.status.acknowledged == arm.status.read_back
 
@@ -427,10 +427,10 @@ def test_an_echo_that_a_terminal_has_left_on_ends_at_contact(firmware):
     arm, before = left(config(), ["G1G91X7F600\n\x0b\n\x0b"], firmware=firmware)
     arm.sleep(1.0)
     assert now(arm) == before
-    assert arm.core.controller.board.recognised
-    warnings = arm.core.controller.board.garbled
+    assert arm.parts.core.controller.board.recognised
+    warnings = arm.parts.core.controller.board.garbled
     arm.move_motors(3, 0, 0, 0, 0, 0)
-    assert arm.core.controller.board.garbled == warnings
+    assert arm.parts.core.controller.board.garbled == warnings
 
 
 @pytest.mark.parametrize("half", ["", "G1G91X10F300", "G1G91X10F300(a", "$H"])
@@ -480,7 +480,7 @@ def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
 
 def segments(arm):
     """Return the segments of 10 ms that the board may drive before it starts to brake."""
-    return arm.core.controller.board.segment_buffer.segments
+    return arm.parts.core.controller.board.segment_buffer.segments
 
 
 @pytest.mark.parametrize(
@@ -517,7 +517,7 @@ def test_a_letter_that_was_damaged_is_asked_for_again():
 
 def test_a_line_for_which_there_is_never_room_ends_the_motion_in_words():
     arm = ready()
-    arm.core.controller.board.blocks = 0
+    arm.parts.core.controller.board.blocks = 0
     with pytest.raises(DeviceFault, match="makes no progress"):
         arm.move_j(base_deg=3, wait=False).wait(20.0)
 
@@ -526,7 +526,7 @@ def test_a_line_for_which_there_is_never_room_ends_the_motion_in_words():
 
 
 def begin_held_jog(arm):
-    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
 
 
 def lose(arm, what):
@@ -566,7 +566,7 @@ def test_a_stop_that_is_lost_is_said_again_within_what_was_announced(begin, what
     arm.sleep(0.5)
     lose(arm, what)
     began_s = arm.status.time_s
-    stops_as_announced(arm, getattr(arm, stop))
+    stops_as_announced(arm, arm.jogging.release if stop == "release" else getattr(arm, stop))
     arm.sleep(2.0)
     if stop == "estop":
         resets = [sent_s - began_s for sent_s, piece in arm.twin.link.sent if piece == RESET]
@@ -614,7 +614,7 @@ def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, w
     made = config(device={"homing": True})
     homing = HomingSettings(Joints.of(60.0, 20.0, -90.0, -20.0, 0.0), 60.0, ())
     arm = found(replace(made, homing=homing), firmware=firmware)
-    task = arm.runner.submit(home_device(arm.context, homing))
+    task = arm.parts.runner.submit(home_device(arm.parts.context, homing))
     arm.sleep(1.0)
     assert arm.twin.device.moving
     if what != "nothing":
@@ -637,7 +637,7 @@ def stop_homing(arm, task):
 def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s):
     made = homing_config()
     arm = found(made, firmware=firmware)
-    task = arm.runner.submit(home_device(arm.context, made.homing))
+    task = arm.parts.runner.submit(home_device(arm.parts.context, made.homing))
     arm.sleep(1.0)
     while arm.twin.device.moving:
         arm.sleep(0.005)
@@ -650,7 +650,7 @@ def test_a_stop_of_fluidnc_before_a_slow_approach_is_announced_in_full():
     made = homing_config()
     arm = found(made, firmware="fluidnc")
     arm.twin.board.settings.values[24] = 600.0  # its motors turn no slower than 38 steps/s
-    task = arm.runner.submit(home_device(arm.context, made.homing))
+    task = arm.parts.runner.submit(home_device(arm.parts.context, made.homing))
     for moves in (True, False, True, False):  # to the switch, off it, and then slowly on again
         while arm.twin.device.moving is not moves:
             arm.sleep(0.005)
@@ -660,7 +660,7 @@ def test_a_stop_of_fluidnc_before_a_slow_approach_is_announced_in_full():
 def at_zeros(**options):
     """Return an arm whose counts are zero, so that only the greeting shows a reset."""
     arm = found(**options)
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
     assert not arm.twin.device.registers.largest
     arm.twin.link.sent.clear()
     return arm

@@ -56,7 +56,7 @@ def test_what_is_expected_of_a_motor_that_several_joints_share_is_their_sum_up_t
 
 def test_a_slow_jog_is_slow():
     arm = ready()
-    arm.hold(Jog.joint(base=1.0), speed=0.01, for_s=0.5)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=0.01, for_s=0.5)
     arm.sleep(2.0)
     assert math.radians(arm.twin.world.joints.deg["base"]) <= 0.37 * 0.01 * 0.6 + 2 / 1125
 
@@ -90,10 +90,10 @@ def test_a_stop_just_as_the_motion_ends_leaves_no_hold_behind():
 
 def test_a_jog_that_is_let_go_ends_soon_and_only_cancels():
     arm = ready()
-    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=5.0)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=5.0)
     arm.sleep(0.8)
     before = arm.twin.world.joints.deg["base"]
-    arm.release()
+    arm.jogging.release()
     released_s = arm.status.time_s
     assert stands(arm) - released_s < 0.2
     assert arm.twin.world.joints.deg["base"] - before < math.degrees(0.37) * 0.2
@@ -105,8 +105,8 @@ def test_a_jog_that_is_let_go_ends_soon_and_only_cancels():
 
 def test_no_more_than_one_line_of_a_jog_is_unanswered():
     arm = ready()
-    host = arm.core.controller.exchange.host
-    arm.hold(Jog.joint(base=1.0, elbow=-0.5), speed=1.0, for_s=1.0)
+    host = arm.parts.core.controller.exchange.host
+    arm.jogging.hold(Jog.joint(base=1.0, elbow=-0.5), speed=1.0, for_s=1.0)
     most = 0
     for _ in range(300):
         arm.sleep(0.002)
@@ -208,7 +208,7 @@ def test_backlash_that_was_to_be_taken_up_is_taken_up_after_the_pause(after_s):
 def test_an_increment_of_a_jog_that_is_paused_ends_where_it_is():
     for after_s in (0.08, 0.12):
         arm = ready(config(jog_burst_s=0.2))
-        arm.nudge(Jog.joint(base=40.0), speed=1.0)
+        arm.jogging.nudge(Jog.joint(base=40.0), speed=1.0)
         arm.sleep(after_s)
         DISTURBANCES["two reports lost"](arm)
         arm.pause()
@@ -264,7 +264,7 @@ def test_no_motor_turns_slower_than_the_boards_timer_can_count(firmware, seen_s,
 @pytest.mark.parametrize("rate_hz", [20.0, 31.0, 36.0])
 def test_fluidnc_turns_too_fast_for_a_slow_motion_and_waits_between_its_portions(rate_hz):
     arm = ready(firmware="fluidnc")
-    speed = rate_hz / arm.core.controller.limits.rates_hz()[0]
+    speed = rate_hz / arm.parts.core.controller.limits.rates_hz()[0]
     handle = arm.move_j(base_deg=arm.joints.deg["base"] + 10, speed=speed, wait=False)
     arm.sleep(0.5)
     before, began_s = arm.twin.world.motors[0], arm.status.time_s
@@ -396,7 +396,7 @@ def test_what_is_too_slow_for_the_board_takes_the_time_asked_for_and_says_so():
 def jogged(arm, speed, for_s):
     """Jog, with renewals like those of a held key."""
     for _ in range(round(for_s / 0.1)):
-        arm.hold(Jog.joint(base=1.0), speed=speed, for_s=0.4)
+        arm.jogging.hold(Jog.joint(base=1.0), speed=speed, for_s=0.4)
         arm.sleep(0.1)
 
 
@@ -420,7 +420,7 @@ def test_a_stop_is_no_later_than_announced_at_any_speed(firmware, speed, jogging
 @pytest.mark.parametrize("firmware", BOARDS)
 def test_the_slowest_board_at_its_slowest_rate_takes_more_than_half_of_the_announced_time(firmware):
     arm = ready(config(planned_burst_s=1.95), firmware=firmware)
-    arm.move_j(base_deg=80, speed=30.8 / arm.core.controller.limits.rates_hz()[0], wait=False)
+    arm.move_j(base_deg=80, speed=30.8 / arm.parts.core.controller.limits.rates_hz()[0], wait=False)
     arm.sleep(2.5)
     arm.twin.link.to.append(Rule(HOLD, lost))
     status = arm.status
@@ -435,7 +435,7 @@ def test_a_held_jog_is_smooth_and_cancelled_once(firmware, speed):
     arm = ready(firmware=firmware)
     for _ in range(2):
         jogged(arm, speed, 0.9)
-        arm.release()
+        arm.jogging.release()
         arm.sleep(1.5)
     assert arm.status.underruns == 0
     assert arm.twin.link.pressed(CANCEL) <= 2
@@ -462,9 +462,9 @@ def test_a_board_that_a_cancel_has_hung_is_freed_and_keeps_its_position(firmware
     arm = ready(firmware=firmware)
     Hangs(arm)
     for way in (1.0, -1.0):
-        arm.hold(Jog.joint(base=way), speed=0.5, for_s=0.5)
+        arm.jogging.hold(Jog.joint(base=way), speed=0.5, for_s=0.5)
         arm.sleep(0.4)
-        arm.release()
+        arm.jogging.release()
         arm.sleep(5.0)
         assert not arm.twin.board.main_loop.hung
         assert arm.status.state is State.STANDBY
@@ -492,7 +492,7 @@ def test_one_that_hangs_between_two_motions_moves_nothing_and_a_reset_frees_it()
     assert arm.twin.world.motors == before
     assert not arm.twin.board.main_loop.hung
     arm.reset()
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
     arm.move_j(base_deg=5)
     assert standing_as_said(arm)
 

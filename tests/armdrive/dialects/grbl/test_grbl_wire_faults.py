@@ -53,7 +53,7 @@ def survive(arm):
         before = arm.twin.world.motors
         arm.reset()
         assert arm.twin.world.motors == before
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
     arm.move_j(base_deg=5)
     assert honest(arm)
     assert arm.twin.world.joints.deg["base"] == pytest.approx(5.0, abs=0.1)
@@ -93,13 +93,13 @@ def test_a_disturbed_answer_is_survived_and_a_disturbed_motion_at_least_found_ou
 def test_what_was_refused_spoils_no_later_motion(firmware):
     """grblHAL refuses all g-code after a refused line, also after the one that follows a jog."""
     arm = ready(firmware=firmware)
-    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
     arm.sleep(0.5)
-    arm.release()
+    arm.jogging.release()
     stands(arm)
     arm.move_j(base_deg=5)
     with pytest.raises(ArmError, match="error 3"):
-        arm.mend_settings(["$99=1"])
+        arm.controller.mend_settings(["$99=1"])
     arm.move_j(base_deg=10)
     assert arm.twin.world.motors == arm.status.acknowledged
 
@@ -181,7 +181,7 @@ def test_an_emergency_stop_whose_alarm_is_lost_is_no_kept_position(reported, unh
 
 def test_a_board_that_resets_while_it_is_stopped_is_no_kept_position():
     arm = found()
-    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
     assert not arm.twin.device.registers.largest  # so zero counts do not show a restart
     arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.1)
@@ -246,13 +246,13 @@ def connected(times):
 
 def test_a_setting_that_lost_a_byte_on_the_wire_keeps_no_arm_from_moving():
     arm = connected(times=1)
-    assert arm.core.differences == ()
+    assert arm.parts.core.differences == ()
     arm.jog_j(base_deg=1.0)
 
 
 def test_a_setting_that_differs_whenever_it_is_read_does():
     arm = connected(times=99)
-    assert arm.core.differences
+    assert arm.parts.core.differences
     with pytest.raises(SettingsDiffer):
         arm.jog_j(base_deg=1.0)
 
@@ -297,7 +297,7 @@ def test_nor_a_jog_an_output_or_a_servo(to):
     changed_poll(arm, to)
     arm.jog_j(base_deg=2)
     changed_poll(arm, to)
-    arm.set_outputs(1)
+    arm.io.write(1)
     changed_poll(arm, to)
     arm.gripper.open(76.0)
     assert standing_as_said(arm)
@@ -352,7 +352,7 @@ def test_a_disturbed_line_is_neither_carried_out_with_the_next_one_nor_answers_i
     else:
         arm.twin.link.to.append(Rule(rb"M8", without_byte(-1)))
     with pytest.raises(DeviceFault):
-        arm.set_outputs(1)
+        arm.io.write(1)
     if arm.status.state is State.ERROR_STOP:
         arm.reset()
     arm.move_j(base_deg=5)
@@ -374,7 +374,7 @@ def test_a_spoiler_that_is_lost_is_said_again():
 
 def test_contact_leaves_a_clean_line():
     arm = found()
-    assert not arm.core.controller.board.polls.stray
+    assert not arm.parts.core.controller.board.polls.stray
 
 
 # -- A board that falls silent on an intact wire: how soon the driver notices, and how -------------
@@ -400,7 +400,7 @@ def test_a_board_that_goes_mute_in_motion_is_lost_within_a_second(begin, after_s
     begin(arm)
     arm.sleep(after_s)
     if begin in (begin_jog, begin_tip_jog):
-        arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
+        arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
         arm.sleep(0.1)
     assert arm.status.state is State.MOVING
     began_s, silent_s = arm.status.time_s, arm.status.silent_time_s
@@ -460,7 +460,7 @@ def test_a_program_that_stood_still_itself_calls_no_board_mute():
         arm = ready()
         handle = arm.move_j(base_deg=40, wait=False)
         arm.sleep(at_s)
-        arm.pace.clock.now_s += 1.3
+        arm.parts.pace.clock.now_s += 1.3
         try:
             handle.wait(20.0)
         except Stopped:

@@ -93,7 +93,7 @@ def test_a_referenced_arm_whose_homing_was_stopped_is_suspect():
     """Encoders count on, but nobody knows whether a home was set meanwhile."""
     homing = HomingSettings(Joints.of(40.0, 40.0, -80.0, -40.0, 0.0), 20.0, ((1,),))
     arm = driven(replace(arm_config("mks"), homing=homing))
-    arm.twin.device.at(arm.pace.now_s() + 0.5, arm.request_stop)
+    arm.twin.device.at(arm.parts.pace.now_s() + 0.5, arm.request_stop)
     with pytest.raises(Stopped):
         arm.home()
     assert arm.status.trust is Trust.SUSPECT
@@ -136,7 +136,9 @@ def test_the_reason_why_a_motion_ended_is_reported(reply, evidence, words):
 
 def test_a_mode_that_changes_between_bursts_is_the_reason_that_is_kept():
     arm = ready(segment_s=0.0)
-    arm.twin.device.at(arm.pace.now_s() + 0.3, lambda: arm.twin.faults.add("drive-mode", "3", "2"))
+    arm.twin.device.at(
+        arm.parts.pace.now_s() + 0.3, lambda: arm.twin.faults.add("drive-mode", "3", "2")
+    )
     with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\)") as failed:
         arm.move_j(base_deg=40, shoulder_deg=60, elbow_deg=-50)
     assert "garbled" not in str(failed.value)

@@ -32,7 +32,7 @@ def in_motion(arm, device):
     world = device.world
     for _ in looks("the arm was never on its way"):
         arm.enable()
-        arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+        arm.reference.declare(world.joints, opening_mm=world.opening_mm)
         stood = world.motors
         motion = arm.move_j(wait=False, speed=0.5, **GOAL)
         until(lambda: motion.done or (world.motors - stood).largest > UNDER_WAY)  # noqa: B023
@@ -82,7 +82,7 @@ def goes_on(arm, device, stood):
     assert comes_to_rest(device) == stood
 
     def move():
-        arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+        arm.reference.declare(world.joints, opening_mm=world.opening_mm)
         arm.move_j(base_deg=arm.joints.deg["base"] + 2.0)
 
     def mend():

@@ -55,7 +55,7 @@ class TestDrivesThatReportBrakingForEver:
 
     def test_a_stop_ends_a_jog(self):
         arm = arm_of(brakes_on=True)
-        arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=20.0)
+        arm.jogging.hold(Jog.joint(base=1.0), speed=0.5, for_s=20.0)
         arm.sleep(1.0)
         arm.stop()
         assert arm.status.state is State.STANDBY
@@ -72,7 +72,7 @@ class TestDrivesThatReportBrakingForEver:
         arm.move_j(base_deg=20.0)
         arm.close()
         again = next_program(arm)
-        entries = again.tracer.since(0, 10_000, 10_000)[1]
+        entries = again.parts.tracer.since(0, 10_000, 10_000)[1]
         sent = [
             frame
             for each in entries
@@ -109,7 +109,7 @@ class TestDrivesWhoseReadingIgnoresTheirZero:
             arm.twin.link.line.advance(arm.twin.device.now_s + 1.0)
         again = next_program(arm)
         again.enable()
-        again.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+        again.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
         again.jog_j(base_deg=1.0)
         assert again.twin.world.motors == again.status.acknowledged
 

@@ -216,7 +216,7 @@ PAUSED_S = 90.0
 def arm_paused_in_a_hold_up(for_s):
     """Return an arm whose next motion meets late answers after 0.4 s, and a pause after 0.7 s."""
     arm = ready()
-    device, began_s = arm.twin.device, arm.pace.now_s()
+    device, began_s = arm.twin.device, arm.parts.pace.now_s()
     device.at(began_s + 0.4, lambda: arm.twin.faults.add("delay", 1.0, "next", side="device"))
     device.at(began_s + 0.7, arm.pause)
     device.at(began_s + 0.7 + for_s, arm.resume)
@@ -226,7 +226,7 @@ def arm_paused_in_a_hold_up(for_s):
 def test_the_call_waits_for_as_long_as_the_arm_is_paused():
     arm = arm_paused_in_a_hold_up(PAUSED_S)
     arm.move_j(base_deg=30)
-    assert arm.pace.now_s() > PAUSED_S
+    assert arm.parts.pace.now_s() > PAUSED_S
     assert arm.status.trust is Trust.REFERENCED
     assert arm.twin.world.motors == arm.status.acknowledged
 

@@ -87,14 +87,14 @@ def test_a_drive_that_pressed_is_named_and_the_arm_works_again_afterwards():
     arm.twin.faults.end()
     arm.reset()
     world = arm.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    arm.reference.declare(world.joints, opening_mm=world.opening_mm)
     arm.move_j(base_deg=10)
     assert arm.twin.world.motors == arm.status.acknowledged
 
 
 def test_no_shaft_springs_back_after_a_blocked_motion():
     arm = ready()
-    arm.twin.device.at(arm.pace.now_s() + 0.4, lambda: arm.twin.faults.add("stall", "2"))
+    arm.twin.device.at(arm.parts.pace.now_s() + 0.4, lambda: arm.twin.faults.add("stall", "2"))
     with pytest.raises(ArmError):
         arm.move_j(shoulder_deg=60)
     stood = check_does_not_spring(arm)

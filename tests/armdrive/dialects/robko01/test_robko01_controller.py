@@ -548,9 +548,9 @@ def test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered():
         op = op_of(written)
         if op is Op.POSITION and arm.twin.device.moving and not asked_s:
             arm.request_stop()
-            asked_s.append(arm.engine.now_s)
+            asked_s.append(arm.parts.engine.now_s)
         elif op is Op.STOP:
-            said_s.append(arm.engine.now_s)
+            said_s.append(arm.parts.engine.now_s)
 
     arm.move_j(base_deg=40, wait=False)
     link.on_write = watch
@@ -590,11 +590,11 @@ def test_a_lost_jog_is_not_sent_again_once_it_is_released():
 
     def lose(frame):
         sent.append(frame)
-        arm.release()
+        arm.jogging.release()
         return []
 
     link.to.append(Rule(of(Op.MOVE_ABSOLUTE), lose, skip=1, times=9))  # the first one is at speed 0
-    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=1.0)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=1.0)
     arm.sleep(2.0)
     assert len(sent) == 1
     assert arm.twin.world.motors == before

@@ -70,17 +70,17 @@ def memory(arm: Arm) -> dict[int, ProgramRow]:
 def test_what_is_written_is_read_back_word_for_word_and_nothing_moves(rows):
     with Arm.connect("sim:teachmover") as arm:
         before = arm.twin.world.motors
-        assert arm.write_pendant_program(rows) == len(rows.rows)
-        assert arm.read_pendant_program().words == rows.words
+        assert arm.controller.write_program(rows) == len(rows.rows)
+        assert arm.controller.read_program().words == rows.words
         assert arm.twin.world.motors == before
         assert arm.status.state is State.STANDBY
 
 
 def test_rows_that_are_there_already_are_not_written_again(arm):
-    arm.write_pendant_program(program(1, 2, 3))
+    arm.controller.write_program(program(1, 2, 3))
     changed = PendantProgram((*program(1, 2).rows, ProgramRow.move(3, 90, (0,) * 6)))
     arm.twin.link.sent.clear()
-    assert arm.write_pendant_program(changed) == 1
+    assert arm.controller.write_program(changed) == 1
     assert len(arm.twin.link.named(b"@QWRITE")) == 1
 
 
@@ -89,25 +89,25 @@ def test_rows_that_are_there_already_are_not_written_again(arm):
 )
 def test_a_controller_without_a_program_says_so_before_a_byte(dialect):
     with Arm.connect(f"sim:{dialect}") as arm:
-        sent = arm.engine.bytes_sent
+        sent = arm.parts.engine.bytes_sent
         with pytest.raises(Refused, match="keeps no program"):
-            arm.read_pendant_program()
+            arm.controller.read_program()
         with pytest.raises(Refused, match="keeps no program"):
-            arm.write_pendant_program(program(1))
-        assert arm.engine.bytes_sent == sent
+            arm.controller.write_program(program(1))
+        assert arm.parts.engine.bytes_sent == sent
 
 
 def test_the_rows_of_a_full_memory_are_read_whole():
     with Arm.connect("sim:teachmover") as arm:
-        arm.write_pendant_program(program(*range(1, 51)))
-        assert len(arm.read_pendant_program().rows) == 50
+        arm.controller.write_program(program(*range(1, 51)))
+        assert len(arm.controller.read_program().rows) == 50
         with pytest.raises(BadRequest, match="65 rows are more"):
-            arm.write_pendant_program(program(*range(1, 66)))
+            arm.controller.write_program(program(*range(1, 66)))
 
 
 def test_a_full_memory_says_which_rows_are_in_it():
     with Arm.connect("sim:teachmover") as arm, pytest.raises(ProgramHalfWritten) as caught:
-        arm.write_pendant_program(program(*range(1, 53)))
+        arm.controller.write_program(program(*range(1, 53)))
     assert caught.value.written == tuple(range(1, 51))
     assert caught.value.doubtful == (51,)
     assert "rows 1 to 50 in the arm, row 51 perhaps; row 52 as before" in str(caught.value)
@@ -116,40 +116,40 @@ def test_a_full_memory_says_which_rows_are_in_it():
 def test_the_same_row_twice_is_one_row():
     with Arm.connect("sim:teachmover") as arm:
         twice = PendantProgram(program(1, 2).rows + program(2).rows)
-        arm.write_pendant_program(twice)
+        arm.controller.write_program(twice)
         assert memory(arm) == {row.number: row for row in program(1, 2).rows}
 
 
 def test_rows_of_other_numbers_are_not_left_to_run_with_the_new_ones_unless_said():
     with Arm.connect("sim:teachmover") as arm:
-        arm.write_pendant_program(program(1, 2, 3, 4))
+        arm.controller.write_program(program(1, 2, 3, 4))
         before = memory(arm)
         with pytest.raises(Refused, match="also has rows 3 to 4"):
-            arm.write_pendant_program(program(1, 2))
+            arm.controller.write_program(program(1, 2))
         assert memory(arm) == before
-        arm.write_pendant_program(program(1, 2), leave_others=True)
+        arm.controller.write_program(program(1, 2), leave_others=True)
         assert list(memory(arm)) == [1, 2, 3, 4]
 
 
 def test_a_digit_that_was_turned_in_a_dump_is_noticed(arm):
     rows = program(1, 2, 3)
-    arm.write_pendant_program(rows)
+    arm.controller.write_program(rows)
     arm.twin.link.back.append(Rule(b"2,", garbled(-3, ord("7")), times=1))
-    assert arm.read_pendant_program().words == rows.words
+    assert arm.controller.read_program().words == rows.words
     assert not arm.twin.link.back[0].applies(b"2,")  # the damage has been done, once
 
 
 def test_a_row_that_is_always_disturbed_makes_no_program(arm):
-    arm.write_pendant_program(program(1, 2, 3))
+    arm.controller.write_program(program(1, 2, 3))
     arm.twin.link.back.append(Rule(b"2,", garbled(3), times=99))
     with pytest.raises(DeviceFault, match="cannot be read"):
-        arm.read_pendant_program()
+        arm.controller.read_program()
     assert (arm.status.state, arm.status.trust) == (State.STANDBY, Trust.REFERENCED)
 
 
 def test_a_row_that_was_lost_on_the_wire_is_written_again(arm):
     arm.twin.link.to.append(Rule(b"@QWRITE 2,", lost, times=1))
-    arm.write_pendant_program(program(1, 2, 3))
+    arm.controller.write_program(program(1, 2, 3))
     assert list(memory(arm)) == [1, 2, 3]
 
 
@@ -158,7 +158,7 @@ def test_a_row_that_came_otherwise_into_the_arm_is_named(arm):
     line = b"@QWRITE " + b",".join(b"%d" % word for word in other.words) + b"\r"
     arm.twin.link.to.append(Rule(b"@QWRITE 2,", instead(line), times=1))
     with pytest.raises(ProgramHalfWritten, match="differs from what was written") as caught:
-        arm.write_pendant_program(program(1, 2, 3))
+        arm.controller.write_program(program(1, 2, 3))
     assert (caught.value.written, caught.value.doubtful) == ((1, 3), (2,))
 
 
@@ -167,7 +167,7 @@ def test_a_cable_pulled_in_the_middle_of_writing_names_the_rows():
     link = arm.twin.link
     link.on_write = lambda data: link.cut() if data.startswith(b"@QWRITE 3,") else None
     with pytest.raises(ProgramHalfWritten) as caught, arm:
-        arm.write_pendant_program(program(1, 2, 3, 4, 5))
+        arm.controller.write_program(program(1, 2, 3, 4, 5))
     assert caught.value.written == (1, 2)
     assert caught.value.doubtful == (3,)
     assert isinstance(caught.value.__cause__, LinkLost)
@@ -177,7 +177,7 @@ def test_a_cable_pulled_in_the_middle_of_writing_names_the_rows():
 def test_an_arm_that_falls_silent_in_the_middle_is_given_up_and_the_rows_named(arm):
     arm.twin.link.to += [Rule(b"@QWRITE 2,", lost, times=99), Rule(b"@READ", lost, times=99)]
     with pytest.raises(ProgramHalfWritten) as caught:
-        arm.write_pendant_program(program(1, 2, 3))
+        arm.controller.write_program(program(1, 2, 3))
     assert caught.value.written == (1,)
     assert isinstance(caught.value.__cause__, NoAnswer)
     assert arm.status.state is State.ERROR_STOP
@@ -188,7 +188,7 @@ def test_a_stop_ends_writing_between_two_rows(arm):
         arm.request_stop() if data.startswith(b"@QWRITE 2,") else None
     )
     with pytest.raises(Stopped, match="rows 1 to 2 in the arm"):
-        arm.write_pendant_program(program(1, 2, 3, 4))
+        arm.controller.write_program(program(1, 2, 3, 4))
     assert list(memory(arm)) == [1, 2]
 
 
@@ -196,44 +196,44 @@ def test_chatter_without_an_end_is_no_program(arm):
     row = b"1,2,3,4,5,6,7,8\r"
     arm.twin.link.back.append(Rule(b"1\r", instead(b"1\r", *[row] * 200), times=99))
     with pytest.raises(DeviceFault, match="more than 64 rows"):
-        arm.read_pendant_program()
+        arm.controller.read_program()
     arm.twin.link.back.clear()
-    assert arm.read_pendant_program().rows == ()
+    assert arm.controller.read_program().rows == ()
 
 
 def test_nothing_is_asked_of_an_arm_in_error_stop():
     with ready_arm() as arm:
         arm.estop()
         with pytest.raises(WrongState):
-            arm.read_pendant_program()
+            arm.controller.read_program()
 
 
 def test_rows_read_under_another_reference_are_refused_until_they_are_shifted():
     with Arm.connect("sim:teachmover") as arm:
         arm.home()
-        arm.write_pendant_program(program(1, 2))
-        read = arm.read_pendant_program()
+        arm.controller.write_program(program(1, 2))
+        read = arm.controller.read_program()
         arm.move_j(base_deg=20.0)
         arm.disable()  # @RESET: from now on, the registers count from here
         arm.enable()
-        arm.declare_posture(arm.twin.world.joints)
-        sent = arm.engine.bytes_sent
+        arm.reference.declare(arm.twin.world.joints)
+        sent = arm.parts.engine.bytes_sent
         with pytest.raises(Refused, match="count from elsewhere"):
-            arm.write_pendant_program(read)
-        assert arm.engine.bytes_sent == sent
-        now = arm.read_pendant_program().origin
+            arm.controller.write_program(read)
+        assert arm.parts.engine.bytes_sent == sent
+        now = arm.controller.read_program().origin
         shifted = read.moved_to(now)
-        arm.write_pendant_program(shifted)
+        arm.controller.write_program(shifted)
         for old, new in zip(read.rows, shifted.rows, strict=True):
             old_place = [a + b for a, b in zip(old.positions, read.origin, strict=True)]
             assert [a + b for a, b in zip(new.positions, now, strict=True)] == old_place
-        arm.write_pendant_program(read.without_origin())
-        assert arm.read_pendant_program().words == read.words
+        arm.controller.write_program(read.without_origin())
+        assert arm.controller.read_program().words == read.words
 
 
 def test_an_arm_that_nobody_has_referenced_tells_no_origin():
     with Arm.connect("sim:teachmover") as arm:
-        assert arm.read_pendant_program().origin is None
+        assert arm.controller.read_program().origin is None
         with pytest.raises(Refused, match="the program's origin is unknown"):
             program(1).moved_to((0,) * 6)
 
@@ -249,8 +249,8 @@ def test_the_dump_of_a_slow_wire_is_waited_for():
     config = find("sim:teachmover").config
     slow = replace(config, connection=replace(config.connection, baud=300))
     with Arm(connect_simulated(slow)) as arm:
-        arm.write_pendant_program(program(1, 2, 3, 4, 5))
-        assert len(arm.read_pendant_program().rows) == 5
+        arm.controller.write_program(program(1, 2, 3, 4, 5))
+        assert len(arm.controller.read_program().rows) == 5
 
 
 # -- Files -----------------------------------------------------------------------------------------

@@ -150,8 +150,8 @@ class Stand:
         """Have the arm stand there, referenced."""
         self.arm.stop()
         world = self.twin.world
-        world.drive_to(self.arm.core.transmission.to_motors(joints, opening_mm))
-        self.arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+        world.drive_to(self.arm.parts.core.transmission.to_motors(joints, opening_mm))
+        self.arm.reference.declare(world.joints, opening_mm=world.opening_mm)
 
     def anywhere(self) -> tuple[Joints, float]:
         """Return a random posture clear of all guards."""
@@ -289,7 +289,7 @@ class Ground(Stand):
         back_s, stall_s = self.held_s(self._back(jog))
         over = max(over, self.probe.over_steps(world.joints))
         state = self.arm.status.state
-        self.arm.release()
+        self.arm.jogging.release()
         self.arm.sleep(STANDS_S)
         if state is State.ERROR_STOP:
             self.arm.reset()
@@ -301,7 +301,7 @@ class Ground(Stand):
         began_s = moved_s = arm.status.time_s
         last = world.motors
         while (now_s := arm.status.time_s) < moved_s + STANDS_S and now_s < began_s + LONGEST_S:
-            arm.hold(jog, speed=1.0, for_s=HELD_S)
+            arm.jogging.hold(jog, speed=1.0, for_s=HELD_S)
             arm.sleep(LOOK_S)
             if world.motors != last:
                 last, moved_s = world.motors, now_s
@@ -314,14 +314,14 @@ class Ground(Stand):
         began_s = moved_s = arm.status.time_s
         last, first_s, stall_s = world.motors, math.inf, 0.0
         while arm.status.time_s < began_s + BACK_S:
-            arm.hold(jog, speed=1.0, for_s=HELD_S)
+            arm.jogging.hold(jog, speed=1.0, for_s=HELD_S)
             arm.sleep(LOOK_S / 2.0)
             now_s = arm.status.time_s
             if world.motors != last:
                 last, first_s = world.motors, min(first_s, now_s - began_s)
                 stall_s = max(stall_s, now_s - moved_s) if moved_s > began_s else 0.0
                 moved_s = now_s
-        arm.release()
+        arm.jogging.release()
         return first_s, stall_s
 
     def _back(self, jog: Jog) -> Jog:

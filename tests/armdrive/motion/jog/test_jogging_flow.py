@@ -39,7 +39,7 @@ def test_a_jog_that_is_refused_in_a_motion_is_refused_no_longer_than_the_motion_
     arm = ready_arm()
     motion = arm.start(JointMove({"base_deg": 20.0}, 1.0))
     arm.sleep(0.2)
-    arm.nudge(Jog.joint(base=1.0), speed=1.0)
+    arm.jogging.nudge(Jog.joint(base=1.0), speed=1.0)
     assert "not possible while the arm is moving" in arm.status.notice
     motion.wait()
     assert arm.status.notice == ""
@@ -48,25 +48,25 @@ def test_a_jog_that_is_refused_in_a_motion_is_refused_no_longer_than_the_motion_
 def test_a_renewed_hold_goes_on_and_a_release_ends_it_after_one_burst():
     arm = ready_arm()
     for _ in range(12):
-        arm.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.25)
+        arm.jogging.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.25)
         arm.sleep(0.1)
-    arm.hold(Jog.joint(base=-1.0), speed=1.0, for_s=1.0)  # longer than the bound by far
+    arm.jogging.hold(Jog.joint(base=-1.0), speed=1.0, for_s=1.0)  # longer than the bound by far
     assert arm.status.state is State.MOVING
     bound_s = arm.status.stop_time_s
-    arm.release()
+    arm.jogging.release()
     assert stands_after_s(arm) <= bound_s + 0.006
     assert arm.joints.deg["base"] < -10.0
 
 
 def test_a_hold_renewed_while_the_jog_is_ending_takes_it_up_again():
     arm = ready_arm()
-    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.1)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.1)
     for _ in range(60):
         arm.sleep(0.01)
         if arm.twin.link.messages[-1].startswith(b"@READ") and arm.twin.link.named(b"@STEP"):
             break
     here = arm.twin.world.joints.deg["base"]
-    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.2)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.2)
     arm.sleep(1.0)
     assert arm.twin.world.joints.deg["base"] > here + 1.0
     assert arm.status.state is State.STANDBY
@@ -74,7 +74,7 @@ def test_a_hold_renewed_while_the_jog_is_ending_takes_it_up_again():
 
 def test_a_hold_is_never_longer_than_a_second_however_long_was_asked():
     arm = ready_arm()
-    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=1e9)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=0.5, for_s=1e9)
     arm.sleep(1.5)
     stood = arm.twin.world.motors
     arm.sleep(1.0)
@@ -82,7 +82,7 @@ def test_a_hold_is_never_longer_than_a_second_however_long_was_asked():
     assert arm.joints.deg["base"] > 0.0
     steps = len(arm.twin.link.named(b"@STEP"))
     with pytest.raises(BadRequest, match="for_s must be a finite number"):
-        arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=math.nan)
+        arm.jogging.hold(Jog.joint(base=1.0), speed=0.5, for_s=math.nan)
     arm.sleep(1.0)
     assert len(arm.twin.link.named(b"@STEP")) == steps
 
@@ -90,17 +90,17 @@ def test_a_hold_is_never_longer_than_a_second_however_long_was_asked():
 def test_a_slow_hold_is_as_slow_as_asked_even_below_a_step_a_burst():
     arm = ready_arm()
     arm.jog_j(base=1.0, speed=0.01, duration_s=4.0)
-    angle = arm.core.position.coordinates.joints.deg["base"]
+    angle = arm.parts.core.position.coordinates.joints.deg["base"]
     assert 0.4 * 4.0 * 0.01 * math.degrees(0.37) < angle <= 4.1 * 0.01 * math.degrees(0.37)
     assert abs(arm.twin.world.motors[0]) <= angle * 7072 / 360 + 1
 
 
 def test_at_most_one_increment_waits_behind_the_one_under_way():
     arm = ready_arm()
-    arm.nudge(Jog.joint(base=2.0), speed=1.0)
+    arm.jogging.nudge(Jog.joint(base=2.0), speed=1.0)
     arm.sleep(0.1)
     for _ in range(20):
-        arm.nudge(Jog.joint(base=2.0), speed=1.0)
+        arm.jogging.nudge(Jog.joint(base=2.0), speed=1.0)
     arm.sleep(3.0)
     assert arm.joints.deg["base"] == pytest.approx(4.0, abs=0.03)
 
@@ -109,7 +109,7 @@ def test_a_jog_slides_up_to_its_limit_and_stops_there_without_an_error():
     arm = ready_arm()
     arm.move_j(base_deg=86)
     for _ in range(12):
-        arm.hold(Jog.joint(base=1.0, wrist_roll=0.2), speed=1.0, for_s=0.3)
+        arm.jogging.hold(Jog.joint(base=1.0, wrist_roll=0.2), speed=1.0, for_s=0.3)
         arm.sleep(0.1)
     arm.sleep(1.0)
     assert arm.status.state is State.STANDBY
@@ -148,7 +148,7 @@ def test_cartesian_jogging_of_an_unknown_posture_is_refused_in_a_sentence():
     arm = sim_arm()
     with pytest.raises(NotReferenced, match="joint by joint"):
         arm.jog_l(x_mm=1)
-    arm.hold(Jog.cartesian(x=1.0), speed=0.5, for_s=0.5)
+    arm.jogging.hold(Jog.cartesian(x=1.0), speed=0.5, for_s=0.5)
     arm.sleep(1.0)
     assert "joint by joint" in arm.status.notice
     assert not arm.twin.link.named(b"@STEP")
@@ -163,7 +163,7 @@ def test_cartesian_jogging_of_an_unknown_posture_is_refused_in_a_sentence():
         lambda arm: arm.jog_j(),
         lambda arm: arm.jog_j(base=2.0, duration_s=1.0),
         lambda arm: arm.jog_j(base=1.0, duration_s=-1.0),
-        lambda arm: arm.hold(Jog.joint(base=1.5), speed=0.5, for_s=0.2),
+        lambda arm: arm.jogging.hold(Jog.joint(base=1.5), speed=0.5, for_s=0.2),
     ],
 )
 def test_a_jog_that_means_nothing_is_refused_before_anything_moves(call):
@@ -180,7 +180,7 @@ def test_while_homing_the_operator_can_jog_and_planned_motion_is_refused():
 
     def operator(request):
         request.arm.jog_j(shoulder_deg=2)
-        request.arm.hold(Jog.joint(base=1.0), speed=0.3, for_s=0.3)
+        request.arm.jogging.hold(Jog.joint(base=1.0), speed=0.3, for_s=0.3)
         request.arm.sleep(1.0)
         request.arm.move_motors(5, 0, 0, 0, 0, 0)
         seen.append(request.arm.status.state)
@@ -232,36 +232,36 @@ def arm(request):
     with Arm.connect(f"sim:{request.param}") as made:
         made.enable()
         made.twin.device.bring_to(made.model.arm.ik(made.model.reference.pose), 0.0)
-        made.confirm_reference()
+        made.reference.confirm()
         made.jog_j(shoulder_deg=10, elbow_deg=-10, speed=1.0)
         yield made
 
 
 def test_letting_go_ends_an_increment_that_became_a_hold(arm):
-    arm.nudge(Jog.joint(base=STEP), speed=0.1)
+    arm.jogging.nudge(Jog.joint(base=STEP), speed=0.1)
     wait_for_motion(arm)
     for _ in range(5):
-        arm.hold(Jog.joint(base=1.0), speed=0.1, for_s=0.25)
+        arm.jogging.hold(Jog.joint(base=1.0), speed=0.1, for_s=0.25)
         arm.sleep(0.1)
     bound_s = arm.status.stop_time_s
     before = arm.twin.world.joints.deg["base"]
-    arm.release()
+    arm.jogging.release()
     assert stands_after_s(arm) <= bound_s + LOOK_S
     assert arm.twin.world.joints.deg["base"] - before < STEP / 4
     assert arm.status.state is State.STANDBY
 
 
 def test_a_hold_that_expires_ends_the_increment_as_well(arm):
-    arm.nudge(Jog.joint(base=STEP), speed=0.1)
+    arm.jogging.nudge(Jog.joint(base=STEP), speed=0.1)
     wait_for_motion(arm)
     bound_s = arm.status.stop_time_s
-    arm.hold(Jog.joint(base=1.0), speed=0.1, for_s=0.2)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=0.1, for_s=0.2)
     assert stands_after_s(arm) <= 0.2 + bound_s + LOOK_S
 
 
 def test_an_increment_without_a_held_key_runs_to_its_end(arm):
     before = arm.twin.world.joints.deg["base"]
-    arm.nudge(Jog.joint(base=6.0), speed=0.5)
+    arm.jogging.nudge(Jog.joint(base=6.0), speed=0.5)
     wait_for_motion(arm)
     stands_after_s(arm)
     assert arm.twin.world.joints.deg["base"] - before == pytest.approx(6.0, abs=0.5)
@@ -286,7 +286,7 @@ def test_an_unknown_frame_is_refused_with_those_that_are_known():
     arm = ready_arm()
     with pytest.raises(BadRequest, match="known are base, tool"):
         arm.jog_l(frame="bench", x=1.0, duration_s=1.0)
-    arm.hold(Jog.cartesian(frame="bench", x=1.0), speed=0.5, for_s=0.5)
+    arm.jogging.hold(Jog.cartesian(frame="bench", x=1.0), speed=0.5, for_s=0.5)
     arm.sleep(0.5)
     assert "bench" in arm.status.notice
     assert not arm.twin.link.named(b"@STEP")
@@ -305,7 +305,7 @@ def test_an_increment_that_is_too_long_ends_at_the_bound_and_says_why():
 def test_a_long_increment_of_the_tip_is_straight():
     arm = ready_arm()
     before, off_mm = arm.twin.world.tip, 0.0
-    arm.nudge(Jog.cartesian(y=150.0), speed=1.0)
+    arm.jogging.nudge(Jog.cartesian(y=150.0), speed=1.0)
     for _ in range(400):
         arm.sleep(0.02)
         x_mm, _, z_mm = arm.twin.world.tip
@@ -316,9 +316,9 @@ def test_a_long_increment_of_the_tip_is_straight():
 
 def test_an_increment_that_had_to_wait_too_long_is_dropped():
     arm = ready_arm()
-    arm.nudge(Jog.joint(base=60.0), speed=1.0)
+    arm.jogging.nudge(Jog.joint(base=60.0), speed=1.0)
     arm.sleep(0.1)
-    arm.nudge(Jog.joint(base=5.0), speed=1.0)
+    arm.jogging.nudge(Jog.joint(base=5.0), speed=1.0)
     arm.sleep(8.0)
     assert arm.joints.deg["base"] == pytest.approx(60.0, abs=0.03)
     assert "dropped" in arm.status.notice
@@ -326,7 +326,7 @@ def test_an_increment_that_had_to_wait_too_long_is_dropped():
 
 def test_a_program_cannot_queue_increments_either():
     arm = ready_arm()
-    arm.nudge(Jog.joint(base=2.0), speed=1.0)
+    arm.jogging.nudge(Jog.joint(base=2.0), speed=1.0)
     with pytest.raises(WrongState, match="already waiting"):
         arm.jog_j(base_deg=5.0)
     arm.sleep(1.0)
@@ -347,7 +347,7 @@ def test_a_held_jog_that_has_ended_at_a_bound_does_not_creep_on():
     arm.jog_l(z=-1.0, speed=1.0, duration_s=8.0)
     motors = arm.twin.world.motors
     for _ in range(20):
-        arm.hold(Jog.cartesian(z=-1.0), speed=1.0, for_s=0.3)
+        arm.jogging.hold(Jog.cartesian(z=-1.0), speed=1.0, for_s=0.3)
         arm.sleep(0.1)
     assert arm.twin.world.motors == motors
     assert "table" in arm.status.notice
@@ -357,10 +357,10 @@ def test_the_note_of_a_bound_disappears_when_the_jog_leads_back():
     arm = ready_arm()
     arm.move_j(base_deg=86.0)
     for _ in range(12):
-        arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.3)
+        arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.3)
         arm.sleep(0.1)
     assert "limit" in arm.status.notice
-    arm.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.5)
+    arm.jogging.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.5)
     arm.sleep(0.4)
     assert arm.status.notice == ""
 
@@ -404,7 +404,7 @@ def test_no_jog_without_limits_is_longer_than_the_whole_range(call, name, amount
 
 def test_a_nudge_longer_than_the_whole_range_moves_nothing_and_says_so():
     arm = sim_arm()
-    arm.nudge(Jog.joint(base=1e6), speed=1.0)
+    arm.jogging.nudge(Jog.joint(base=1e6), speed=1.0)
     arm.sleep(1.0)
     assert "whole range is 180°" in arm.status.notice
     assert not arm.twin.link.named(b"@STEP")
@@ -417,7 +417,7 @@ def test_what_a_jog_was_answered_is_gone_when_the_next_motion_begins():
     assert "table" in arm.status.notice
     arm.move_j(base_deg=5.0)
     assert arm.status.notice == ""
-    arm.hold(Jog.cartesian(frame="bench", x=1.0), speed=0.5, for_s=0.5)
+    arm.jogging.hold(Jog.cartesian(frame="bench", x=1.0), speed=0.5, for_s=0.5)
     assert "bench" in arm.status.notice
     arm.gripper.open(30.0)
     assert arm.status.notice == ""

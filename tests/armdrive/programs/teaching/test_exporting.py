@@ -262,9 +262,9 @@ def test_the_arm_itself_runs_what_was_taught(call, tmp_path):
     call("pendant", "write", str(path), "--yes", code=0)
     with connect_remembered(CONFIG) as arm:
         device = arm.twin.device
-        arm.engine.link.write(b"@RUN\r", arm.engine.now_s)  # as the pendant's key does
+        arm.parts.engine.link.write(b"@RUN\r", arm.parts.engine.now_s)  # as the pendant's key does
         arm.sleep(60.0)
-        assert device.registers == arm.read_pendant_program().rows[-1].positions
+        assert device.registers == arm.controller.read_program().rows[-1].positions
         tip = CONFIG.model.arm.fk(TAUGHT["pick"].joints)
         assert device.world.tip == pytest.approx((tip.x_mm, tip.y_mm, tip.z_mm), abs=1.0)
 

@@ -115,12 +115,12 @@ def test_a_stop_in_motion_leaves_the_step_to_be_done_again_or_taken_back(arm, st
 
 def test_a_stop_while_a_sequence_waits_ends_it(arm):
     stepper = Stepper(arm, StepList((Step(wait_s=100.0), Step("left"))), POINTS)
-    began_s, device = arm.pace.now_s(), arm.twin.device
+    began_s, device = arm.parts.pace.now_s(), arm.twin.device
     device.at(device.now_s + 1.0, arm.request_stop)
     before = arm.status.acknowledged
     with pytest.raises(Stopped, match="step 1"):
         stepper.run()
-    assert arm.pace.now_s() - began_s < 2.0
+    assert arm.parts.pace.now_s() - began_s < 2.0
     assert arm.status.acknowledged == before
     assert not stepper.running
 

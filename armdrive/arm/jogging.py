@@ -1,0 +1,158 @@
+"""The jogs of an arm: increments and timed jogs that a call waits for, and held jogs.
+
+Programs wait for the end of a jog; the desk and a gamepad do not.
+"""
+
+from __future__ import annotations
+
+import math
+
+from armdrive.arm.arguments import RULES
+from armdrive.arm.connected import BEFORE, Handle, finished
+from armdrive.connect.parts import PATIENCE_S, Parts
+from armdrive.errors import BadRequest, LinkLost, Refused, Stopped, WrongState
+from armdrive.errors.arguments import checked_calls, known_attributes
+from armdrive.motion.jog import (
+    Jogged,
+    check_duration,
+    check_increment,
+    check_jog,
+    jog_session,
+)
+from armdrive.moves import ContinuousJog, IncrementalJog, Jog, JogMove, speed_fraction
+from armdrive.runtime.states import Event
+from armdrive.status import State
+from armdrive.tasks import Task
+from armdrive.trace.recorder import traced
+from kinematics.errors import finite
+
+LET_GO = "the jog was stopped: let go, then jog again"
+
+LONGEST_LEASE_S = 1.0  # a held jog that is not renewed within this time ends
+LATEST_START_S = 1.0  # an increment that starts later than this would surprise the operator
+
+
+class JogSessions:
+    """The jogs of one arm. One jog session at a time carries out all requests."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._core = parts.core
+        self._session: Task[Jogged] | None = None
+
+    async def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
+        """Jog by an increment or for a time, and wait for the end."""
+        if duration_s is None:
+            return await finished(self.start(JogMove(jog, speed)))
+        fraction = speed_fraction(speed)
+        with self._parts.pace.lock:
+            self._parts.runner.require_no_stop(None, BEFORE)
+            if not finite("duration_s", duration_s) > 0.0:
+                raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
+            hold = ContinuousJog(jog, fraction, self._parts.pace.now_s() + duration_s)
+            self._require(hold)
+            check_duration(self._core, self._parts.speeds, hold, duration_s)
+            task = self._begin(hold)
+        return await self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
+
+    def start(self, move: JogMove, stops: int | None = None) -> Handle[Jogged]:
+        """Start an increment. Raises `WrongState` while another one waits."""
+        with self._parts.pace.lock:
+            self._parts.runner.require_no_stop(stops, BEFORE)
+            nudge = IncrementalJog(move.jog, move.speed)
+            if self._core.nudges:
+                self._require(nudge)  # what is wrong with the jog itself matters more
+                raise WrongState("another increment is already waiting: wait for its end")
+            task = self._begin(nudge)
+        return Handle(self._parts.runner, task, PATIENCE_S * 10)
+
+    def go_on(self, asked: ContinuousJog | IncrementalJog) -> None:
+        """Hand a jog to a session, and report a refusal in the status's notice."""
+        try:
+            self._begin(asked, joins=True)
+        except (Refused, LinkLost) as refusal:
+            self._core.notify(str(refusal), refusal)
+
+    def _require(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> None:
+        """Raise if a jog may not start now; with `joins`, it may extend the running session."""
+        core, runner = self._core, self._parts.runner
+        runner.require_link()
+        if isinstance(asked, IncrementalJog):
+            check_increment(core, asked.jog)
+        else:
+            check_jog(core, asked.jog)
+        alive = joins and self._session is not None and not self._session.done
+        if not alive and core.state is not State.HOMING:
+            runner.require(Event.MOVE, "jogging")
+
+    def _begin(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> Task[Jogged]:
+        """Hand a jog to a session. Raises if the jog may not start."""
+        core = self._core
+        self._require(asked, joins=joins)
+        task = self._join_session()
+        if isinstance(asked, IncrementalJog):
+            core.nudges.append(asked)
+        else:
+            core.hold = asked
+            core.holds += 1
+        return task
+
+    def _join_session(self) -> Task[Jogged]:
+        """Return the running jog session, or start one."""
+        if self._session is None or self._session.done:
+            body = jog_session(self._parts.context, self._parts.speeds)
+            self._session = self._parts.runner.submit(body, alone=True)
+        return self._session
+
+
+@known_attributes
+@traced("jogging")
+@checked_calls(RULES)
+class Jogging:
+    """Jogs that nobody waits for: for keys, buttons and sticks that a person holds or taps."""
+
+    def __init__(self, parts: Parts, sessions: JogSessions) -> None:
+        self._parts = parts
+        self._sessions = sessions
+        self._held_until_s = -math.inf
+        """When the latest hold expires, even if a stop has ended it."""
+        self._held_stops = 0
+        """The number of stops before the held jog."""
+
+    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
+        """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once.
+
+        After a stop, no `hold` moves the arm before `release` or the end of the latest `for_s`.
+        If the jog is refused, the status's `notice` says why until the next motion begins.
+        """
+        pace, runner = self._parts.pace, self._parts.runner
+        with pace.lock:
+            now_s = pace.now_s()
+            asked = ContinuousJog(jog, speed_fraction(speed), now_s + min(for_s, LONGEST_LEASE_S))
+            extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
+            if not extended:
+                self._held_stops = runner.stops
+                runner.know_of(runner.stops)
+            if runner.stops == self._held_stops:
+                self._sessions.go_on(asked)
+            else:
+                self._parts.core.notify(LET_GO, Stopped())
+        pace.wake()
+
+    def nudge(self, jog: Jog, *, speed: float) -> None:
+        """Jog by one increment and return at once.
+
+        At most one increment waits for the current one, and is dropped after a second.
+        """
+        pace = self._parts.pace
+        with pace.lock:
+            self._parts.runner.know_of(self._parts.runner.stops)
+            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
+            if not self._parts.core.nudges:
+                self._sessions.go_on(nudge)
+        pace.wake()
+
+    def release(self) -> None:
+        """End a held jog: the current burst is the last, and queued segments are dropped."""
+        self._parts.core.hold, self._held_until_s = None, -math.inf
+        self._parts.pace.wake()
