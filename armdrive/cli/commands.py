@@ -15,7 +15,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
         "jog": ("drive.jog:jog", "drive from the keyboard"),
         "pause": ("drive.control_requests:pause", "pause a moving arm"),
         "move": ("drive.move:move", "go to a pose or to angles"),
-        "resume": ("drive.control_requests:resume", "let a paused arm go on"),
+        "resume": ("drive.control_requests:resume", "continue a paused arm"),
         "points": ("drive", "save places, go to them"),
         "slow": ("drive.control_requests:slow", "slow a moving arm down"),
         "enable": ("drive.motors:enable", "switch the motors on"),

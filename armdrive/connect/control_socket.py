@@ -53,7 +53,7 @@ class ControlledArm(Protocol):
         """Pause the arm after its next burst or segment."""
 
     def resume(self) -> None:
-        """Let a paused arm go on."""
+        """Continue a paused arm."""
 
     def save_recording(self) -> Path:
         """Write the flight recorder's memory to a file, and return its path."""

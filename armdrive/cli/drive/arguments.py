@@ -508,7 +508,7 @@ def _reset(parser: argparse.ArgumentParser) -> None:
 
 
 def _resume(parser: argparse.ArgumentParser) -> None:
-    """Let a paused arm go on.
+    """Continue a paused arm.
 
     A motion that an error, a stop or a lost connection has ended does not go on. If you name no
     arm, every arm that your programs are driving goes on.

@@ -76,7 +76,7 @@ def _check(options: argparse.Namespace) -> None:
     joints = bool(_joints(options))
     if pose + joints + options.park + (options.gripper is not None) == 0:
         raise BadRequest(
-            "where to? Give --x, --y, --z, --pitch, --roll, a joint, --gripper or "
+            "name a goal: --x, --y, --z, --pitch, --roll, a joint, --gripper or "
             "--park; `armdrive move --help` shows examples"
         )
     if pose + joints + options.park > 1:

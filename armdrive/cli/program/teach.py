@@ -158,7 +158,7 @@ def retime(options: argparse.Namespace) -> Result:
 
 
 def reverse(options: argparse.Namespace) -> Result:
-    """Make a sequence that goes the way back."""
+    """Make the reverse of a sequence."""
     _, book = chosen_points(options)
     made = editing.reverse(book.sequence(options.name), book.read().points)
     book.put_sequence(options.new, made.steps, instead_of=None)
