@@ -71,6 +71,7 @@ class ArmLink:
         """The screen of this desk that paused the arm; empty if another program did."""
         self._desk = desk
         self._was_lost = False
+        # counted, not flagged: a stop that comes and goes between two polls must not be missed
         self._stops = desk.arm.stops
         self._notices, self._heard = 0, ""
 
@@ -129,6 +130,7 @@ class ArmLink:
         """Show a new notice of the arm as the desk's message; clear it when the notice ends."""
         new, self._notices = status.notices != self._notices, status.notices
         before, self._heard = self._heard, status.notice
+        # an ended notice clears the message only if the message is that notice
         if new and (status.notice or self._desk.message == before):
             self._desk.message = status.notice
 
@@ -233,6 +235,7 @@ class ArmControl:
             raise BadRequest(str(preview.refusal))
         posture = Moment(preview.end, self._desk.link.status.gripper_mm)
         text = f"THE ARM WILL MOVE to its park posture, drawn here, at {speed:.0%} of its speed."
+        # decided now: a stop before the answer must keep the arm from moving
         stops = self._arm.stops
 
         def go() -> None:
