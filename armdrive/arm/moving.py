@@ -191,8 +191,8 @@ class Jogging:
         with pace.lock:
             now_s = pace.now_s()
             asked = ContinuousJog(jog, speed_fraction(speed), now_s + min(for_s, LONGEST_LEASE_S))
-            # Renewing a hold must not revive it after a stop. A new hold, begun after the old one has
-            # ended, was decided on after the stop.
+            # Renewing a hold must not revive it after a stop. A new hold, begun after the old one
+            # has ended, was decided on after the stop.
             extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
             if not extended:
                 self._held_stops = runner.stops

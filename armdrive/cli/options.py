@@ -277,7 +277,7 @@ def _add_choice(parser: argparse.ArgumentParser, otherwise: str) -> argparse._Ar
         "--dialect",
         metavar="DIALECT",
         choices=list(DIALECTS),
-        help="the language of the arm on --port, one of the same",
+        help="the dialect of the arm on --port, one of the same",
     )
     group.add_argument("--baud", type=count, metavar="RATE", help="the baud rate of --port")
     return group

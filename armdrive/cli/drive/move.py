@@ -167,7 +167,7 @@ def _goal(here: Pose, options: argparse.Namespace) -> Pose:
 
 
 def save_point(options: argparse.Namespace) -> Result:
-    """Save the place where the arm is."""
+    """Save the arm's present place."""
     check_name(options.name)  # before anything is opened or asked
     with settled_arm(options) as arm:
         point = arm.points.teach(options.name, note=options.note, again=options.again)

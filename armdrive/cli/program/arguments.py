@@ -37,8 +37,8 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 
     The command checks the finished tower in the simulated world itself: it ends with exit code 1 if
     a block is out of place. The demonstration has a world of its own, so the simulated arm of the
-    other commands does not change. For an arm of yours there is `armdrive run
-    examples/stacking.arm`, which is rehearsed first.
+    other commands does not change. On your own arm, use
+    `armdrive run examples/stacking.arm`, which is rehearsed first.
 
     """
     parser.add_argument(
@@ -86,7 +86,7 @@ def _run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "words", nargs="*", default=[], metavar="WORD", help="arguments of a Python script"
     )
-    before = parser.add_argument_group("before it runs")
+    before = parser.add_argument_group("rehearsal")
     add_switches(before, {"--check": "rehearse it; moves nothing"})
     before.add_argument(
         "--plot",
@@ -245,7 +245,7 @@ def _reverse_words(action: argparse.ArgumentParser) -> None:
 TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "follow": Action("add a step wherever another program lets the arm rest, until Ctrl-C",
                      "program.teach:record", _sequence(more=_record_words)),
-    "here": Action("name the place where the arm stands, as the next step",
+    "here": Action("save the arm's present place as the next step",
                    "program.teach:here", _sequence(more=_here_words)),
     "add": Action("add a step at the end, or begin a new sequence",
                   "program.teach:add", _sequence(more=_step_words)),
@@ -270,7 +270,7 @@ def _teach(parser: argparse.ArgumentParser) -> None:
 
     Examples:
       armdrive teach follow stack               jog the arm in another terminal; Ctrl-C here ends it
-      armdrive teach here stack                 name the place where the arm stands as the next step
+      armdrive teach here stack                 save the arm's present place as the next step
       armdrive teach add stack gripper grasp    a step at the end
       armdrive teach insert stack 3 to above along a line at 30%
       armdrive teach remove stack 4 6           steps 4 to 6

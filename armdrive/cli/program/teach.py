@@ -166,7 +166,7 @@ def reverse(options: argparse.Namespace) -> Result:
 
 
 def here(options: argparse.Namespace) -> Result:
-    """Name the place where the arm stands, as the next step."""
+    """Save the arm's present place as the next step."""
     check_name(options.point or options.name)  # before anything is opened or asked
     with settled_arm(options) as arm:
         taught = arm.points.read()
