@@ -7,8 +7,8 @@ with Arm.connect("sim:teachmover") as arm:
     arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
 ```
 
-`armdrive.exports` lists the public names. All of them are loaded when the first one is used: the
-command line is part of this package and uses none of them, so it starts quickly.
+`armdrive.exports` lists the public names. All are loaded when the first one is used, so that the
+command line, which is part of this package and needs none of them, starts quickly.
 """
 
 from __future__ import annotations

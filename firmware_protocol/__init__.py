@@ -1,10 +1,11 @@
 """Sans-IO codecs for the arm controllers' dialects: messages to bytes and back, for both ends.
 
-Each subpackage has its messages, checked when built, and a host's and a device's end. They share
+Each subpackage has messages, which are checked when they are built, and two ends: the host's and
+the device's. They share
 
     errors   which side made a mistake
-    events   what was unreadable, and a bounded queue
+    events   unreadable input, and a bounded queue
     fields   the rules of a message's fields
-    lines    bytes split into lines, and how much of a bad one is kept
+    lines    splitting bytes into lines, and how much of a bad line is kept
     frames   CAN frames as bytes
 """

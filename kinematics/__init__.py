@@ -1,19 +1,19 @@
 """The kinematics of the arm: poses, joint angles, motor steps, and conversions between them.
 
-What is decided where:
+Which file decides what:
 
     spaces         the three types: `Pose`, `Joints`, `Motors`
     transmission   joint angles and opening to motor steps: couplings, the only rounding
-    limits         ranges, their tolerance, and which turn of an angle is taken
-    geometry       what every arm that can be driven offers, and how it refuses
+    limits         ranges, their tolerance, and which turn of an angle is chosen
+    geometry       the interface of every arm that can be driven, and its refusals
     presets        the built-in arms: lengths, limits, speeds, steps, guards
     five_axis/     the Mini-mover's build
     chains/        any other build
     frames/        vectors, rotations, frames
     paths/         lines, arcs, blends, timing
-    guards/        where the arm would hit something
+    guards/        collision checks
     textbook/      the lecture notes; nothing that drives an arm uses them
-    errors, text   refusals with the nearest known word; numbers and columns as text
+    errors, text   errors with suggestions; numbers and columns as text
 
 Units: mm, rad, whole motor steps. Everything named here is plain Python. The public names are
 listed in `kinematics.exports` and, for the lecture notes, in `kinematics.textbook.exports`. Each

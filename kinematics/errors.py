@@ -1,22 +1,22 @@
-"""What the kinematics refuse, and why: every error names the quantity and what to do.
+"""The errors of the kinematics. Each names the quantity, its value and what to do.
 
 KinematicsError            base class
 +-- BadNumber              not a finite number where one belongs
 +-- JointLimit             a joint angle outside its range
 +-- Unreachable            a pose no posture can reach (in `geometry`)
-+-- PathBroken             a path leaves the reach, or its posture, on its way (in `geometry`)
++-- PathBroken             a path leaves the reach, or would change the posture (in `geometry`)
 +-- NoArc                  three points that lie in a line, or are fewer than three
-+-- SingularTransmission   motors that cannot tell the joints apart
++-- SingularTransmission   motors that do not determine the joint angles
 +-- UnknownPreset          no preset arm has that key
 +-- UnknownSystem          no system of the textbook has that name
 +-- UnknownFrame           no frame of a graph has that name
 +-- OutOfReach             a goal that no posture of a named system meets
-+-- ZeroVector             a direction is asked of a vector that has none
++-- ZeroVector             the zero vector where a direction is needed
 +-- FlatBasis              three axes that lie in one plane
-+-- NotARotation           a matrix that turns no frame: which property fails, by how much
++-- NotARotation           a matrix that is not a rotation: which property fails, and by how much
 +-- NoNearestRotation      several rotations are equally near to a matrix
 +-- NotAUnitQuaternion     a quaternion whose length is not 1
-+-- FramesNotConnected     nothing known joins two frames
++-- FramesNotConnected     no known transforms join two frames
 +-- FramesDisagree         two routes between the same frames differ
 """
 
@@ -71,7 +71,7 @@ class JointLimit(KinematicsError):
 
 
 class NoArc(KinematicsError):
-    """Three points through which no circle is drawn.
+    """Three points that determine no circle.
 
     `off_mm` is the distance of two of them that are the same point, else how far the three are
     from lying in a line; `part` the number, from 1, of the part of a route, or None.
@@ -102,7 +102,7 @@ class SingularTransmission(KinematicsError):
 
 
 class _UnknownName(KinematicsError):
-    """Nothing of a kind has this name; `nearest` is the likeliest meant one, or None."""
+    """No item of a kind has this name; `nearest` is the most similar known name, or None."""
 
     kind = ""
 
@@ -131,7 +131,7 @@ class UnknownFrame(_UnknownName):
 
 
 def _likeliest(name: object, names: Iterable[str]) -> str | None:
-    """Return the name that another spelling, upper case or lower, is most like."""
+    """Return the most similar name, whatever the case of its letters."""
     word = str(name)
     found = (nearest_word(each, names, likeness=0.4) for each in (word, word.lower()))
     return next((near for near in found if near), None)
@@ -217,7 +217,7 @@ class NotAUnitQuaternion(KinematicsError):
 
 
 class FramesNotConnected(KinematicsError):
-    """Two frames that no known transforms join; `joined` are those joined to the reference."""
+    """Two frames that no known transforms join; `joined` lists those joined to the reference."""
 
     def __init__(self, reference: str, name: str, joined: Iterable[str]) -> None:
         self.reference = reference
@@ -230,7 +230,7 @@ class FramesNotConnected(KinematicsError):
 
 
 class FramesDisagree(KinematicsError):
-    """A stated relation that the other way around its loop contradicts, by mm and rad."""
+    """A stated transform that contradicts the rest of its loop, by mm and rad."""
 
     def __init__(self, reference: str, name: str, gap_mm: float, gap_rad: float) -> None:
         self.reference = reference
@@ -245,7 +245,7 @@ class FramesDisagree(KinematicsError):
 
 
 class OutOfReach(KinematicsError):
-    """A goal that no posture of a named system meets, joint limits aside.
+    """A goal that no posture of a named system reaches, even without joint limits.
 
     `nearest` is a goal that can be met, in the system's own `coordinates`, `away_mm` from it.
     """
@@ -287,7 +287,7 @@ def finite(name: str, value: object) -> float:
     Text, None, booleans, NaN and infinities are refused: none of them is a length or an angle.
     """
     if type(value) is float and value - value == 0.0:
-        return value  # the usual case, first because every value type is built of many
+        return value  # the usual case comes first, because every value type checks many numbers
     if isinstance(value, bool | str | bytes):
         raise BadNumber(name, value)
     try:
@@ -343,7 +343,7 @@ def not_negative(name: str, value: object) -> float:
 
 
 def check_fields(value: object, check: Callable[[str, Any], object], *names: str) -> None:
-    """Put what a check returns for some fields of a frozen value in their places."""
+    """Replace some fields of a frozen value by what their check returns."""
     for name in names:
         object.__setattr__(value, name, check(name, getattr(value, name)))
 
@@ -382,8 +382,7 @@ def did_you_mean(
 def suggestion(word: str, known: Iterable[str]) -> str:
     """Return the same question as the end of a sentence, or an empty string.
 
-    A word that is right but for its unit is no slip of the pen: the sentence says that the value
-    has to change with the name.
+    If only the unit of a word is wrong, the sentence says that the value has to change too.
     """
     known = tuple(known)
     stem, _, unit = word.rpartition("_")

@@ -1,4 +1,4 @@
-"""The interface of every arm that can be driven, whatever its build, and what such an arm refuses.
+"""The interface of every arm that can be driven, whatever its build, and its refusals.
 
 Units: mm and rad. Paths, guards, the driver and the simulator know an arm only by this interface.
 """
@@ -18,22 +18,22 @@ from kinematics.spaces import Joints, Pose
 Point = tuple[float, float, float]
 
 AXIS_MM = 1e-6
-"""A tip nearer to the base axis than this is on it, and no direction is outwards.
+"""A tip nearer to the base axis than this is on the axis, where no direction is outwards.
 
-Rounding of a pose's coordinates moves a tip by some 1e-13 mm, a motor step by 0.1 mm: the bound
-is far from both. On the axis the base may take any angle, and the tip is off by this at most.
+Rounding of a pose moves the tip by some 1e-13 mm, a motor step by 0.1 mm: the bound is far from
+both. On the axis the base may have any angle, which moves the tip by at most this distance.
 """
 
 Hand = tuple[float, ...]
-"""How the hand is held, as numbers that only the follower which made them can read."""
+"""The orientation of the hand, as numbers of the follower that made them."""
 
 
 class NotFollowed(Exception):
-    """The arm cannot be there in the posture that is kept; the message says why."""
+    """The arm cannot follow in its present posture; the message says why."""
 
 
 class Follower(Protocol):
-    """One posture of an arm, elbow up say, that is kept along curves of the tip."""
+    """One posture of an arm, such as elbow up, that is kept along curves of the tip."""
 
     @property
     def posture(self) -> str:
@@ -41,19 +41,22 @@ class Follower(Protocol):
 
     @property
     def first(self) -> Hand:
-        """How the hand is held at the start of the curve."""
+        """The orientation of the hand at the start of the curve."""
 
     def hand(self, pose: Pose, near: Hand) -> Hand:
-        """Return how a pose holds the hand, by the shorter way round from another hand."""
+        """Return the hand's orientation in a pose, by the shorter turn from another orientation."""
 
     def between(self, a: Hand, b: Hand, share: float) -> Hand:
-        """Return the hand at a share (0 to 1) of the turn from one to another."""
+        """Return the orientation at a fraction (0 to 1) of the turn from one to another."""
 
     def pose(self, tip: Point, hand: Hand) -> Pose:
-        """Return the pose of a tip and a hand."""
+        """Return the pose of a tip and an orientation of the hand."""
 
     def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
-        """Return the posture for a tip and a hand, near the previous one. Raises `NotFollowed`."""
+        """Return the posture for a tip and an orientation, near the previous posture.
+
+        Raises `NotFollowed`.
+        """
 
 
 class Curve(Protocol):
@@ -110,7 +113,7 @@ class ArmGeometry(Protocol):
 
     @property
     def meaning(self) -> Hashable:
-        """The numbers that give joint angles their meaning, as a value with a stable `repr`."""
+        """The dimensions behind the joint angles, as a value with a stable `repr`."""
 
     def fk(self, joints: Joints) -> Pose:
         """Return the pose of a posture."""
@@ -122,7 +125,7 @@ class ArmGeometry(Protocol):
         """Return the posture a small step from the seed, quickly; raises `Unreachable`."""
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
-        """Return what `ik` does, or None instead of an error."""
+        """Return the result of `ik`, or None instead of an error."""
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
         """Return a posture a small step from the seed, quickly; None instead of an error."""
@@ -143,7 +146,7 @@ class ArmGeometry(Protocol):
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
 
     def follower(self, start: Joints) -> Follower:
-        """Return what keeps a posture along curves of the tip that begin in it."""
+        """Return the follower that keeps this posture along curves of the tip."""
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a bound on the travel of any point while the joints turn by this together."""
@@ -190,11 +193,11 @@ class Tool:
         return any((self.along_mm, self.up_mm, self.side_mm))
 
 
-# What an arm refuses: poses out of reach, and paths that it cannot follow.
+# Refusals: poses out of reach, and paths that an arm cannot follow.
 
 
 class Constraint(Enum):
-    """What keeps a pose out of reach."""
+    """Why a pose is out of reach."""
 
     TOO_FAR = "too far"
     TOO_NEAR = "too near"

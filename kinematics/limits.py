@@ -21,7 +21,7 @@ On an arm of 450 mm it is worth 5e-5 mm, thousands of times less than one motor 
 """
 
 SAME_POSTURE_RAD = 1e-4
-"""Postures with no joint farther apart than this are one, apart from rounding."""
+"""Postures whose joints differ by no more than this are the same, apart from rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +125,7 @@ def few_turns(angle: float) -> float:
 
 
 def few_turns_each(angles: tuple[float, ...]) -> tuple[float, ...]:
-    """Return what `few_turns` does of each angle: the angles themselves, unless one is so large."""
+    """Apply `few_turns` to each angle; return the angles themselves if none is so large."""
     if max(angles) < MANY_TURNS_RAD and min(angles) > -MANY_TURNS_RAD:
         return angles
     return tuple(map(few_turns, angles))
@@ -145,7 +145,7 @@ def turn_into(angle: float, low: float, high: float, seed: float) -> float:
     floor, ceiling = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
     if floor <= near <= ceiling:
         return min(max(near, low), high)
-    # Only the end that the seed's turn is beyond is certainly finite: a joint may have one limit.
+    # A joint may have a single limit: only the end beyond which the seed's turn lies is finite.
     if near < floor:
         turns = math.ceil((floor - angle) / math.tau)  # the first turn above the lower end
         first, last = angle + turns * math.tau, angle + (turns - 1) * math.tau
@@ -160,7 +160,7 @@ def turn_into(angle: float, low: float, high: float, seed: float) -> float:
 
 
 def fitted(angle: float, low: float, high: float, seed: float) -> float:
-    """Return what `turn_into` does, or infinity if no turn of the angle is within the range."""
+    """Return the result of `turn_into`, or infinity if no turn of the angle is within the range."""
     turned = turn_into(angle, low, high, seed)
     return turned if low <= turned <= high else math.inf
 
@@ -172,7 +172,7 @@ Span = tuple[float, float]
 def all_fitted(
     angles: Sequence[float], spans: Sequence[Span], near: Sequence[float]
 ) -> tuple[float, ...] | None:
-    """Return each angle on the turn within its range nearest to another, None where one has none.
+    """Return for each angle its turn within the range nearest to another; None if one has none.
 
     Most angles are within their ranges and near already: two comparisons save a call.
     """

@@ -1,4 +1,4 @@
-"""Lines of text: columns in line, lines folded to a width, and counts of things."""
+"""Text for people: aligned columns, folded lines, and counts with their nouns."""
 
 from __future__ import annotations
 

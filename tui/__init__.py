@@ -1,18 +1,18 @@
 """The desk: terminal screens from which a person drives an arm.
 
-What is decided where:
+Which file decides what:
 
-    app         what a key or click does, stop first; what is stale and dropped
-    keys/       which keys there are, what they are called, and which presses count
-    desk        the app of one arm; the link, the calls, and the keys of all screens
-    safety      the panel of every screen: state, trust, what a stop takes
+    app         how keys and clicks are handled, stops first; which are stale and dropped
+    keys/       the keys, their names, and which presses count
+    desk        the app of one arm: its link, its calls, and the keys of all screens
+    safety      the panel on every screen: state, trust, stopping distance
     jog/, move/, points/, program/, setup/, log, theory   one screen each
     watch       an arm that another program drives; `model_desk` a model without an arm
     gamepad     sticks and buttons as jogs
-    settings    what an operator has set, its steps and speeds, and what is remembered
-    axes, arm_view, widgets, dialogs   what screens are made of
-    terminal    what a terminal can show, and how it is left
-    startup     which desk is opened, and which screens it has
+    settings    the operator's settings, such as steps and speeds, and which are saved
+    axes, arm_view, widgets, dialogs   parts of screens
+    terminal    what a terminal can show, and how it is restored
+    startup     which desk opens, with which screens
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""The base of every app of the desk: what a key does, and what the user then reads about it.
+"""The base of every app of the desk: how it handles keys, and the message that follows.
 
-The stop keys come first and stale input is dropped. Everything else that a key, a click or a
-gamepad's button asks for goes through `Calls.acting`, so one rule holds for all of them: the last
-message goes, a first press that another key has made no longer counts, and a refusal becomes the
-new message.
+The stop keys come first, and stale input is dropped. Every other action of a key, a click or a
+gamepad button goes through `Calls.acting`, so one rule holds for all of them: the last message is
+cleared, a first press of another key no longer counts, and a refusal becomes the new message.
 """
 
 from __future__ import annotations
@@ -53,20 +52,19 @@ Answer = TypeVar("Answer")
 Found = TypeVar("Found")
 
 SUSPENDED_S = 1.0
-"""An app that did nothing for this long was suspended: it polls more often."""
+"""An app that was idle for this long was suspended, because it polls more often than that."""
 
 
 def is_printable(character: str) -> bool:
-    """Return whether a character can be typed; the space bar never gets here, as it stops."""
+    """Return whether a character can be typed. Space never gets here: it stops the arm."""
     return character.isprintable()
 
 
 class TypedText:
-    """A line of text that a person types on a screen or in a dialog, which has it as its `typing`.
+    """A line of text that the user types on a screen or in a dialog, its `typing`.
 
-    No widget has the focus meanwhile: the app hands over each key that no row of the table takes
-    first. So a stop key is never a letter, and a burst of keys is taken in the order in which they
-    were typed.
+    No widget has the focus, so that a stop key never types a letter and keys that arrive together
+    keep their order. The app passes on each key that no row of the table takes first.
     """
 
     def __init__(
@@ -78,32 +76,32 @@ class TypedText:
         offered: bool = False,
         changed: Callable[[str], None] | None = None,
     ) -> None:
-        """`takes` says which characters are typed; `changed` is called with each new text.
+        """`takes` decides which characters are accepted; `changed` is called with each new text.
 
         With `longest`, further characters are dropped; a port or a path may have any length.
         """
         self.text = text
         self.offered = offered
-        """Whether the text is only a proposal, which the first key replaces as a whole."""
+        """Whether the text is only a proposal, which the first key replaces completely."""
         self._takes = takes
         self._longest = longest
         self._changed = changed
 
     def takes(self, character: str | None) -> bool:
-        """Return whether a character of a key is typed here."""
+        """Return whether the character of a key is accepted here."""
         return bool(character) and self._takes(str(character))
 
     def type(self, character: str) -> None:
-        """Type a character; a line that is full stays as it is."""
+        """Append a character; a full line is unchanged."""
         typed = ("" if self.offered else self.text) + character
         self.set(typed[: self._longest])
 
     def erase(self) -> None:
-        """Take the last character away."""
+        """Delete the last character."""
         self.set("" if self.offered else self.text[:-1])
 
     def clear(self) -> None:
-        """Take all characters away."""
+        """Delete all characters."""
         self.set("")
 
     def set(self, text: str) -> None:
@@ -114,34 +112,34 @@ class TypedText:
 
 
 class Hand(Protocol):
-    """What jogs by keys. Its dead-man judges by itself which presses count."""
+    """What jogs by keys. Its dead-man switch decides which presses count."""
 
     def disarm(self, reason: str) -> None:
         """Let no key move anything."""
 
     def doubt(self, time_s: float) -> None:
-        """Note that keys may have waited for this long."""
+        """Note that keys may have been queued for this long."""
 
 
 class AppInput:
-    """The way of keys and clicks into an app: which count, in which order, and what takes them.
+    """Passes keys and clicks to an app: which of them count, in which order, and who handles them.
 
-    The stop keys come before every widget. Dropped are keys typed before a stop that has already
-    acted, and whatever was waiting while the program was suspended. A key that is typed into a line
-    goes there; all others go on to the framework, which finds their action.
+    The stop keys come before every widget. Keys typed before a stop that has already acted are
+    dropped, and so is everything that was queued while the program was suspended. A key typed into
+    a line goes there; all others go to the framework, which finds their action.
     """
 
     def __init__(self, app: KeyApp) -> None:
         self.urgent: Mapping[str, Callable[[], object]] = {}
-        """What keys do in the thread that reads them, before the app takes them."""
+        """What keys do in the thread that reads them, before the app handles them."""
         self.suspended_s = math.inf
-        """An app that did nothing for this long was suspended."""
+        """An app that was idle for this long was suspended."""
         self.starved_s = math.inf
-        """An app that did nothing for this long has kept its keys waiting."""
+        """An app that was idle for this long has kept keys in its queue."""
         self.person_s = 0.0
-        """A key waits this long, and does nothing if another one comes meanwhile."""
+        """A key waits this long, and does nothing if another key arrives in that time."""
         self.hand: Callable[[], Hand | None] = lambda: None
-        """Returns the hand on the jog keys, where the current screen has those."""
+        """Returns the jogging of the current screen; None if the screen has no jog keys."""
         self._app = app
         self._bursts = BurstDetector()
         self._waiting: events.Key | None = None
@@ -163,11 +161,11 @@ class AppInput:
         self._suspension.report()
 
     def begin(self) -> None:
-        """Detect suspensions from now on: a slow start is none."""
+        """Detect suspensions from now on: a slow start is not a suspension."""
         self._suspension = SuspensionDetector()
 
     def alive(self) -> None:
-        """Note that the app runs. Call it often, and before acting on any key."""
+        """Note that the app is running. Call it often, and before acting on any key."""
         now_s = self.monotonic_s()
         absent_s, reported = self._suspension.look(now_s, self.busy_s())
         if reported or absent_s > self.suspended_s:
@@ -178,7 +176,7 @@ class AppInput:
             hand.doubt(absent_s)
 
     async def handles(self, event: events.Event) -> bool:
-        """Handle a key or a click; return False for what is left to the framework."""
+        """Handle a key or a click; return False to leave it to the framework."""
         if isinstance(event, events.Key):
             if event.is_forwarded:  # no widget wanted it
                 return self._types(event)
@@ -194,19 +192,20 @@ class AppInput:
         return False
 
     def key_age_s(self) -> float:
-        """Return the age of the key that the app acts on; 0 while there is none.
+        """Return the age of the key being handled; 0 if there is none.
 
-        A busy app acts on keys later than they came, and further apart.
+        A busy app handles keys later than they arrived, and further apart.
         """
         return 0.0 if self._key is None else max(self.monotonic_s() - self._key.time, 0.0)
 
     # -- which keys count, and when -----------------------------------------------------------
 
     def _due(self, key: events.Key) -> list[events.Key]:
-        """Take a key from the terminal; return the keys that the app acts on now, in order.
+        """Take a key from the terminal; return the keys to handle now, in order.
 
-        Of keys that came together none does anything, nor does what follows them, until there is
-        a silence. Those that act at once only type, or go to the dead-man, which judges them.
+        Keys that arrive together are pasted text or a backlog: they do nothing, nor does what
+        follows them until there is a pause. Exempt are keys that only type a letter, and those that
+        go to the dead-man switch, which decides by itself.
         """
         waited, at_once = self._waited(), self._acts_at_once(key)
         together = self._bursts.came_together(key.key, key.time, self.person_s)
@@ -227,7 +226,7 @@ class AppInput:
         return waited
 
     def _acts_at_once(self, key: events.Key) -> bool:
-        """Return whether a key types a letter or jogs: people type faster than they command."""
+        """Return whether a key types a letter or jogs; such keys may follow each other quickly."""
         if not self._app.screen_stack:
             return True  # the screens are already being taken down
         line, widget = self._line, self._app.focused
@@ -237,17 +236,17 @@ class AppInput:
         return types or consumed or (jogs and len(self._app.screen_stack) == 1)
 
     def _waited(self) -> list[events.Key]:
-        """Return the key that has waited, if there is one; no other one has followed it so far."""
+        """Return the waiting key, if there is one; no other key has followed it so far."""
         waiting, self._waiting = self._waiting, None
         return [] if waiting is None else [waiting]
 
     async def act_on_waiting(self) -> None:
-        """Act on a key that no other one has followed."""
+        """Act on a key that no other key has followed."""
         for key in self._waited():
             await self._act_on(key)
 
     async def _act_on(self, key: events.Key) -> None:
-        """Act on a key, unless it has come too late to count."""
+        """Act on a key, unless it is too old to count."""
         self._key = key  # and so how old it is
         try:
             dropped, stops = self._drops(key), key.key in self._app.stop_keys
@@ -261,7 +260,7 @@ class AppInput:
             self._key = None
 
     def _drops(self, key: events.Key) -> bool:
-        """Return whether a key has come too late to count."""
+        """Return whether a key is too old to count."""
         self.alive()
         came_s = self.monotonic_s() - self.key_age_s()
         if self._urgent_keys.overtook(key):
@@ -275,12 +274,12 @@ class AppInput:
 
     @property
     def _line(self) -> TypedText | None:
-        """The line that is typed into, if there is one."""
+        """The line that has the typing, if there is one."""
         line: TypedText | None = getattr(self._app.screen, "typing", None)
         return line
 
     def _types(self, key: events.Key) -> bool:
-        """Type a key into the line that is typed into, if there is one; return whether."""
+        """Type a key into the current line, if there is one; return whether it was accepted."""
         line, character = self._line, key.character
         if line is None or character is None or not line.takes(character):
             return False
@@ -302,14 +301,14 @@ class AppInput:
 # widgets alone; ours may also be methods of the parts that an app or a screen is made of.
 
 NODES = ("app", "screen", "focused")
-"""The framework's own names for places of actions."""
+"""The framework's own namespaces of actions."""
 
 NO_PART = object()
-"""Stands for a part that a node does not have at all."""
+"""Represents a part that a node does not have."""
 
 
 def _refuse() -> None:
-    """Refuse what a key asks for: the part that it is for is not there now."""
+    """Refuse an action: its part does not exist at present."""
     raise BadRequest("there is nothing here for this key")
 
 
@@ -328,11 +327,11 @@ def action_call(action: str | ActionParseResult, node: object) -> Callable[[], o
 
 
 Outcome = Callable[[], object]
-"""A call that takes a moment. Text that it returns is the message about it."""
+"""A call that may take a while. A text that it returns becomes the message."""
 
 
 REFUSALS = (ArmError, KinematicsError, OSError)
-"""Errors that answer a request, with a sentence for the person who made it."""
+"""Errors that answer a request, with a sentence for the user."""
 
 
 def words_of(error: BaseException) -> str:
@@ -342,24 +341,24 @@ def words_of(error: BaseException) -> str:
 
 @dataclass(slots=True)
 class Job:
-    """Work in a thread: busy until it has ended, and until what it has found is kept."""
+    """Work in a thread: busy until it has ended and its result has been kept."""
 
     busy: bool = False
 
 
 class Calls:
-    """Does what keys ask for, and reports how it went."""
+    """Performs the actions of keys, and reports their results."""
 
     def __init__(self, app: KeyApp) -> None:
         self._app = app
 
     @contextlib.contextmanager
     def acting(self, *, repeats: bool = False) -> Iterator[None]:
-        """Do what a key or a click asks for; show what came of it, or why it is refused.
+        """Perform the action of a key or a click; show its result, or why it is refused.
 
         The last message was about another key, and so was a first press that waits for its second
-        one. Only keys that repeat while they are held leave the message alone: they would wipe out
-        why the arm no longer follows them.
+        one: both are cleared. Only keys that repeat while they are held leave the message alone:
+        otherwise they would clear the reason why the arm no longer follows them.
         """
         confirmation = self._app.confirmation
         presses = confirmation.taken
@@ -374,7 +373,7 @@ class Calls:
         self._app.show()
 
     def work_out(self, work: Callable[[], Found], keep: Callable[[Found | None], bool]) -> Job:
-        """Work something out in a thread; keep it, or None after an error, and show what follows.
+        """Compute something in a thread; keep it, or None after an error, and show the effect.
 
         `keep` is called in the app's own thread, and returns whether it is still of interest.
         """
@@ -413,7 +412,7 @@ class Calls:
             except REFUSALS as error:
                 wrong = words_of(error)
             except Exception as flaw:  # the desk and its stop key must live on
-                wrong = f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
+                wrong = f"an error in armdrive, please report it: {type(flaw).__name__}: {flaw}"
             self._app.call_from_thread(finish, found, wrong)
 
         def finish(found: Found | None, wrong: str) -> None:
@@ -425,7 +424,7 @@ class Calls:
 
 
 class Dialogs:
-    """The dialogs that lie over the current screen. Its keys then move no arm."""
+    """The dialogs above the current screen, whose keys do not move the arm meanwhile."""
 
     def __init__(self, app: KeyApp) -> None:
         self._app = app
@@ -436,17 +435,17 @@ class Dialogs:
         answered: Callable[[Answer | None], None] | None = None,
         reason: str = "a question is open",
     ) -> None:
-        """Open a dialog over the current screen, whose keys then move no arm for this reason."""
+        """Open a dialog above the current screen; `reason` explains why its keys are disarmed."""
         self._app.disarm(reason)
         self._app.push_screen(dialog, answered)
 
     def close_all(self) -> None:
-        """Close whatever lies over the current screen; no question in it is answered."""
+        """Close all dialogs; a question in them stays unanswered."""
         while len(self._app.screen_stack) > 1:
             self._app.pop_screen()
 
     def close_questions(self) -> None:
-        """Close a question that lies on top; it is not answered."""
+        """Close the topmost question; it stays unanswered."""
         while isinstance(self._app.screen, PostureScreen):
             self._app.pop_screen()
 
@@ -463,15 +462,15 @@ class Dialogs:
 
 
 class Looks:
-    """The look that an app has, and a change to another one."""
+    """The theme of an app, and how it is changed."""
 
     def __init__(self, app: KeyApp, name: str) -> None:
         self._app = app
         self.name = name
-        """The name of the look that the app has."""
+        """The name of the app's theme."""
 
     def put_on(self, name: str) -> None:
-        """Give the app this look; without colours there is only one."""
+        """Set the theme; without colours there is only one."""
         look = COLOURLESS if self._app.no_color else look_named(name)
         if HIGH_CONTRAST.name not in self._app.available_themes:
             self._app.register_theme(HIGH_CONTRAST)
@@ -479,7 +478,7 @@ class Looks:
         self.name = look.name
 
     def put_on_next(self) -> None:
-        """Put on the next look."""
+        """Switch to the next theme."""
         self.put_on(look_after(self.name).name)
         colourless = " NO_COLOR is set: no others are shown." if self._app.no_color else ""
         self._app.say(f"look: {self.name}.{colourless}")
@@ -488,9 +487,9 @@ class Looks:
 class KeyApp(App[int], inherit_bindings=False):
     """An app whose stop keys come before every widget, and without the framework's own keys.
 
-    The framework gives printable keys, priority or not, to a text field that is being typed into;
-    so a space there, also in the command palette, would be no stop. Its own bindings would leave
-    without a stop where a file of keys has moved ours.
+    The framework passes printable keys, priority or not, to the text field being typed into; so a
+    space there, also in the command palette, would not stop the arm. Its own bindings would leave
+    without a stop if a key file has moved ours.
     """
 
     CSS_PATH = STYLES
@@ -511,19 +510,19 @@ class KeyApp(App[int], inherit_bindings=False):
         look: str = "",
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Without `braille` everything is drawn in plain letters."""
+        """Without `braille` everything is drawn in ASCII."""
         self.input = AppInput(self)
         self.clock = clock
         self.keys = keys
         self.stop_keys: Collection[str] = keys.of(STOP)
-        """No widget may keep these for itself."""
+        """The keys that no widget may keep for itself."""
         self.looks = Looks(self, look)
         self.dialogs = Dialogs(self)
         self.calls = Calls(self)
         self.confirmation = Confirmation(clock, keys.label)
         """What the last key does after a second press, or a pause."""
         self.message = ""
-        """The last message: about the last key, or about what has happened since."""
+        """The last message: about the last key, or about a later event."""
         # its other way to do without colours sends them all, as shades of grey
         super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
         self.braille = braille
@@ -535,12 +534,12 @@ class KeyApp(App[int], inherit_bindings=False):
         self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
 
     def on_mount(self) -> None:
-        """Take the keys of the user's own file, and the look."""
+        """Apply the user's own keys and theme."""
         self.set_keymap(self.keys.keymap(self.keys_bound))
         self.looks.put_on(self.looks.name)
 
     def say(self, message: str) -> None:
-        """Show a message on whatever screen is shown."""
+        """Show a message on the current screen."""
         self.message = message
         self.show()
 
@@ -570,26 +569,26 @@ class KeyApp(App[int], inherit_bindings=False):
         return ending_driver(driver) if is_served(driver) else driver
 
     def action_stop_arm(self) -> None:
-        """Do what the stop keys do."""
+        """Act as the stop keys do."""
         raise NotImplementedError
 
     @property
     def place(self) -> str:
-        """The id of the current screen, by which its rows of the table of keys go."""
+        """The id of the current screen in the table of keys."""
         return getattr(self.screen_stack[0], "place", "")
 
     def show_place(self, place: str) -> None:
         """Go to the screen on which a row of the table of keys counts, if there are several."""
 
     async def action_do_row(self, name: str) -> None:
-        """Act as a row of the table of keys, as if its key was pressed on its screen."""
+        """Perform a row of the table of keys, as if its key had been pressed on its screen."""
         row = self.keys.row(name)
         self.show_place(row.place)
         await self.run_action(row.action, self.screen_stack[0] if row.place else self)
 
     @on(Driver.SignalResume)
     def _repaint(self) -> None:
-        """Paint everything: the terminal may have shown something else meanwhile."""
+        """Repaint everything: the terminal may have shown something else meanwhile."""
         self.refresh(layout=True)
 
     async def run_action(
@@ -609,7 +608,7 @@ class KeyApp(App[int], inherit_bindings=False):
         return True
 
     async def on_event(self, event: events.Event) -> None:
-        """Take the stop keys before anything else sees them, and drop what is stale."""
+        """Handle the stop keys before anything else, and drop stale input."""
         if not await self.input.handles(event):
             await self.hand_on(event)
 
@@ -619,16 +618,16 @@ class KeyApp(App[int], inherit_bindings=False):
 
 
 BUSY_S = 0.02
-"""A timer that rings this late found the app busy."""
+"""If a timer fires this late, the app was busy."""
 
 SETTLE_S = 0.03
-"""Time in which events that came while the app was busy pass through its queues."""
+"""The time that events queued while the app was busy need to be processed."""
 
 
 class HoldAlarm:
-    """A single timer: a new time replaces the last one.
+    """A single timer: a new time replaces the previous one.
 
-    If the app was too busy to ring in time, it handles waiting events before it rings.
+    If the app was too busy to fire it in time, it handles queued events first.
     """
 
     def __init__(self, app: KeyApp, call: Callable[[], object]) -> None:
@@ -638,7 +637,7 @@ class HoldAlarm:
         self._due_s = math.inf
 
     def after(self, delay_s: float) -> None:
-        """Ring once after this delay; infinite means never."""
+        """Fire once after this delay; infinite means never."""
         if self._timer is not None:
             self._timer.stop()
             self._timer = None

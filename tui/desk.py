@@ -1,8 +1,8 @@
-"""The desk: the app of one arm, what all its screens have in common, and the keys of all screens.
+"""The desk: the app of one arm, what all its screens share, and the keys of all screens.
 
-A screen of its own says what it is called in `place`, gives `BINDINGS = bindings(place)`, lays out
-its middle in `compose_body` and shows each status in `show_body`. Nothing that moves the arm stays
-alive on a screen that is not shown: `disarm` is called before another screen or a dialog comes.
+A screen defines its name in `place`, gives `BINDINGS = bindings(place)`, lays out its middle in
+`compose_body` and shows each status in `show_body`. Nothing that moves the arm stays active on a
+hidden screen: `disarm` is called before another screen or a dialog opens.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ from tui.terminal import KeyUp, on_ending_signals, send_changed_spans
 from tui.widgets import PlainText, ScreenTabs, fill_frame, framed, text_of
 
 POLL_S = 0.05
-"""How often the arm's latest status is looked at, however often it changes."""
+"""Interval between two looks at the arm's status."""
 
 STARVED_S = 0.3
-"""A desk that did nothing for this long has kept its keys waiting."""
+"""A desk that was idle for this long has kept keys in its queue."""
 
-_SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
+_SIGNAL_EXIT = 128  # as a shell reports the signal that ended a program
 
 
 class ArmLink:
@@ -66,11 +66,12 @@ class ArmLink:
 
     def __init__(self, desk: Desk) -> None:
         self.status: Status = desk.arm.status
-        """The latest one."""
+        """The latest status."""
         self.paused_at = ""
         """The screen of this desk that paused the arm; empty if another program did."""
         self._desk = desk
         self._was_lost = False
+        # counted, not flagged: a stop that comes and goes between two polls must not be missed
         self._stops = desk.arm.stops
         self._notices, self._heard = 0, ""
 
@@ -100,7 +101,7 @@ class ArmLink:
             raise BadRequest(why)
 
     def take(self, status: Status) -> None:
-        """Take the latest status."""
+        """Store the latest status, and disarm the keys if the arm cannot move any more."""
         if self.status.paused and not status.paused:
             self.paused_at = ""  # another program may make the next pause
         self.status = status
@@ -115,9 +116,9 @@ class ArmLink:
         self._hear(status)
 
     def follow_stops(self, reason: str = STOPPED) -> None:
-        """After a stop, by this desk or another program, let nothing go on that was begun before.
+        """After a stop, by this desk or another program, end everything that was begun before it.
 
-        Keys have to be armed again, a first press counts no more, and a question is void.
+        Keys have to be armed again, a first press no longer counts, and an open question is closed.
         """
         stops, self._stops = self._stops, self._desk.arm.stops
         if stops != self._stops:
@@ -126,9 +127,10 @@ class ArmLink:
             self._desk.dialogs.close_questions()
 
     def _hear(self, status: Status) -> None:
-        """Make what the arm says the message of the desk when it is new, also that it is over."""
+        """Show a new notice of the arm as the desk's message; clear it when the notice ends."""
         new, self._notices = status.notices != self._notices, status.notices
         before, self._heard = self._heard, status.notice
+        # an ended notice clears the message only if the message is that notice
         if new and (status.notice or self._desk.message == before):
             self._desk.message = status.notice
 
@@ -152,7 +154,7 @@ class ArmLink:
         self._desk.confirmation.refuse()
 
     def _note_loss(self) -> None:
-        """Let no key jog, and close the questions about an arm that is gone."""
+        """Disarm the jog keys, and close the questions about a lost arm."""
         self._desk.disarm("the link is lost")
         if not self._was_lost:
             self._was_lost = True
@@ -160,14 +162,14 @@ class ArmLink:
             self._desk.dialogs.close_questions()
 
     def _note_return(self) -> None:
-        """Say in which state the link came back; in other states the check still runs."""
+        """Report the state in which the link came back; in other states the check still runs."""
         if self.status.state in (State.ERROR_STOP, State.DISABLED):
             self._was_lost = False
             self._desk.say(link_back(self.status, self._desk.keys))
 
 
 class ArmControl:
-    """The keys of every screen that ask something of the arm: reference, motors, e-stop.
+    """The keys of every screen that command the arm: reference, motors, emergency stop.
 
     What moves the arm, or lets it sag, is done only after a question.
     """
@@ -233,6 +235,7 @@ class ArmControl:
             raise BadRequest(str(preview.refusal))
         posture = Moment(preview.end, self._desk.link.status.gripper_mm)
         text = f"THE ARM WILL MOVE to its park posture, drawn here, at {speed:.0%} of its speed."
+        # decided now: a stop before the answer must keep the arm from moving
         stops = self._arm.stops
 
         def go() -> None:
@@ -265,12 +268,12 @@ class ArmControl:
         *,
         asked: str = "Does the arm stand exactly like this?",
     ) -> None:
-        """Draw a posture with a question, and make the call if the answer to `asked` is yes."""
+        """Show a posture with the question `asked`, and make the call if the answer is yes."""
         desk, stops = self._desk, self._arm.stops
 
         def answered(yes: bool | None) -> None:
             if self._arm.stops != stops:
-                return  # void, although the desk has not seen the stop yet
+                return  # void, although the desk may not have noticed the stop yet
             if yes:
                 desk.calls.make(agreed, done)
             else:
@@ -288,21 +291,21 @@ class ArmControl:
 
 
 class DeskScreen(Screen[None]):
-    """One screen of the desk. Nothing on it has the focus at first."""
+    """One screen of the desk. At first no widget has the focus."""
 
     AUTO_FOCUS = ""
     place: ClassVar[str] = ""
     """The id of the screen's row in `SCREENS`, and of its rows in the table of keys."""
 
     hand: DeskJogging | None = None
-    """The hand on the jog keys, where the screen has those."""
+    """The jogging of this screen; None if it has no jog keys."""
 
     _laid_out = False
 
     def __init__(self) -> None:
         super().__init__()
         send_changed_spans(self)
-        # otherwise the framework styles the screen before and this one again when this one comes
+        # otherwise the framework styles the previous screen and this one again when this one opens
         self._css_update_count = self.app._css_update_count  # noqa: SLF001
         # and every widget once more after it has seen the size of the screen
         width, height = self.app.size
@@ -319,12 +322,12 @@ class DeskScreen(Screen[None]):
 
     @property
     def armed(self) -> bool:
-        """Whether keys of this screen move the arm at once."""
+        """Whether keys of this screen move the arm without a second press."""
         return False
 
     @property
     def says(self) -> str:
-        """The words after the badge of the arm's state, while nothing forbids motion."""
+        """The text after the badge of the arm's state, while motion is possible."""
         keys, link = self.desk.keys, self.desk.link
         stops = f"{keys.label(STOP)} stops the arm" if link.moves else ""
         return way_out(link.status.state, keys) or stops
@@ -345,10 +348,10 @@ class DeskScreen(Screen[None]):
         return summary_of(self.place)
 
     def disarm(self, reason: str) -> None:
-        """Let go of what this screen holds, and let no key of it move the arm."""
+        """End a held jog of this screen, and disarm its keys."""
 
     def compose(self) -> ComposeResult:
-        """Lay out what every screen has; the middle is the screen's own."""
+        """Lay out what every screen has around its own middle."""
         keys = self.desk.keys
         head = (ScreenTabs(self.place, keys), SafetyPanel(keys))
         yield from framed(head, self.compose_body())
@@ -379,16 +382,16 @@ class DeskScreen(Screen[None]):
     @on(events.Resize)
     @on(events.ScreenResume)
     def _show_soon(self) -> None:
-        """Show what has happened meanwhile, fitted to the width."""
+        """Refresh the screen, fitted to the width."""
         self.call_after_refresh(self.desk.poll)
 
     def on_screen_suspend(self) -> None:
-        """Let no key move the arm behind a dialog or another screen."""
+        """Disarm the keys behind a dialog or another screen."""
         self.desk.confirmation.forget()
         self.disarm("another screen is shown")
 
     def show(self, status: Status) -> None:
-        """Show this status: called at each poll of the desk while it is at this screen."""
+        """Show this status; called at each poll while this is the current screen."""
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
         desk = self.desk
@@ -427,12 +430,12 @@ class DeskScreen(Screen[None]):
 
     @property
     def _more(self) -> str:
-        """How to see what the panels have no room for; empty if nothing is below."""
+        """How to scroll to what the panels cut off; empty if nothing is cut off."""
         below = any(each.max_scroll_y > each.scroll_y for each in self.query(VerticalScroll))
         return f" ({short_label(self.desk.keys.of('more')[0])}: more)" if below else ""
 
     def first_keys(self, status: Status) -> tuple[str, ...]:
-        """Return the rows, by id, that pause a moving arm, or make a blocked one drivable again."""
+        """Return the ids of rows that pause a moving arm, or make a blocked one drivable again."""
         reference = ("reference",) if can_reference(status.state) else ()
         by_trust = {
             Trust.UNKNOWN: reference,
@@ -469,7 +472,7 @@ class DeskScreens:
 
     @property
     def current(self) -> DeskScreen:
-        """The screen that the desk is at; dialogs may lie over it."""
+        """The current screen; dialogs may lie above it."""
         return cast("DeskScreen", self._desk.screen_stack[0])
 
     @property
@@ -478,10 +481,10 @@ class DeskScreens:
         return self.current.hand if self._desk.screen_stack else None
 
     def show(self, place: str) -> None:
-        """Go to a screen by its id. What the one before held ends first."""
+        """Go to a screen by its id. A held jog of the previous screen ends first."""
         self._desk.disarm("another screen is shown")
         self._desk.dialogs.close_all()
-        self._desk.message = ""  # it was about the screen before
+        self._desk.message = ""  # the message was about the previous screen
         self._desk.switch_mode(place)
 
     def scroll(self, by: int) -> None:
@@ -493,7 +496,7 @@ class DeskScreens:
             panel.scroll_relative(y=by * max(panel.size.height // 2, 1), animate=False)
 
     def do_row(self, name: str) -> None:
-        """Do what a row of the table of keys does on the current screen, or say why not."""
+        """Perform a row of the table of keys on the current screen, or say why not."""
         row = self._desk.keys.row(name)
         with self._desk.calls.acting():
             call = action_call(row.action, self.current)
@@ -503,7 +506,7 @@ class DeskScreens:
 
 
 class Desk(KeyApp):
-    """One arm and its screens. Every way out of it, and every change of screen, stops a jog."""
+    """One arm and its screens. Leaving the desk and changing the screen end a jog."""
 
     TITLE = "armdrive"
     BINDINGS: ClassVar[list[BindingType]] = bindings("")
@@ -541,7 +544,7 @@ class Desk(KeyApp):
         # a desk without a position begins at the screen on which the arm is referenced
         self._first = first or ("" if arm.status.trust is Trust.UNKNOWN else self.settings.screen)
         self.goal: Joints | None = None
-        """A posture that one screen has left for the move screen."""
+        """A posture that another screen passes to the move screen."""
         self.program = program
         """The program file that was named when the desk was opened."""
         self.programs = Path.cwd()
@@ -568,9 +571,9 @@ class Desk(KeyApp):
             )
 
     def disarm(self, reason: str) -> None:
-        """Let go of what the current screen holds, and let no key of it move the arm."""
+        """End a held jog of the current screen, and disarm its keys."""
         super().disarm(reason)
-        if self.screen_stack:  # else the screens are already being taken down
+        if self.screen_stack:  # otherwise the screens are already being removed
             self.screens.current.disarm(reason)
 
     # -- what is shown ------------------------------------------------------------------------
@@ -590,7 +593,7 @@ class Desk(KeyApp):
             self.dialogs.open(first, partial(setattr, self.settings, "instructed"))
 
     def poll(self) -> None:
-        """Take the latest status, show what changed, then do what was confirmed by two presses."""
+        """Store the latest status, show changes, then perform what two presses have confirmed."""
         self.input.alive()  # first: what was confirmed before a suspension must not be done after
         self.link.take(self.arm.status)
         self.show()
@@ -599,13 +602,13 @@ class Desk(KeyApp):
                 act()
 
     def say(self, message: str) -> None:
-        """Show a message. A stop is seen before what came of it is said."""
+        """Show a message. The effects of a stop come before its result."""
         self.link.follow_stops()
         super().say(message)
 
     def show(self) -> None:
         """Show the latest status on the current screen."""
-        if self.is_running and self.screen_stack:  # else the screens are being taken down
+        if self.is_running and self.screen_stack:  # otherwise the screens are being removed
             self.screens.current.show(self.link.status)
 
     def spoken(self, text: str) -> str:
@@ -623,7 +626,7 @@ class Desk(KeyApp):
             raise BadRequest("no arm is drawn here")
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Offer the actions of this screen, actions with other search words, and the looks."""
+        """Offer the actions of this screen, actions found by other words, and the themes."""
         del screen
         known = (row for row in self.keys.rows if row.also and row.place not in ("", self.place))
         return commands((*self.keys.at(self.place), *known), self.action_do_row, self.looks.put_on)
@@ -632,7 +635,7 @@ class Desk(KeyApp):
 
     def action_stop_arm(self) -> None:
         """Stop the arm before anything else, then disarm and show the screen."""
-        # the thread that read the key has done so already, but a click on STOP comes only here
+        # a key has stopped the arm in its reading thread; a click on STOP arrives only here
         self.arm.request_stop()
         self.link.follow_stops("stopped")
         self.message = "" if self.link.lost else "STOP requested; the keys are disarmed"
@@ -645,29 +648,29 @@ class Desk(KeyApp):
         self.exit(0)
 
     def on_key(self, event: events.Key) -> None:
-        """Say that a key means nothing here, as a letter of another keyboard layout does."""
+        """Report that a key has no meaning here, such as a letter of another keyboard layout."""
         bound = any(event.key in row.keys for row in self.keys.at(self.place))
         if event.is_printable and not bound and len(self.screen_stack) == 1:
             help_key = self.keys.label("help")
             self.say(f"{event.character} is no key of this screen: {help_key} shows the keys")
 
     def on_key_up(self, event: KeyUp) -> None:
-        """End what a jog key holds as soon as the terminal reports its release."""
+        """End a held jog as soon as the terminal reports the release of its key."""
         key = self.keys.jog_key(event.key)
         if key is not None and self.screens.hand is not None:
             self.screens.hand.key_up(key)
 
     def on_app_blur(self) -> None:
-        """Disarm when the terminal says that another window has the keyboard."""
+        """Disarm when the terminal reports that another window has the keyboard."""
         self.disarm("the terminal lost the keyboard focus")
 
     def on_paste(self, event: events.Paste) -> None:
-        """Disarm on pasted text: it may be backlog that a multiplexer took for a paste."""
+        """Disarm on pasted text: it may be old keys that a multiplexer took for a paste."""
         event.stop()
         self.disarm("text was pasted, and dropped")
 
     def on_unmount(self) -> None:
-        """Stop the arm, whatever it was that ended the desk, and remember where it was left."""
+        """Stop the arm, whatever has ended the desk, and save the settings."""
         self.arm.request_stop()
         if self.pad is not None:
             self.pad.close()
@@ -675,10 +678,10 @@ class Desk(KeyApp):
         self.settings.keep(self.link.status, self.current_mode, look)
 
     def _end_by_signal(self, number: int) -> None:
-        """Leave the arm standing and closed before the framework tidies up."""
+        """Stop and close the arm before the framework cleans up."""
         self.arm.request_stop()
         try:
             self.arm.close()
         except ArmError:
-            self.arm.request_stop()  # no one is left to read that the arm did not confirm
+            self.arm.request_stop()  # nobody could read any more that the arm did not confirm
         self.exit(_SIGNAL_EXIT + number, return_code=_SIGNAL_EXIT + number)

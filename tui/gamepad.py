@@ -32,7 +32,7 @@ LOOK_EVERY_S = 2.0
 """The reader looks for a gamepad at this interval while there is none."""
 
 
-NONE_THERE = "plug one in; it is looked for (your user has to be in the group `input`)"
+NONE_THERE = "plug one in (your user has to be in the group `input`)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +136,7 @@ WAKE_S = 0.5
 def check_gamepads() -> Any:
     """Return the package that reads gamepads. Raises `BadRequest` where that cannot be done."""
     if sys.platform != "linux":
-        raise BadRequest("gamepads are read on Linux alone; jog with the keys or the mouse")
+        raise BadRequest("gamepads work on Linux only: jog with the keys or the mouse")
     try:
         import evdev
     except ModuleNotFoundError:

@@ -287,7 +287,7 @@ def catalogue_text(
 ) -> str:
     """Return a list of errors with one chosen, and that one in full below it."""
     if not rows:
-        return "no error has these words"
+        return "no error contains these words"
     below = "\n".join(_filled(keys.presented(part), width) for part in in_full(rows[at]))
     room = max(height - below.count("\n") - 2, 1)
     first = min(max(at - room // 2, 0), max(len(rows) - room, 0))
@@ -308,7 +308,7 @@ def nothing_text(sieve: LogFilter) -> str:
     missing = [topic.value for topic in Topic if topic not in sieve.topics]
     reasons = [f"left out: {', '.join(missing)}"] if missing else []
     reasons += [f"only with: {sieve.text}"] if sieve.text else []
-    return f"no line ({'; '.join(reasons)})" if reasons else "nothing has passed yet"
+    return f"no line ({'; '.join(reasons)})" if reasons else "nothing recorded yet"
 
 
 def _filled(text: str, width: int) -> str:
@@ -490,7 +490,7 @@ class LogScreen(DeskScreen):
         """Show all of the chosen line, or of the newest one."""
         line = self.log_view.line
         if line is None:
-            raise BadRequest("there is no line to be opened")
+            raise BadRequest("there is no line to open")
         self.log_view.choose(line)
         self.desk.dialogs.open(LineScreen(self.desk.keys, line))
 

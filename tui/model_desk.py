@@ -108,7 +108,7 @@ class ModelHand:
         pair = next((each for each in self.pairs if key in (each.plus, each.minus)), None)
         name = "" if pair is None else pair.axis(cartesian=self.cartesian)
         if pair is None or not name:
-            return "no axis of this model is moved by that key"
+            return "this model has no axis for that key"
         sign = 1.0 if key == pair.plus else -1.0
         if self.cartesian:
             by = sign * self._amount(axis_unit(name))
@@ -132,7 +132,7 @@ class ModelHand:
         if taken is None:
             return "no other solution is within the limits"
         self.values = taken.joints
-        return f"the same place of the hand by {taken.name}"
+        return f"the same pose of the hand by {taken.name}"
 
     def zero(self) -> str:
         """Put every joint at zero, or at the limit nearest to it."""

@@ -95,7 +95,7 @@ class JogSettings:
     def _jog(self, key: str, amount: float) -> Jog:
         pair = self.pair_of(key)
         if pair is None:
-            raise BadRequest(f"no axis of this arm is moved by the key {key}")
+            raise BadRequest(f"this arm has no axis for the key {key}")
         sign = 1.0 if key == pair.plus else -1.0
         frame = self.frame if self.cartesian else BASE_FRAME
         return Jog(self.space, ((pair.axis(cartesian=self.cartesian), sign * amount),), frame)

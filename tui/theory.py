@@ -373,7 +373,7 @@ LOOK_S = 0.2
 """Matrices of a moving arm are worked out no more often: its own thread comes first."""
 
 READ_ONLY = "read only: nothing here moves it"
-UNKNOWN_BUILD = "no theory is known of an arm of this build"
+UNKNOWN_BUILD = "this kind of arm has no theory screen"
 
 
 class TheoryScreen(DeskScreen):

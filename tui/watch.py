@@ -342,7 +342,7 @@ class Watching(KeyApp):
     def action_change_speed(self, by: int) -> None:
         """Ask for a lower or higher speed."""
         wanted = neighbour(PERCENTS, percent(self.view), by)
-        self._ask("slow", f"asked to go at {wanted} % of its speed", percent=wanted)
+        self._ask("slow", f"asked to move at {wanted} % of its speed", percent=wanted)
 
     def action_leave(self) -> None:
         """Stop watching, and nothing else."""

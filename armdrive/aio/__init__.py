@@ -1,7 +1,7 @@
 """`AsyncArm`: the async version of `Arm`, whose calls are coroutines.
 
-In simulated time everything runs on the event loop's thread, so that a program gives the same
-result each time. In real time each call has a thread.
+In simulated time everything runs on the event loop's thread, so that a program is
+repeatable. In real time each call has a thread.
 
 calls.py generates the methods from those of `Arm`. Type checkers read their signatures in
 __init__.pyi, which `python tests/armdrive/aio/async_twin.py` writes.

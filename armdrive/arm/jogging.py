@@ -60,6 +60,7 @@ class JogSessions:
         with self._parts.pace.lock:
             self._parts.runner.require_no_stop(stops, BEFORE)
             nudge = IncrementalJog(move.jog, move.speed)
+            # Only one may wait: more would move the arm after the operator's last press.
             if self._core.nudges:
                 self._require(nudge)  # what is wrong with the jog itself matters more
                 raise WrongState("another increment is already waiting: wait for its end")
@@ -81,6 +82,7 @@ class JogSessions:
             check_increment(core, asked.jog)
         else:
             check_jog(core, asked.jog)
+        # a running session has passed the state machine already, and MOVING would refuse it now
         alive = joins and self._session is not None and not self._session.done
         if not alive and core.state is not State.HOMING:
             runner.require(Event.MOVE, "jogging")
@@ -129,6 +131,8 @@ class Jogging:
         with pace.lock:
             now_s = pace.now_s()
             asked = ContinuousJog(jog, speed_fraction(speed), now_s + min(for_s, LONGEST_LEASE_S))
+            # Renewing a hold must not revive it after a stop. A new hold, begun after the old one
+            # has ended, was decided on after the stop.
             extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
             if not extended:
                 self._held_stops = runner.stops

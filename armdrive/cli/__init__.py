@@ -1,15 +1,15 @@
-"""The command line: finds the command in the table and runs it; each loads only what it needs.
+"""The command line: finds the command in the table and runs it. A command loads only what it needs.
 
-    commands           every command, its sentence and where it is; the exit codes
+    commands           every command with its description and module; the exit codes
     options            what all commands share of options and help; an `arguments` beside each group
                        of commands declares its own, and its docstrings are the text of `--help`
-    runner             one command run: its module is imported; signals, errors as one line, the
-                       exit code
+    runner             runs one command: imports its module; signals, one-line errors, the exit
+                       code
     presenter          printing, JSON or text, and reading a line
     arm_files          which arm `--arm` and the default name
     chosen_arm         a connection to it; the saved world of a simulated one
-    questions          asking at a terminal; `terminal_operator` looks at the arm for `home`
-    unexpected         an error that nobody expected
+    questions          questions in a terminal; `terminal_operator` asks those of `home`
+    unexpected         an internal error
     drive/, program/, set_up/, look/, learn/   the commands
 
 Nothing heavy is imported on the way to `armdrive --help`.

@@ -15,7 +15,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
         "jog": ("drive.jog:jog", "drive from the keyboard"),
         "pause": ("drive.control_requests:pause", "pause a moving arm"),
         "move": ("drive.move:move", "go to a pose or to angles"),
-        "resume": ("drive.control_requests:resume", "let a paused arm go on"),
+        "resume": ("drive.control_requests:resume", "continue a paused arm"),
         "points": ("drive", "save places, go to them"),
         "slow": ("drive.control_requests:slow", "slow a moving arm down"),
         "enable": ("drive.motors:enable", "switch the motors on"),
@@ -48,7 +48,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
     "Learn": {
         "errors": ("learn.errors:errors", "look up an error code"),
         "fk": ("learn.poses:fk", "pose of joint angles"),
-        "explain": ("learn.explain:explain", "work an arm out in steps"),
+        "explain": ("learn.explain:explain", "compute an arm step by step"),
         "ik": ("learn.poses:ik", "joint angles of a pose"),
         "plot": ("learn.plot:plot", "draw what an arm can reach"),
     },

@@ -119,7 +119,11 @@ class CommandParser(argparse.ArgumentParser):
         words = message.removeprefix("argument ")
         if found := re.fullmatch(_UNKNOWN, words):
             word = found[1].partition("=")[0]
-            words = f"there is no option {word}" if word[0] == "-" else f"{word!r} is one too many"
+            words = (
+                f"there is no option {word}"
+                if word[0] == "-"
+                else f"{word!r} is one argument too many"
+            )
             words += _nearest(word, self._option_string_actions)
         elif found := re.fullmatch(_CHOICE, words):
             known = [word.strip("'") for word in found[3].split(", ")]
@@ -273,7 +277,7 @@ def _add_choice(parser: argparse.ArgumentParser, otherwise: str) -> argparse._Ar
         "--dialect",
         metavar="DIALECT",
         choices=list(DIALECTS),
-        help="the language of the arm on --port, one of the same",
+        help="the dialect of the arm on --port, one of the same",
     )
     group.add_argument("--baud", type=count, metavar="RATE", help="the baud rate of --port")
     return group

@@ -56,7 +56,7 @@ def ask_value(question: Question, *, resumed_by: str = "") -> Any:
             leave = (
                 "here; Ctrl-C leaves, and the same command continues" if resumed_by else "from here"
             )
-            say(f"  there is no way back {leave}")
+            say(f"  you cannot go back {leave}")
         except BadRequest as ended:
             if not resumed_by:
                 raise

@@ -158,7 +158,7 @@ class ModelHead:
     name: str | None = setting(None, "its name; by default that of the file")
     title: str | None = setting(None, "shown wherever the model is named")
     source: str = setting("", "where the numbers come from")
-    verified: bool = setting(True, "whether they are measured; without that, nothing Cartesian")
+    verified: bool = setting(True, "whether they are measured; if not, Cartesian motion is refused")
     convention: str = setting(
         "standard", "of the link table", words=tuple(each.value for each in Convention)
     )

@@ -66,7 +66,7 @@ class Connection:
         False, "with raise_dtr: later opens do not reset a board that resets on DTR"
     )
     usb_serial: str = setting("", "an adapter's serial number (armdrive ports): under any name")
-    reconnect: bool = setting(False, "look for a lost wire until it is back; ends in error-stop")
+    reconnect: bool = setting(False, "reconnect a lost connection; ends in error-stop")
 
     def __post_init__(self) -> None:
         check_settings(self, "connection")
@@ -97,7 +97,7 @@ class MotionSettings:
         0.15, "the same for planned motion; longer is smoother and stops later", low=0.02, high=10.0
     )
     line_tolerance_mm: float = setting(
-        0.5, "how far a straight line may be left between bursts", low=0.05, high=10.0
+        0.5, "how far the tip may leave a straight line", low=0.05, high=10.0
     )
     straying_mm: float = setting(
         5.0, "the same of a controller that does not coordinate its motors", low=0.5, high=100.0
@@ -107,7 +107,7 @@ class MotionSettings:
         0.25, "jogging is no faster than this while the position is unknown", low=0.01, high=1.0
     )
     idle_poll_s: float = setting(
-        0.8, "how often a standing arm is looked at; 0 is never", low=0.0, high=60.0
+        0.8, "how often a standing arm is polled; 0 is never", low=0.0, high=60.0
     )
     ramp_s: float = setting(
         0.0, "planned motion: the time to full speed (GRBL boards: 0.15)", low=0.0, high=10.0

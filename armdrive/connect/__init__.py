@@ -1,6 +1,6 @@
 """Connects an arm, reconnects it, and answers other programs that ask about it.
 
-What is decided where:
+Which file decides what:
 
     target          which arm a name means; whether simulation is forced
     parts           the parts of an arm and how they are assembled; the wait for a task's end

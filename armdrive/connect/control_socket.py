@@ -60,7 +60,7 @@ class ControlledArm(Protocol):
         """Pause the arm after its next burst or segment."""
 
     def resume(self) -> None:
-        """Let a paused arm go on."""
+        """Continue a paused arm."""
 
     def close(self) -> None:
         """Stop, and close the port."""

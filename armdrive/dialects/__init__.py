@@ -1,13 +1,13 @@
-"""The drivers of controllers: one subpackage a dialect, with its registry entry, a `Dialect`.
+"""The drivers of controllers: one subpackage per dialect, with its registry entry, a `Dialect`.
 
 Entries are light, because every command reads all of them. The driver and the tools of a dialect
 are imported on demand. What several drivers share:
 
-    controller   the interface of a driver, the bounds of its stops, and the delays all allow for
-    exchange     scripts: something is sent, an answer waited for
-    recognition  probes, their risk and their order, and what an answer says about the device
+    controller   the interface of a driver, its stop bounds, and the delays that all allow for
+    exchange     scripts: send a message, wait for its answer
+    recognition  probes, their risk and order, and how answers identify the device
     words        messages in words
-    speed_table  speeds that a device names by numbers
+    speed_table  speed settings of a device and their step rates
     bus/         what drives on a CAN bus share
 """
 

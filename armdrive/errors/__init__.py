@@ -35,7 +35,7 @@
     +-- KeyFileError              2   a file of the desk's keys that cannot be used
     +-- ProgramError              2   a program that cannot be read or cannot continue
 
-programs/problems.py defines `ProgramError`. What is decided where:
+programs/problems.py defines `ProgramError`. Which file decides what:
 
     table, catalogue.txt   the code of every error: title, cause, what it does to the arm, remedy
     actions                what a sentence asks a person to do, in the words of each interface

@@ -212,6 +212,7 @@ class MotionContext:
 
         If a slow disk makes the reading stale, the position is read again.
         """
+        # Start the write first: the position is read while the disk works.
         self.core.memory.begin_mark()
         if self.now_s > self.looked_s + FRESH_S:
             yield from self.look()

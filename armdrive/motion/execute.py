@@ -124,6 +124,7 @@ def _slices(
             if context.stopping:
                 return
             left_s = speed_override.slowed_s(leg.duration_s) * (1.0 - done)
+            # the subtraction keeps a rounding error from adding an almost empty slice
             count = max(1, math.ceil(left_s / longest_s - 1e-9))
             speed_override.note_slowed(leg.duration_s * (1.0 - done) / count)
             done = 1.0 if count == 1 else done + (1.0 - done) / count
@@ -173,6 +174,7 @@ def follow(context: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
         core.plans(plan.legs, core.config.motion.planned_burst_s)
         yield from context.look_before_motion()
         core.require_reference()
+        # The caller planned before this task began. A motion from anywhere else was never audited.
         if core.position.coordinates != plan.start:
             raise WrongState("the arm has moved since the motion was planned: plan it again")
         yield from drive_legs(context, plan.legs, core.config.motion.planned_burst_s)
@@ -211,6 +213,7 @@ def in_motion(context: MotionContext, *, or_homing: bool = False) -> Iterator[No
     finally:
         if not homing:
             core.settle()
+        # `Idling` writes the position once the arm has stood for two seconds from here
         core.still_since_s = context.now_s
 
 
@@ -288,12 +291,15 @@ def follow_leg(
         slowed = replace(leg, duration_s=speed_override.slowed_s(leg.duration_s))
         share = next_share(context, slowed, burst_s, done)
         speed_override.note_slowed(leg.duration_s * share)
+        # end exactly on the corner, because the next leg starts there
         further = 1.0 if share >= 1.0 - done - 1e-9 else done + share
         there = leg.start.towards(leg.end, further)
         on_the_way = way_between(core.position.acknowledged, there.motors(core.transmission))
         believed = core.belief
         # a pause drops a burst that has not begun to move: then the same share is tried again
         yield from paced_move(context, there, slowed.duration_s * share, given_up)
+        # Only a burst that arrived counts as done. One that was dropped, or cut short by a pause on
+        # its way, is planned again from where the motors are; anything else ends the motion.
         if core.position.coordinates == there:
             done = further
         elif not context.stopping and not (

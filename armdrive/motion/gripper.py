@@ -108,7 +108,9 @@ def check_grasp(core: Core, force_n: float) -> float:
         )
     steps_per_n = core.config.model.grip_steps_per_n
     if steps_per_n is None:
-        raise Refused("this arm's grip force is not known: call `gripper.close()` with a width")
+        raise Refused(
+            "the grip force of this arm is not known: call `gripper.close()` with a width"
+        )
     return steps_per_n
 
 

@@ -1,17 +1,17 @@
-"""Programs: a small language over the calls of an arm, and what runs and rehearses them.
+"""Programs: a small language for the calls of an arm, and how programs are run and rehearsed.
 
-What is decided where:
+Which file decides what:
 
     language/         from text to instructions: words, grammar, checks, compiler
-    program           a program that was read, and the machine that goes from line to line: how
-                      many lines it may go without an act
+    program           a compiled program, and the machine that runs it line by line: how
+                      many lines it may run without an act
     interpreter       what each word does, as acts; the bounds of calls and values
     acts              what a program can ask of an arm
     running           acts carried out on an arm; the person
-    waits             delays of programs and sequences: what a pause and a stop do to them
-    rehearsal         the same acts on a simulated twin, what is assumed, and when it gives up
-    progress          how far a run is, and how long it still takes
-    journal           what an interrupted run leaves, and whether it may be resumed
+    waits             delays of programs and sequences, and how pauses and stops affect them
+    rehearsal         the same acts on a simulated twin, its assumptions, and its time limit
+    progress          the progress of a run, and its remaining time
+    journal           the record of an interrupted run, and whether it may be resumed
     session, shell    lines typed at a prompt, and the prompt's own words
     scripts           Python scripts on the chosen arm; `script_rehearsal` on its twin
     teaching/         sequences: recording, editing, stepping, exporting

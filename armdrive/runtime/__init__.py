@@ -1,6 +1,6 @@
 """The engine, its clocks, and the state of one arm: position, trust, record, stop bounds.
 
-What is decided where:
+Which file decides what:
 
     states       the tables: states and events, evidence and trust, alerts; what a trust allows
     arm_state    the state of one arm, changed here only; faults, notices, the status

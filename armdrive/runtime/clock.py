@@ -302,7 +302,7 @@ class RealPace:
     def now_s(self) -> float:
         """Return the monotonic time since the start, times the speed.
 
-        An accelerated clock waits for its engine. Otherwise minutes of the arm's time could pass
+        An accelerated clock waits for its engine. Otherwise minutes of simulated time could pass
         without a call of the engine whenever the computer is busy for a moment.
         """
         return self._shown_s(time.monotonic())

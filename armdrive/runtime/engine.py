@@ -475,6 +475,7 @@ class Engine:
             if body is None:
                 self._end_stop()  # nothing is left to stop
                 return False
+            # limited like a call, so that a device that sends endlessly cannot occupy the engine
             task = Task(body, routine=True, within_s=self.call_limit_s)
         self._task, self._wait = task, SleepUntil(-math.inf)
         self.received.clear()

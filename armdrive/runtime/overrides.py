@@ -26,7 +26,7 @@ LONGEST_PAUSE_S = 8 * 3600.0  # a working shift: no operator expects a motion af
 LONGEST_SIMULATED_PAUSE_S = 600.0  # limit on simulated time if only the caller could resume
 
 GIVEN_UP = (
-    "the arm has been paused for {:.0f} s, so the motion was given up. The arm is still paused: "
+    "the arm has been paused for {:.0f} s, so the motion was cancelled. The arm is still paused: "
     "call `resume()`, or run `armdrive resume` in another terminal, then ask for the motion again"
 )
 

@@ -3,9 +3,9 @@
 Finding it:
 
     ports          a port while it is closed: whose it is, who holds it
-    prober         who answers on an open one: how long it listens before the probes and between
-                   them (which probes, in which order: `dialects.recognition`)
-    survey         what that means, in words, and what to do next
+    prober         what answers on an open port: how long it listens before the probes and
+                   between them (which probes, in which order: `dialects.recognition`)
+    survey         the findings in words, and what to do next
     bus_survey     the drives on a CAN bus, and the settings of a known controller
 
 Describing it:

@@ -125,7 +125,7 @@ def only_bus() -> str:
     there = [each.port for each in ports.list_can_ports(ports.list_ports()) if not each.todo]
     if len(there) == 1:
         return there[0]
-    listed = f"there are {', '.join(there)}" if there else "the system knows no adapter"
+    listed = f"there are {', '.join(there)}" if there else "no adapter was found"
     raise PortUnavailable(
         f"which bus? {listed}: name it, as in --can slcan:/dev/ttyACM0?bitrate=500000; "
         "`armdrive ports` lists adapters and what each needs"

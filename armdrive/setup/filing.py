@@ -286,22 +286,22 @@ def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
     """Yield that a file was written, and the commands to type next, from the safest on."""
     name = config.name
     yield f"written: {path}"
-    yield "next, from the safest on:"
+    yield "next, beginning with the safest:"
     twin = f"ARMDRIVE_FORCE_SIM=1 {command_line('home', '--arm', name)}"
     check = command_line("config", "check", name)
-    lines = [(check, "problems and remarks; opens nothing"), (twin, "its simulated twin")]
+    lines = [(check, "problems and notes; opens nothing"), (twin, "its simulated twin")]
     if config.connection.port:
         on_port = {
-            "doctor --arm": "asks who is at its port; moves nothing",
+            "doctor --arm": "checks what is connected to its port; moves nothing",
             "status --arm": "connects; moves nothing",
         }
         bus = DIALECTS[config.connection.dialect].bus
         if bus is not None and bus.units is not None:
-            on_port["can setup"] = "measures units that drives do not tell, by slow turns"
+            on_port["can setup"] = "measures units that drives do not report, by slow turns"
         on_port["config signs"] = "turns each motor a little, to see its direction"
         on_port["jog --arm"] = "slowly, by hand; space stops"
         lines += [(command_line(*words.split(), name), does) for words, does in on_port.items()]
-    lines.append((command_line("config", "set-default", name), "use it if no arm is named"))
+    lines.append((command_line("config", "set-default", name), "used where no arm is named"))
     width = max(len(command) for command, _ in lines)
     for command, words in lines:
         yield f"  {command:<{width}}  {words}"

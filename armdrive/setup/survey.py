@@ -190,7 +190,7 @@ def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding
     """Return the findings of the traffic on a bus on which nothing was sent."""
     count = len(traffic.passing)
     if not count:
-        return [ok(f"nothing passed in {seconds:g} s, so questions disturb no other program")]
+        return [ok(f"nothing passed in {seconds:g} s, so asking disturbs no other program")]
     bits = sum(map(frame_bits, traffic.passing))
     load = f", a load of {bits / seconds / bits_s:.1%}" if bits_s else ""
     what = f"{counted(count, 'frame')} passed in {seconds:g} s{load}"
@@ -296,7 +296,7 @@ def measured_jitter(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> S
 
 def of_jitter(scheduling_jitter: SchedulingJitter) -> Finding:
     """Return whether this computer is punctual enough to drive an arm smoothly."""
-    what = f"this computer's punctuality: {scheduling_jitter}"
+    what = f"scheduling delays of this computer: {scheduling_jitter}"
     if scheduling_jitter.p99_s <= LATE_S:
         return ok(what)
     return note(

@@ -114,8 +114,8 @@ TEMPLATES: Mapping[str, Template] = MappingProxyType(
                 "a Mini-mover 5 whose six motors are CiA 402 drives (CANopen)", "cia402",
                 preset="minimover5-cia402",
                 note="Node numbers and the bit rate are set by the drives' own program or "
-                "switches; `armdrive doctor --can` shows who is there. A step is an increment of "
-                "the drive: steps_per_turn is increments for a turn of the joint.",
+                "switches; `armdrive doctor --can` lists the nodes on the bus. A step is an "
+                "increment of the drive: steps_per_turn is increments for a turn of the joint.",
             ),
             _PRINTED_SIX,
             Template(

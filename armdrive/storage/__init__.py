@@ -1,9 +1,9 @@
 """Files that armdrive keeps: saved positions, points, locks, and verification logs.
 
-What is decided where:
+Which file decides what:
 
-    files        how a file is replaced and never half written, who may overwrite one, and in which
-                 folders all of them are (`ARMDRIVE_HOME`)
+    files        how a file is replaced atomically, who may overwrite one, and the folders of all
+                 files (`ARMDRIVE_HOME`)
     record       the saved position: its text, when it would be restored, the thread that writes
     points       points and sequences as values, and their bounds
     point_file   the file of points, read again for each query and changed in place

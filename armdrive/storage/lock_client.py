@@ -191,8 +191,8 @@ def _unserved(name: str) -> ArmError:
     """Return the error for an arm whose holder, if it has one, has no socket."""
     if _is_locked(name):
         return ArmInUse(
-            f"{name} is held by a program that takes no requests: it is just connecting, or it "
-            "examines the arm. Stop that program with Ctrl-C, or the arm at its own switch"
+            f"{name} is held by a program that takes no requests: it is connecting, or "
+            "diagnosing the arm. Stop that program with Ctrl-C, or the arm at its own switch"
         )
     return HolderError(f"no program holds {name}: nothing moves it from this computer")
 

@@ -200,7 +200,7 @@ def parse_points(document: str, names: tuple[str, ...]) -> Taught:
 
 def _point(table: TomlTable, names: tuple[str, ...]) -> Point | None:
     table.allow(POINT_KEYS)
-    angles = table.by_name("joints_deg", names, number, all_since=": a point says every joint")
+    angles = table.by_name("joints_deg", names, number, all_since=": a point states every joint")
     if len(angles) < len(names):
         return None
     return Point(

@@ -1,6 +1,6 @@
 """Strict reading and writing of text: TOML, JSON, and what a person types.
 
-What is decided where:
+Which file decides what:
 
     reading     files from elsewhere, within limits of size and depth
     toml        schemas, for TOML and JSON: each key with its type, bounds, help, misspellings

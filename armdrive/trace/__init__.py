@@ -1,6 +1,6 @@
-"""What an arm does, recorded as it happens, put into words, and replayed against a twin.
+"""The flight recorder: what an arm does, recorded, described in words, and replayed on a twin.
 
-What is decided where:
+Which file decides what:
 
     entries    an entry, and the ring: how much of the past is kept
     recorder   which events become entries, and when a recording is written

@@ -1,6 +1,6 @@
 """CANopen (CiA 301) and its drive profile (CiA 402), for the master and for drives.
 
-What is decided where:
+Which file decides what:
 
     services            ids, heartbeats, emergencies and their codes
     objects             object dictionaries

@@ -1,6 +1,6 @@
 """The dialect of GRBL 1.1, grbl-Mega-5X, grblHAL and FluidNC, for both ends.
 
-What is decided where:
+Which file decides what:
 
     commands, gcode   lines of a host, and which words exclude which
     answers           lines of a board

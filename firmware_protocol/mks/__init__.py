@@ -1,6 +1,6 @@
 """The MKS SERVO42D/57D on CAN, for the host of a bus of drives and for a drive.
 
-What is decided where:
+Which file decides what:
 
     values     codes, units, options, and the check byte
     requests   a host's requests, and the firmware that each needs

@@ -1,14 +1,14 @@
 """Serial chains of links: frame assignment, forward and inverse kinematics, Jacobians, URDF.
 
-What is decided where:
+Which file decides what:
 
     links, chain   link parameters in both conventions; the chain, its limits, forward kinematics
     assignment     from joint axes to link parameters
     urdf           from and to a URDF text
-    arm            such a chain as an arm that can be driven: which posture is taken, how near
+    arm            a chain as an arm that can be driven: which posture is chosen, how near
     structure      which closed form a chain has; `branches` writes it from `subproblems`, and
                    `closed_form` checks what it finds
-    inverse        the numerical solution: how often it starts, and what it could not meet
+    inverse        the numerical solution: how often it starts, and the remaining error
     descent        one descent: its damping, and when it gives up
     goals          which parts of a hand's frame matter
     jacobians      rates and singularities

@@ -1,10 +1,10 @@
 """An arm of the Mini-mover's build: forward and inverse kinematics with limits and branches.
 
-    closed_form   every branch for a pose, and the one that is taken: the nearest within limits
+    closed_form   every branch for a pose, and the chosen one: the nearest within limits
     nearest       the reachable pose nearest to a goal
     rates         joint rates from tip rates, and where the build is singular
     tool_arm      the same arm with a tool in its fingers
-    workspace     what it reaches in one vertical plane
+    workspace     its reach in a vertical plane
 
 Units: mm and rad. Joint angles are relative (facts of the build: base; shoulder = elevation of
 the upper arm; elbow = forearm minus upper arm; wrist pitch = hand minus forearm; wrist roll).

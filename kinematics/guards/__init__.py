@@ -1,7 +1,7 @@
-"""Places where the arm would hit the table, itself, or its surroundings, as a table of rules.
+"""Collision checks of the arm with the table, itself and its surroundings, as a table of rules.
 
-`path` proves that a whole path keeps clear, `escape` finds the nearest pose that does, and `shapes`
-are the volumes.
+`path` proves that a whole path is clear, `escape` finds the nearest pose that is, and `shapes` has
+the volumes.
 
 Lengths in mm, angles in rad. r is the distance from the base axis. Source of the numbers: the
 guards in public TeachMover programs. docs/how-to/guards-and-backlash.md explains each of them.

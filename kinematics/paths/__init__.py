@@ -1,9 +1,9 @@
 """Lines, arcs, blends and the timing of motion along them.
 
-What is decided where:
+Which file decides what:
 
-    curves     what the tip follows, the posture that is kept, and what counts as a leap
-    chords     a curve cut into joint motions, as few as the tolerance allows
+    curves     the curve of the tip, its posture, and what counts as a jump of a joint
+    chords     a curve as the fewest joint motions within the tolerance
     routes     parts in sequence, and the blends between them
     timing     the quickest motion along chords within all limits
     profiles   one motion from rest to rest

@@ -218,7 +218,7 @@ class Soak:
         return {name: math.degrees(rad) for name, rad in zip(joints.names, joints, strict=True)}
 
     def work(self, hours: float) -> Iterator[Figures]:
-        """Work for some hours of the arm's time; yield figures after the warm-up, then hourly."""
+        """Work for some hours of simulated time; yield figures after the warm-up, then hourly."""
         began_s, start_s = time.monotonic(), self.stage.now_s
         end_s, every_s = start_s + hours * HOUR_S, min(hours / LOOKS, 1.0) * HOUR_S
         next_s = start_s + hours * HOUR_S * WARM_SHARE

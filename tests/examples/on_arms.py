@@ -37,7 +37,7 @@ class Form:
 
 @dataclass(slots=True)
 class Ran:
-    """What an example did: `said` to the person, in `took_s` of the arm's time."""
+    """What an example did: `said` to the person, in `took_s` of simulated time."""
 
     watch: Watch
     said: str

@@ -21,7 +21,7 @@ SHOWN = {
     "jog": "tap a key for one step",
     "move": "enter twice moves the arm like this",
     "points": "fingers round the block",
-    "setup": "The drawn way:",
+    "setup": "Expected:",
     "theory": "Jacobian",
     "log": "registers:",
     "program": "WAITS FOR YOU: next, line",

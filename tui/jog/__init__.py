@@ -1,6 +1,6 @@
-"""Jogging by keys, mouse and gamepad: the hand on the keys, and the screen.
+"""Jogging by keys, mouse and gamepad, and the jog screen.
 
-What is decided where:
+Which file decides what:
 
     jogging   when keys are armed, when a mouse's hold ends; `motion.dead_man` judges the keys
     panels    what is near a limit, a guard or the table

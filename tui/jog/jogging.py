@@ -96,7 +96,7 @@ class DeskJogging:
     def press(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
         if self.settings.pair_of(key) is None:
-            self._say(f"no axis of this arm is moved by the key {key}")
+            self._say(f"this arm has no axis for the key {key}")
             return
         came_s = self._clock() - self._age_s()
         if self.armed:
@@ -169,7 +169,7 @@ class DeskJogging:
         if left_s <= 0.0:
             source = "mouse" if self.settings.pair_of(self.held_button) else self.held_button
             self.lift()
-            self._say(f"let go: the {source} sent nothing for {MOUSE_HOLDS_S:.0f} s")
+            self._say(f"jog ended: the {source} sent nothing for {MOUSE_HOLDS_S:.0f} s")
             return
         if self._was_stopped():
             return

@@ -276,7 +276,7 @@ def _if_silent(status: Status) -> str:
     """Say how far the tip goes if this program dies, where that is farther than after a stop."""
     if status.silent_time_s <= status.stop_time_s:
         return ""
-    return f"if the link dies {bound_text(status.silent_distance_mm, status.silent_time_s)}"
+    return f"if the link is lost {bound_text(status.silent_distance_mm, status.silent_time_s)}"
 
 
 def _steps(steps: Sequence[int] | None) -> str:
@@ -286,7 +286,7 @@ def _steps(steps: Sequence[int] | None) -> str:
 def grasped(found: Grasped) -> str:
     """Say what the fingers found."""
     if not found.holding:
-        return "the fingers met each other: nothing is between them"
+        return "the fingers closed on nothing"
     return f"grasped: {found.width_mm:.1f} mm wide, pressed with {found.force_n:.1f} N"
 
 

@@ -252,4 +252,4 @@ class JogScreen(DeskScreen):
 
 def opened(opening_mm: float | None) -> str:
     """Say how far the fingers are open now."""
-    return "the fingers are there" if opening_mm is None else f"fingers {opening_mm:.1f} mm open"
+    return "the fingers have arrived" if opening_mm is None else f"fingers {opening_mm:.1f} mm open"

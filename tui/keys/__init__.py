@@ -1,10 +1,10 @@
-"""What the keys do: their table, the keyboard at hand, and files that change it.
+"""The keys: their table, the user's keyboard, and files that change keys.
 
-What is decided where:
+Which file decides what:
 
     table        every key and every screen: bindings, footer, help and docs are made from it
     keyboard     how the keys of this keyboard are printed
     presses      overtaken, stale, repeated and accidental presses, and what two presses confirm
-    remap        other keys from a file
+    remap        key files
     gamepad_map  what sticks and buttons mean
 """

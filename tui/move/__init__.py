@@ -106,7 +106,7 @@ class MoveScreen(DeskScreen):
         preview = self.planned.preview
         nearest = preview.nearest if preview is not None else None
         if nearest is None:
-            raise BadRequest("there is no nearest possible goal: it comes with a refusal")
+            raise BadRequest("there is no nearest possible goal: the motion is not refused")
         if self.form.cartesian:
             self.form.take_pose(nearest.pose)
         else:
@@ -117,5 +117,5 @@ class MoveScreen(DeskScreen):
         preview = self.planned.preview
         others = [way for way in (preview.ways if preview else ()) if way.allowed and not way.taken]
         if not others:
-            raise BadRequest("no other posture that is allowed holds the hand there")
+            raise BadRequest("no other allowed posture reaches this goal")
         self.form.take_joints(others[0].joints)

@@ -91,7 +91,7 @@ def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
 def _way_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
     yield from (_way_line(way) for way in preview.ways)
     if any(way.allowed and not way.taken for way in preview.ways):
-        yield f"  [{keys.label('move-posture')}] takes another one that is allowed"
+        yield f"  [{keys.label('move-posture')}] chooses another allowed one"
 
 
 def _clearances(preview: Preview) -> Iterator[Clearance]:
@@ -265,7 +265,7 @@ class PlannedMove:
         preview, desk = self.preview, self._desk
         ask = self._seen[0] if self._seen is not None else None
         if preview is None or ask is None or not self._fresh(desk.link.status):
-            raise BadRequest("something has changed meanwhile: look at it, and confirm again")
+            raise BadRequest("the motion has changed: look at it, and confirm again")
         self._progress = MoveProgress(preview)
         # the count is taken here: a stop while the thread starts lets the motion not begin
         self.going = desk.calls.make(partial(self._carry_out, ask, desk.arm.stops))

@@ -65,7 +65,7 @@ class SequenceRun:
     def require_standstill(self) -> None:
         """Raise `BadRequest` while the arm is under way."""
         if self.going.busy:
-            raise BadRequest(f"the arm is under way: {self._desk.keys.label(STOP)} stops it")
+            raise BadRequest(f"the arm is moving: {self._desk.keys.label(STOP)} stops it")
 
     def switch_stepping(self) -> None:
         """Let the step keys move the arm, or no longer."""

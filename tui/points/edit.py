@@ -54,7 +54,7 @@ class StepEdits:
     def drop(self) -> None:
         """Take the marked step out, after a second press."""
         at, steps = self._marked()
-        effect = f"takes step {at + 1} ({steps.steps[at]}) out of {self._selection.listed.name}"
+        effect = f"removes step {at + 1} ({steps.steps[at]}) from {self._selection.listed.name}"
         change = partial(self._change, _dropped)
         self._desk.confirmation.press(effect, change, row="points-step-drop")
 
@@ -66,7 +66,7 @@ class StepEdits:
         name, steps = self._selection.listed.name, self._steps()
         shorter = StepList(steps.steps[:-1], steps.note)
         self._desk.arm.points.put_sequence(name, shorter, instead_of=steps)
-        self._desk.say(f"{name} ends a step sooner: {steps.steps[-1]} is gone")
+        self._desk.say(f"the last step of {name} is removed: {steps.steps[-1]}")
 
     def add_grip(self) -> None:
         """Ask what the fingers shall do in a further step."""

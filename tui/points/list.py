@@ -24,12 +24,12 @@ PURPOSES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "teach": ("name of this place", _NO_NAME),
         "rename": ("new name", _NO_NAME),
         "append": ("sequence to put it at the end of", _NO_NAME),
-        "to": ("point to go to", "no name of a point"),
+        "to": ("point to go to", "not the name of a point"),
         "gripper": (
             "fingers: open, close, grasp, here, point, or mm",
-            "no opening: type open, close, grasp, here, point, or mm",
+            "not an opening: type open, close, grasp, here, point, or mm",
         ),
-        "wait": ("seconds to wait", "no time: type seconds"),
+        "wait": ("seconds to wait", "not a time: type seconds"),
     }
 )
 """What is typed for: how it is asked for, and what is wrong with other text."""

@@ -55,7 +55,7 @@ def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
     yield "REHEARSING: nothing moves", "$text-primary"
     if far is not None:
         acts, took = counted(far.acts, "act"), duration(far.took_s)
-        yield f"line {far.mark.line}, {acts}, {took} of the arm's time", ""
+        yield f"line {far.mark.line}, {acts}, {took} of simulated time", ""
 
 
 def rehearsed_lines(found: Rehearsal, keys: Keyboard, again: str) -> Iterator[Span]:
@@ -170,7 +170,7 @@ class ProgramStart:
 
     def _begin(self) -> None:
         """Run the program as two presses have confirmed, unless something has changed."""
-        changed = BadRequest("something has changed meanwhile: rehearse it, and confirm again")
+        changed = BadRequest("the program or the arm has changed: rehearse it, and confirm again")
         try:
             found = self._rehearsed()
         except BadRequest:

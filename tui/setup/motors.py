@@ -37,11 +37,11 @@ class MotorsStage(SetupStage):
         trial = check.trial
         if trial is None:
             return StageText("\n".join(self._end()))
-        motor = f"Motor {trial.motor + 1}: {trial.name} ({len(check.looks)} answered for)\n"
+        motor = f"Motor {trial.motor + 1}: {trial.name} ({len(check.looks)} checked)\n"
         if self.others and not self._turning.busy:
             asked = "Which motor's part moved instead?"
             return StageText(f"{motor}\n{asked}", self.others, self.marked)
-        lines = [motor, self._turns(trial.steps), "", f"The drawn way: {trial.expected}", ""]
+        lines = [motor, self._turns(trial.steps), "", f"Expected: {trial.expected}", ""]
         return StageText("\n".join([*lines, *self._questions()]))
 
     def _turns(self, steps: int) -> str:
@@ -56,7 +56,7 @@ class MotorsStage(SetupStage):
     def _questions(self) -> list[str]:
         check, keys = self.check, self.desk.keys
         if check.answered:
-            return ["answered: bring it back, then the next one's turn comes"]
+            return ["answered: bring it back, then the next motor follows"]
         if not check.shown:
             return [before_trials("as drawn", self.desk.link.status.stop_time_s)]
         if check.asks_hand:
@@ -80,7 +80,7 @@ class MotorsStage(SetupStage):
         )
         found = [f"  {what}: {', '.join(names)}" for what, names in words if names]
         enter = self.desk.keys.label("setup-enter")
-        return ["Every motor has been answered for.", *(found or ["  all moved as shown"]), "",
+        return ["Every motor has been checked.", *(found or ["  all moved as shown"]), "",
                 f"{enter}: see what the arm file should say"]  # fmt: skip
 
     def moment(self) -> Moment:
@@ -147,7 +147,7 @@ class MotorsStage(SetupStage):
             raise BadRequest(f"the arm is {state.value}: wait until it stands")
         steps = self.check.steps(len(self.check.transmission.motors))
         if not any(steps):
-            raise BadRequest("every motor has been answered for")
+            raise BadRequest("every motor has been checked")
         return steps
 
     def _begin(self, stops: int) -> None:

@@ -150,7 +150,7 @@ class NewFile(SetupStage):
         """Write it, unless a file of that name has been written meanwhile."""
         path = arm_path(self.name)
         if path.exists():
-            raise BadRequest(f"{path} exists by now, and is not overwritten")
+            raise BadRequest(f"{path} already exists, and is not overwritten")
         write(self.files, path)
         self.go(Written(self.desk, self.go, first_of(self), path))
 
@@ -222,7 +222,7 @@ class Correction(Closing):
         lines = [*proposal.remarks, ""] if proposal.remarks else []
         if self.written:
             leave = self.desk.keys.label("quit")
-            takes_up = "The arm takes it up when it is next connected"
+            takes_up = "It takes effect when the arm is next connected"
             reopening = self.reopening()
             lines += [f"written: {proposal.path}", f"{takes_up}: check once more then.", ""]
             lines += reopening or [f"Leave ({leave}), and come back."]
@@ -300,7 +300,7 @@ class Ports(SetupStage):
             if self.found.dialect:
                 return [*report, "", f"{keys.label('setup-enter')}: describe this arm"]
             return [*report, "", self.twice("asks again"), on]
-        return [RISK, self.twice("opens it and asks who is there"), on]
+        return [RISK, self.twice("opens it and recognises the controller"), on]
 
     def enter(self) -> None:
         """Go on with a port that was recognised, or take a press towards asking."""

@@ -1,10 +1,10 @@
-"""Commands that drive an arm, and those that ask the program that drives it.
+"""Commands that drive an arm, or send a request to the program that drives it.
 
-What is decided where:
+Which file decides what:
 
-    home              how an arm is referenced, what is asked first; measuring its drift
+    home              how an arm is referenced, with which questions; measuring its drift
     move              which move the options mean, and its preview
-    jog               the desk in a terminal or a browser: who gets in
+    jog               the desk in a terminal or a browser, and who may open it
     motors            the motor current: whether `disable` parks the arm first
     points            the file of saved points
     control_requests  stop, pause, resume, slow, record: which arm is asked

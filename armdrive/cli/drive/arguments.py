@@ -418,7 +418,7 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
                    "drive.points:list_points", _naming()),
     "show": Action("show a point, or the steps of a sequence",
                    "drive.points:show", _naming("name")),
-    "save": Action("save the place where the arm is, under a name; moves nothing",
+    "save": Action("save the arm's present place under a name; moves nothing",
                    "drive.move:save_point", _naming("name", more=_point_save)),
     "go": Action("move the arm to a point",
                  "drive.move:go_to_point", _naming("name", more=_point_go)),
@@ -470,7 +470,7 @@ def _points(parser: argparse.ArgumentParser) -> None:
 def _record(parser: argparse.ArgumentParser) -> None:
     """Save a recording of an arm that another program is driving.
 
-    A program that drives an arm remembers the last minutes. `record` has it write them to a file,
+    A program that drives an arm remembers the last minutes. `record` makes it write them to a file,
     which `armdrive log` reads and `armdrive replay` compares with a simulation. After a fault the
     program writes them by itself. If you name no arm, every arm that your programs are driving is
     recorded.
@@ -508,7 +508,7 @@ def _reset(parser: argparse.ArgumentParser) -> None:
 
 
 def _resume(parser: argparse.ArgumentParser) -> None:
-    """Let a paused arm go on.
+    """Continue a paused arm.
 
     A motion that an error, a stop or a lost connection has ended does not go on. If you name no
     arm, every arm that your programs are driving goes on.

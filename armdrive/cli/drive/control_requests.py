@@ -56,7 +56,7 @@ def _ask_all(
             failures.append(str(error))
     lines = failures or [f"asked {', '.join(names)} to {done}"]
     if not names:
-        lines = [f"no program of yours is driving an arm: nothing to {request}"]
+        lines = [f"no program of yours is driving an arm: there is nothing to {request}"]
     view = {key: len(names) - len(failures), "failures": failures}
     return Result(view, lines, 1 if failures else 0)
 
@@ -68,7 +68,7 @@ def stop(options: argparse.Namespace) -> Result:
 
 def pause(options: argparse.Namespace) -> Result:
     """Pause the chosen arms."""
-    return _ask_all(options, "pause", "pause; `armdrive resume` lets it go on", "paused")
+    return _ask_all(options, "pause", "pause; `armdrive resume` continues", "paused")
 
 
 def resume(options: argparse.Namespace) -> Result:

@@ -76,7 +76,7 @@ def _check(options: argparse.Namespace) -> None:
     joints = bool(_joints(options))
     if pose + joints + options.park + (options.gripper is not None) == 0:
         raise BadRequest(
-            "where to? Give --x, --y, --z, --pitch, --roll, a joint, --gripper or "
+            "name a goal: --x, --y, --z, --pitch, --roll, a joint, --gripper or "
             "--park; `armdrive move --help` shows examples"
         )
     if pose + joints + options.park > 1:
@@ -167,7 +167,7 @@ def _goal(here: Pose, options: argparse.Namespace) -> Pose:
 
 
 def save_point(options: argparse.Namespace) -> Result:
-    """Save the place where the arm is."""
+    """Save the arm's present place."""
     check_name(options.name)  # before anything is opened or asked
     with settled_arm(options) as arm:
         point = arm.points.teach(options.name, note=options.note, again=options.again)

@@ -54,15 +54,15 @@ STUDIES = (EFFICIENCY, ACCURACY)
 
 
 def _explain(parser: argparse.ArgumentParser) -> None:
-    """Work an arm out step by step: link table, A matrices, forward and inverse.
+    """Compute an arm step by step: link table, A matrices, forward and inverse.
 
     SYSTEM is a named system (`armdrive explain --list`), a built-in arm, or your own: a link table
     or an arm file (.toml), or a .urdf. `efficiency` counts the operations of each way to compute a
     system. `accuracy` shows how motor steps and errors of the model displace the tip. Joint values
-    are in degrees and mm, in the order of the joints; how angles count stands below the title, and
-    is the same in every command that takes the model. A goal is in the system's own coordinates.
-    --axes finds frames and link table from the joint axes, in thirteen drawn steps; a .toml file
-    may give axes instead of links (`[[axes]]`).
+    are in degrees and mm, in the order of the joints; a line below the title says how angles
+    count, which is the same in every command that takes the model. A goal is in the system's own
+    coordinates. --axes finds frames and link table from the joint axes, in thirteen drawn steps; a
+    .toml file may give axes instead of links (`[[axes]]`).
 
     Examples:
       armdrive explain --list

@@ -33,4 +33,4 @@ def _in_full(rows: tuple[CatalogueEntry, ...]) -> Iterator[str]:
     for row in rows:
         yield from in_full(row)
     if not rows:
-        yield "no error has these words; `armdrive errors` lists them all"
+        yield "no error contains these words; `armdrive errors` lists them all"

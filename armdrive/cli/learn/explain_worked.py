@@ -316,9 +316,7 @@ def _efficiency(names: Sequence[str]) -> Result:
     """Count the operations of these systems, or of the Mini-mover and the Puma."""
     counted = [efficiency(find_system(name)) for name in names or COUNTED]
     lines = [line for one in counted for line in _efficiency_lines(one)]
-    lines.append(
-        "counted by running the code with counting numbers; constants of an arm cost nothing"
-    )
+    lines.append("counted by running the code on counting numbers; an arm's constants cost nothing")
     if not names:
         others = ", ".join(name for name in SYSTEMS if name not in COUNTED)
         lines.append(f"`armdrive explain efficiency NAME ...` counts others: {others}")

@@ -84,7 +84,7 @@ def _model_of_arm(config: ArmConfig, path: Path) -> Model:
         held = replace(chain, tool=compose(chain.tool, point), name=config.name)
         return Model(config.name, config.title, source, held, angles=MINI_MOVER.notes.angles)
     if not isinstance(arm, ChainArm):
-        raise BadRequest(f"{path}: no link table of this arm is known")
+        raise BadRequest(f"{path}: this arm has no link table")
     return Model(config.name, config.title, source, arm.chain, unused=unused)
 
 

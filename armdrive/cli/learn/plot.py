@@ -58,7 +58,7 @@ def _sketches(options: argparse.Namespace) -> tuple[str, tuple[Sketch, ...]]:
             "--pitch and --azimuth are for arms of the Mini-mover's build "
             f"({', '.join(PRESETS)}); other arms are drawn whole"
         )
-    return f"{found.title}: places that the tool reached", reach_sketches(found.chain)
+    return f"{found.title}: positions that the tool reached", reach_sketches(found.chain)
 
 
 def _drawn(title: str, sketches: tuple[Sketch, ...], *, plain: bool) -> Iterator[str]:

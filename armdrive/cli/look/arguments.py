@@ -110,8 +110,9 @@ def _status(parser: argparse.ArgumentParser) -> None:
 def _watch(parser: argparse.ArgumentParser) -> None:
     """Follow an arm that another program is driving.
 
-    Prints a line for each change, until the program gives the arm back or you press Ctrl-C, which
-    stops nothing. With --screen the arm is drawn, with keys that stop, pause and slow it down.
+    Prints a line for each change, until the program releases the arm or you press Ctrl-C, which
+    does not stop the arm. With --screen the arm is drawn, with keys that stop, pause and slow it
+    down.
 
     Examples:
       armdrive watch

@@ -65,7 +65,7 @@ def watch(options: argparse.Namespace) -> int:
         spoken = str(ask(name, "status")["dialect"])  # an arm that is named by its port has no file
         return watch_on_screen(find(name, dialect_name=spoken).config)
     lines = Watched()
-    tell(options, f"watching {name}; Ctrl-C ends the watching and stops nothing")
+    tell(options, f"watching {name}; Ctrl-C ends this command and does not stop the arm")
     with contextlib.suppress(KeyboardInterrupt):
         for view in watch_holder(name, options.every):
             show(Result(view, lines.lines(view)), options)
@@ -128,7 +128,7 @@ def next_step(view: View) -> str:
         code = view["error_code"] or view["trust_code"]
         return by_code(code).remedy if code else "Look at the arm, then call `reset()`."
     if paused:
-        return "`armdrive resume` lets the arm go on."
+        return "`armdrive resume` continues the motion."
     if state in (State.MOVING, State.HOMING, State.STOPPING):
         return "`armdrive stop` stops the arm, `armdrive pause` pauses it."
     if trust is Trust.RESTORED:

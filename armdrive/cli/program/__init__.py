@@ -1,13 +1,13 @@
 """Commands that run programs: files, scripts, the prompt, teaching, the demonstration.
 
-What is decided where:
+Which file decides what:
 
     run          which kind of program a file is; Python scripts
-    run_program  program files: rehearsed, shown, their journal, and how they are resumed
-    run_common   what a person does meanwhile: Enter, a pause, and what a second Ctrl-C does
+    run_program  program files: rehearsal, output, journal, and resuming
+    run_common   the user's input during a run: Enter, pauses, a second Ctrl-C
     run_output   what is printed while a program runs
     shell        reading and completing lines at a prompt
-    teach        recording, editing and running sequences; what is made of them
+    teach        recording, editing, running and exporting sequences
     pendant      the program in an arm's own memory, and when it is overwritten
     demo         the demonstration
     arguments    the options of all of them, and the text of their help

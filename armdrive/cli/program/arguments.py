@@ -37,8 +37,8 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 
     The command checks the finished tower in the simulated world itself: it ends with exit code 1 if
     a block is out of place. The demonstration has a world of its own, so the simulated arm of the
-    other commands does not change. For an arm of yours there is `armdrive run
-    examples/stacking.arm`, which is rehearsed first.
+    other commands does not change. On your own arm, use
+    `armdrive run examples/stacking.arm`, which is rehearsed first.
 
     """
     parser.add_argument(
@@ -86,7 +86,7 @@ def _run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "words", nargs="*", default=[], metavar="WORD", help="arguments of a Python script"
     )
-    before = parser.add_argument_group("before it runs")
+    before = parser.add_argument_group("rehearsal")
     add_switches(before, {"--check": "rehearse it; moves nothing"})
     before.add_argument(
         "--plot",
@@ -215,13 +215,9 @@ def _retime_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("first", type=count, nargs="?", metavar="FIRST", help="one step only ...")
     _to_last(action)
     action.add_argument("--speed", type=parse_speed, help="a new speed, 0.5 or 50%%")
-    action.add_argument("--factor", type=number, default=1.0, help="a factor of the speeds")
-    action.add_argument(
-        "--wait", type=duration, metavar="SECONDS", help="a new duration of the waits"
-    )
-    action.add_argument(
-        "--wait-factor", type=number, default=1.0, help="multiply the present waits"
-    )
+    action.add_argument("--factor", type=number, default=1.0, help="multiply the speeds")
+    action.add_argument("--wait", type=duration, metavar="SECONDS", help="set the waits")
+    action.add_argument("--wait-factor", type=number, default=1.0, help="multiply the waits")
 
 
 def _here_words(action: argparse.ArgumentParser) -> None:
@@ -243,15 +239,15 @@ def _record_words(action: argparse.ArgumentParser) -> None:
 
 
 def _reverse_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("new", metavar="NEW", help="name of the sequence that goes back")
+    action.add_argument("new", metavar="NEW", help="name of the new sequence")
 
 
 TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "follow": Action("add a step wherever another program lets the arm rest, until Ctrl-C",
                      "program.teach:record", _sequence(more=_record_words)),
-    "here": Action("name the place where the arm stands, as the next step",
+    "here": Action("save the arm's present place as the next step",
                    "program.teach:here", _sequence(more=_here_words)),
-    "add": Action("add a step at the end, of a new sequence too",
+    "add": Action("add a step at the end, or begin a new sequence",
                   "program.teach:add", _sequence(more=_step_words)),
     "insert": Action("put a step before another",
                      "program.teach:insert", _sequence("at", more=_step_words)),
@@ -261,7 +257,7 @@ TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
                    "program.teach:move", _sequence("old", "new")),
     "retime": Action("change speeds and waits, of all steps or of some",
                      "program.teach:retime", _sequence(more=_retime_words)),
-    "reverse": Action("make a sequence that goes the way back",
+    "reverse": Action("make the reverse of a sequence",
                       "program.teach:reverse", _sequence(more=_reverse_words)),
 })  # fmt: skip
 """Every action of `teach`."""
@@ -274,13 +270,13 @@ def _teach(parser: argparse.ArgumentParser) -> None:
 
     Examples:
       armdrive teach follow stack               jog the arm in another terminal; Ctrl-C here ends it
-      armdrive teach here stack                 name the place where the arm stands as the next step
+      armdrive teach here stack                 save the arm's present place as the next step
       armdrive teach add stack gripper grasp    a step at the end
       armdrive teach insert stack 3 to above along a line at 30%
       armdrive teach remove stack 4 6           steps 4 to 6
       armdrive teach move stack 5 2             step 5 becomes step 2
       armdrive teach retime stack --factor 0.5  half as fast, waits as they are
-      armdrive teach reverse stack unstack      the way back, under a new name
+      armdrive teach reverse stack unstack      reversed, under a new name
 
     Every action prints JSON with --json.
 

@@ -250,7 +250,7 @@ def _end(
         yield f"WRONG: {sentence}"
     if not wrong:
         yield "Every block stands where it belongs, in the simulated world itself."
-    yield f"{simulated_s:.0f} s of the arm's time in {took_s:.1f} s."
+    yield f"{simulated_s:.0f} s of simulated time in {took_s:.1f} s."
     yield "Next, for example:"
     for words in ("home", "move --x 250 --y 40 --z 120 --pitch -90", "jog"):
         yield f"  armdrive {words}{_simulated()}"

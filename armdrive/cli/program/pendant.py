@@ -54,7 +54,9 @@ def write(options: argparse.Namespace) -> Result:
             program = program.moved_to(arm.controller.read_program().origin)
         count = len(program.rows)
         if not options.yes and (as_json(options) or not agreed(_question(arm, program))):
-            raise OperatorNeeded("not confirmed, nothing was written: say --yes to write unasked")
+            raise OperatorNeeded(
+                "not confirmed, nothing was written: add --yes to write without asking"
+            )
         written = _written(arm, program, leave_others=options.leave_others)
     summary = (
         f"{counted(count, 'row is', 'rows are')} in the arm: {written} written, and "

@@ -187,7 +187,7 @@ def stopped_by_interrupt(
 
 def _leave(arms: Iterable[Arm], *, as_json: bool) -> None:
     goes_on_s = max((arm.parts.core.stop_bound().silent_time_s for arm in arms), default=0.0)
-    words = f"left: the arm may go on for {goes_on_s:.1f} s; its position will be unknown"
+    words = f"left: the arm may move for another {goes_on_s:.1f} s; its position will be unknown"
     _say(json.dumps({"event": "left", "text": words}) if as_json else words)
     os._exit(INTERRUPTED)
 

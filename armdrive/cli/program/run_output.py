@@ -87,7 +87,7 @@ class RunOutput:
         """Show how far a rehearsal has come that takes long."""
         took = duration(far.took_s)
         acts = counted(far.acts, "act")
-        text = f"rehearsing: line {far.mark.line}, {acts}, {took} of the arm's time"
+        text = f"rehearsing: line {far.mark.line}, {acts}, {took} of simulated time"
         if self.rewrites:
             self.rewrite(text)
             return

@@ -174,7 +174,7 @@ WAYS_OUT: Mapping[State, str] = MappingProxyType(
     {
         State.ERROR_STOP: "look at the arm; `reset` leaves the error, and moves nothing",
         State.DISABLED: "`enable` switches the motors on",
-        State.DISCONNECTED: "`reconnect` looks for the wire; `save` and `quit` need none",
+        State.DISCONNECTED: "`reconnect` tries again; `save` and `quit` need no connection",
     }
 )
 """What to type in each state in which nothing moves."""

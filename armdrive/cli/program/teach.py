@@ -158,7 +158,7 @@ def retime(options: argparse.Namespace) -> Result:
 
 
 def reverse(options: argparse.Namespace) -> Result:
-    """Make a sequence that goes the way back."""
+    """Make the reverse of a sequence."""
     _, book = chosen_points(options)
     made = editing.reverse(book.sequence(options.name), book.read().points)
     book.put_sequence(options.new, made.steps, instead_of=None)
@@ -166,7 +166,7 @@ def reverse(options: argparse.Namespace) -> Result:
 
 
 def here(options: argparse.Namespace) -> Result:
-    """Name the place where the arm stands, as the next step."""
+    """Save the arm's present place as the next step."""
     check_name(options.point or options.name)  # before anything is opened or asked
     with settled_arm(options) as arm:
         taught = arm.points.read()

@@ -31,8 +31,8 @@ COMPLETED = ("arms", "places", "sequences")
 def _completion(parser: argparse.ArgumentParser) -> None:
     r"""Print a script that makes your shell complete armdrive's words on Tab.
 
-    Commands, options, arm names, dialects, points, error codes and files are completed on Tab once
-    the script is where your shell looks for it, in every terminal opened after that:
+    Put the script where your shell looks for it. In every terminal opened after that, Tab completes
+    commands, options, arm names, dialects, points, error codes and files:
 
       armdrive completion bash \
           > ~/.local/share/bash-completion/completions/armdrive
@@ -61,13 +61,13 @@ def _config_default(parser: argparse.ArgumentParser) -> None:
 
 
 def _config_new(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", nargs="?", metavar="NAME", help="what the arm is called")
+    parser.add_argument("name", nargs="?", metavar="NAME", help="name of the arm")
     templates = list(available())
     parser.add_argument(
         "--template", metavar="NAME", choices=templates,
-        help=f"what to begin from: {', '.join(templates)}",
+        help=f"template: {', '.join(templates)}",
     )  # fmt: skip
-    parser.add_argument("--port", help="the port that leads to it")
+    parser.add_argument("--port", help="its port")
     parser.add_argument("--answers", metavar="FILE", help="answers in TOML; the rest: defaults")
     add_switches(
         parser,
@@ -179,12 +179,12 @@ def _can_monitor(parser: argparse.ArgumentParser) -> None:
         "--arm", metavar="NAME", type=name, help="instead: the adapter of an arm file"
     )
     parser.add_argument(
-        "--id", action="append", type=_node, default=[], metavar="ID", help="these ids alone"
+        "--id", action="append", type=_node, default=[], metavar="ID", help="only these ids"
     )
     parser.add_argument(
         "--protocol",
         choices=list(LANGUAGES),
-        help=f"what the drives speak (as the arm file says, else {USUAL.name})",
+        help=f"protocol of the drives (default: as the arm file says, else {USUAL.name})",
     )
     parser.add_argument("--seconds", type=positive, metavar="S", help="end after this time")
     parser.add_argument("--count", type=count, metavar="N", help="end after N frames")
@@ -287,7 +287,7 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
       armdrive doctor /dev/ttyUSB0
       armdrive doctor --arm bench --mend
       armdrive doctor socket://192.168.4.1:23 --yes --json
-      armdrive doctor --can                 who is on a CAN bus, and how the bus is; only reads
+      armdrive doctor --can                 list the nodes on a CAN bus and check it; only reads
       armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
 
     Exit codes: 0 all is well, 1 there is a problem, 3 you did not agree to open the port, 4 the
@@ -297,8 +297,8 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
         "port", nargs="?", metavar="PORT", type=name, help="a serial port or a pyserial URL"
     )
     parser.add_argument("--arm", metavar="NAME", type=name, help="instead: the port of an arm file")
-    parser.add_argument("--dialect", choices=list(DIALECTS), help="what PORT should speak")
-    parser.add_argument("--baud", type=count, help="try this baud rate alone")
+    parser.add_argument("--dialect", choices=list(DIALECTS), help="the expected dialect")
+    parser.add_argument("--baud", type=count, help="try only this baud rate")
     parser.add_argument(
         "--keyboard", action="store_true", help="instead: examine the keyboard of this terminal"
     )
@@ -308,7 +308,7 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ids", metavar="1-16,20", help="with --can: ask these ids")
     parser.add_argument("--every-rate", action="store_true", help="with --can: try all bit rates")
     parser.add_argument("--mend", action="store_true", help="write the settings that differ")
-    parser.add_argument("--yes", action="store_true", help="do not ask before that")
+    parser.add_argument("--yes", action="store_true", help="do not ask before opening or writing")
     add_json_option(parser)
 
 
@@ -350,7 +350,7 @@ def _sim(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         choices=list(DIALECTS),
         metavar="DIALECT",
-        help=f"what it speaks: {', '.join(DIALECTS)}",
+        help=f"its dialect: {', '.join(DIALECTS)}",
     )
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
@@ -361,7 +361,7 @@ def _sim(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--beside", metavar="PATH", help="with --slcan: a second adapter on the bus, to listen with"
     )
-    parser.add_argument("--baud", type=count, help="pace the bytes like this line")
+    parser.add_argument("--baud", type=count, help="transfer bytes as fast as a line of this rate")
     parser.add_argument(
         "--set",
         action="append",

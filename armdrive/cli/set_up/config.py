@@ -72,7 +72,9 @@ def show(options: argparse.Namespace) -> Result:
     try:
         config = parse_arm(arm.table, name=arm.name, folder=arm.path.parent)
     except (ArmFileError, KinematicsError) as error:
-        raise ArmFileError(f"{arm.path}: {error}; `armdrive config check` tells all") from None
+        raise ArmFileError(
+            f"{arm.path}: {error}; `armdrive config check` shows every problem"
+        ) from None
     if options.toml:
         text = complete(config, arm.table)
         return Result({"toml": text}, text.rstrip("\n").split("\n"), verbatim=True)

@@ -143,7 +143,7 @@ def _with_signs(draft: Draft, *, simulated: bool, alone: bool) -> Draft:
 
 def _agreed(path: Path, *, force: bool) -> bool:
     if path.exists() and not force:
-        return agree(f"{path} exists. Overwrite it?", "Its present text is lost.")
+        return agree(f"{path} exists. Overwrite it?", "Its contents will be lost.")
     return agree(f"Write this to {path}?", "no writes nothing.", "yes")
 
 
@@ -199,7 +199,7 @@ def signs(options: argparse.Namespace) -> Iterator[Result]:
         "unclear": list(found.unclear),
         "lines": list(proposal.difference),
     }
-    right = () if proposal.differs or proposal.remarks else ("every direction is right as it is",)
+    right = () if proposal.differs or proposal.remarks else ("every direction is correct",)
     lines = (*proposal.difference, *proposal.remarks, *right)
     yield Result(view, lines, 1 if found.unclear else 0)
     _write_down(proposal, options, simulated=simulated)

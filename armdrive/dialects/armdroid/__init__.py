@@ -1,6 +1,6 @@
 """The Armdroid's abilities and its defaults for connection and behaviour.
 
-What is decided where:
+Which file decides what:
 
     controller   an arm's requests, and the bounds of its stops
     exchange     commands that move nothing, and their answers

@@ -56,7 +56,7 @@ from kinematics.spaces import Motors
 
 ANSWER_TIMEOUT_FACTOR = 2.0  # timeout of a motion: this multiple of the slowest arm's time
 NEW_SESSION = (
-    "the Armdroid's board said Welcome: it was reset, or another program has opened its port"
+    "the Armdroid's board sent its greeting: it was reset, or another program has opened its port"
 )
 LET_GO = "the Armdroid's board reported its motors off, although no command had switched them off"
 
@@ -89,7 +89,7 @@ class ArmdroidMotion:
             return self.io.silence(sent_s)
         if came != expected:
             return RequestRejected(
-                f"its offsets went from {start} to {came}, and {expected} was asked"
+                f"its offsets went from {start} to {came}, but {expected} was requested"
             )
         return Done(self._measure(drive, rpm, self.io.now_s - sent_s, len(rest)))
 

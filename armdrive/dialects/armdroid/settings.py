@@ -29,7 +29,7 @@ class ArmdroidSettings:
     """
 
     speed_table: tuple[tuple[int, float], ...] = setting(
-        SKETCH_SPEEDS, "rpm as the board is told, and the steps a second that come of it"
+        SKETCH_SPEEDS, "rpm as sent to the board, and the resulting steps a second"
     )
     speed_doubt: float = setting(
         1.5,
@@ -44,7 +44,7 @@ class ArmdroidSettings:
         0.010, "how long the board takes for one character", low=0.0, high=0.1
     )
     boot_s: float = setting(
-        2.5, "how long the board hears nothing after its port is opened", low=0.0, high=10.0
+        2.5, "how long the board ignores its port after it is opened", low=0.0, high=10.0
     )
     check_numbers: bool = setting(True, "have the board repeat a motion's numbers before it starts")
     switches_torque: bool = setting(True, "false for firmware before 2.0, which has no t")

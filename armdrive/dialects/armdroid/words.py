@@ -48,10 +48,10 @@ SENTENCES: Sentences = MappingProxyType(
         SpeedReported: lambda message: f"the speed is {message.rpm} rpm",
         TorqueReported: lambda message: f"the motors are {'on' if message.on else 'off'}",
         VersionReported: lambda message: (
-            f"firmware {message.firmware}, protocol {message.protocol or 'unsaid'}"
+            f"firmware {message.firmware}, protocol {message.protocol or 'unknown'}"
         ),
         ArgumentsReported: lambda message: (
-            f"numbers kept: {standing(MOTORS, (*message.arguments, message.accumulator))}"
+            f"stored numbers: {standing(MOTORS, (*message.arguments, message.accumulator))}"
         ),
         Welcome: lambda _: "the board's greeting",
     }
@@ -80,20 +80,20 @@ def _command(numbers: tuple[int, ...], letter: str) -> str:
 
 def _drive_one(numbers: tuple[int, ...]) -> str:
     if len(numbers) < 2:
-        return "empty what is kept"
+        return "clear the stored numbers"
     motor, steps = numbers[:2]
     name = MOTORS[motor - 1] if 1 <= motor <= len(MOTORS) else f"motor {motor}"
     return f"move the {name} by {steps:+d}"
 
 
 def _drive_all(numbers: tuple[int, ...]) -> str:
-    return f"move: {moved(MOTORS, numbers)}" if numbers else "move by the numbers that are kept"
+    return f"move: {moved(MOTORS, numbers)}" if numbers else "move by the stored numbers"
 
 
 def _report(numbers: tuple[int, ...]) -> str:
     if not numbers:
-        return "tell the numbers that are kept"
-    return f"keep these numbers and tell them: {moved(MOTORS, numbers)}"
+        return "read back the stored numbers"
+    return f"store these numbers and read them back: {moved(MOTORS, numbers)}"
 
 
 def _speed(numbers: tuple[int, ...]) -> str:

@@ -166,8 +166,8 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             if not drive.speed_unit_hz:
                 measure = command_line("can", "setup", self._arm)
                 raise Obstructed(
-                    f"{drive} does not tell its unit of speed (object 60A9): `{measure}` measures "
-                    "it, or write cia402.speed_units as its manual says"
+                    f"{drive} does not report its unit of speed (object 60A9): `{measure}` "
+                    "measures it, or write cia402.speed_units as its manual says"
                 )
 
     def unsolicited(self, event: HostEvent) -> None:

@@ -59,7 +59,7 @@ class Cia402Settings:
     )
     speed_units: tuple[float, ...] = setting(
         (),
-        "increments/s of one unit of each drive's speeds; 0 is what it tells (60A9)",
+        "increments/s of one unit of each drive's speeds; 0 is what it reports (60A9)",
         low=0.0,
         high=1e9,
     )

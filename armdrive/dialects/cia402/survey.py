@@ -337,11 +337,11 @@ def view(node: CanopenNode) -> dict[str, object]:
 def _mute(name: str, node: CanopenNode) -> Finding:
     if node.state is NodeState.STOPPED:
         return problem(
-            f"{name}: stopped (NMT), so it answers no question",
+            f"{name}: stopped (NMT), so it does not answer",
             "connecting to its arm starts it again",
         )
     return problem(
-        f"{name}: sends heartbeats, but answers no question (SDO)",
+        f"{name}: sends heartbeats, but does not answer (SDO)",
         "check that no other program is asking it, and that no other node has its number",
     )
 
@@ -407,7 +407,7 @@ def _unit(name: str, node: CanopenNode, arm: str) -> Finding | None:
     if SPEED_UNIT not in node.refused:
         return None
     measure = command_line("can", "setup", arm)
-    words = f"{name}: it does not tell its unit of speed (60A9), which an arm needs to move"
+    words = f"{name}: it does not report its unit of speed (60A9), which an arm needs to move"
     return note(words, f"`{measure}` measures it, unless the arm file states it")
 
 

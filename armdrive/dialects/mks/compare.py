@@ -58,7 +58,7 @@ def wanted_settings(device: MksSettings, current_ma: int) -> tuple[WantedSetting
         WantedSetting(
             SetMode(Mode.BUS_FOC),
             "mode 5 (SR_vFOC)",
-            "in other modes it obeys no motion from the bus",
+            "in other modes it ignores motion commands",
         ),
         WantedSetting(
             SetReplies(ReplyMode.FULL), "replies on", "the program learns what each drive does"

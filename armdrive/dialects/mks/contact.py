@@ -177,7 +177,7 @@ class MksInquiry:
 def stall_words(drive: ObservedDrive) -> str:
     """Return that a drive's stall protection has acted."""
     return (
-        f"{drive} has stalled, and its protection has let the shaft go: find "
+        f"{drive} has stalled, and its protection has released the shaft: find "
         "out what blocked it, or give it more current or less speed"
     )
 
@@ -194,10 +194,10 @@ def _departed_words(verdict: Verdict) -> str:
 
 
 REPLIES_OFF = (
-    "answers questions, but no orders: its replies are off. Set them to full (`armdrive doctor "
-    "--mend`, or code 8C with 01 01)"
+    "answers queries, but does not confirm orders: its replies are off. Set them to full "
+    "(`armdrive doctor --mend`, or code 8C with 01 01)"
 )
-NO_SUCH_ORDER = "it may be in a mode in which the bus moves nothing: set SR_vFOC (Menu > Mode)"
+NO_SUCH_ORDER = "it may be in a mode in which it ignores motion commands: set SR_vFOC (Menu > Mode)"
 BUSY = (MotorState.HOMING, MotorState.CALIBRATING)
 TURNING = (MotorState.ACCELERATING, MotorState.DECELERATING, MotorState.FULL_SPEED)
 

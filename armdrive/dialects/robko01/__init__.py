@@ -1,6 +1,6 @@
 """The Robko 01's abilities and its defaults for connection and behaviour.
 
-What is decided where:
+Which file decides what:
 
     controller   an arm's requests, and the bounds of its stops
     exchange     a message and its answer, and what is done about a lost one

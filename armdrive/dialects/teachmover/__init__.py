@@ -1,6 +1,6 @@
 """The registry entry of the TeachMover: its abilities and the defaults of an arm file.
 
-What is decided where:
+Which file decides what:
 
     controller   an arm's requests, its settings, and the bounds of its stops
     pendant      the program in the arm's memory: rows, file, meaning

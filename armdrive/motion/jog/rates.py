@@ -20,17 +20,17 @@ from armdrive.runtime.position import ArmCoordinates
 
 # --- ramps and braking ---------------------------------------------------------------------------
 #
-# Rates are those of axes, in any unit a second, or shares of full speed. A jog is decided many
-# times a second, so nothing but floats and tuples is made, and nothing is checked.
+# Rates are speeds of axes, in any unit, or shares of full speed. This code runs many times a
+# second, so it uses plain floats and tuples and checks nothing.
 
 Rates = tuple[float, ...]
 
 
 def ramped(now: Rates, wish: Rates, slope: float, time_s: float) -> tuple[Rates, Rates]:
-    """Return the mean over a time, and what there is at its end, of rates on their way to a wish.
+    """Return the mean and the final rates of a ramp of `time_s` from `now` towards `wish`.
 
-    They go straight there, all at once, the one with most to change by `slope` a second: so a
-    line from rest is straight, and a change of direction passes through zero.
+    All rates change in proportion, and the one with the greatest change by `slope` a second. So a
+    line that starts from rest is straight, and a change of direction passes through zero.
     """
     gaps = list(map(sub, wish, now))
     gap = max(*gaps, -min(gaps))
@@ -47,10 +47,10 @@ def _towards(place: Rates, share: float, gaps: Sequence[float]) -> Rates:
 
 
 def braking_share(way_s: float, time_s: float, ramp_s: float) -> float:
-    """Return the share of a speed that may be had for a time, so as to stop before a bound still.
+    """Return the share of a speed that may be kept for `time_s` without passing a bound.
 
-    At that speed the way to the bound would last `way_s`, and losing the speed lasts `ramp_s`:
-    v^2 = 2 a d at the end of the time. From rest to the bound it is never more than all of it.
+    At the full speed the bound is `way_s` away, and braking to rest takes `ramp_s`. A share s
+    covers s * time_s and brakes over s^2 * ramp_s / 2; the result solves for their sum, way_s.
     """
     if way_s <= 0.0:
         return 0.0
@@ -65,10 +65,10 @@ def shares_to_stop(
     time_s: float,
     ramps_s: Sequence[float],
 ) -> list[float]:
-    """Return by how much each rate has to be slowed to stop at the end of its span at the latest.
+    """Return the share of its rate at which each axis still stops within its span.
 
-    `ramps_s` is how long each takes to lose its speed. The least of the shares, given to all of
-    them, keeps the tip on its line.
+    `ramps_s` is the time that each axis needs to brake to rest. The least share, applied to all
+    axes, keeps the tip on its line.
     """
     shares = []
     for place, rate, (low, high), ramp_s in zip(places, rates, spans, ramps_s, strict=True):
@@ -87,7 +87,7 @@ STALE_S = 1.0  # an arm whose latest leg ended this long ago is at rest: no exch
 
 @dataclass(frozen=True, slots=True)
 class RateGoal:
-    """The achievable part of a wish, as shares of full speed; `speed` is the wished one.
+    """The achievable part of a wish, as shares of full speed; `speed` is the requested one.
 
     `had` is the share of the wish that joints and motors can fulfil.
     """
@@ -150,7 +150,7 @@ class Pacer:
             fastest = max(map(abs, now))
             if goal.had < 1.0 and fastest > most:  # joints or motors cannot do more here
                 now = tuple(each * most / fastest for each in now)
-        # a jog that is let go brakes as fast as it has accelerated
+        # a released jog brakes as fast as it has accelerated
         slope = (
             last.slope if last is not None and not most else self._slope(most / goal.speed, time_s)
         )

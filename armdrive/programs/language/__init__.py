@@ -1,6 +1,6 @@
 """The language of programs: its words, grammar and values, the checks, and the compiled form.
 
-What is decided where:
+Which file decides what:
 
     words      every word of programs, shell and sequences: one table for checks, help and docs
     grammar    `program.lark` made into a tree, and the sentences about mistakes

@@ -1,6 +1,6 @@
 """Taught sequences: their steps, recording, stepping through them, shaping points, exporting.
 
-What is decided where:
+Which file decides what:
 
     steps      how a step is typed, and how steps are edited
     sequence   when a place at rest becomes a step, and stepping there and back

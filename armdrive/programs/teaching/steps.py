@@ -118,7 +118,7 @@ def finger_move(step: Step, at: Point | None) -> GripperMove | GraspMove:
             return GripperMove(0.0, step.speed)
         case int() | float():
             return GripperMove(float(grip), step.speed)
-    raise Refused("the point before this step says no opening of the fingers")
+    raise Refused("the point before this step states no opening of the fingers")
 
 
 # Editing: insert, remove, move, re-time, reverse. All of it raises `BadRequest` with the number.

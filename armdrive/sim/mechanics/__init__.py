@@ -1,6 +1,6 @@
 """Motors in motion: speed profiles, queued lines, steppers, closed-loop shafts, limit switches.
 
-What is decided where:
+Which file decides what:
 
     profiles   one axis speeding up, running and slowing down
     planner    queued lines, and the speed at their corners

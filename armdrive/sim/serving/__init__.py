@@ -1,6 +1,6 @@
 """A simulated arm as a separate process: the real-time loop between a server and a console.
 
-What is decided where:
+Which file decides what:
 
     servers    the wire that other programs open: pseudo-terminal, TCP, UDP, CAN adapter
     console    the commands on standard input: one table

@@ -100,7 +100,7 @@ def _take(console: Console, words: list[str]) -> ConsoleAnswer:
     if console.device.world.take(words[0]) is None:
         there = ", ".join(console.device.world.scene.blocks) or "none"
         raise BadRequest(f"there is no block {words[0]!r}; there are: {there}")
-    return ConsoleAnswer(f"took block {words[0]} away")
+    return ConsoleAnswer(f"removed block {words[0]}")
 
 
 def _power(console: Console, words: list[str]) -> ConsoleAnswer:
@@ -198,7 +198,7 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
             ConsoleCommand("return", "", "give control back to the host (ends @SET)", _return),
             ConsoleCommand("guide", "", "bring the arm to its reference posture", _guide),
             ConsoleCommand("put", PARTS, "put a block down (mm)", _put),
-            ConsoleCommand("take", "NAME", "take a block away", _take),
+            ConsoleCommand("take", "NAME", "remove a block", _take),
             ConsoleCommand(
                 "power", "on|off", "switch the controller; off lets the arm sag", _power
             ),

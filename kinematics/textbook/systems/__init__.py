@@ -1,8 +1,8 @@
 """The systems of the lecture notes by name: models with figure, link table, FK and every IK branch.
 
-`system("puma")` gives one, `SYSTEMS` all of the notes, and `sized` others of the same build. A
-built-in arm is a system too, in its own angles. A name means one arm and one count of its angles
-wherever a name is taken: an arm that the notes measure by other angles has another name in them.
+`system("puma")` returns one, `SYSTEMS` has those of the notes, and `sized` makes others of the same
+build. A built-in arm is a system too, with its own joint angles. A name always means the same arm
+and the same joint angles: where the notes count the angles differently, the arm has another name.
 Lengths in mm, angles in rad.
 """
 

@@ -160,7 +160,7 @@ def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
         (["move", "-sped=2"], "there is no option -sped (did you mean --speed?)"),
         (["doctor", "--fresh"], "there is no option --fresh; type"),
         (["replay", "x.jsonl", "--speed=2"], "there is no option --speed"),
-        (["move", "now"], "'now' is one too many"),
+        (["move", "now"], "'now' is one argument too many"),
         (["run", "x.arm", "--put", "A,250"], "write it like A,250,0 or A,250,0,30,20, not 'A,250'"),
         (["move", "--via", "1,2"], "--via X,Y,Z: write it like"),
         (["points", "gow"], "'gow' is none of list, "),

@@ -157,7 +157,7 @@ def test_what_is_wrong_with_a_node_is_told(values, sentence):
 
 def test_a_drive_that_does_not_tell_its_unit_of_speed_is_named_with_what_measures_it():
     said = told(drive(4, unit=None))
-    assert "note node 4: it does not tell its unit of speed (60A9)" in said
+    assert "note node 4: it does not report its unit of speed (60A9)" in said
     assert "`armdrive can setup bench` measures it" in said
 
 

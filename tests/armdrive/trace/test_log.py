@@ -256,7 +256,7 @@ def test_errors_are_found_by_words(call):
     out = call("errors", "--find", "does not answer,timeout", code=0).out
     assert out.startswith("E502: ")
     assert "cause" in out
-    assert "no error has these words" in call("errors", "--find", "zzz", code=0).out
+    assert "no error contains these words" in call("errors", "--find", "zzz", code=0).out
 
 
 # -- Wording ---------------------------------------------------------------------------------------
@@ -284,10 +284,10 @@ SENT = [
     ),
     ("robko01", bytes.fromhex("aa 01 01 0b ab 0a"), "read the positions"),
     ("armdroid", b"6,20-d", "move the base by -20"),
-    ("armdroid", b"d", "empty what is kept"),
+    ("armdroid", b"d", "clear the stored numbers"),
     ("armdroid", b"3-,0,0,0,0,12D", "move: gripper -3, base +12"),
-    ("armdroid", b"9,4-g", "keep these numbers and tell them: gripper +9, left wrist -4"),
-    ("armdroid", b"oD", "read the offsets; move by the numbers that are kept"),
+    ("armdroid", b"9,4-g", "store these numbers and read them back: gripper +9, left wrist -4"),
+    ("armdroid", b"oD", "read the offsets; move by the stored numbers"),
     ("armdroid", b"0t", "switch the motors off"),
     ("armdroid", b"9z", "z: no command of the sketch"),
     ("grbl", b"?", "status"),

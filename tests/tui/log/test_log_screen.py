@@ -233,7 +233,7 @@ async def test_a_line_is_opened_whole_and_an_error_with_its_cause_and_remedy():
 
 async def test_nothing_can_be_opened_where_there_is_nothing():
     async with LogSession(LoggedArm()) as session:
-        assert session.shown == "nothing has passed yet"
+        assert session.shown == "nothing recorded yet"
         await session.press("up", "home", "pagedown", "enter")
         assert not session.open
         assert "no line to be opened" in session.text("messages")
@@ -253,7 +253,7 @@ async def test_the_catalogue_begins_at_the_line_and_is_searched():
         await session.press("up")
         assert session.dialog("catalogue-text").splitlines()[1] == first
         await session.press(*"zzz")
-        assert "no error has these words" in session.dialog("catalogue-text")
+        assert "no error contains these words" in session.dialog("catalogue-text")
         await session.press("down", "enter")
         assert not session.open
 

@@ -283,11 +283,11 @@ EDITS = [
      {"messages": "how belongs to a step that leads to a point"}),
     # what is no step can be corrected
     ("pagedown g 'wide enter", STACK.steps,
-     {"messages": "'wide' is no opening: type open, close, grasp, here, point, or mm"}),
+     {"messages": "'wide' is not an opening: type open, close, grasp, here, point, or mm"}),
     ("pagedown g '1000 enter", STACK.steps,
      {"messages": "the gripper opens from 0 to 76 mm, not to 1000 mm", "begin": "1000_"}),
     ("pagedown W '-1 enter", STACK.steps, {"messages": "wait_s is from 0", "begin": "-1_"}),
-    ("pagedown W 'soon enter", STACK.steps, {"messages": "'soon' is no time: type seconds"}),
+    ("pagedown W 'soon enter", STACK.steps, {"messages": "'soon' is not a time: type seconds"}),
     ("pagedown E backspace backspace backspace backspace 'nowhere enter", STACK.steps,
      {"messages": "which does not exist"}),
 ]  # fmt: skip
@@ -333,7 +333,7 @@ async def test_a_marked_step_is_taken_out_by_two_presses():
         session.clock.now_s += 0.5
         await session.settle()
         assert session.steps() == STACK.steps, "one press takes nothing out"
-        session.shows("D", begin="D AGAIN takes step 2 (gripper open) out of stack")
+        session.shows("D", begin="D AGAIN removes step 2 (gripper open) from stack")
         await session.press("pageup")
         await session.twice("D")
         assert session.steps() == STACK.steps[1:]

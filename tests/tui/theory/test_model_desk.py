@@ -96,7 +96,7 @@ async def test_the_hand_is_jogged_by_the_same_keys_in_the_other_mode():
         assert "q/a x" in session.text("theory-numbers")
         assert "q/a theta1" not in session.text("theory-numbers")
         await session.press("e")
-        assert "no axis of this model is moved by that key" in session.text("messages")
+        assert "this model has no axis for that key" in session.text("messages")
         await session.press("right_square_bracket", "right_square_bracket", *["q"] * 10)
         assert "out of reach" in session.text("messages")
 
@@ -106,7 +106,7 @@ async def test_the_next_solution_is_the_same_place_of_the_hand():
         before = session.desk.hand.study.goal
         assert session.degrees[1] > 0
         await session.press("G")
-        assert "the same place of the hand by elbow up" in session.text("messages")
+        assert "the same pose of the hand by elbow up" in session.text("messages")
         assert session.degrees[1] < 0
         assert session.desk.hand.study.goal == pytest.approx(before)
         await session.press("G")
@@ -124,7 +124,7 @@ async def test_a_link_table_with_a_closed_form_has_next_solutions_too(tmp_path):
     async with Session(str(file)) as session:
         before, frame = session.desk.hand.values, session.desk.hand.study.frame
         await session.press("G")
-        assert "the same place of the hand by solution" in session.text("messages")
+        assert "the same pose of the hand by solution" in session.text("messages")
         after = session.desk.hand
         assert after.values != before
         assert after.study.frame[0] == pytest.approx(frame[0], abs=1e-5)

@@ -282,7 +282,7 @@ def test_every_arm_is_drawn(call, key):
 @pytest.mark.parametrize("name", ["two-link-4", "cartesian", "puma"])
 def test_another_system_is_drawn_from_two_sides(call, name):
     lines = call(*WORKSPACE, "--model", name, "--ascii", code=0).out.splitlines()
-    assert lines[0].endswith("places that the tool reached")
+    assert lines[0].endswith("positions that the tool reached")
     assert lines[-2].startswith("x across")
     assert "z up" in lines[-2]
     assert "y up" in lines[-1]

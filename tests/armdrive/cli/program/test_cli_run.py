@@ -190,7 +190,7 @@ def test_a_long_rehearsal_shows_how_far_it_is(homed, write, monkeypatch):
     monkeypatch.setattr("armdrive.programs.rehearsal.TELL_EVERY_S", 0.0)
     path = write("repeat 2\n  delay 1\nend\n")
     shown = homed("run", path, "--check", code=0).out
-    assert "rehearsing: line 2, 1 act, 1.0 s of the arm's time" in shown
+    assert "rehearsing: line 2, 1 act, 1.0 s of simulated time" in shown
     first, *_ = homed("run", path, "--check", "--json", code=0).json_lines
     assert first == {"event": "rehearsing", "acts": 0, "line": 2, "took_s": 0.0}
 

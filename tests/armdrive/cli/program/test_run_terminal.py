@@ -108,7 +108,7 @@ def test_a_second_interrupt_leaves_at_once(begin):
     program.interrupt()
     code, err = program.end()
     assert code == 130
-    assert "left: the arm may go on for" in err
+    assert "left: the arm may move for another" in err
     assert journal_file(ARM).exists()
 
 
@@ -239,6 +239,6 @@ def test_an_interrupt_during_output_is_not_lost(monkeypatch, terminal, times, en
     sys.stderr.flush()
     said = read()
     assert said.startswith("\nstopping the arm; Ctrl-C again leaves at once\n") is not as_json
-    assert ("left: the arm may go on for 1.2 s" in said) == (times == 2)
+    assert ("left: the arm may move for another 1.2 s" in said) == (times == 2)
     if as_json and times == 2:
         assert json.loads(said.partition("\n")[0])["event"] == "left"

@@ -63,7 +63,7 @@ def test_without_a_known_unit_the_motors_hold_and_nothing_moves(options, request
     reply = rig.do(request_)
     assert isinstance(reply, RequestRejected)
     assert not reply.moved
-    assert "drive 1 (base) does not tell its unit of speed (object 60A9)" in reply.reason
+    assert "drive 1 (base) does not report its unit of speed (object 60A9)" in reply.reason
     assert "armdrive can setup" in reply.reason
     assert isinstance(rig.do(ReadPosition()), type(Rig().do(ReadPosition())))
     assert rig.positions == before
