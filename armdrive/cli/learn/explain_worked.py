@@ -10,7 +10,7 @@ import math
 import os
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
@@ -41,7 +41,7 @@ from kinematics.chains.links import Convention
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach
 from kinematics.frames.rotations import columns
-from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
+from kinematics.frames.transforms import Transform, position_of, rotation_of
 from kinematics.presets import ArmPreset, preset
 from kinematics.spaces import JOINT_NAMES, Joints
 from kinematics.textbook.accuracy import (
@@ -168,7 +168,7 @@ def example_view(example: Study) -> dict[str, Any]:
         "links": list(rows_of(subject.chain)),
         "joints": shown_joints(subject.chain, example.values),
         "violations": list(map(violation_text, example.violations)),
-        "matrices": [_rows(matrix) for matrix in example.matrices],
+        **_factors_view(example, _rows),
         "frame": _rows(example.frame),
         "position_mm": list(position_of(example.frame)),
         "rpy_deg": [
@@ -196,16 +196,22 @@ def symbolic_view(example: SymbolicExample, *, latex: bool) -> dict[str, Any]:
     def written(matrix: Transform) -> list[list[str]]:
         return [[writer.write(as_symbol(entry)) for entry in row] for row in matrix]
 
-    view: dict[str, Any] = {"matrices": [written(matrix) for matrix in example.matrices]}
-    for name, frame in (("base", example.base), ("tool", example.tool)):
-        if frame != IN_PLACE:
-            view[name] = written(frame)
+    view = _factors_view(example, written)
     view["product"] = written(example.product)
     view["solutions"] = {
         branch.name: {step.name: writer.write(step.symbol) for step in branch.steps}
         for branch in example.branches
     }
     return view
+
+
+def _factors_view(
+    example: Study | SymbolicExample, written: Callable[[Transform], list[list[Any]]]
+) -> dict[str, Any]:
+    """Return the A matrices, and the base and the tool where there are such."""
+    frames = {name: written(frame) for name, frame in example.factors}
+    ends = {name: frames.pop(name) for name in ("base", "tool") if name in frames}
+    return {"matrices": list(frames.values()), **ends}
 
 
 def _branch(example: Study, branch: NamedBranch) -> dict[str, Any]:

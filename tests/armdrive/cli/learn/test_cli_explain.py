@@ -3,6 +3,7 @@
 import re
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 
 from kinematics.textbook.systems import SYSTEMS
@@ -26,6 +27,11 @@ def test_every_system_is_explained(call, name):
         assert f"\n== {heading}" in said
     found = call("explain", name, "--json", code=0).json
     assert len(found["matrices"]) == len(found["links"]) == len(found["joints"])
+    factors = [found["base"]] if "base" in found else []
+    factors += found["matrices"] + ([found["tool"]] if "tool" in found else [])
+    assert np.linalg.multi_dot(factors) == pytest.approx(np.array(found["frame"]))
+    (product,) = re.findall(r"^T = (.*)$", said, re.MULTILINE)
+    assert f"T = {product} =\n" in call("explain", name, "--symbolic", code=0).out
     assert found["branches"]
     for branch in found["branches"]:
         assert branch["comes_to"] == pytest.approx(found["goal"], abs=1e-6)
@@ -71,8 +77,8 @@ def test_a_goal_is_mm_and_degrees(call):
 def test_ones_own_link_table_is_explained(call, own):
     said = call("explain", own, "0", "-40", "60", "-110", "0", code=0).out
     assert said.startswith("Alpha II with a pen\nsource: Asokan")
-    assert "frame 0 in the world" in said
-    assert "tool in the last frame" in said
+    assert "base: frame 0 in the world" in said
+    assert "tool: the tool in the last frame" in said
     assert "the goal is met" in said
     found = call("explain", own, "--goal", "300", "40", "150", "--json", code=0).json
     assert found["solution"]["ok"]
