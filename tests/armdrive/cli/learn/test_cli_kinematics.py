@@ -334,6 +334,22 @@ def test_the_two_views_of_a_chain_share_x():
     assert side.reach_box_mm[0] == above.reach_box_mm[0]
 
 
+@pytest.mark.parametrize(
+    ("name", "plane", "box_mm"),
+    [
+        ("two-link-1", "xy", ((-350, 350), (-350, 350))),
+        ("two-link-4", "xz", ((-150, 150), (-150, 450))),
+        ("two-link-5", "yz", ((-300, 0), (0, 300))),
+    ],
+)
+def test_a_planar_arm_is_seen_in_its_own_plane(name, plane, box_mm):
+    (only,) = reach_sketches(system(name).chain())
+    assert (only.across, only.up) == tuple(plane)
+    for span, expected in zip(only.reach_box_mm, box_mm, strict=True):
+        assert span == pytest.approx(expected, abs=1.0)
+    assert "-0 mm" not in only.caption
+
+
 def test_a_square_is_drawn_at_one_scale_for_both_axes():
     corners = ((10.0, 10.0), (50.0, 10.0), (50.0, 50.0), (10.0, 50.0), (10.0, 10.0))
     rows = sketch_rows(Sketch((corners,), (), "x", "y"), 60, 20, braille=False)
