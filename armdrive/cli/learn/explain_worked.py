@@ -15,7 +15,7 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from armdrive.cli.learn.arguments import ACCURACY, EFFICIENCY
-from armdrive.cli.learn.joint_values import require_values
+from armdrive.cli.learn.joint_values import frame_view, require_values
 from armdrive.cli.learn.models import (
     branch_view,
     find_model,
@@ -26,7 +26,6 @@ from armdrive.cli.learn.models import (
     shown_joints,
     solution_view,
     subject_of,
-    typed_coordinates,
 )
 from armdrive.cli.presenter import Outcome, Result
 from armdrive.config.link_model import Model
@@ -69,6 +68,8 @@ from kinematics.textbook.thirteen_steps import (
 from kinematics.textbook.worked_example import (
     ExampleSection,
     SymbolicExample,
+    coordinates_text,
+    number_text,
     sections,
     symbolic_example,
     symbolic_sections,
@@ -102,6 +103,10 @@ def _urdf(word: str) -> Result:
     return Result({"urdf": text}, text.rstrip().split("\n"), verbatim=True)
 
 
+TYPED_MM = 0.01
+"""A goal this near to one that is reached means that one: pages print two decimals of a mm."""
+
+
 def _example(
     subject: Subject, joints: Sequence[float] | None, goal: Sequence[float] | None
 ) -> Study:
@@ -114,11 +119,14 @@ def _example(
     )
     try:
         return work(subject, given, asked)
-    except OutOfReach as error:  # again, in degrees
-        instead = typed_coordinates(error.coordinates, error.nearest)
+    except OutOfReach as error:
+        if error.away_mm <= TYPED_MM:
+            return work(subject, given, error.nearest)
+        instead = coordinates_text(error.coordinates, error.nearest)
+        away = number_text(error.away_mm, "mm")
         raise Refused(
-            f"{error.system} cannot reach this goal, only to {error.away_mm:.3g} mm from it; a "
-            f"goal that it reaches: {instead}"
+            f"{error.system} cannot reach this goal, only to {away} from it; a goal that it "
+            f"reaches: {instead}"
         ) from None
 
 
@@ -157,7 +165,6 @@ def _numbers(words: Sequence[str]) -> list[float]:
 def example_view(example: Study) -> dict[str, Any]:
     """Return a worked example."""
     subject, system = example.subject, example.subject.system
-    angles = example.orientation.first
     degeneracy = example.orientation.degeneracy
     view: dict[str, Any] = {
         "name": subject.name,
@@ -169,11 +176,7 @@ def example_view(example: Study) -> dict[str, Any]:
         "joints": shown_joints(subject.chain, example.values),
         "violations": list(map(violation_text, example.violations)),
         **_factors_view(example, _rows),
-        "frame": _rows(example.frame),
-        "position_mm": list(position_of(example.frame)),
-        "rpy_deg": [
-            math.degrees(each) for each in (angles.phi_rad, angles.theta_rad, angles.psi_rad)
-        ],
+        **frame_view(example.frame),
         "rpy_degenerate": degeneracy.value if degeneracy else "",
         "structure": how_solved(subject.chain).structure,
         "condition": example.condition.sentence,

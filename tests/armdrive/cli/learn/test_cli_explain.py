@@ -74,6 +74,16 @@ def test_a_goal_is_mm_and_degrees(call):
     assert found["branches"][0]["workings"]["r0"] == pytest.approx(250.0)
 
 
+@pytest.mark.parametrize("goal", [("99.51", "57.45", "296.42"), ("99.51", "57.45", "290")])
+def test_a_goal_read_off_a_page_is_met(call, goal):
+    called = call("explain", "two-link-2", "--goal", *goal)
+    if called.code:  # off the sphere: what is offered instead is met, as it is printed
+        instead = re.findall(r"[xyz] (-?[\d.]+) mm", called.err.rpartition("reaches: ")[2])
+        called = call("explain", "two-link-2", "--goal", *instead)
+    assert called.code == 0
+    assert "2 solutions" in called.out
+
+
 def test_ones_own_link_table_is_explained(call, own):
     said = call("explain", own, "0", "-40", "60", "-110", "0", code=0).out
     assert said.startswith("Alpha II with a pen\nsource: Asokan")
