@@ -81,7 +81,11 @@ class Solution:
         """What is missed, by how much, and why."""
         if self.ok:
             return self.reason.value
-        parts = [f"position by {significant(self.residual_mm)} mm"] if Part.POSITION in self.missed else []
+        parts = (
+            [f"position by {significant(self.residual_mm)} mm"]
+            if Part.POSITION in self.missed
+            else []
+        )
         parts += [
             f"{part.value} by {math.degrees(miss):.3g}°"
             for part, miss in self.misses_rad

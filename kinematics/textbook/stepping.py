@@ -168,7 +168,9 @@ def _by_branch(
     try:
         found = system.ik(goal, values)
     except OutOfReach as error:
-        return Stepped(values, f"out of reach: the hand stays {significant(error.away_mm)} mm short")
+        return Stepped(
+            values, f"out of reach: the hand stays {significant(error.away_mm)} mm short"
+        )
     except KinematicsError as error:
         return Stepped(values, str(error))
     on = before.branches[before.here].name if before.here is not None else ""
