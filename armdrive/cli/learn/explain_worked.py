@@ -19,7 +19,7 @@ from armdrive.cli.learn.joint_values import frame_view, require_values
 from armdrive.cli.learn.models import (
     branch_view,
     find_model,
-    find_system,
+    find_subject,
     given_goal,
     given_joints,
     shown,
@@ -53,9 +53,9 @@ from kinematics.textbook.accuracy import (
     step_errors,
     zero_errors,
 )
-from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
+from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency, forward_ways
 from kinematics.textbook.notation import notation
-from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject
+from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject, example_posture
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.systems.named import NamedBranch
@@ -322,20 +322,32 @@ COUNTED = ("minimover5", "puma")
 
 
 def _efficiency(names: Sequence[str]) -> Result:
-    """Count the operations of these systems, or of the Mini-mover and the Puma."""
-    counted = [efficiency(find_system(name)) for name in names or COUNTED]
-    lines = [line for one in counted for line in _efficiency_lines(one)]
+    """Count the operations of these models, or of the Mini-mover and the Puma."""
+    subjects = [find_subject(name) for name in names or COUNTED]
+    counted = [_counted(subject) for subject in subjects]
+    lines = [
+        line
+        for subject, one in zip(subjects, counted, strict=True)
+        for line in (subject.title, *_efficiency_lines(one))
+    ]
     lines.append(
         "counted by running the code with counting numbers; constants of an arm cost nothing"
     )
     if not names:
         others = ", ".join(name for name in SYSTEMS if name not in COUNTED)
-        lines.append(f"`armdrive explain efficiency NAME ...` counts others: {others}")
+        lines.append(f"`armdrive explain efficiency MODEL ...` counts others: {others}, or a file")
     return Result({"efficiency": [_efficiency_view(one) for one in counted]}, lines)
 
 
+def _counted(subject: Subject) -> Efficiency:
+    """Count every way of a named system, and those from a link table to the hand's frame."""
+    if subject.system is not None:
+        return efficiency(subject.system)
+    chain = subject.chain
+    return Efficiency(subject.name, forward_ways(chain, example_posture(chain)), ())
+
+
 def _efficiency_lines(counted: Efficiency) -> Iterator[str]:
-    yield find_system(counted.system).title
     for title, ways in (("forward", counted.forward), ("inverse", counted.inverse)):
         if ways:
             yield from _way_lines(title, ways)

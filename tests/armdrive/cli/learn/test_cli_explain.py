@@ -141,11 +141,13 @@ def test_urdf_is_printed_for_other_tools(call):
     assert len([each for each in robot.iter("joint") if each.get("type") == "revolute"]) == 5
 
 
-def test_efficiency_prints_counts(call):
+def test_efficiency_prints_counts(call, own):
     said = call("explain", "efficiency", code=0).out
     assert "Mini-mover 5" in said
     assert "multiplications" in said
     assert "full products" in said
+    (mine,) = call("explain", "efficiency", own, "--json", code=0).json["efficiency"]
+    assert (len(mine["forward"]), mine["inverse"]) == (4, [])
     found = call("explain", "efficiency", "two-link-1", "--json", code=0).json["efficiency"]
     assert [each["system"] for each in found] == ["two-link-1"]
     ways = {way["name"]: way for way in found[0]["forward"]}
