@@ -107,7 +107,7 @@ class _UnknownName(KinematicsError):
     kind = ""
 
     def __init__(self, name: str, names: Iterable[str]) -> None:
-        self.name, self.nearest = name, _likeliest(name, names)
+        self.name, self.nearest = name, nearest_word(str(name), names)
         hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
         super().__init__(f"no {self.kind} is named {name!r}{hint} (there are {', '.join(names)})")
 
@@ -128,13 +128,6 @@ class UnknownFrame(_UnknownName):
     """No frame of a graph has this name."""
 
     kind = "frame"
-
-
-def _likeliest(name: object, names: Iterable[str]) -> str | None:
-    """Return the most similar name, whatever the case of its letters."""
-    word = str(name)
-    found = (nearest_word(each, names, likeness=0.4) for each in (word, word.lower()))
-    return next((near for near in found if near), None)
 
 
 class ZeroVector(KinematicsError):
@@ -360,22 +353,30 @@ def require(name: str, value: object, kind: type, example: str) -> None:
 # make none and it would slow down every start.
 
 
-def nearest_word(word: str, known: Iterable[str], *, likeness: float = 0.6) -> str | None:
-    """Return the known word most similar to this one, or None.
+LIKENESS = 0.6
+"""The least similarity of words that counts, as difflib's ratio measures it, 0 to 1."""
 
-    `likeness` is the least similarity that counts, 0 to 1, as difflib's ratio measures it.
+
+def nearest_word(word: str, known: Iterable[str]) -> str | None:
+    """Return the known word that begins with this one, or is most similar to it, or None.
+
+    Upper and lower case are the same. Of equally similar words it is the first.
     """
-    from difflib import get_close_matches
+    from difflib import SequenceMatcher
 
-    near = get_close_matches(word, list(known), n=1, cutoff=likeness)
-    return near[0] if near else None
+    typed = word.lower()
+
+    def likeness(other: str) -> float:
+        begins = bool(typed) and other.lower().startswith(typed)
+        return SequenceMatcher(None, other.lower(), typed).ratio() + begins
+
+    near = max(known, key=likeness, default="")
+    return near if near and likeness(near) >= LIKENESS else None
 
 
-def did_you_mean(
-    word: str, known: Iterable[str], otherwise: str = "", *, likeness: float = 0.6
-) -> str:
+def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
     """Return "did you mean 'word'?", or `otherwise` if no known word is similar."""
-    near = nearest_word(word, known, likeness=likeness)
+    near = nearest_word(word, known)
     return otherwise if near is None else f"did you mean {near!r}?"
 
 

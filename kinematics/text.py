@@ -26,6 +26,11 @@ def plain(value: float, digits: int) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
+def significant(value: float) -> str:
+    """Format with three digits that count, without an exponent for what is large."""
+    return f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}"
+
+
 def aligned(cells: Sequence[Sequence[str]], *, left: int = 0, gap: str = "  ") -> list[str]:
     """Return rows of cells as lines of aligned columns, the first `left` of them flush left."""
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]

@@ -13,6 +13,7 @@ from armdrive.render.canvas import Ink, raster
 from kinematics.chains.chain import Chain
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.workspace import section
+from kinematics.text import rounded
 
 Point = tuple[float, float]
 Span = tuple[float, float]
@@ -44,13 +45,17 @@ class Sketch:
         return _box([*chained.from_iterable(self.curves), *self.points] or [(0.0, 0.0)])
 
     @property
+    def is_wide(self) -> bool:
+        """Whether there is more to see than a line."""
+        return all(end - start > _SMALLEST_MM for start, end in self.reach_box_mm)
+
+    @property
     def caption(self) -> str:
         """The dimensions in words."""
-        (left, right), (low, high) = self.reach_box_mm
-        return (
-            f"{self.across} across, {left:.0f} to {right:.0f} mm; "
-            f"{self.up} up, {low:.0f} to {high:.0f} mm"
+        (left, right), (low, high) = (
+            (rounded(start, 0), rounded(end, 0)) for start, end in self.reach_box_mm
         )
+        return f"{self.across} across, {left} to {right} mm; {self.up} up, {low} to {high} mm"
 
 
 def sketch_rows(sketch: Sketch, width: int, height: int, *, braille: bool) -> list[str]:
@@ -98,13 +103,22 @@ def section_sketch(arm: FiveAxisArm, pitch_deg: float, azimuth_deg: float) -> Sk
     return Sketch(cut.boundary, cut.points(spacing), "distance from the base axis", "height z")
 
 
-def reach_sketches(chain: Chain) -> tuple[Sketch, Sketch]:
-    """Return a map of the positions that a chain's tool reaches, from the side and from above."""
+_VIEWS = ((0, 2), (0, 1), (1, 2))  # from the side, from above, from the front
+
+
+def reach_sketches(chain: Chain) -> tuple[Sketch, ...]:
+    """Return maps of the positions that a chain's tool reaches, from the side and from above.
+
+    A planar arm, which shows as a line in other views, has the one view that its plane is seen in.
+    """
     from kinematics.chains.many import reach_maps  # loads numpy, which the desk does without
 
-    maps = reach_maps(chain, ((0, 2), (0, 1)), _MAPPED, _CELLS)
-    side, above = (tuple((float(x), float(y)) for x, y in places) for places in maps)
-    return Sketch((), side, "x", "z"), Sketch((), above, "x", "y")
+    maps = reach_maps(chain, _VIEWS, _MAPPED, _CELLS)
+    views = [
+        Sketch((), tuple((float(a), float(b)) for a, b in places), "xyz"[across], "xyz"[up])
+        for (across, up), places in zip(_VIEWS, maps, strict=True)
+    ]
+    return tuple([view for view in views if view.is_wide] or views)[:2]
 
 
 # --- Files drawn by matplotlib, the optional extra `plot` ----------------------------------------

@@ -43,12 +43,13 @@ from armdrive.sim.wire import (
     overtaken,
     repeated,
 )
+from armdrive.sim.world import World
 from armdrive.text.numbers import number, whole
 from kinematics.errors import did_you_mean
 
 # --- A requested fault, from a command line, the console or a program ----------------------------
 # On a command line: `NAME[:ARGUMENT,..][@SECONDS]`; at the console, the same words with spaces.
-# Named arguments are written `from=host` or `--from host`.
+# Named arguments are written `from=host`; the console takes `--from host` as well.
 
 SIDES = ("host", "device", "both")
 _NAMED = ("from", "seed", "for")
@@ -135,9 +136,11 @@ class Cable:
         self._line = line
         self._withdraw = withdraw
         self._offer = offer
+        self.plugged = True
 
     def unplug(self) -> None:
         """Pull the cable; bytes under way are lost."""
+        self.plugged = False
         self._withdraw()
         self._line.unplug()
 
@@ -145,6 +148,7 @@ class Cable:
         """Plug the cable in again, possibly under another name."""
         self._offer(name)
         self._line.plug()
+        self.plugged = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +231,7 @@ def reset(bench: FaultBench, _: FaultRequest) -> Fault:
 
 def lose_steps(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a motor lose steps."""
-    motor, count = motor_of(bench, request.words[0]), whole(request.words[1])
+    motor, count = motor_of(bench.device.world, request.words[0]), whole(request.words[1])
     if count < 1:
         raise BadRequest(f"1 step or more can be lost, not {count}")
     yield None
@@ -239,7 +243,7 @@ def lose_steps(bench: FaultBench, request: FaultRequest) -> Fault:
 
 def stall(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a motor stop following."""
-    motor, stalled = motor_of(bench, request.words[0]), bench.device.world.stalled
+    motor, stalled = motor_of(bench.device.world, request.words[0]), bench.device.world.stalled
     yield None
     stalled.add(motor)
     yield lambda: motor in stalled
@@ -249,7 +253,7 @@ def stall(bench: FaultBench, request: FaultRequest) -> Fault:
 def switch(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a limit switch stick, or free it."""
     board: HasSwitches = able(bench.device.board, HasSwitches, "limit switches")
-    axis, state = motor_of(bench, request.words[0]), request.words[1].lower()
+    axis, state = motor_of(bench.device.world, request.words[0]), request.words[1].lower()
     states = {each.value: each for each in SwitchState}
     if state not in states:
         raise BadRequest(f"a switch is {', '.join(states)}, not {request.words[1]!r}")
@@ -261,9 +265,9 @@ def switch(bench: FaultBench, request: FaultRequest) -> Fault:
         board.set_switch(axis, SwitchState.FREE)
 
 
-def motor_of(bench: FaultBench, word: str) -> int:
-    """Return a motor's index, given its number from 1 or its name."""
-    names = [motor.name for motor in bench.device.world.body.transmission.motors]
+def motor_of(world: World, word: str) -> int:
+    """Return a motor's index, given its number from 1 or its name, `right_wrist` say."""
+    names = [motor.name.replace(" ", "_") for motor in world.body.transmission.motors]
     if word in names:
         return names.index(word)
     if word.isascii() and word.isdecimal() and 1 <= int(word) <= len(names):
@@ -370,7 +374,7 @@ def unplug(bench: FaultBench, _: FaultRequest) -> Fault:
     """Pull the cable."""
     yield None
     bench.cable.unplug()
-    yield None
+    yield lambda: not bench.cable.plugged
     bench.cable.replug()
 
 
@@ -413,7 +417,7 @@ def _on_drive(switch: Callable[[DrivesBoard[Any], int, bool], object]) -> RunFau
     """Return the fault that affects a drive, and undoes the effect at the end."""
 
     def run(bench: FaultBench, request: FaultRequest) -> Fault:
-        board, at = _drives(bench), motor_of(bench, request.words[0])
+        board, at = _drives(bench), motor_of(bench.device.world, request.words[0])
         yield None
         switch(board, at, True)
         yield None
@@ -434,7 +438,7 @@ def _changing(change: Callable[[DrivesBoard[Any], int, int], int]) -> RunFault:
     """Return the fault that changes a number of a drive, and restores it at the end."""
 
     def run(bench: FaultBench, request: FaultRequest) -> Fault:
-        board, at = _drives(bench), motor_of(bench, request.words[0])
+        board, at = _drives(bench), motor_of(bench.device.world, request.words[0])
         value = whole(request.words[1])
         yield None
         before = change(board, at, value)
@@ -446,14 +450,14 @@ def _changing(change: Callable[[DrivesBoard[Any], int, int], int]) -> RunFault:
 
 def reset_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     """Restart a drive's firmware."""
-    board, at = _drives(bench), motor_of(bench, request.words[0])
+    board, at = _drives(bench), motor_of(bench.device.world, request.words[0])
     yield None
     board.reset_drive(at)
 
 
 def ailing_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     """Give a drive a fault of its own for a while; afterwards it must be reset."""
-    drives, at = _emergencies(bench), motor_of(bench, request.words[0])
+    drives, at = _emergencies(bench), motor_of(bench.device.world, request.words[0])
     code = _code(request.words[1])
     yield None
     drives.ail(at, code)
@@ -463,7 +467,7 @@ def ailing_drive(bench: FaultBench, request: FaultRequest) -> Fault:
 
 def warning_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a drive send an EMCY message and carry on."""
-    drives, at = _emergencies(bench), motor_of(bench, request.words[0])
+    drives, at = _emergencies(bench), motor_of(bench.device.world, request.words[0])
     code = _code(request.words[1])
     yield None
     drives.warn(at, code)
@@ -577,7 +581,7 @@ _ON_ANY = (
     ),
     FaultKind("delay", f"SECONDS [{AMOUNT}]", "messages are late", on_wire(delaying, 1, "1")),
     FaultKind("mute", "", "the device sends nothing", mute),
-    FaultKind("garbage", "[COUNT]", "the device sends noise (8 bytes)", garbage),
+    FaultKind("garbage", "[COUNT]", "the device sends noise (8 bytes, or COUNT)", garbage),
     FaultKind("unplug", "", "the cable is pulled", unplug),
     FaultKind("replug", "[as NAME]", "the cable is plugged in again", replug),
     FaultKind(
@@ -600,17 +604,18 @@ FAULTS: Mapping[str, FaultKind] = MappingProxyType(
 """Every fault by its name. Parsing, help and lists are made from this table."""
 
 
+FAULT_NOTE = (
+    "P is a probability for each byte (of a bus: frame), #N the N-th from now, next the whole\n"
+    "next message; wire faults take from=host or from=device, and seed=N;\n"
+    "for=SECONDS limits the duration, @SECONDS begins later: `drop 0.01 from=host for=2 @5` at\n"
+    "the console, --fault drop:0.01,from=host,for=2@5 on the command line."
+)
+"""How faults are written, below their table."""
+
+
 def faults_of(board: type[Board]) -> tuple[FaultKind, ...]:
     """Return the faults that a device with this kind of board can have."""
     return tuple(kind for kind in FAULTS.values() if kind.befalls(board))
-
-
-def fault_kind(name: str) -> FaultKind:
-    """Return a row of the table. Raises `BadRequest` with the nearest name."""
-    if name in FAULTS:
-        return FAULTS[name]
-    hint = did_you_mean(name, FAULTS, f"there are {', '.join(FAULTS)}", likeness=0.4)
-    raise BadRequest(f"there is no fault {name!r}; {hint}")
 
 
 # --- The faults that are under way on one simulated arm, begun and ended on its clock ------------
@@ -667,7 +672,7 @@ class Faults:
 
     def ask(self, request: FaultRequest) -> None:
         """Add a fault parsed from words. Raises `BadRequest` at once if it is invalid."""
-        fault, kind = self.checked(request), fault_kind(request.name)
+        fault, kind = self.checked(request), FAULTS[request.name]
         lasts_s = kind.lasts_s if request.for_s is None else request.for_s
 
         def start() -> None:
@@ -693,7 +698,11 @@ class Faults:
 
     def checked(self, request: FaultRequest) -> Fault:
         """Return a fault that is ready to begin, or raise `BadRequest`. Nothing happens yet."""
-        kind = fault_kind(request.name)
+        kind = FAULTS.get(request.name)
+        if kind is None:
+            names = [each.name for each in faults_of(type(self._bench.device.board))]
+            hint = did_you_mean(request.name, names, f"there are {', '.join(names)}")
+            raise BadRequest(f"there is no fault {request.name!r}; {hint}")
         check_count(kind.usage, request.words)
         fault = kind.run(self._bench, request)
         next(fault)

@@ -160,7 +160,7 @@ class TomlTable:
         unknown = [key for key in self.entries if key not in known]
         for key in unknown[: self.problems.room]:  # to find the nearest key takes time
             place = f"in [{self.where}]" if self.where else "at the top"
-            hint = did_you_mean(key, known, f"known are {', '.join(known) or 'none'}", likeness=0.5)
+            hint = did_you_mean(key, known, f"known are {', '.join(known) or 'none'}")
             self.problems.note(f"unknown key {key!r} {place}; {hint}")
 
     def value(self, key: str, read: Read[S], default: D) -> S | D:

@@ -26,6 +26,7 @@ from kinematics.chains.links import JointKind
 from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
+from kinematics.text import significant
 
 FAR_FROM_SINGULAR = 1e-4
 """Smallest singular value, dimensionless, above which an arm is not at the edge of its reach."""
@@ -80,7 +81,11 @@ class Solution:
         """What is missed, by how much, and why."""
         if self.ok:
             return self.reason.value
-        parts = [f"position by {self.residual_mm:.3g} mm"] if Part.POSITION in self.missed else []
+        parts = (
+            [f"position by {significant(self.residual_mm)} mm"]
+            if Part.POSITION in self.missed
+            else []
+        )
         parts += [
             f"{part.value} by {math.degrees(miss):.3g}°"
             for part, miss in self.misses_rad

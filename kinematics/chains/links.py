@@ -13,7 +13,7 @@ from enum import Enum
 from types import MappingProxyType
 
 from kinematics.errors import KinematicsError, check_fields
-from kinematics.frames.numbers import cos, cos_sin, number, sin
+from kinematics.frames.numbers import cos_sin, number
 from kinematics.frames.transforms import LAST_ROW, Transform, position_of
 from kinematics.frames.vectors import distance
 
@@ -109,8 +109,7 @@ def a_matrix(
     """
     theta_rad, alpha_rad = number("theta_rad", theta_rad), number("alpha_rad", alpha_rad)
     d_mm, a_mm = number("d_mm", d_mm), number("a_mm", a_mm)
-    ct, st = cos(theta_rad), sin(theta_rad)
-    ca, sa = cos_sin(alpha_rad)
+    (ct, st), (ca, sa) = cos_sin(theta_rad), cos_sin(alpha_rad)
     if convention is Convention.STANDARD:
         return (
             (ct, -st * ca, st * sa, a_mm * ct),

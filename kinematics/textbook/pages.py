@@ -9,7 +9,7 @@ from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention, JointKind
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.text import aligned, folded, plain, rounded
-from kinematics.textbook.study import ROW_NAMES, Study, named_factors
+from kinematics.textbook.study import ROW_NAMES, Study
 from kinematics.textbook.systems.named import NamedSingularity
 from kinematics.textbook.worked_example import (
     ExampleSection,
@@ -121,8 +121,7 @@ def _links(of: Study) -> Iterator[str]:
 
 
 def _matrices(of: Study) -> Iterator[str]:
-    chain = of.subject.chain
-    for name, matrix in named_factors(chain.base, of.matrices, chain.tool):
+    for name, matrix in of.factors:
         yield from _matrix(name, matrix)
 
 

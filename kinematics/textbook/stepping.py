@@ -17,6 +17,7 @@ from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.frames.transforms import Transform, position_of, rotation_of
 from kinematics.frames.vectors import dot, subtract
+from kinematics.text import significant
 from kinematics.textbook.study import ROW_NAMES, Subject, study
 from kinematics.textbook.systems.named import NamedBranch, System
 from kinematics.textbook.worked_example import number_text, violation_text
@@ -167,7 +168,9 @@ def _by_branch(
     try:
         found = system.ik(goal, values)
     except OutOfReach as error:
-        return Stepped(values, f"out of reach: the hand stays {error.away_mm:.3g} mm short")
+        return Stepped(
+            values, f"out of reach: the hand stays {significant(error.away_mm)} mm short"
+        )
     except KinematicsError as error:
         return Stepped(values, str(error))
     on = before.branches[before.here].name if before.here is not None else ""

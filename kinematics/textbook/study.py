@@ -259,6 +259,12 @@ class Study:
     solution: Solution | None = None
 
     @property
+    def factors(self) -> list[tuple[str, Transform]]:
+        """What the tool's frame is the product of, by name."""
+        chain = self.subject.chain
+        return named_factors(chain.base, self.matrices, chain.tool)
+
+    @property
     def violations(self) -> tuple[JointViolation, ...]:
         """The joint limits that the posture breaks."""
         return self.subject.chain.violations(self.values)

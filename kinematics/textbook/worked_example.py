@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +20,7 @@ from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY
-from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of
+from kinematics.frames.transforms import Transform, homogeneous, position_of
 from kinematics.text import aligned, counted, plain
 from kinematics.textbook.notation import (
     GREEK,
@@ -206,27 +206,19 @@ def coordinates_text(names: Sequence[str], values: Sequence[float]) -> str:
 def _matrices(example: Study) -> Iterator[str]:
     chain = example.subject.chain
     yield joints_text(chain, example.values)
-    if chain.base != IN_PLACE:
-        yield from _titled("frame 0 in the world", chain.base)
-    rows = zip(chain.links, example.values, example.matrices, strict=True)
-    for number, (link, value, matrix) in enumerate(rows, 1):
+    about = {"base": "frame 0 in the world", "tool": "the tool in the last frame"}
+    for number, (link, value) in enumerate(zip(chain.links, example.values, strict=True), 1):
         theta, distance, length, twist = link.parameters(value)
-        yield from _titled(
-            f"A{number}: theta {number_text(theta, 'rad')}, d {number_text(distance, 'mm')}, "
-            f"a {number_text(length, 'mm')}, alpha {number_text(twist, 'rad')}",
-            matrix,
+        about[f"A{number}"] = (
+            f"theta {number_text(theta, 'rad')}, d {number_text(distance, 'mm')}, "
+            f"a {number_text(length, 'mm')}, alpha {number_text(twist, 'rad')}"
         )
-    if chain.tool != IN_PLACE:
-        yield from _titled("tool in the last frame", chain.tool)
-
-
-def _titled(title: str, frame: Transform) -> Iterable[str]:
-    return ["", title, *frame_text(frame)]
+    for name, matrix in example.factors:
+        yield from ("", f"{name}: {about[name]}", *frame_text(matrix))
 
 
 def _forward(example: Study) -> Iterator[str]:
-    product = " ".join(f"A{number}" for number in range(1, len(example.matrices) + 1))
-    yield f"T = {product}" + ("" if example.subject.chain.tool == IN_PLACE else " tool")
+    yield f"T = {' '.join(name for name, _ in example.factors)}"
     yield from frame_text(example.frame)
     x, y, z = (number_text(each, "mm") for each in position_of(example.frame))
     angles = example.orientation.first
@@ -386,6 +378,11 @@ class SymbolicExample:
     product: Transform
     branches: tuple[SymbolicBranch, ...] = ()
 
+    @property
+    def factors(self) -> list[tuple[str, Transform]]:
+        """What the product is made of, by name."""
+        return named_factors(self.base, self.matrices, self.tool)
+
 
 def symbolic_example(subject: Subject) -> SymbolicExample:
     """Return a subject in symbols: a named system's lengths and joints as its figure calls them.
@@ -427,19 +424,15 @@ def equation(step: Definition, *, latex: bool = False) -> str:
 
 
 def _symbolic_matrices(example: SymbolicExample, latex: bool) -> Iterator[str]:
-    for index, (name, matrix) in enumerate(_factors(example)):
+    for index, (name, matrix) in enumerate(example.factors):
         if index:
             yield ""
         yield from _matrix(name, matrix, latex)
 
 
 def _product(example: SymbolicExample, latex: bool) -> Iterator[str]:
-    written = " ".join(notation(latex=latex).name(name) for name, _ in _factors(example))
+    written = " ".join(notation(latex=latex).name(name) for name, _ in example.factors)
     yield from _matrix("T", example.product, latex, f" = {written}")
-
-
-def _factors(example: SymbolicExample) -> list[tuple[str, Transform]]:
-    return named_factors(example.base, example.matrices, example.tool)
 
 
 def _matrix(name: str, matrix: Transform, latex: bool, made_of: str = "") -> list[str]:

@@ -268,7 +268,7 @@ class Typist:
 
     def _run(self, code: str) -> str:
         with contextlib.redirect_stdout(io.StringIO()) as printed:
-            exec(compile(code, "page", "exec"), self._names)
+            exec(compile(self._here(code), "page", "exec"), self._names)
         self.typed += 1
         return printed.getvalue()
 

@@ -33,17 +33,25 @@ def test_the_table_holds_exactly_these_arms_and_cannot_be_changed():
         preset("teachmover").verified = False
 
 
-@pytest.mark.parametrize("key", ["TeachMover", "teachmovr", "teach-mover"])
-def test_a_misspelt_key_is_told_the_nearest(key):
-    with pytest.raises(UnknownPreset, match="did you mean 'teachmover'") as caught:
+@pytest.mark.parametrize(
+    ("key", "near"),
+    [
+        ("TeachMover", "teachmover"),
+        ("teach-mover", "teachmover"),
+        ("mini", "minimover5"),  # the first that begins so
+        ("ARMDROID", "armdroid1"),
+    ],
+)
+def test_a_misspelt_key_is_told_the_nearest(key, near):
+    with pytest.raises(UnknownPreset, match=f"did you mean '{near}'") as caught:
         preset(key)
-    assert caught.value.nearest == "teachmover"
+    assert caught.value.nearest == near
     assert isinstance(caught.value, KinematicsError)
 
 
 def test_a_key_like_no_other_is_told_all():
     with pytest.raises(UnknownPreset, match="there are minimover5, teachmover, alpha2, robko01"):
-        preset("zzz")
+        preset("scara")
 
 
 def test_an_arm_without_known_steps_is_a_template():

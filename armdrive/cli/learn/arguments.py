@@ -177,7 +177,7 @@ def _plot(parser: argparse.ArgumentParser) -> None:
 
     For an arm of the Mini-mover's build, the outline is where the finger tips can go in a vertical
     plane through the base axis, with the hand at a fixed pitch. For any other arm, dots show places
-    that its tool reached, from the side and from above.
+    that its tool reached, from the side and from above, or of a planar arm in its plane.
 
     Examples:
       armdrive plot workspace --pitch -90

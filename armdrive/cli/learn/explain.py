@@ -90,4 +90,6 @@ def _listed() -> Iterator[str]:
         "or an arm of your own, by its link table, arm file or URDF: armdrive explain FILE",
         "the cost of computing them:  armdrive explain efficiency",
         "the accuracy of an arm:      armdrive explain accuracy",
+        "a model to move by key:      armdrive jog --model puma",
+        "the notes, section by section, and their exercises: docs/textbook/textbook.md",
     )

@@ -10,23 +10,22 @@ import math
 import os
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
 from armdrive.cli.learn.arguments import ACCURACY, EFFICIENCY
-from armdrive.cli.learn.joint_values import require_values
+from armdrive.cli.learn.joint_values import frame_view, require_values
 from armdrive.cli.learn.models import (
     branch_view,
     find_model,
-    find_system,
+    find_subject,
     given_goal,
     given_joints,
     shown,
     shown_joints,
     solution_view,
     subject_of,
-    typed_coordinates,
 )
 from armdrive.cli.presenter import Outcome, Result
 from armdrive.config.link_model import Model
@@ -41,7 +40,7 @@ from kinematics.chains.links import Convention
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach
 from kinematics.frames.rotations import columns
-from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
+from kinematics.frames.transforms import Transform, position_of, rotation_of
 from kinematics.presets import ArmPreset, preset
 from kinematics.spaces import JOINT_NAMES, Joints
 from kinematics.textbook.accuracy import (
@@ -54,9 +53,9 @@ from kinematics.textbook.accuracy import (
     step_errors,
     zero_errors,
 )
-from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
+from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency, forward_ways
 from kinematics.textbook.notation import notation
-from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject
+from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject, example_posture
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.systems.named import NamedBranch
@@ -69,6 +68,8 @@ from kinematics.textbook.thirteen_steps import (
 from kinematics.textbook.worked_example import (
     ExampleSection,
     SymbolicExample,
+    coordinates_text,
+    number_text,
     sections,
     symbolic_example,
     symbolic_sections,
@@ -102,6 +103,10 @@ def _urdf(word: str) -> Result:
     return Result({"urdf": text}, text.rstrip().split("\n"), verbatim=True)
 
 
+TYPED_MM = 0.01
+"""A goal this near to one that is reached means that one: pages print two decimals of a mm."""
+
+
 def _example(
     subject: Subject, joints: Sequence[float] | None, goal: Sequence[float] | None
 ) -> Study:
@@ -114,11 +119,14 @@ def _example(
     )
     try:
         return work(subject, given, asked)
-    except OutOfReach as error:  # again, in degrees
-        instead = typed_coordinates(error.coordinates, error.nearest)
+    except OutOfReach as error:
+        if error.away_mm <= TYPED_MM:
+            return work(subject, given, error.nearest)
+        instead = coordinates_text(error.coordinates, error.nearest)
+        away = number_text(error.away_mm, "mm")
         raise Refused(
-            f"{error.system} cannot reach this goal, only to {error.away_mm:.3g} mm from it; a "
-            f"goal that it reaches: {instead}"
+            f"{error.system} cannot reach this goal, only to {away} from it; a goal that it "
+            f"reaches: {instead}"
         ) from None
 
 
@@ -157,7 +165,6 @@ def _numbers(words: Sequence[str]) -> list[float]:
 def example_view(example: Study) -> dict[str, Any]:
     """Return a worked example."""
     subject, system = example.subject, example.subject.system
-    angles = example.orientation.first
     degeneracy = example.orientation.degeneracy
     view: dict[str, Any] = {
         "name": subject.name,
@@ -168,12 +175,8 @@ def example_view(example: Study) -> dict[str, Any]:
         "links": list(rows_of(subject.chain)),
         "joints": shown_joints(subject.chain, example.values),
         "violations": list(map(violation_text, example.violations)),
-        "matrices": [_rows(matrix) for matrix in example.matrices],
-        "frame": _rows(example.frame),
-        "position_mm": list(position_of(example.frame)),
-        "rpy_deg": [
-            math.degrees(each) for each in (angles.phi_rad, angles.theta_rad, angles.psi_rad)
-        ],
+        **_factors_view(example, _rows),
+        **frame_view(example.frame),
         "rpy_degenerate": degeneracy.value if degeneracy else "",
         "structure": how_solved(subject.chain).structure,
         "condition": example.condition.sentence,
@@ -196,16 +199,22 @@ def symbolic_view(example: SymbolicExample, *, latex: bool) -> dict[str, Any]:
     def written(matrix: Transform) -> list[list[str]]:
         return [[writer.write(as_symbol(entry)) for entry in row] for row in matrix]
 
-    view: dict[str, Any] = {"matrices": [written(matrix) for matrix in example.matrices]}
-    for name, frame in (("base", example.base), ("tool", example.tool)):
-        if frame != IN_PLACE:
-            view[name] = written(frame)
+    view = _factors_view(example, written)
     view["product"] = written(example.product)
     view["solutions"] = {
         branch.name: {step.name: writer.write(step.symbol) for step in branch.steps}
         for branch in example.branches
     }
     return view
+
+
+def _factors_view(
+    example: Study | SymbolicExample, written: Callable[[Transform], list[list[Any]]]
+) -> dict[str, Any]:
+    """Return the A matrices, and the base and the tool where there are such."""
+    frames = {name: written(frame) for name, frame in example.factors}
+    ends = {name: frames.pop(name) for name in ("base", "tool") if name in frames}
+    return {"matrices": list(frames.values()), **ends}
 
 
 def _branch(example: Study, branch: NamedBranch) -> dict[str, Any]:
@@ -313,18 +322,30 @@ COUNTED = ("minimover5", "puma")
 
 
 def _efficiency(names: Sequence[str]) -> Result:
-    """Count the operations of these systems, or of the Mini-mover and the Puma."""
-    counted = [efficiency(find_system(name)) for name in names or COUNTED]
-    lines = [line for one in counted for line in _efficiency_lines(one)]
+    """Count the operations of these models, or of the Mini-mover and the Puma."""
+    subjects = [find_subject(name) for name in names or COUNTED]
+    counted = [_counted(subject) for subject in subjects]
+    lines = [
+        line
+        for subject, one in zip(subjects, counted, strict=True)
+        for line in (subject.title, *_efficiency_lines(one))
+    ]
     lines.append("counted by running the code on counting numbers; an arm's constants cost nothing")
     if not names:
         others = ", ".join(name for name in SYSTEMS if name not in COUNTED)
-        lines.append(f"`armdrive explain efficiency NAME ...` counts others: {others}")
+        lines.append(f"`armdrive explain efficiency MODEL ...` counts others: {others}, or a file")
     return Result({"efficiency": [_efficiency_view(one) for one in counted]}, lines)
 
 
+def _counted(subject: Subject) -> Efficiency:
+    """Count every way of a named system, and those from a link table to the hand's frame."""
+    if subject.system is not None:
+        return efficiency(subject.system)
+    chain = subject.chain
+    return Efficiency(subject.name, forward_ways(chain, example_posture(chain)), ())
+
+
 def _efficiency_lines(counted: Efficiency) -> Iterator[str]:
-    yield find_system(counted.system).title
     for title, ways in (("forward", counted.forward), ("inverse", counted.inverse)):
         if ways:
             yield from _way_lines(title, ways)

@@ -1,12 +1,16 @@
-"""Joint values: how many have to be typed, and a table of all solutions of a goal."""
+"""Joint values and what they lead to: how many are typed, solutions in a table, a frame as data."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from armdrive.cli.presenter import Ink, Inked, Line
 from armdrive.errors import BadRequest
+from kinematics.frames.orientations import solve_rpy
+from kinematics.frames.transforms import Transform, position_of, rotation_of
 from kinematics.text import counted, rounded
 
 
@@ -50,3 +54,14 @@ def branch_table(joint_names: Sequence[str], rows: Sequence[BranchRow]) -> Itera
 def degrees_text(angle_deg: float) -> str:
     """Return an angle with one decimal, without the minus sign of a rounded zero."""
     return f"{rounded(angle_deg, 1)}°"
+
+
+def frame_view(frame: Transform) -> dict[str, Any]:
+    """Return the hand's frame as plain data: the matrix, and what it says in mm and degrees."""
+    angles = solve_rpy(rotation_of(frame)).first
+    turned = (angles.phi_rad, angles.theta_rad, angles.psi_rad)
+    return {
+        "frame": [list(row) for row in frame],
+        "position_mm": list(position_of(frame)),
+        "rpy_deg": [math.degrees(angle) for angle in turned],
+    }

@@ -13,7 +13,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.learn.joint_values import BranchRow, branch_table, degrees_text, require_values
+from armdrive.cli.learn.joint_values import (
+    BranchRow,
+    branch_table,
+    degrees_text,
+    frame_view,
+    require_values,
+)
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig
 from armdrive.config.link_model import Model, parsed_model, read_model
@@ -147,12 +153,6 @@ def given_goal(
     )
 
 
-def typed_coordinates(coordinates: Sequence[str], values: Sequence[float]) -> str:
-    """Return the coordinates of a goal in words, as a person would type them."""
-    pairs = map(shown, coordinates, values)
-    return ", ".join(f"{name} {value:.6g}" for name, value in pairs)
-
-
 def typed_name(name: str) -> str:
     """Return a coordinate's name with the unit that a person types: pitch_deg for pitch_rad."""
     return f"{name.removesuffix('_rad')}_deg" if name.endswith("_rad") else name
@@ -184,19 +184,16 @@ def fk(options: argparse.Namespace) -> Result:
     model = find_model(options.model)
     values = given_joints(model.chain, options.joints)
     frame = model.chain.fk(values)
-    x, y, z, *angles = frame_coordinates(frame)
     broken = [violation_text(each) for each in model.chain.violations(values)]
     view = {
         "model": model.name,
         "joints": shown_joints(model.chain, values),
-        "frame": [list(row) for row in frame],
-        "position_mm": [x, y, z],
-        "rpy_deg": [math.degrees(angle) for angle in angles],
+        **frame_view(frame),
         "violations": broken,
     }
     lines = [
         f"{model.title}: {joints_text(model.chain, values)}",
-        f"tip {coordinates_text(FRAME_COORDINATES, (x, y, z, *angles))}",
+        f"tip {coordinates_text(FRAME_COORDINATES, frame_coordinates(frame))}",
         *frame_text(frame),
         *(f"but: {sentence}" for sentence in broken),
     ]
@@ -205,6 +202,9 @@ def fk(options: argparse.Namespace) -> Result:
 
 LEAST_TO_HOLD_A_PLANE = 5
 """Joints of an arm that can place its tip and keep its hand in the plane of base axis and tip."""
+
+JOINTS_TO_CHOOSE_YAW = 6
+"""Joints of an arm that can turn its hand about the vertical without moving the tip."""
 
 SAME_MM, SAME_RAD = 1e-6, 1e-7
 """A closed form's solution this near to the goal meets it."""
@@ -250,7 +250,12 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
 
 
 def _goal(chain: Chain, options: argparse.Namespace) -> Goal:
-    """Return what the options ask of the hand."""
+    """Return what the options ask of the hand. Raises `BadRequest` for a yaw it cannot choose."""
+    if options.yaw is not None and len(chain) < JOINTS_TO_CHOOSE_YAW:
+        raise BadRequest(
+            f"--yaw is for a model with six joints, and {chain.name} has {len(chain)}; "
+            "`armdrive explain MODEL --goal` takes a named system's own coordinates"
+        )
     pose = Pose.of(
         x_mm=options.x,
         y_mm=options.y,

@@ -9,11 +9,18 @@ import argparse
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from armdrive.cli.learn.joint_values import BranchRow, branch_table, degrees_text, require_values
+from armdrive.cli.learn.joint_values import (
+    BranchRow,
+    branch_table,
+    degrees_text,
+    frame_view,
+    require_values,
+)
 from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
 from kinematics.five_axis import Branch
+from kinematics.frames.transforms import homogeneous
 from kinematics.presets import PRESETS, preset
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
 
@@ -40,6 +47,7 @@ def fk(options: argparse.Namespace) -> Result:
         "model": model.key,
         "joints": joints_view(joints),
         "pose": pose_view(pose),
+        **frame_view(homogeneous(model.arm.hand_axes(joints), pose.position_mm)),
         "violations": broken,
     }
     but = (f"but: {sentence}" for sentence in broken)
@@ -47,7 +55,10 @@ def fk(options: argparse.Namespace) -> Result:
 
 
 def ik(options: argparse.Namespace) -> Iterator[Result]:
-    """Yield every solution, then the one that the arm would use, or refuse with the reason."""
+    """Return every solution and the one that the arm would use; if there is none, refuse.
+
+    Yields the solutions before it raises `Unreachable`, which says why and names the nearest pose.
+    """
     if options.model not in PRESETS:
         _, ik_of_model = _of_models()
         yield from ik_of_model(options)
@@ -65,22 +76,32 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
         roll_deg=options.roll or 0.0,
     )
     branches = model.arm.branches(pose)
+    joints = model.arm.solve(pose)
+    broken = [] if joints is None else model.guards.violations(model.arm, joints)
     view = {
         "model": model.key,
         "pose": pose_view(pose),
+        "ok": joints is not None,
+        "joints": joints_view(joints),
+        "violations": [each.sentence for each in broken],
         "branches": [_branch_view(branch) for branch in branches],
     }
-    table = branch_table(JOINT_NAMES, tuple(map(_row, branches)))
-    yield Result(view, (f"{model.title}: {pose}", *table))
-    joints = model.arm.ik(pose)  # refuses with the reason and the nearest pose
-    broken = model.guards.violation(model.arm, joints)
-    but = () if broken is None else (f"but: {broken.sentence}",)
-    yield Result(None, (f"the arm would use: {joints}", *but))
+    lines = [f"{model.title}: {pose}", *branch_table(JOINT_NAMES, tuple(map(_row, branches)))]
+    if joints is not None:
+        lines.append(f"the arm would use: {joints}")
+        lines += [f"but: {each.sentence}" for each in broken]
+    yield Result(view, lines)
+    if joints is None:
+        model.arm.ik(pose)  # refuses with the reason and the nearest pose
+
+
+def _name(branch: Branch) -> str:
+    return f"base {branch.base.value}, elbow {branch.elbow.value}"
 
 
 def _row(branch: Branch) -> BranchRow:
     return BranchRow(
-        f"base {branch.base.value}, elbow {branch.elbow.value}",
+        _name(branch),
         tuple(map(degrees_text, branch.joints.deg.values())),
         tuple(map(violation_text, branch.violations)),
     )
@@ -88,8 +109,7 @@ def _row(branch: Branch) -> BranchRow:
 
 def _branch_view(branch: Branch) -> dict[str, Any]:
     return {
-        "base": branch.base.value,
-        "elbow": branch.elbow.value,
+        "name": _name(branch),
         "joints": joints_view(branch.joints),
         "within_limits": branch.within_limits,
         "violations": [violation_text(each) for each in branch.violations],

@@ -60,8 +60,8 @@ def _replay(parser: argparse.ArgumentParser) -> None:
     """Replay a recording on a simulated arm, and show where the two differ.
 
     A simulated arm gets the bytes that the recorded arm got. The exit code is 0 if it answers as
-    the recorded arm did, 1 if it does not, and 2 if the file cannot be used. `armdrive log` prints
-    a recording without comparing anything.
+    the recorded arm did, 1 if it does not, and 2 if the file cannot be used or holds no answer.
+    `armdrive log` prints a recording without comparing anything.
 
     Examples:
       armdrive replay monday.jsonl                         up to the first difference, if any

@@ -14,7 +14,7 @@ from armdrive.trace.log import heading, lines
 from armdrive.trace.replay import Replayed, config_of, replay, replayed_view
 from kinematics.text import counted
 
-PARTED = 1
+PARTED, NOTHING_COMPARED = 1, 2
 
 
 def replay_recording(options: argparse.Namespace) -> Iterator[Result]:
@@ -27,7 +27,8 @@ def replay_recording(options: argparse.Namespace) -> Iterator[Result]:
     if not options.quiet:
         timeline = lines(recording, replayed.divergence)
         yield Result(None, _in_time(timeline, options.pace))
-    code = 0 if replayed.divergence is None else PARTED
+    agreed = 0 if replayed.compared else NOTHING_COMPARED
+    code = agreed if replayed.divergence is None else PARTED
     yield Result(replayed_view(recording, replayed), _verdict(replayed), code)
 
 
@@ -46,10 +47,10 @@ def _verdict(replayed: Replayed) -> Iterator[str]:
         yield f"note: {note}"
     if replayed.late_s > 0.0:
         yield f"note: the simulated arm took {replayed.late_s:.3f} s longer in total"
-    if replayed.divergence is None:
-        yield (
-            "no difference: "
-            f"{counted(replayed.compared, 'answer or count', 'answers and counts')} compared"
-        )
-    else:
+    if replayed.divergence is not None:
         yield str(replayed.divergence)
+    elif not replayed.compared:
+        yield "nothing was compared: the recording holds no answer of the arm"
+    else:
+        compared = counted(replayed.compared, "answer or count", "answers and counts")
+        yield f"no difference: {compared} compared"

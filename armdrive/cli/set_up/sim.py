@@ -14,7 +14,7 @@ from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulate_device, simulated_kind
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import parse_settings, settings_of
-from armdrive.sim.faults import check_faults, faults_of, parse_option
+from armdrive.sim.faults import FAULT_NOTE, check_faults, faults_of, parse_option
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.text.toml import Rule, rule_of
 from armdrive.transports.address import BITRATE
@@ -83,16 +83,10 @@ def _serve(options: argparse.Namespace) -> int:
 
 # The tables of what people can choose: settings and faults of each dialect's device.
 
-_FAULT_NOTE = (
-    "P is a probability for each byte (of a bus: frame), #N the N-th from now, next the whole\n"
-    "next message; wire faults take from=host or from=device, and seed=N;\n"
-    "for=SECONDS limits the duration; --fault drop:0.01,from=host@5 begins after 5 s."
-)
-
 
 def _listing(kinds: Mapping[str, SimDeviceKind]) -> str:
     """Return the tables of these dialects."""
-    return "\n\n".join([*(_one(name, kind) for name, kind in kinds.items()), _FAULT_NOTE])
+    return "\n\n".join([*(_one(name, kind) for name, kind in kinds.items()), FAULT_NOTE])
 
 
 def _one(dialect: str, kind: SimDeviceKind) -> str:

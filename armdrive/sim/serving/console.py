@@ -1,6 +1,7 @@
 """The console of a simulated arm: one-line commands on standard input, and their table.
 
-Each line gets a one-line reply; with `--json` anywhere in the line the reply is JSON.
+A fault's name is a command too. Each line gets a reply, of one line but for the tables of `help`
+and `faults`; with `--json` anywhere in the line the reply is JSON, on one line.
 """
 
 from __future__ import annotations
@@ -20,7 +21,16 @@ from armdrive.sim.device import (
     state_json,
     state_line,
 )
-from armdrive.sim.faults import Cable, Faults, check_count, fault_kind, faults_of, parse_words
+from armdrive.sim.faults import (
+    FAULT_NOTE,
+    FAULTS,
+    Cable,
+    Faults,
+    check_count,
+    faults_of,
+    motor_of,
+    parse_words,
+)
 from armdrive.sim.serving.servers import Server
 from armdrive.sim.wire import DeviceLine
 from armdrive.sim.world.saved import Json
@@ -42,12 +52,13 @@ class ConsoleAnswer:
 
 @dataclass(frozen=True, slots=True)
 class ConsoleCommand:
-    """One row of the table: name, arguments and action of a command."""
+    """One row of the table: name, arguments and action; `needs` is an ability of the board."""
 
     name: str
     arguments: str
     summary: str
     run: Callable[[Console, list[str]], ConsoleAnswer]
+    needs: type = object
 
     @property
     def usage(self) -> str:
@@ -109,17 +120,6 @@ def _power(console: Console, words: list[str]) -> ConsoleAnswer:
     return ConsoleAnswer(f"power is {'on' if on else 'off'}")
 
 
-def _unplug(console: Console, _: list[str]) -> ConsoleAnswer:
-    console.cable.unplug()
-    return ConsoleAnswer("unplugged")
-
-
-def _replug(console: Console, words: list[str]) -> ConsoleAnswer:
-    names = [word for word in words if word != "as"]
-    console.cable.replug(*names[:1])
-    return ConsoleAnswer(f"plugged in at {console.server.address}")
-
-
 def _fault(console: Console, words: list[str]) -> ConsoleAnswer:
     if not words:
         active = console.faults.active
@@ -130,13 +130,19 @@ def _fault(console: Console, words: list[str]) -> ConsoleAnswer:
     request = parse_words(words)
     console.faults.ask(request)
     due = f" in {request.after_s:g} s" if request.after_s else ""
-    return ConsoleAnswer(f"fault{due}: {fault_kind(request.name).summary}")
+    return ConsoleAnswer(f"{request.text}{due}: {FAULTS[request.name].summary}")
 
 
 def _faults(console: Console, _: list[str]) -> ConsoleAnswer:
     kinds = faults_of(type(console.device.board))
-    table: dict[str, Json] = {kind.usage: kind.summary for kind in kinds}
-    return ConsoleAnswer("; ".join(table), table)
+    return _table({kind.usage: kind.summary for kind in kinds}, FAULT_NOTE)
+
+
+def _table(rows: dict[str, Json], *further: str) -> ConsoleAnswer:
+    """Return what can be written and what that does, in columns and as data."""
+    width = max(map(len, rows))
+    lines = [f"{usage:<{width}}  {summary}" for usage, summary in rows.items()]
+    return ConsoleAnswer("\n".join([*lines, *further]), rows)
 
 
 def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
@@ -161,20 +167,18 @@ def _input(console: Console, words: list[str]) -> ConsoleAnswer:
 
 
 def _push(console: Console, words: list[str]) -> ConsoleAnswer:
-    motor, steps = whole(words[0]), whole(words[1])
-    count = len(console.device.world.motors)
-    if not 1 <= motor <= count:
-        raise BadRequest(f"motors are numbered 1 to {count}, not {motor}")
-    console.device.push([steps if index == motor else 0 for index in range(1, count + 1)])
+    world = console.device.world
+    motor, steps = motor_of(world, words[0]), whole(words[1])
+    console.device.push([steps if at == motor else 0 for at in range(len(world.motors))])
     return ConsoleAnswer(
-        f"pushed motor {motor} by {counted(steps, 'half-step')}, unknown to the registers"
+        f"pushed motor {motor + 1} by {counted(steps, 'half-step')}, unknown to the registers"
     )
 
 
-def _help(_: Console, __: list[str]) -> ConsoleAnswer:
-    usages = [command.usage for command in COMMANDS.values()]
-    helps: dict[str, Json] = {each.usage: each.summary for each in COMMANDS.values()}
-    return ConsoleAnswer("; ".join(usages), helps)
+def _help(console: Console, _: list[str]) -> ConsoleAnswer:
+    board = console.device.board
+    there = [each for each in COMMANDS.values() if isinstance(board, each.needs)]
+    return _table({each.usage: each.summary for each in there})
 
 
 def _quit(console: Console, _: list[str]) -> ConsoleAnswer:
@@ -194,33 +198,37 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
         command.name: command
         for command in (
             ConsoleCommand("state", "", "the physical state of the arm", _state),
-            ConsoleCommand("key", "NAME", "press a key of the pendant, such as STOP", _key),
-            ConsoleCommand("return", "", "give control back to the host (ends @SET)", _return),
+            ConsoleCommand(
+                "key", "NAME", "press a key of the pendant, such as STOP", _key, HasPendant
+            ),
+            ConsoleCommand(
+                "return", "", "give control back to the host (ends @SET)", _return, HasPendant
+            ),
             ConsoleCommand("guide", "", "bring the arm to its reference posture", _guide),
             ConsoleCommand("put", PARTS, "put a block down (mm)", _put),
             ConsoleCommand("take", "NAME", "remove a block", _take),
             ConsoleCommand(
                 "power", "on|off", "switch the controller; off lets the arm sag", _power
             ),
-            ConsoleCommand("unplug", "", "pull the cable", _unplug),
-            ConsoleCommand(
-                "replug", "[as NAME]", "plug the cable in again, perhaps as another port", _replug
-            ),
-            ConsoleCommand(
-                "fault",
-                "[off [NAME] | NAME ARGUMENTS [--from host|device] [--seed N] [--for S] [@S]]",
-                "inject a fault, or end it; alone: list active faults",
-                _fault,
-            ),
             ConsoleCommand("faults", "", "list the faults that this device can have", _faults),
             ConsoleCommand(
-                "plug", "all | none | NUMBER ...", "connect only these drives to the bus", _plug
+                "fault",
+                "[off [NAME] | NAME ...]",
+                "end faults, or inject one, as its name alone does; alone: list active faults",
+                _fault,
+            ),
+            ConsoleCommand(
+                "plug",
+                "all | none | NUMBER ...",
+                "connect only these drives to the bus",
+                _plug,
+                DrivesBoard,
             ),
             ConsoleCommand("input", "NUMBER on|off", "set an input, counted from 1", _input),
             ConsoleCommand(
                 "push", "MOTOR STEPS", "turn a motor by force; no register counts it", _push
             ),
-            ConsoleCommand("help", "", "list the commands (with --json: what they do)", _help),
+            ConsoleCommand("help", "", "list the commands; any line takes --json", _help),
             ConsoleCommand("quit", "", "end the simulation", _quit),
         )
     }
@@ -256,9 +264,11 @@ class Console:
         return json.dumps({"ok": True, "text": answer.text} if answer.data is None else answer.data)
 
     def _run(self, name: str, words: list[str]) -> ConsoleAnswer:
+        if name.lower() in FAULTS:
+            name, words = "fault", [name, *words]
         command = COMMANDS.get(name.lower())
         if command is None:
-            hint = did_you_mean(name.lower(), COMMANDS, "try 'help'.", likeness=0.4)
+            hint = did_you_mean(name, [*COMMANDS, *FAULTS], "try 'help'.")
             raise BadRequest(f"there is no command {name!r}; {hint}")
         check_count(command.usage, words)
         return command.run(self, words)

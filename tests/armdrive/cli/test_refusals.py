@@ -78,7 +78,7 @@ REFUSED = [
     ("explain two-link-1 30", 2, "2 joint values are required (theta1, theta2), not 1"),
     ("explain two-link-1 30 far", 2, "'far' is not a number"),
     ("explain minimover5 --goal 1 2", 2, "pitch_deg, roll_deg, not 2 numbers"),
-    ("explain minimover5 --goal 900 0 120 -90 0", 3, "pitch_deg -90", "only to 545 mm from it"),
+    ("explain minimover5 --goal 900 0 120 -90 0", 3, "pitch -90°", "only to 544.66 mm from it"),
     ("explain nowhere.toml", 2, "nowhere.toml cannot be read"),
     ("explain puma --symbolic --goal 1", 2, "--goal goes with a worked example, not"),
     ("explain --goal 1", 2, "--goal needs a system or a model file"),

@@ -39,6 +39,14 @@ def named(symbols, numbers):
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
+def test_no_entry_holds_what_rounding_left_of_a_right_angle(name):
+    example = symbolic_example(subject_of_system(SYSTEMS[name]))
+    for frame in (*example.matrices, example.product):
+        for entry in (as_symbol(entry) for row in frame for entry in row):
+            assert all(abs(factor) == 1.0 for _, factor in entry.terms), PLAIN.write(entry)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
 @given(data=st.data())
 @settings(max_examples=8)
 def test_symbolic_forward_kinematics_has_the_values_of_the_numeric_one(name, data):

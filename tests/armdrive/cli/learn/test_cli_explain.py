@@ -3,6 +3,7 @@
 import re
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 
 from kinematics.textbook.systems import SYSTEMS
@@ -26,6 +27,11 @@ def test_every_system_is_explained(call, name):
         assert f"\n== {heading}" in said
     found = call("explain", name, "--json", code=0).json
     assert len(found["matrices"]) == len(found["links"]) == len(found["joints"])
+    factors = [found["base"]] if "base" in found else []
+    factors += found["matrices"] + ([found["tool"]] if "tool" in found else [])
+    assert np.linalg.multi_dot(factors) == pytest.approx(np.array(found["frame"]))
+    (product,) = re.findall(r"^T = (.*)$", said, re.MULTILINE)
+    assert f"T = {product} =\n" in call("explain", name, "--symbolic", code=0).out
     assert found["branches"]
     for branch in found["branches"]:
         assert branch["comes_to"] == pytest.approx(found["goal"], abs=1e-6)
@@ -68,11 +74,21 @@ def test_a_goal_is_mm_and_degrees(call):
     assert found["branches"][0]["workings"]["r0"] == pytest.approx(250.0)
 
 
+@pytest.mark.parametrize("goal", [("99.51", "57.45", "296.42"), ("99.51", "57.45", "290")])
+def test_a_goal_read_off_a_page_is_met(call, goal):
+    called = call("explain", "two-link-2", "--goal", *goal)
+    if called.code:  # off the sphere: what is offered instead is met, as it is printed
+        instead = re.findall(r"[xyz] (-?[\d.]+) mm", called.err.rpartition("reaches: ")[2])
+        called = call("explain", "two-link-2", "--goal", *instead)
+    assert called.code == 0
+    assert "2 solutions" in called.out
+
+
 def test_ones_own_link_table_is_explained(call, own):
     said = call("explain", own, "0", "-40", "60", "-110", "0", code=0).out
     assert said.startswith("Alpha II with a pen\nsource: Asokan")
-    assert "frame 0 in the world" in said
-    assert "tool in the last frame" in said
+    assert "base: frame 0 in the world" in said
+    assert "tool: the tool in the last frame" in said
     assert "the goal is met" in said
     found = call("explain", own, "--goal", "300", "40", "150", "--json", code=0).json
     assert found["solution"]["ok"]
@@ -125,11 +141,13 @@ def test_urdf_is_printed_for_other_tools(call):
     assert len([each for each in robot.iter("joint") if each.get("type") == "revolute"]) == 5
 
 
-def test_efficiency_prints_counts(call):
+def test_efficiency_prints_counts(call, own):
     said = call("explain", "efficiency", code=0).out
     assert "Mini-mover 5" in said
     assert "multiplications" in said
     assert "full products" in said
+    (mine,) = call("explain", "efficiency", own, "--json", code=0).json["efficiency"]
+    assert (len(mine["forward"]), mine["inverse"]) == (4, [])
     found = call("explain", "efficiency", "two-link-1", "--json", code=0).json["efficiency"]
     assert [each["system"] for each in found] == ["two-link-1"]
     ways = {way["name"]: way for way in found[0]["forward"]}

@@ -2,6 +2,7 @@
 
 import sys
 
+import numpy as np
 import pytest
 
 from armdrive.cli.learn.models import find_model, find_subject, given_joints, shown_joints
@@ -24,6 +25,9 @@ def test_fk_gives_the_pose_of_a_posture_and_the_limits_that_it_passes(call):
     found = call("fk", "0", "40", "-60", "-70", "0", "--json", code=0).json
     expected = preset("teachmover").arm.fk(Joints.of(0, 40, -60, -70, 0))
     assert found["pose"] == pose_view(expected)
+    explained = call("explain", "teachmover", "0", "40", "-60", "-70", "0", "--json", code=0).json
+    for key in ("position_mm", "frame"):
+        assert np.array(found[key]) == pytest.approx(np.array(explained[key]), abs=1e-9)
     assert found["model"] == "teachmover"
     assert found["violations"] == []
     called = call("fk", "120", "40", "-60", "-70", "0", code=0)
@@ -48,6 +52,10 @@ def test_ik_prints_every_branch_and_the_one_that_the_arm_would_use(call):
         for elbow in ("up", "down"):
             assert f"base {base}, elbow {elbow}" in called.out
     assert "the arm would use: base 0.0°" in called.out
+    found = call("ik", *GOAL, "--json", code=0).json
+    used = [branch for branch in found["branches"] if branch["joints"] == found["joints"]]
+    assert found["ok"]
+    assert [branch["name"] for branch in used] == ["base front, elbow up"]
     rows = [line for line in called.out.splitlines() if line.startswith("  ")]
     assert len({line.find("°") for line in rows[1:]}) == 1  # angles stand below each other
 
@@ -56,6 +64,8 @@ def test_ik_says_that_a_guard_forbids_a_posture(call):
     called = call("ik", "--x", "200", "--y", "0", "--z", "-20", "--pitch", "-90", code=0)
     assert "but: " in called.out
     assert "table" in called.out
+    words = ("--x", "200", "--y", "0", "--z", "-20", "--pitch", "-90", "--json")
+    assert "table" in call("ik", *words, code=0).json["violations"][0]
 
 
 def test_both_know_every_preset(call):
@@ -79,6 +89,11 @@ def test_a_goal_out_of_reach_is_refused_with_the_nearest_pose(call, words, said)
     branches = call("ik", *words, "--json", code=3).json["branches"]
     assert bool(branches) == ("900" not in words)  # no length of the arm leads there
     assert not any(branch["within_limits"] for branch in branches)
+
+
+def test_a_yaw_is_refused_for_a_model_that_cannot_choose_it(call):
+    goal = ("--x", "200", "--y", "100", "--z", "0", "--yaw", "30")
+    assert "three-link has 3" in call.refused("ik", "--model", "three-link", *goal, code=2)
 
 
 # Of a model file, or of a named system.
@@ -279,7 +294,7 @@ def test_every_arm_is_drawn(call, key):
     assert set("".join(lines[1:-1])) & set("-|/\\")
 
 
-@pytest.mark.parametrize("name", ["two-link-4", "cartesian", "puma"])
+@pytest.mark.parametrize("name", ["two-link-2", "cartesian", "puma"])
 def test_another_system_is_drawn_from_two_sides(call, name):
     lines = call(*WORKSPACE, "--model", name, "--ascii", code=0).out.splitlines()
     assert lines[0].endswith("positions that the tool reached")
@@ -332,6 +347,22 @@ def test_every_point_of_a_section_is_in_its_box_and_reached():
 def test_the_two_views_of_a_chain_share_x():
     side, above = reach_sketches(system("puma").chain())
     assert side.reach_box_mm[0] == above.reach_box_mm[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "plane", "box_mm"),
+    [
+        ("two-link-1", "xy", ((-350, 350), (-350, 350))),
+        ("two-link-4", "xz", ((-150, 150), (-150, 450))),
+        ("two-link-5", "yz", ((-300, 0), (0, 300))),
+    ],
+)
+def test_a_planar_arm_is_seen_in_its_own_plane(name, plane, box_mm):
+    (only,) = reach_sketches(system(name).chain())
+    assert (only.across, only.up) == tuple(plane)
+    for span, expected in zip(only.reach_box_mm, box_mm, strict=True):
+        assert span == pytest.approx(expected, abs=1.0)
+    assert "-0 mm" not in only.caption
 
 
 def test_a_square_is_drawn_at_one_scale_for_both_axes():

@@ -68,6 +68,11 @@ def test_the_timeline_can_run_at_the_speed_of_the_arm(call, recording, monkeypat
 
 def test_a_broken_file_is_one_sentence(call, tmp_path):
     (tmp_path / "broken.jsonl").write_text("{}\n")
+    recorded_arm().save_recording(tmp_path / "whole.jsonl")
+    begun = (tmp_path / "whole.jsonl").read_text().splitlines(keepends=True)[:3]
+    (tmp_path / "begun.jsonl").write_text("".join(begun))
+    said = call("replay", str(tmp_path / "begun.jsonl"), code=2).out
+    assert said.endswith("nothing was compared: the recording holds no answer of the arm\n")
     assert "not a flight recording" in call.refused(
         "replay", str(tmp_path / "broken.jsonl"), code=2
     )
