@@ -177,7 +177,7 @@ class MksExchange(ScriptIO[Event]):
         self.orders[drive] = order
         speed, slope = order.speed_rpm * COUNTS_S_PER_RPM, slope_of(order.acc)
         drive.order(order.counts, speed, slope, self.now_s)
-        self.said = f"F5 to {' '.join(str(each.goal) for each in self.drives)}"
+        self.last_command = f"F5 to {' '.join(str(each.goal) for each in self.drives)}"
 
     def withdraw(self, drive: ObservedDrive) -> None:
         """Record that a drive gets a stop: its last order must not be sent again."""
