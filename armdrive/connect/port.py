@@ -37,8 +37,7 @@ class PortOpening:
         self._connection = config.connection
         self._port = config.connection.port
         self._serial_number = config.connection.usb_serial
-        own: tuple[int, ...] = getattr(config.device, "ids", ())
-        self._ids: tuple[int, ...] = getattr(config.device, "frame_ids", own)
+        self._ids = dialect(config.connection.dialect).driver().frame_ids(config.device)
         if not (self._port or self._serial_number):
             raise PortUnavailable(
                 f'the arm file of {config.name} names no port: write port (such as "/dev/ttyUSB0") '

@@ -70,12 +70,13 @@ class Driver:
 
     `settings` is the class of the arm file's section with the dialect's name. `controller` creates
     the controller from the dialect's abilities and an arm. `frames` creates the decoder of a bus's
-    frames.
+    frames, and `frame_ids` returns the ids of those that the controller receives, by its settings.
     """
 
     settings: type[Any]
     controller: Callable[[Abilities, ArmConfig], Controller]
     frames: Callable[[], Unpacker] | None = None
+    frame_ids: Callable[[Any], tuple[int, ...]] = lambda _settings: ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -376,7 +376,6 @@ class Aborted:
 
     place: Place
     code: int
-    by_server: bool
 
     @property
     def words(self) -> str:
@@ -476,7 +475,7 @@ class SdoClient:
     def _hear(self, response: Response) -> Request | None:
         match self._current, response:
             case (_Reading() | _Writing()) as current, Abort(place, code) if _names(place, current):
-                return self._end(Aborted(current.place, code, by_server=True))
+                return self._end(Aborted(current.place, code))
             case _Reading(place, None) as reading, Upload(named, content) if named == place:
                 return self._begin(reading, content)
             case _Reading(_, Receiving() as segments) as reading, Segment() as segment if (
@@ -506,7 +505,7 @@ class SdoClient:
         return NextSegment(segments.toggle)
 
     def _break(self, reading: _Reading, code: AbortCode) -> Abort:
-        self._end(Aborted(reading.place, code, by_server=False))
+        self._end(Aborted(reading.place, code))
         return Abort(reading.place, code)
 
     def _end(self, event: SdoEvent) -> Request | None:

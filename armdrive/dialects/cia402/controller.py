@@ -279,4 +279,4 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         )
 
 
-DRIVER = Driver(Cia402Settings, Cia402Controller, Unpacker)
+DRIVER = Driver(Cia402Settings, Cia402Controller, Unpacker, lambda settings: settings.frame_ids)

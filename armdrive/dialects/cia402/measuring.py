@@ -17,6 +17,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import Obstructed
+from armdrive.dialects.bus.ledger import TRIES
+from armdrive.dialects.bus.observer import PROMPT_REPLY_S
 from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.cia402.drives import Cia402Drive
 from armdrive.dialects.cia402.exchange import Script, SetPoints
@@ -57,9 +59,13 @@ DECIMALS = (1.0, 0.1, 0.01, 0.001)
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """Where a motor was in one turn: times in seconds, and increments from its start."""
+    """Where a motor was in one turn: times in seconds, and increments from its start.
+
+    If a reading was `late`, it is of some moment long before it came, so the turn tells no speed.
+    """
 
     readings: tuple[tuple[float, int], ...]
+    late: bool
 
     @property
     def distance(self) -> int:
@@ -176,11 +182,9 @@ class UnitMeasurement:
         )
         number = max(round(SLOW_HZ / rough_hz), 1)
         distance = min(max(round(number * rough_hz * TIMED_S), TRY_INCREMENTS), steps)
-        track = yield from self._turn(
-            drive,
-            BurstPart(start + distance, number, STEEP_RAMP),
-            self._patience_s(distance, number * rough_hz),
-        )
+        away, back = (BurstPart(goal, number, STEEP_RAMP) for goal in (start + distance, start))
+        patience_s = self._patience_s(distance, number * rough_hz)
+        track = yield from self._prompt_turn(drive, away, back, patience_s)
         if not (cruise := track.within(CRUISE, distance)):
             raise _failed(
                 f"{drive} turns too fast to be timed with the number 1 in object 6081: write "
@@ -198,7 +202,7 @@ class UnitMeasurement:
         number, distance = 1, min(RAMP_INCREMENTS, steps)
         while True:
             away = BurstPart(back.goal + distance, fast, number)
-            track = yield from self._turn(drive, away, TRY_S)
+            track = yield from self._prompt_turn(drive, away, back, TRY_S)
             # s = a / 2 * t^2, whenever it began: the root of the distance grows evenly
             if rise := track.within(RISE, distance):
                 root = slope((s, math.sqrt(at)) for s, at in rise)
@@ -220,6 +224,23 @@ class UnitMeasurement:
         """Return how long a turn at about this speed may take."""
         return TRY_S + 2.0 * distance / rate_hz
 
+    def _prompt_turn(
+        self, drive: Cia402Drive, away: BurstPart, back: BurstPart, for_s: float
+    ) -> Script[Track]:
+        """Turn a motor away; if readings were late, back and away again. Its last turn was prompt.
+
+        A speed that was timed on a busy computer would be wrong, and the arm too fast for ever.
+        """
+        for _ in range(TRIES):
+            track = yield from self._turn(drive, away, for_s)
+            if not track.late:
+                return track
+            yield from self._turn(drive, back, self._patience_s(abs(away.goal - back.goal)))
+        raise _failed(
+            f"the answers of {drive} come too late to time its motor, or get lost: close other "
+            "programs on this computer, and check the bus (`armdrive doctor --can`)"
+        )
+
     def _turn(self, drive: Cia402Drive, part: BurstPart, for_s: float) -> Script[Track]:
         """Turn a motor to a goal, for at most a time; return where it was.
 
@@ -234,15 +255,19 @@ class UnitMeasurement:
         begin, began_s, until_s = drive.seen, lead.io.now_s, lead.io.listened.s + for_s
         direction = 1 if part.goal >= begin else -1
         readings: list[tuple[float, int]] = []
+        late = False
 
         def send() -> float:
             points.send(lead.io, drive)
             return lead.cycle_ends_s
 
         def judge() -> Signal | None:
+            nonlocal late
             points.arrived()
-            if not readings or drive.shaft.read_s > readings[-1][0]:
-                readings.append((drive.shaft.read_s, direction * (drive.seen - begin)))
+            sampled_s = drive.shaft.asked_s  # at the SYNC
+            if not readings or sampled_s > readings[-1][0]:
+                readings.append((sampled_s, direction * (drive.seen - begin)))
+                late |= drive.shaft.read_s > sampled_s + PROMPT_REPLY_S
             near = abs(drive.seen - part.goal) <= drive.shaft.bounds.tremble
             there = near and drive.stands(began_s, REST_S)
             over = there or lead.io.listened.s > until_s
@@ -251,4 +276,4 @@ class UnitMeasurement:
         reply = yield from lead.carry_out(Phase.HOMING, send, judge, None)
         if not isinstance(reply, Done):
             raise Obstructed(reply)
-        return Track(tuple(readings))
+        return Track(tuple(readings), late)

@@ -20,7 +20,6 @@ from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejec
 from firmware_protocol.mks import (
     LATEST,
     Ability,
-    ArmSynchronous,
     ClearStall,
     Code,
     Enable,
@@ -348,8 +347,6 @@ class MksContact:
             raise Obstructed(f"{stall_words(stalled[0])}; `reset()` clears that")
         if unfit := (yield from self._unfit_words()):
             raise Obstructed(unfit)
-        if io.can(Ability.SYNCHRONOUS_START):
-            yield from io.ask(dict.fromkeys(io.drives, ArmSynchronous(on=False)))
         yield from self._command(Enable(on=True), "ENABLE")
         if off := (yield from inquiry.off(io.drives)):
             raise Obstructed(f"{off[0]} does not switch its motor on")

@@ -203,4 +203,4 @@ class MksController(ScriptRunner[Event]):
 
 
 _TOP_HZ = SPEED_MAX_RPM * COUNTS_S_PER_RPM
-DRIVER = Driver(MksSettings, MksController, Unpacker)
+DRIVER = Driver(MksSettings, MksController, Unpacker, lambda settings: settings.ids)

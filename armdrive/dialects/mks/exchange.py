@@ -102,7 +102,7 @@ class MksExchange(ScriptIO[Event]):
         self.states: dict[ObservedDrive, MotorState] = {}
         """The last motor state of each drive since its entry was cleared."""
         self.orders: dict[ObservedDrive, MoveAbsoluteAxis] = {}
-        """The last order to each drive."""
+        """The last order to each drive, unless a stop came after it."""
         self.homing: dict[ObservedDrive, HomingState] = {}
         """The last homing state of each drive since its entry was cleared."""
         self.at_limit: set[ObservedDrive] = set()
@@ -177,7 +177,12 @@ class MksExchange(ScriptIO[Event]):
         self.orders[drive] = order
         speed, slope = order.speed_rpm * COUNTS_S_PER_RPM, slope_of(order.acc)
         drive.order(order.counts, speed, slope, self.now_s)
-        self.said = f"F5 to {' '.join(str(each.goal) for each in self.drives)}"
+        self.last_command = f"F5 to {' '.join(str(each.goal) for each in self.drives)}"
+
+    def withdraw(self, drive: ObservedDrive) -> None:
+        """Record that a drive gets a stop: its last order must not be sent again."""
+        self.orders.pop(drive, None)
+        drive.stop(self.now_s)
 
     def give_up(self) -> None:
         """Give up all open requests."""
@@ -318,7 +323,7 @@ class MksExchange(ScriptIO[Event]):
                 self.states[drive] = MotorState.STOPPED
             case StoredForStart(_, MoveAbsoluteAxis() as order) if drive.moving:
                 self.put(drive, ArmSynchronous(on=False))  # another program has armed it
-                if not drive.ledger.braking:
+                if drive in self.orders:
                     self.put(drive, order)
 
     def _believed(self, drive: ObservedDrive, state: MotorState) -> MotorState:

@@ -172,7 +172,7 @@ class MksStops:
     ) -> Braking[ObservedDrive]:
         """Send drives a stop; return the stage that sees to it."""
         for drive in drives:
-            drive.stop(self._io.now_s)
+            self._io.withdraw(drive)
         self.send(drives, hard=hard)
         return self._braking(drives, MksBrakes(self._io, self, drives, hard=hard, judged=judged))
 

@@ -137,7 +137,7 @@ def test_a_client_gives_up_what_cannot_be_right(texts, code):
     client = canopen.SdoClient(NODE)
     client.upload(NAME)
     assert told(client, *texts)[-1] == "605#80081000" + code.to_bytes(4, "little").hex().upper()
-    assert events(client) == [canopen.Aborted(NAME, code, by_server=False)]
+    assert events(client) == [canopen.Aborted(NAME, code)]
     assert client.busy is None
 
 
@@ -148,9 +148,7 @@ def test_a_server_that_never_ends_fills_no_memory():
     for _ in range(SIZE_MAX // 14):
         told(client, "585#0061726D64726976", "585#1061726D64726976")
     assert told(client, "585#0061726D64726976") == ["605#8008100005000405"]  # no room for these
-    assert events(client) == [
-        canopen.Aborted(NAME, canopen.AbortCode.OUT_OF_MEMORY, by_server=False)
-    ]
+    assert events(client) == [canopen.Aborted(NAME, canopen.AbortCode.OUT_OF_MEMORY)]
 
 
 def test_a_client_leaves_aside_what_is_repeated_late_or_foreign():
@@ -187,7 +185,7 @@ def test_an_abort_that_names_no_object_is_believed_in_segments_alone():
     told(client, "585#8000000001000405")
     assert client.busy == NAME
     told(client, "585#4108100009000000", "585#8000000001000405")
-    assert events(client)[-1] == canopen.Aborted(NAME, canopen.AbortCode.COMMAND, by_server=True)
+    assert events(client)[-1] == canopen.Aborted(NAME, canopen.AbortCode.COMMAND)
 
 
 def test_a_client_does_one_thing_at_a_time_until_its_owner_gives_up():
@@ -295,7 +293,7 @@ def test_what_is_written_is_read(data, other):
 
 def test_what_is_not_there_is_refused_in_words():
     (event,) = SdoBus().upload(PLACE)
-    assert event == canopen.Aborted(PLACE, canopen.AbortCode.NO_OBJECT, by_server=True)
+    assert event == canopen.Aborted(PLACE, canopen.AbortCode.NO_OBJECT)
     assert event.words == "there is no such object"
 
 

@@ -12,7 +12,16 @@ from amounts import amount, in_pairs
 from cia402_rig import Rig, steps
 
 from armdrive.dialects.exchange import ListenedTime
-from armdrive.tasks import AlertKind, ClearFault, Done, Halted, MoveAlong, MoveBy
+from armdrive.tasks import (
+    AlertKind,
+    ClearFault,
+    Done,
+    Halted,
+    MeasuredUnits,
+    MeasureUnits,
+    MoveAlong,
+    MoveBy,
+)
 from firmware_protocol.canopen import REPORT_PDO, Service, service_of
 from firmware_protocol.frames import Frame, Unpacker, pack
 
@@ -196,3 +205,24 @@ def test_the_time_by_which_a_program_is_called_late_is_not_listened(calls, liste
         listened.pass_to(now_s)
         listened.expect(due_s)
     assert listened.s == pytest.approx(listened_s)
+
+
+@pytest.mark.parametrize("late", LATE)
+def test_units_measured_on_a_busy_computer_would_be_wrong_and_are_refused(late):
+    rig = BusyRig(late, 1).ready()
+    rig.busy = True
+    assert "come too late to time its motor" in str(rig.do(MeasureUnits(0, 500), 60.0))
+    assert not rig.alerts()
+
+
+@pytest.mark.parametrize("from_s", range(8))
+def test_a_turn_whose_readings_came_late_is_timed_again(from_s):
+    rig = BusyRig("program and wire", 1).ready()
+    rig.begin(MeasureUnits(0, 500))
+    rig.run(float(from_s))
+    rig.busy = True
+    rig.run(0.4)
+    rig.busy = False
+    found = rig.finish(60.0)
+    assert isinstance(found, MeasuredUnits)
+    assert found.speed_hz == pytest.approx(1.0, rel=0.03)

@@ -234,6 +234,14 @@ def test_a_bus_that_falls_silent_is_silence():
     assert isinstance(bench.do(along(straight(40))), Timeout)
 
 
+def test_silence_after_a_motion_names_the_last_order():
+    bench = MksBench().ready()
+    assert isinstance(bench.do(along(straight(4))), Done)
+    bench.loses = lambda *_: True
+    targets = " ".join(map(str, bench.positions))
+    assert bench.do(ReadPosition()).to == f"F5 to {targets}"
+
+
 def reach_a_switch(bench):
     """Have the first drive run into its limit switch, and say so."""
     sim = bench.node(1).sim

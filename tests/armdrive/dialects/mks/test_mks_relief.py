@@ -191,6 +191,15 @@ def test_enable_and_reset_relieve_a_drive_that_pushes_once(counts, asked):
 
 
 @pytest.mark.parametrize("asked", [SwitchOn(), ClearFault()], ids=["enable", "reset"])
+def test_a_drive_that_another_program_has_armed_is_relieved_too(asked):
+    bench = MksBench(starts=FAR_FROM_ZERO).ready()
+    bench.node(2).load(700)
+    bench.node(2).sim.motion.armed = True
+    assert str(bench.do(asked)) == "done"
+    assert abs(bench.node(2).set_point - (50_000 + 700)) <= 1
+
+
+@pytest.mark.parametrize("asked", [SwitchOn(), ClearFault()], ids=["enable", "reset"])
 def test_enable_and_reset_send_no_motion_to_a_drive_that_does_not_push(asked):
     bench = MksBench(starts=FAR_FROM_ZERO).ready()
     bench.do(asked)
