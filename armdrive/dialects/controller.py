@@ -145,6 +145,11 @@ class ScriptRunner(ABC, Generic[H]):
 
     # -- what most dialects share -------------------------------------------------------------
 
+    @property
+    def opening_resets(self) -> bool:
+        """Whether opening the port may have reset the device, by all that it has said so far."""
+        return self.abilities.resets_on_open
+
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Bound each motor's deviation from the straight path in such a motion.
 

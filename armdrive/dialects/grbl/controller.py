@@ -184,6 +184,11 @@ class GrblController(ScriptRunner[HostEvent]):
         """Forget unanswered lines and a half-received message."""
         self.exchange.give_up()
 
+    @property
+    def opening_resets(self) -> bool:
+        """Whether opening the port has reset the board: it greets after that."""
+        return self.board.greeted_first
+
     # -- numbers ------------------------------------------------------------------------------
 
     @property
