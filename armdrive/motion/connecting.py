@@ -76,8 +76,9 @@ def _compared(context: MotionContext, registers: Registers, same: bool) -> Evide
 
     Registers that were zero before prove nothing if opening the link may have reset the board.
     """
-    opening_resets = context.core.controller.opening_resets and not context.engine.link.dtr_stayed
-    if not registers.positions.largest and (opening_resets or not same):
+    dtr_stayed = context.engine.link.dtr_stayed
+    opening_reset = context.core.controller.opening_reset(dtr_stayed=dtr_stayed)
+    if not registers.positions.largest and (opening_reset or not same):
         return Evidence.CONTROLLER_RESTARTED
     return None if same else Evidence.RECORD_DIFFERS
 

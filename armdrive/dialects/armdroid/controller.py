@@ -138,7 +138,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         host = Host()
         super().__init__(abilities, host)
         self._settings = settings
-        self._native_usb = False
+        self._native_usb = False  # only such a board says Welcome
         self._byte_s = BITS_A_BYTE / config.connection.baud
         self._rates = StepRates(settings.speed_table, settings.speed_doubt)
         self._board = BoardExchange(self.io, host, settings, self._byte_s)
@@ -183,13 +183,9 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 self.io.notify(Alert(AlertKind.SWITCHED_OFF, LET_GO))
             self.io.notify(ProtocolWarning(plain(event)))
 
-    @property
-    def opening_resets(self) -> bool:
-        """Whether opening the port may have reset the board: only one with native USB says hello.
-
-        That one does not restart.
-        """
-        return super().opening_resets and not self._native_usb
+    def opening_reset(self, *, dtr_stayed: bool) -> bool:
+        """Return whether opening the port may have reset the board; not one with native USB."""
+        return not self._native_usb and super().opening_reset(dtr_stayed=dtr_stayed)
 
     def give_up(self) -> None:
         """Give up on the unanswered command."""

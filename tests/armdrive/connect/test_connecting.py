@@ -394,7 +394,7 @@ AT_ZERO = {
     "an Uno may have been reset": ("armdroid", {"board": "uno"}, False, Trust.SUSPECT),
     "an Uno with DTR up all the time": ("armdroid", {"board": "uno"}, True, Trust.RESTORED),
     "a Leonardo greets, and is not reset": ("armdroid", {}, False, Trust.RESTORED),
-    "a GRBL board has greeted": ("grbl", {"resets_on_open": True}, False, Trust.SUSPECT),
+    "a GRBL board has greeted": ("grbl", {"resets_on_open": True}, True, Trust.SUSPECT),
     "a GRBL board has not": ("grbl", {}, False, Trust.RESTORED),
     "a TeachMover is not reset": ("teachmover", {}, False, Trust.RESTORED),
 }
