@@ -185,7 +185,7 @@ class Evidence(Enum):
     LOST_IN_MOTION = "the link was lost during a motion"
     MOVED_BY_OTHERS = "the registers changed without a command: moved by hand or by a pendant"
     RESTARTED = "the controller reported a restart"
-    CONTROLLER_RESTARTED = "the registers fell to zero: the controller was reset or lost its power"
+    CONTROLLER_RESTARTED = "the registers are zero, as after a reset or a loss of power"
 
 
 def code_of_reason(reason: str) -> str:

@@ -17,6 +17,7 @@ from armdrive.errors import (
     StateFileError,
 )
 from armdrive.motion.context import (
+    FRESH_S,
     MotionContext,
     be_remembered,
     weigh_difference,
@@ -50,16 +51,36 @@ def connect(context: MotionContext) -> TaskBody[None]:
 
 def _connect(context: MotionContext) -> TaskBody[None]:
     core = context.core
-    registers = yield from context.ask_registers()
+    registers = yield from _meet(context)
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
     _take_up_record(context, registers)
     _apply_early_evidence(context)
-    yield from compare_settings(context)
     core.memory.taken_up()  # only now: a failed connection leaves the record as it was
     if core.belief.trust is Trust.SUSPECT:
         core.remember()  # otherwise registers that match by chance later would be trusted again
     core.still_since_s = context.now_s
+
+
+def _meet(context: MotionContext) -> TaskBody[Registers]:
+    """Find the controller, compare its settings, and return registers that were read just now."""
+    registers = yield from context.ask_registers()
+    yield from compare_settings(context)
+    if context.now_s > context.looked_s + FRESH_S:  # reading settings takes some boards seconds
+        registers = yield from context.ask_registers()
+    return registers
+
+
+def _compared(context: MotionContext, registers: Registers, same: bool) -> Evidence | None:
+    """Return the evidence against a saved position; `same`: the registers agree with it.
+
+    Registers that were zero before prove nothing if opening the link may have reset the board.
+    """
+    dtr_stayed = context.engine.link.dtr_stayed
+    opening_reset = context.core.controller.opening_reset(dtr_stayed=dtr_stayed)
+    if not registers.positions.largest and (opening_reset or not same):
+        return Evidence.CONTROLLER_RESTARTED
+    return None if same else Evidence.RECORD_DIFFERS
 
 
 def _take_up_record(context: MotionContext, registers: Registers) -> None:
@@ -79,10 +100,11 @@ def _take_up_record(context: MotionContext, registers: Registers) -> None:
         core.learn(Evidence.RECORD_MATCHES, context.now_s)
         if record.trust == Trust.SUSPECT.value:
             core.belief = Belief(Trust.SUSPECT, record.reason, context.now_s)
+        against = _compared(context, registers, same)
         if record.in_motion:  # this also explains why the registers differ
             core.learn(Evidence.ENDED_IN_MOTION, context.now_s)
-        elif not same:
-            core.learn(Evidence.RECORD_DIFFERS, context.now_s)
+        elif against is not None:
+            core.learn(against, context.now_s)
 
 
 def _apply_early_evidence(context: MotionContext) -> None:
@@ -92,7 +114,8 @@ def _apply_early_evidence(context: MotionContext) -> None:
         evidence, words = core.early_evidence
         core.learn(evidence, context.now_s, words)
         core.error = Message()  # connecting latches no error
-        core.notify(f"{evidence.value} ({words})", evidence)
+        if not core.differences:
+            core.notify(f"{evidence.value} ({words})", evidence)
 
 
 def disable(context: MotionContext) -> TaskBody[None]:
@@ -220,15 +243,14 @@ def recover(context: MotionContext, lost_s: float, lost_link: str) -> TaskBody[N
     stands_s = lost_s + core.stop_bound().silent_time_s
     while context.now_s < stands_s and not context.stopping:  # the device finishes what it was sent
         yield SleepUntil(stands_s)
-    registers = yield from context.ask_registers()
+    core.notify("")
+    registers = yield from _meet(context)
     core.stops.cut_off_s = 0.0
     was = core.before_loss
     if was is not State.DISABLED or core.readings.current is not Current.OFF:
         core.readings.current = Current.UNKNOWN
-    _weigh(core, registers, context.now_s)
+    _weigh(context, registers)
     core.readings.outputs = None
-    core.notify("")
-    yield from compare_settings(context)
     core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
     link = context.engine.link.description
     _latch(core, was, BACK.format(elsewhere="" if link == lost_link else f", now {link}"))
@@ -236,17 +258,16 @@ def recover(context: MotionContext, lost_s: float, lost_link: str) -> TaskBody[N
     core.still_since_s = context.now_s
 
 
-def _weigh(core: Core, registers: Registers, now_s: float) -> None:
+def _weigh(context: MotionContext, registers: Registers) -> None:
     """Compare the registers with the position at the loss of the link."""
+    core = context.core
     if core.belief.trust is Trust.UNKNOWN:
         core.position.found(registers)
         return
     core.readings.sense(registers)
     same = core.position.restore(core.record(in_motion=False), registers.positions)
-    if not same:
-        core.learn(Evidence.RECORD_DIFFERS, now_s)
-    else:
-        core.learn(Evidence.LINK_BACK, now_s)
+    against = _compared(context, registers, same)
+    core.learn(against or Evidence.LINK_BACK, context.now_s)
 
 
 def _latch(core: Core, was: State, back: str) -> None:

@@ -46,7 +46,7 @@ from armdrive.tasks import (
 from kinematics.spaces import Motors
 
 QUIET_S = 0.3  # after this long without a byte, no more of a disturbed reply will come
-FRESH_S = 0.05  # a motion begins without another look at a position that was read this long ago
+FRESH_S = 0.05  # a position that was read this long ago needs no other look before it is used
 BLIND_S = 2.0  # longest motion without comparing the position
 TRIES = 3  # attempts to read the registers; reading moves nothing, so it may be repeated
 
@@ -372,7 +372,7 @@ def weigh_difference(context: MotionContext, difference: Motors) -> None:
     zeroed = take_difference(core)
     evidence = Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS
     core.learn(evidence, context.now_s)
-    core.notify(core.belief.reason, evidence)
+    core.notify(evidence.value, evidence)
 
 
 def take_difference(core: Core) -> bool:

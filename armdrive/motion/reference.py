@@ -13,7 +13,7 @@ from enum import Enum
 from typing import Any
 
 from armdrive.config.sections import HomingSettings
-from armdrive.errors import DeviceFault, LinkLost, NotReferenced
+from armdrive.errors import ArmError, DeviceFault, LinkLost, NotReferenced
 from armdrive.motion.context import (
     MotionContext,
     be_remembered,
@@ -61,8 +61,10 @@ def home_device(
             report(index)
         if not groups:
             yield from _home_group(context, HomeDevice())
-    except LinkLost:
-        core.learn(Evidence.LOST_IN_MOTION, context.now_s)
+    except ArmError as error:
+        if isinstance(error, LinkLost):
+            core.learn(Evidence.LOST_IN_MOTION, context.now_s)
+        core.position.believe_registers()  # it has left its posture: show where it was seen last
         raise
     registers = yield from context.ask_registers()
     _require_no_fault(context)

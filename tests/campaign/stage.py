@@ -234,17 +234,10 @@ class Stage:
         return arm
 
     def _open_port(self) -> None:
-        """Let the board notice that its port is opened.
-
-        Some reset then, which lets go of the arm. Registers that were zero do not show it.
-        """
+        """Let the board notice that its port is opened: some reset then, and let go of the arm."""
         opened = getattr(self.twin.board, "opened", None)
-        if opened is None:
-            return
-        held, zero = self.world.energised, not self.twin.device.registers.largest
-        opened()
-        if held and not self.world.energised and (zero or self.reads_zero):
-            self.watch.excuse_restart()
+        if opened is not None:
+            opened()
 
     def program_ended(self) -> None:
         """Note that no program drives the arm any more."""

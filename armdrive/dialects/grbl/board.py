@@ -156,6 +156,8 @@ class BoardState:
         self.firmware = ""
         self.reported_settings: dict[int | str, str] = {}
         self.contacted = self.recognised = False
+        self.greeted_first = False
+        """Whether the board sent a greeting before contact, and no reset of ours was the cause."""
         self.modes_set = False
         self.aborted = False
         self.blocks = settings.max_segments
@@ -241,6 +243,7 @@ class BoardState:
 
     def _learn_restart(self, message: Restarted, now_s: float) -> Alert | None:
         own = self.greeting.answers(now_s)
+        self.greeted_first |= not (own or self.contacted)
         self.aborted |= not own
         self.polls.restarted()
         self.modes_set = False

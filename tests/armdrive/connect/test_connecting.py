@@ -22,7 +22,7 @@ from doctor_bench import (
 from armdrive import Arm, ArmFileError, BadRequest, PortUnavailable, SimulatedClock
 from armdrive.arm import State
 from armdrive.config.sections import Connection
-from armdrive.connect.parts import assemble, connect_real
+from armdrive.connect.parts import assemble, connect_real, connect_simulated
 from armdrive.connect.port import explained, explaining
 from armdrive.connect.target import find, simulated_config, state_file
 from armdrive.dialects.recognition import comes_back
@@ -30,9 +30,13 @@ from armdrive.dialects.teachmover.controller import FIRST_LINE
 from armdrive.dialog import Grade
 from armdrive.errors import DeviceFault, SettingsDiffer
 from armdrive.errors.printable import command_line
-from armdrive.registry import DIALECTS
+from armdrive.motion import connecting
+from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime.clock import RealPace, SimulatedPace
 from armdrive.setup import survey as after
+from armdrive.status import Trust
+from armdrive.storage.record import RecordFile
+from armdrive.tasks import SleepUntil
 from armdrive.trace.recorder import FlightRecorder
 from firmware_protocol import armdroid
 from firmware_protocol.armdroid import Device as ArmdroidDevice
@@ -382,3 +386,65 @@ def test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended(key, v
         with pytest.raises(SettingsDiffer, match=named):
             move()
     assert board.world.motors == before
+
+
+# -- What a saved position is worth ----------------------------------------------------------------
+
+AT_ZERO = {
+    "an Uno may have been reset": ("armdroid", {"board": "uno"}, False, Trust.SUSPECT),
+    "an Uno with DTR up all the time": ("armdroid", {"board": "uno"}, True, Trust.RESTORED),
+    "a Leonardo greets, and is not reset": ("armdroid", {}, False, Trust.RESTORED),
+    "a GRBL board has greeted": ("grbl", {"resets_on_open": True}, True, Trust.SUSPECT),
+    "a GRBL board has not": ("grbl", {}, False, Trust.RESTORED),
+    "a TeachMover is not reset": ("teachmover", {}, False, Trust.RESTORED),
+}
+"""Registers of zero in the record and on the board: dialect, board, DTR, and the trust."""
+
+
+def open_port(twin):
+    """Open the port of a standing board, which some boards notice."""
+    twin.link.reopen()
+    if hasattr(twin.board, "opened"):
+        twin.board.opened()
+    if getattr(getattr(twin.board, "build", None), "resets_on_open", False):
+        twin.board.reset()
+
+
+def saved_at_zero(tmp_path, dialect, board):
+    """Return a simulated arm whose registers are zero, and the record of its reference."""
+    twin, config = simulate(simulated_config(dialect), **board), simulated_config(dialect)
+    recorder = RecordFile(tmp_path / "record.json")
+    with Arm(connect_simulated(config, twin=twin, record_store=recorder)) as arm:
+        arm.declare_posture(twin.world.joints, opening_mm=twin.world.opening_mm)
+        assert not twin.board.registers.largest
+    return twin, config, recorder
+
+
+@pytest.mark.parametrize("name", AT_ZERO)
+def test_registers_of_zero_prove_nothing_if_opening_the_port_may_have_reset_the_board(
+    tmp_path, name
+):
+    dialect, board, dtr_stayed, trust = AT_ZERO[name]
+    twin, config, recorder = saved_at_zero(tmp_path, dialect, board)
+    open_port(twin)
+    twin.link.dtr_stayed = dtr_stayed
+    with Arm(connect_simulated(config, twin=twin, record_store=recorder)) as arm:
+        assert arm.status.trust is trust
+        assert ("zero" in arm.status.trust_reason) is (trust is Trust.SUSPECT)
+
+
+def test_a_position_is_judged_after_the_settings_were_read(tmp_path, monkeypatch):
+    twin, config, recorder = saved_at_zero(tmp_path, "teachmover", {})
+    read = connecting.compare_settings
+
+    def slow_board(context):
+        found = yield from read(context)
+        yield SleepUntil(context.now_s + 1.0)
+        twin.device.jog((30, 0, 0, 0, 0, 0))
+        return found
+
+    monkeypatch.setattr(connecting, "compare_settings", slow_board)
+    twin.link.reopen()
+    with Arm(connect_simulated(config, twin=twin, record_store=recorder)) as arm:
+        assert arm.status.trust is Trust.SUSPECT
+        assert arm.status.acknowledged == twin.world.motors

@@ -20,7 +20,7 @@ from armdrive.connect.port import PAUSES_S, NewLink, PortOpening, Reconnector
 from armdrive.connect.target import find, simulated_config
 from armdrive.errors import NoAnswer, NoSuchPort, NotReferenced, PortInUse, PortUnavailable
 from armdrive.moves import Jog, Space
-from armdrive.registry import DIALECTS
+from armdrive.registry import DIALECTS, simulate
 from armdrive.sim.wire import MemoryLink
 from armdrive.status import Current, State, Trust
 from armdrive.transports import ports
@@ -185,6 +185,20 @@ def test_a_board_that_lost_its_power_meanwhile_is_suspect(connected):
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.current is Current.UNKNOWN
+
+
+@pytest.mark.parametrize(("board", "trust"), [("uno", Trust.SUSPECT), ("leonardo", Trust.RESTORED)])
+def test_registers_of_zero_prove_nothing_if_reconnecting_may_have_reset_the_board(
+    connected, board, trust
+):
+    twin = simulate(simulated_config("armdroid"), board=board)
+    arm = connected("armdroid", twin=twin, reconnect=True)
+    assert not arm.twin.board.registers.largest
+    unplug(arm)
+    arm.twin.board.opened()
+    replug(arm)
+    arm.sleep(RECONNECTS_S)
+    assert arm.status.trust is trust
 
 
 def test_reconnecting_goes_on_while_no_arm_answers(connected):

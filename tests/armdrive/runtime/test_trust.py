@@ -133,6 +133,16 @@ def test_the_pendant_makes_a_standing_arm_suspect_within_seconds():
     assert arm.status.joints.deg["base"] == pytest.approx(30 / 7072 * 360, abs=0.05)
 
 
+def test_a_notice_tells_what_was_seen_last_and_the_trust_what_was_seen_first():
+    arm = ready_arm()
+    arm.disable()
+    arm.enable()
+    arm.twin.device.jog((30, 0, 0, 0, 0, 0))
+    arm.sleep(2.5)
+    assert arm.status.trust_reason == Evidence.CURRENT_DROPPED.value
+    assert arm.status.notice == Evidence.MOVED_BY_OTHERS.value
+
+
 @pytest.mark.parametrize("seconds", [0.35, 0.6, 0.9])
 def test_a_pendant_move_just_before_a_motion_is_seen_before_the_motion(seconds):
     arm = ready_arm()

@@ -10,7 +10,7 @@ from faults import arm_config, driven
 
 from armdrive import Arm
 from armdrive.config.sections import HomingSettings
-from armdrive.errors import ArmError, DeviceFault, Stopped
+from armdrive.errors import ArmError, DeviceFault, LinkLost, Stopped
 from armdrive.motion.context import refused_motion
 from armdrive.status import Evidence, Trust
 from armdrive.tasks import RequestRejected
@@ -89,15 +89,27 @@ def test_a_motion_of_all_joints_keeps_in_proportion():
     assert arm.twin.world.motors == goal
 
 
-def test_a_referenced_arm_whose_homing_was_stopped_is_suspect():
+@pytest.mark.parametrize(
+    ("ends", "error", "evidence"),
+    [
+        (lambda arm: arm.request_stop(), Stopped, Evidence.HOMING_FAILED),
+        (lambda arm: arm.twin.faults.add("unplug"), LinkLost, Evidence.LOST_IN_MOTION),
+    ],
+    ids=["stop", "pulled cable"],
+)
+def test_an_arm_whose_homing_ended_early_is_suspect_and_shown_where_it_was_last_seen(
+    ends, error, evidence
+):
     """Encoders count on, but nobody knows whether a home was set meanwhile."""
     homing = HomingSettings(Joints.of(40.0, 40.0, -80.0, -40.0, 0.0), 20.0, ((1,),))
     arm = driven(replace(arm_config("mks"), homing=homing))
-    arm.twin.device.at(arm.parts.pace.now_s() + 0.5, arm.request_stop)
-    with pytest.raises(Stopped):
+    before = arm.joints["base"]
+    arm.twin.device.at(arm.parts.pace.now_s() + 1.0, lambda: ends(arm))
+    with pytest.raises(error):
         arm.home()
     assert arm.status.trust is Trust.SUSPECT
-    assert arm.status.trust_reason == Evidence.HOMING_FAILED.value
+    assert arm.status.trust_reason == evidence.value
+    assert abs(arm.joints["base"] - before) > math.radians(1.0)
 
 
 def test_new_drives_that_share_one_id_are_reported():
