@@ -27,7 +27,7 @@ from armdrive.status import (
 )
 from kinematics.text import rounded
 from tui.keys.keyboard import Keyboard
-from tui.keys.table import STOP, titled
+from tui.keys.table import STOP, Needs, titled
 from tui.widgets import PlainText, Span, text_of
 
 View = Mapping[str, Any]
@@ -220,6 +220,19 @@ def why_immobile(status: Status, keys: Keyboard) -> str:
         State.DISABLED: f"the motors are {motors}. ",
     }
     return why.get(status.state, "") + way_out(status.state, keys)
+
+
+def hindrance(needs: Needs, status: Status, keys: Keyboard) -> str:
+    """Say why a key that needs this of the arm would do nothing now; empty if nothing hinders it.
+
+    A restored position counts once the operator has confirmed it.
+    """
+    least = Needs.LINK if status.state is State.DISCONNECTED else Needs.MOTORS
+    if needs >= least and (why := why_immobile(status, keys)):
+        return why
+    if needs >= Needs.POSITION and status.trust is not Trust.REFERENCED:
+        return f"that needs a position to rely on: {position_text(status, keys)}"
+    return ""
 
 
 def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) -> str:

@@ -247,7 +247,6 @@ class PlannedMove:
     def press(self) -> None:
         """Take one press of the two that move the arm."""
         desk = self._desk
-        desk.link.require_motion()
         if self.going.busy:
             raise BadRequest(f"the arm is on its way: {desk.keys.label(STOP)} stops it")
         if self.preview is None or not self._fresh(desk.link.status):

@@ -21,7 +21,7 @@ from tui.app import Job, TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.table import STOP, words
+from tui.keys.table import STOP, DeskKey, Needs, words
 from tui.move.planned import PlannedMove, short_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
 from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
@@ -101,7 +101,6 @@ class SequenceRun:
 
         Raises `BadRequest` where the step keys do not move the arm.
         """
-        self._desk.link.require_motion()
         if self.going.busy:
             self._desk.confirmation.refuse()  # it may still be held when the arm stands
         self.require_standstill()
@@ -358,6 +357,10 @@ class PointsScreen(DeskScreen):
         others = OF_SEQUENCES if self.selection.listed.sequence is None else OF_POINTS
         return tuple(f"points-{name}" for name in others)
 
+    def needs(self, row: DeskKey) -> Needs:
+        """Return what a key needs of the arm: nothing while a name is typed."""
+        return Needs.NOTHING if self.selection.naming is not None else super().needs(row)
+
     # -- keys ---------------------------------------------------------------------------------
 
     def action_choose(self, by: int) -> None:
@@ -372,7 +375,6 @@ class PointsScreen(DeskScreen):
         elif self.sequence.stepper is None:
             self.planned.press()
         else:
-            self.desk.link.require_motion()
             self.sequence.require_standstill()
             effect = "RUNS THE REMAINING STEPS"
             self.desk.confirmation.press(effect, self.sequence.finish, row="points-go")

@@ -139,7 +139,6 @@ class ProgramStart:
 
     def press(self) -> None:
         """Take one press of the two that run the program, or rehearse it first."""
-        self._desk.link.require_motion()
         try:
             found = self._rehearsed()
         except BadRequest:
