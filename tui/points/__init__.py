@@ -22,7 +22,7 @@ from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import STOP, DeskKey, Needs, words
-from tui.move.planned import PlannedMove, short_text
+from tui.move.planned import PlannedMove, going_text, short_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
 from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
 from tui.widgets import CURRENT_STYLE, DONE_STYLE, ChoiceList, Span, panels
@@ -335,9 +335,8 @@ class PointsScreen(DeskScreen):
         if self.selection.naming is not None:
             return naming_text(self.selection.naming, keys)
         if self.sequence.going.busy:
-            pause = keys.label("points-pause")
-            pauses = f"PAUSED: {pause} resumes" if status.paused else f"UNDER WAY: {pause} pauses"
-            return f"{pauses}, {keys.label('stop')} stops"
+            pause, stop = keys.label("points-pause"), keys.label(STOP)
+            return going_text(pause, stop, paused=status.paused)
         if again := self.desk.confirmation.again:
             return again
         if self.sequence.stepper is not None:
