@@ -217,7 +217,9 @@ class ArmControl:
         else:
             request = self._arm.reference_request()
             posture = Moment(request.joints, request.opening_mm)
-            self._ask(str(request), posture, self._arm.confirm_reference)
+            enter, again = map(self._desk.keys.label, ("arm", "reference"))
+            otherwise = f"not referenced: jog the arm there ({enter} arms the keys), then {again}"
+            self._ask(str(request), posture, self._arm.confirm_reference, otherwise=otherwise)
 
     def confirm(self) -> None:
         """Ask whether the arm stands where the last program left it."""
@@ -265,8 +267,12 @@ class ArmControl:
         done: str = "confirmed: the position is referenced",
         *,
         asked: str = "Does the arm stand exactly like this?",
+        otherwise: str = "not confirmed: nothing was changed",
     ) -> None:
-        """Draw a posture with a question, and make the call if the answer to `asked` is yes."""
+        """Draw a posture with a question, and make the call if the answer to `asked` is yes.
+
+        `done` and `otherwise` are what is said after a yes and a no.
+        """
         desk, stops = self._desk, self._arm.stops
 
         def answered(yes: bool | None) -> None:
@@ -275,7 +281,7 @@ class ArmControl:
             if yes:
                 desk.calls.make(agreed, done)
             else:
-                desk.say("not confirmed: nothing was changed")
+                desk.say(otherwise)
 
         dialog = PostureScreen(
             desk.spoken(question),
@@ -545,8 +551,7 @@ class Desk(KeyApp):
         self.screens: DeskScreens = DeskScreens(self)
         self.arm = arm
         self._handle_signals = handle_signals
-        # a desk without a position begins at the screen on which the arm is referenced
-        self._first = first or ("" if arm.status.trust is Trust.UNKNOWN else self.settings.screen)
+        self._first = first
         self.goal: Joints | None = None
         """A posture that one screen has left for the move screen."""
         self.program = program
@@ -685,7 +690,7 @@ class Desk(KeyApp):
         if self.pad is not None:
             self.pad.close()
         look = self.settings.look if self.no_color else self.looks.name
-        self.settings.keep(self.link.status, self.current_mode, look)
+        self.settings.keep(self.link.status, look)
 
     def _end_by_signal(self, number: int) -> None:
         """Leave the arm standing and closed before the framework tidies up."""

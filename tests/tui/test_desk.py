@@ -565,6 +565,8 @@ async def test_what_moves_the_arm_or_lets_it_sag_is_done_only_after_a_yes(key, a
             await session.keys(answer)
             assert session.arm.asked(asked) == [(asked,)] * (answer == "y"), answer
             assert len(session.desk.screen_stack) == 1
+            if (asked, answer) == ("reference", "n"):
+                session.shows("no", messages="jog the arm there (enter arms the keys), then H")
         if key == "P":
             await session.keys("P")
             assert session.arm.asked("enable") == [("enable",)], "on at once"
