@@ -413,7 +413,7 @@ class DeskScreen(Screen[None]):
         if message.rstrip(".") in state.forbids:
             message = ""
         if lost:
-            message = f"{without_link(status, desk.keys)}\n{message}".rstrip()
+            message = f"{without_link(status)}\n{message}".strip()
         idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)

@@ -19,7 +19,6 @@ from armdrive.status import (
     State,
     Status,
     Trust,
-    bound_words,
     coded,
     motors_words,
     rounded_up,
@@ -188,18 +187,14 @@ def stopping_text(
     fastest one while none is planned. The present speed is known to the controller alone.
     """
     if state == State.DISCONNECTED.value:
-        return f"no stop reaches it; it ends by itself within {bound_text(*silent)}"
+        return f"NO STOP REACHES IT; it ends by itself within {bound_text(*silent)}"
     return f"a stop takes up to {bound_text(*stop)}"
 
 
-def without_link(status: Status, keys: Keyboard) -> str:
-    """Say what the arm does while no key reaches it, and what stops it sooner."""
-    stop, row = keys.label(STOP).upper(), DIALECTS.get(status.dialect)
-    ends = bound_words(status.silent_time_s, status.silent_distance_mm)
-    return (
-        f"No key reaches the arm, not even {stop}: what was sent ends by itself within {ends}. "
-        f"{'' if row is None else row.quick_stop}"
-    )
+def without_link(status: Status) -> str:
+    """Say what stops an arm that no key reaches."""
+    row = DIALECTS.get(status.dialect)
+    return "" if row is None else row.quick_stop
 
 
 def way_out(state: State, keys: Keyboard) -> str:
@@ -341,9 +336,11 @@ class SafetyPanel(Horizontal):
         text_of(self, "state").show((f" {word} ", f"bold reverse {colour}"), f" {says}")
         text_of(self, "trust").show((f"{state.dot[0]} ", state.dot[1]), state.position)
         facts = [state.stopping, *([settings] if settings else [])]
-        text_of(self, "stopping").show((FACT_GAP.join(facts), "dim"))
+        lost = state.badge == BADGES[State.DISCONNECTED.value]
+        text_of(self, "stopping").show((FACT_GAP.join(facts), "bold" if lost else "dim"))
         self.set_class(state.real, "-real")
         self.set_class(bool(state.forbids), "-forbidden")
+        self.set_class(lost, "-lost")
         if state.arm != self.arm:
             self.arm = state.arm
             colour = " reverse $error" if state.real else ""
