@@ -580,6 +580,9 @@ class KeyApp(App[int], inherit_bindings=False):
     def show_place(self, place: str) -> None:
         """Go to the screen on which a row of the table of keys counts, if there are several."""
 
+    def require(self, action: str | ActionParseResult) -> None:
+        """Raise `BadRequest` if the action of a key would do nothing now."""
+
     async def action_do_row(self, name: str) -> None:
         """Perform a row of the table of keys, as if its key had been pressed on its screen."""
         row = self.keys.row(name)
@@ -601,6 +604,7 @@ class KeyApp(App[int], inherit_bindings=False):
         part, name, _ = actions.parse(action) if isinstance(action, str) else action
         node = self if default_namespace is None else default_namespace
         with self.calls.acting(repeats=name == "jog"):
+            self.require(action)
             call = action_call(action, node) if part and part not in NODES else None
             if call is None:  # the framework's, or a row that names nothing: it raises then
                 return await super().run_action(action, default_namespace, namespaces)

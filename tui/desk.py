@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import ClassVar, cast
 
 from textual import events, on
+from textual.actions import ActionParseResult
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
 from textual.containers import Vertical, VerticalScroll
@@ -32,17 +33,27 @@ from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import STOPPED, DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
-from tui.keys.table import PAUSE, SCREENS, STOP, jog_pairs, spoken, summary_of, titled
+from tui.keys.table import (
+    PAUSE,
+    SCREENS,
+    STOP,
+    DeskKey,
+    Needs,
+    jog_pairs,
+    spoken,
+    summary_of,
+    titled,
+)
 from tui.safety import (
     WAYS_OUT,
     SafetyPanel,
     after_reset,
     can_reference,
+    hindrance,
     link_back,
     progress_of,
     safety_state,
     way_out,
-    why_immobile,
     without_link,
 )
 from tui.settings import DeskSettings
@@ -85,19 +96,13 @@ class ArmLink:
         """Whether the arm moves, or is paused in a motion."""
         return self.status.state in (State.MOVING, State.HOMING, State.STOPPING)
 
-    @property
-    def why_immobile(self) -> str:
-        """Why no key can move the arm now, and what to do; empty if one can."""
-        return why_immobile(self.status, self._desk.keys)
+    def hindrance(self, needs: Needs) -> str:
+        """Say why a key that needs this of the arm would do nothing now; empty if it would."""
+        return hindrance(needs, self.status, self._desk.keys)
 
-    def require(self) -> None:
-        """Raise `BadRequest` while the link is lost: no key reaches the arm then."""
-        if self.lost:
-            raise BadRequest(self.why_immobile)
-
-    def require_motion(self) -> None:
-        """Raise `BadRequest` in a state in which no key can move the arm."""
-        if why := self.why_immobile:
+    def require(self, needs: Needs) -> None:
+        """Raise `BadRequest` unless the arm is so that a key with these needs does something."""
+        if why := self.hindrance(needs):
             raise BadRequest(why)
 
     def take(self, status: Status) -> None:
@@ -111,7 +116,7 @@ class ArmLink:
         elif self._was_lost:
             self._note_return()
         hand = self._desk.screens.hand
-        if hand is not None and hand.armed and (why := self.why_immobile):
+        if hand is not None and hand.armed and (why := self.hindrance(Needs.MOTORS)):
             hand.disarm(why)  # the first key after a reset must not move the arm
         self._hear(status)
 
@@ -187,7 +192,6 @@ class ArmControl:
 
     def reset(self) -> None:
         """Leave the error state."""
-        self._desk.link.require()
         self._desk.calls.make(self._reset)
 
     def _reset(self) -> str:
@@ -202,7 +206,7 @@ class ArmControl:
 
     def reference(self) -> None:
         """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
-        self._desk.link.require_motion()
+        self._desk.link.require(Needs.MOTORS)  # the set-up screen asks for it, too
         home = partial(self._arm.home, stops=self._arm.stops)
         if self._arm.reference.homes_by_switches:
             text = "THE ARM WILL MOVE: its controller seeks its switches."
@@ -215,11 +219,12 @@ class ArmControl:
         else:
             request = self._arm.reference.request()
             posture = Moment(request.joints, request.opening_mm)
-            self._ask(str(request), posture, self._arm.reference.confirm)
+            enter, again = map(self._desk.keys.label, ("arm", "reference"))
+            otherwise = f"not referenced: jog the arm there ({enter} arms the keys), then {again}"
+            self._ask(str(request), posture, self._arm.reference.confirm, otherwise=otherwise)
 
     def confirm(self) -> None:
         """Ask whether the arm stands where the last program left it."""
-        self._desk.link.require()
         status = self._desk.link.status
         if status.trust is not Trust.RESTORED or status.joints is None:
             raise BadRequest(f"nothing to confirm: the position is {status.trust.value}")
@@ -228,7 +233,6 @@ class ArmControl:
 
     def park(self, speed: float) -> None:
         """Draw the park posture, and go there if the answer is yes."""
-        self._desk.link.require_motion()
         move = ParkMove(speed)
         preview = self._arm.preview(move)
         if preview.refusal is not None or preview.end is None:
@@ -245,7 +249,6 @@ class ArmControl:
 
     def switch_motors(self) -> None:
         """Switch the motor current on; off only after a question, since the arm sags then."""
-        self._desk.link.require()
         if self._desk.link.status.state is State.DISABLED:
             self._desk.calls.make(self._arm.enable, "the motors are on: nothing was moved")
             return
@@ -267,8 +270,12 @@ class ArmControl:
         done: str = "confirmed: the position is referenced",
         *,
         asked: str = "Does the arm stand exactly like this?",
+        otherwise: str = "not confirmed: nothing was changed",
     ) -> None:
-        """Show a posture with the question `asked`, and make the call if the answer is yes."""
+        """Show a posture with the question `asked`, and make the call if the answer is yes.
+
+        `done` and `otherwise` are the messages after a yes and a no.
+        """
         desk, stops = self._desk, self._arm.stops
 
         def answered(yes: bool | None) -> None:
@@ -277,7 +284,7 @@ class ArmControl:
             if yes:
                 desk.calls.make(agreed, done)
             else:
-                desk.say("not confirmed: nothing was changed")
+                desk.say(otherwise)
 
         dialog = PostureScreen(
             desk.spoken(question),
@@ -409,7 +416,7 @@ class DeskScreen(Screen[None]):
         if message.rstrip(".") in state.forbids:
             message = ""
         if lost:
-            message = f"{without_link(status, desk.keys)}\n{message}".rstrip()
+            message = f"{without_link(status)}\n{message}".strip()
         idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
@@ -425,8 +432,13 @@ class DeskScreen(Screen[None]):
     def _resting(self) -> tuple[str, ...]:
         """The rows that would do nothing in the present state of the arm."""
         link = self.desk.link
-        going = (f"{self.place}-go",) if link.pausable or link.why_immobile else ()
-        return going if link.pausable else (*going, *self._pauses)
+        rows = self.desk.keys.at(self.place)
+        hindered = tuple(row.id for row in rows if link.hindrance(self.needs(row)))
+        return (*hindered, *((f"{self.place}-go",) if link.pausable else self._pauses))
+
+    def needs(self, row: DeskKey) -> Needs:
+        """Return what a row of the table of keys needs of the arm on this screen now."""
+        return row.needs
 
     @property
     def _more(self) -> str:
@@ -502,6 +514,7 @@ class DeskScreens:
             call = action_call(row.action, self.current)
             if call is None or len(self._desk.screen_stack) > 1:
                 raise BadRequest(f"{row.description} is for the {titled(row.place)} screen alone")
+            self._desk.require(row.action)
             call()
 
 
@@ -541,8 +554,7 @@ class Desk(KeyApp):
         self.screens: DeskScreens = DeskScreens(self)
         self.arm = arm
         self._handle_signals = handle_signals
-        # a desk without a position begins at the screen on which the arm is referenced
-        self._first = first or ("" if arm.status.trust is Trust.UNKNOWN else self.settings.screen)
+        self._first = first
         self.goal: Joints | None = None
         """A posture that another screen passes to the move screen."""
         self.program = program
@@ -567,7 +579,7 @@ class Desk(KeyApp):
                 find_pad,
                 hand=lambda: self.screens.hand,
                 do_row=self.screens.do_row,
-                require_motion=self.link.require_motion,
+                require_motion=partial(self.link.require, Needs.MOTORS),
             )
 
     def disarm(self, reason: str) -> None:
@@ -619,6 +631,12 @@ class Desk(KeyApp):
         """Go to the screen on which a row of the table of keys counts."""
         if place and place != self.place:
             self.screens.show(place)
+
+    def require(self, action: str | ActionParseResult) -> None:
+        """Raise `BadRequest` if the arm as it is lets the key of an action do nothing."""
+        row = next((row for row in self.keys.at(self.place) if row.action == action), None)
+        if row is not None:
+            self.link.require(self.screens.current.needs(row))
 
     def action_view(self, what: str) -> None:
         """Move the camera about the arm that is drawn."""
@@ -675,7 +693,7 @@ class Desk(KeyApp):
         if self.pad is not None:
             self.pad.close()
         look = self.settings.look if self.no_color else self.looks.name
-        self.settings.keep(self.link.status, self.current_mode, look)
+        self.settings.keep(self.link.status, look)
 
     def _end_by_signal(self, number: int) -> None:
         """Stop and close the arm before the framework cleans up."""

@@ -19,7 +19,6 @@ from armdrive.status import (
     State,
     Status,
     Trust,
-    bound_words,
     coded,
     motors_words,
     rounded_up,
@@ -27,7 +26,7 @@ from armdrive.status import (
 )
 from kinematics.text import rounded
 from tui.keys.keyboard import Keyboard
-from tui.keys.table import STOP, titled
+from tui.keys.table import STOP, Needs, titled
 from tui.widgets import PlainText, Span, text_of
 
 View = Mapping[str, Any]
@@ -188,18 +187,14 @@ def stopping_text(
     fastest one while none is planned. The present speed is known to the controller alone.
     """
     if state == State.DISCONNECTED.value:
-        return f"no stop reaches it; it ends by itself within {bound_text(*silent)}"
+        return f"NO STOP REACHES IT; it ends by itself within {bound_text(*silent)}"
     return f"a stop takes up to {bound_text(*stop)}"
 
 
-def without_link(status: Status, keys: Keyboard) -> str:
-    """Say what the arm does while no key reaches it, and what stops it sooner."""
-    stop, row = keys.label(STOP).upper(), DIALECTS.get(status.dialect)
-    ends = bound_words(status.silent_time_s, status.silent_distance_mm)
-    return (
-        f"No key reaches the arm, not even {stop}: what was sent ends by itself within {ends}. "
-        f"{'' if row is None else row.quick_stop}"
-    )
+def without_link(status: Status) -> str:
+    """Say what stops an arm that no key reaches."""
+    row = DIALECTS.get(status.dialect)
+    return "" if row is None else row.quick_stop
 
 
 def way_out(state: State, keys: Keyboard) -> str:
@@ -220,6 +215,19 @@ def why_immobile(status: Status, keys: Keyboard) -> str:
         State.DISABLED: f"the motors are {motors}. ",
     }
     return why.get(status.state, "") + way_out(status.state, keys)
+
+
+def hindrance(needs: Needs, status: Status, keys: Keyboard) -> str:
+    """Say why a key that needs this of the arm would do nothing now; empty if nothing hinders it.
+
+    A restored position counts once the operator has confirmed it.
+    """
+    least = Needs.LINK if status.state is State.DISCONNECTED else Needs.MOTORS
+    if needs >= least and (why := why_immobile(status, keys)):
+        return why
+    if needs >= Needs.POSITION and status.trust is not Trust.REFERENCED:
+        return f"that needs a position to rely on: {position_text(status, keys)}"
+    return ""
 
 
 def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) -> str:
@@ -328,9 +336,11 @@ class SafetyPanel(Horizontal):
         text_of(self, "state").show((f" {word} ", f"bold reverse {colour}"), f" {says}")
         text_of(self, "trust").show((f"{state.dot[0]} ", state.dot[1]), state.position)
         facts = [state.stopping, *([settings] if settings else [])]
-        text_of(self, "stopping").show((FACT_GAP.join(facts), "dim"))
+        lost = state.badge == BADGES[State.DISCONNECTED.value]
+        text_of(self, "stopping").show((FACT_GAP.join(facts), "bold" if lost else "dim"))
         self.set_class(state.real, "-real")
         self.set_class(bool(state.forbids), "-forbidden")
+        self.set_class(lost, "-lost")
         if state.arm != self.arm:
             self.arm = state.arm
             colour = " reverse $error" if state.real else ""

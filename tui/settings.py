@@ -189,7 +189,6 @@ MOST_ARMS = 40
 class ArmMemory:
     """What was set on one arm. Empty words and zeros where nothing is known."""
 
-    screen: str = ""
     mode: str = ""
     frame: str = ""
     step_deg: float = 0.0
@@ -277,12 +276,11 @@ def _space(name: str) -> Space | None:
     return next((space for space in Space if space.value == name), None)
 
 
-def remembered(settings: JogSettings, move: MoveSettings, screen: str) -> ArmMemory:
+def remembered(settings: JogSettings, move: MoveSettings) -> ArmMemory:
     """Return what is to be remembered of an arm's desk."""
     jog = {name: getattr(settings, name) for name in ("frame", "step_deg", "step_mm", "speed")}
     move_space = Space.CARTESIAN if move.cartesian else Space.JOINT
     return ArmMemory(
-        screen,
         settings.space.value,
         **jog,
         move_mode=move_space.value,
@@ -310,16 +308,14 @@ class DeskSettings:
         """How the move screen's goals are given, and how the arm goes to them."""
         self.look = self._found.look
         """The look that the desk had."""
-        self.screen = left.screen
-        """The screen at which the desk was left."""
         self.instructed = self._found.instructed
         """Whether a user has read the first screen."""
 
-    def keep(self, status: Status, screen: str, look: str) -> None:
+    def keep(self, status: Status, look: str) -> None:
         """Keep what is set now for the next time."""
         if self._file is None:
             return
-        found = self._found.with_arm(status, remembered(self.jog, self.move, screen))
+        found = self._found.with_arm(status, remembered(self.jog, self.move))
         with contextlib.suppress(OSError):  # losing these settings does no harm
             remember(self._file, replace(found, look=look, instructed=self.instructed))
 

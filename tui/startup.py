@@ -80,7 +80,7 @@ def run_desk(
     """Show the desk until the user leaves it, and return how that was.
 
     `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
-    `first` is the id of the screen to begin at, instead of the last one; `hint` is the first
+    `first` is the id of the screen to begin at, instead of the first one; `hint` is the first
     message. With `reopens` the caller opens another desk where an arm file that was
     written here is to be used at once. `gamepad` are letters of the name of the gamepad that jogs
     as well, none of them for the only one; raises `BadRequest` where none can be read. `program`

@@ -375,7 +375,8 @@ def preview_move(
     samples = (*postures[:: max(len(postures) // STOP_SAMPLES, 1)], postures[-1])
     parts = stretches(model.transmission, plan.legs)
     runs_on = run_on(ground.config, controller, burst_s, parts)
-    bounds = [runs_on.bound(ground.config, each) for each in samples]
+    # without a part no motor turns, and nothing has to be stopped
+    bounds = [runs_on.bound(ground.config, each) for each in samples if parts]
     return Preview(
         here,
         hindrance,
@@ -388,8 +389,8 @@ def preview_move(
         foreseen_s(ground.config, controller, plan),
         least_margins(model, postures),
         least_clearances(model.guards.over(model.arm), postures),
-        bounds[0].time_s,
-        max(bound.distance_mm for bound in bounds),
+        runs_on.time_s if parts else 0.0,
+        max((bound.distance_mm for bound in bounds), default=0.0),
         goal=asked,
         resolved=planned.resolved,
     )
@@ -422,8 +423,9 @@ def preview_lines(preview: Preview) -> Iterator[str]:
         yield duration_words(preview)
         yield from (margin_words(one) for one in preview.margins[:MARGINS_SHOWN])
         yield from (clearance_words(preview, one) for one in preview.clearances[:CLEARANCES_SHOWN])
-        stop = bound_words(preview.stop_time_s, preview.stop_distance_mm)
-        yield f"a stop on the way takes at most {stop}"
+        if preview.stop_time_s:
+            stop = bound_words(preview.stop_time_s, preview.stop_distance_mm)
+            yield f"a stop on the way takes at most {stop}"
     if preview.hindrance is not None and preview.problem is not None:
         yield f"the motion itself would be refused: {preview.problem}"
     nearest = preview.nearest
@@ -441,6 +443,8 @@ def way_line(way: PostureOption) -> str:
 
 def duration_words(preview: Preview) -> str:
     """Return a line about the duration, also on a slow device if that takes longer."""
+    if not preview.duration_s:
+        return "no motor turns: the arm stands there already"
     planned, slowest = f"{preview.duration_s:.1f} s", f"{preview.slowest_s:.1f} s"
     slow = f", up to about {slowest} on a slow arm"
     return f"takes {planned}" + slow * (slowest != planned)

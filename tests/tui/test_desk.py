@@ -86,6 +86,25 @@ async def test_no_screen_offers_what_would_be_refused_now(state):
                 session.shows(entry.id, state="P switches the motors on")
 
 
+NEED_A_POSITION = {"f2": ("K", "K park"), "f3": ("enter", "go (twice)"), "f4": ("t", "t teach")}
+"""For each screen a key that does nothing before the position is known, and its offer."""
+
+
+async def test_what_needs_a_position_is_neither_offered_nor_begun_before_there_is_one():
+    arm = everywhere_arm(**unknown_position())
+    async with Session(arm, size=(160, 24)) as session:
+        for screen, (key, offer) in NEED_A_POSITION.items():
+            await session.keys(f"{screen} {key}")
+            session.shows(screen, messages="position unknown: press H", not_footer=offer)
+            session.shows(screen, footer="H reference")
+            assert len(session.desk.screen_stack) == 1
+            assert getattr(session.desk.screen, "typing", None) is None or screen == "f3"
+        arm.set(trust=Trust.REFERENCED, trust_reason="")
+        for screen, (_, offer) in NEED_A_POSITION.items():
+            await session.keys(screen)
+            session.shows(screen, footer=offer)
+
+
 async def test_a_simulated_arm_is_named_without_a_link_that_it_has_not():
     async with Session() as session:
         session.arm.set(link="simulated arm at 9600 baud")
@@ -545,6 +564,8 @@ async def test_what_moves_the_arm_or_lets_it_sag_is_done_only_after_a_yes(key, a
             await session.keys(answer)
             assert session.arm.asked(asked) == [(asked,)] * (answer == "y"), answer
             assert len(session.desk.screen_stack) == 1
+            if (asked, answer) == ("reference", "n"):
+                session.shows("no", messages="jog the arm there (enter arms the keys), then H")
         if key == "P":
             await session.keys("P")
             assert session.arm.asked("enable") == [("enable",)], "on at once"

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from desk_fake import FakeArm, unknown_position
+from desk_fake import FakeArm
 from desk_logged import busy_arm
 from desk_planner import PlannerArm
 from desk_session import Session
@@ -73,7 +73,7 @@ def memory(tmp_path):
 
 
 def test_what_was_left_is_there_again(tmp_path):
-    arm = ArmMemory("jog", "cartesian", "tool", 5.0, 0.5, 0.1, "joint", 0.25)
+    arm = ArmMemory("cartesian", "tool", 5.0, 0.5, 0.1, "joint", 0.25)
     left = DeskMemory("light", True, {"real bench": arm})
     remember(tmp_path / "desk.json", left)
     assert recall(tmp_path / "desk.json") == left
@@ -100,8 +100,8 @@ def test_a_damaged_memory_is_no_memory(tmp_path, text):
 
 def test_what_does_not_exist_here_is_left_as_it_is():
     settings = JogSettings(frames=("base", "tool"))
-    assert restored(settings, ArmMemory("", "sideways", "board", 3.3, 3.4, 7.0)) == settings
-    changed = restored(settings, ArmMemory("", "cartesian", "tool", 5.0, 0.5, 0.1))
+    assert restored(settings, ArmMemory("sideways", "board", 3.3, 3.4, 7.0)) == settings
+    changed = restored(settings, ArmMemory("cartesian", "tool", 5.0, 0.5, 0.1))
     assert (changed.cartesian, changed.frame, changed.step_deg, changed.step_mm, changed.speed) == (
         True, "tool", 5.0, 0.5, 0.1,
     )  # fmt: skip
@@ -274,13 +274,8 @@ def test_the_arms_that_were_not_seen_for_the_longest_time_are_forgotten():
     assert memory.of(FakeArm(arm="arm 5").status) == ArmMemory(speed=0.1)
 
 
-async def test_an_arm_without_a_position_begins_at_the_jog_screen(memory):
-    async with Session(busy_arm(), memory=memory) as session:
-        await session.press("f7", "ctrl+q")
-    arm = busy_arm()
-    arm.set(**unknown_position())
-    async with Session(arm, memory=memory) as session:
-        assert session.screen.place == "jog"
-        assert "press H to reference" in session.text("trust")
-    async with Session(busy_arm(), memory=memory) as session:
-        assert session.screen.place == "jog", "where it was left last"
+async def test_the_desk_begins_at_the_jog_screen_wherever_it_was_left(memory):
+    for _ in range(2):
+        async with Session(busy_arm(), memory=memory) as session:
+            assert session.screen.place == "jog"
+            await session.press("f7", "ctrl+q")

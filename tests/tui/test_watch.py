@@ -76,7 +76,7 @@ async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
         await session.hear({**status_view(FakeArm().status), "program": {}})
         assert "program" not in session.text("watched")
         await session.hear(status_view(FakeArm(state=State.DISCONNECTED).status))
-        assert "no stop reaches it" in session.text("stopping")
+        assert "NO STOP REACHES IT" in session.text("stopping")
         await session.hear(status_view(FakeArm(**unknown_position()).status))
         assert "joints unknown" in session.text("watched")
 

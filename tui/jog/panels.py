@@ -21,7 +21,7 @@ from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
 from tui.desk import Desk
 from tui.gamepad import PAD
 from tui.jog.jogging import DeskJogging
-from tui.keys.table import MM_AXES, JogPair, words
+from tui.keys.table import MM_AXES, JogPair, Needs, words
 from tui.safety import bound_text
 from tui.settings import JogSettings
 from tui.widgets import Span
@@ -393,7 +393,7 @@ class AxisPanels:
     def _push(self, pair: JogPair, plus: bool) -> None:
         """Hold the key cap of an axis."""
         with self._desk.calls.acting():
-            self._desk.link.require_motion()
+            self._desk.link.require(Needs.MOTORS)
             self._hand.push(pair.plus if plus else pair.minus)
 
 

@@ -105,7 +105,6 @@ class Fingers:
         return opened(arm.status.gripper_mm)
 
     def _require_armed(self) -> None:
-        self._desk.link.require_motion()
         if not self._hand.armed:
             arm = self._desk.keys.label("arm")
             raise BadRequest(f"this moves the fingers: {arm} arms the keys first")
@@ -166,7 +165,7 @@ class JogScreen(DeskScreen):
         """Keys that are armed need no arming; keys that are not grasp nothing."""
         frame = () if self.desk.settings.jog.cartesian else ("frame",)
         link = self.desk.link
-        if link.why_immobile or link.status.state is State.HOMING:
+        if link.status.state is State.HOMING:
             return ("arm", "grasp", "park", *frame)
         if not self.armed:
             return ("grasp", *frame)
@@ -225,7 +224,6 @@ class JogScreen(DeskScreen):
 
     def action_jog(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
-        self.desk.link.require_motion()
         if not self.armed and not self.desk.message:  # which may say why they were disarmed
             arm = self.desk.keys.label("arm")
             self.desk.say(f"jog keys move nothing before {arm} arms them")
@@ -233,7 +231,6 @@ class JogScreen(DeskScreen):
 
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""
-        self.desk.link.require_motion()
         if not self.hand.arm_keys():
             arm = self.desk.keys.label("arm")
             raise BadRequest(f"keys are still arriving: let go of all keys, then press {arm} again")

@@ -8,10 +8,25 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from itertools import zip_longest
 
 from armdrive.trace.entries import Topic
 from kinematics.spaces import JOINT_NAMES
+
+
+class Needs(IntEnum):
+    """What a key needs of the arm to do anything; each needs what the ones before it do, too.
+
+    Where an arm is not so, the line of keys does not offer the key, and a press of it is refused.
+    """
+
+    NOTHING = 0
+    LINK = 1
+    MOTORS = 2
+    """A state in which something can move the arm: no error-stop, and the motors are on."""
+    POSITION = 3
+    """A position that can be trusted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +37,8 @@ class DeskKey:
     its parts.
     `place` is the screen (or kind of dialog) on which they do it; without one it is all screens.
     `everywhere` keys work in every dialog too, before anything else. Rows without a description are
-    never offered in the line of keys. `also` are other words by which people look for it.
+    never offered in the line of keys. `also` are other words by which people look for it, and
+    `needs` says which arm it can do anything to.
     """
 
     id: str
@@ -33,6 +49,7 @@ class DeskKey:
     place: str = ""
     everywhere: bool = False
     also: str = ""
+    needs: Needs = Needs.NOTHING
 
     @property
     def jogs(self) -> str:
@@ -56,12 +73,13 @@ DESK_KEYS = (
     DeskKey("reference", ("H",), "control.reference", "reference",
             "Reference the arm: confirm that it stands in the posture shown. A simulated arm "
             "goes there by itself; an arm with switches homes after a question.",
-            also="home homing origin zero"),
+            also="home homing origin zero", needs=Needs.MOTORS),
     DeskKey("confirm", ("C",), "control.confirm", "confirm",
             "Confirm that the arm still stands as the last program left it, in the posture "
-            "shown."),
+            "shown.", needs=Needs.LINK),
     DeskKey("motors", ("P",), "control.switch_motors", "motors",
-            "Switch the motors on; or off, after a question, because the arm then sags."),
+            "Switch the motors on; or off, after a question, because the arm then sags.",
+            needs=Needs.LINK),
     DeskKey("reconnect", ("L",), "control.reconnect", "reconnect",
             "Try once to reconnect a lost link. Nothing moves, and an interrupted motion does "
             "not continue."),
@@ -74,7 +92,7 @@ DESK_KEYS = (
     DeskKey("back", ("ctrl+u",), "screens.scroll(-1)", "",
             "Scroll up again."),
     DeskKey("reset", ("R",), "control.reset", "reset",
-            "Leave error-stop. Nothing moves.", also="clear error unlock"),
+            "Leave error-stop. Nothing moves.", also="clear error unlock", needs=Needs.LINK),
     DeskKey("estop", ("X",), "control.estop", "e-stop",
             "Stop, and latch error-stop: nothing moves until a reset.", also="estop emergency"),
 )  # fmt: skip
@@ -108,7 +126,7 @@ def _pause(place: str) -> DeskKey:
 MOVE_KEYS = (
     DeskKey("move-go", ("enter",), "planned.press", "go (twice)",
             "Press twice: the arm moves as shown. A held key does not count.",
-            "move"),
+            "move", needs=Needs.POSITION),
     _pause("move"),
     DeskKey("move-next", ("down", "tab"), "form.move_to_field(1)", "next",
             "Go to the next field.", "move"),
@@ -148,15 +166,17 @@ MOVE_KEYS = (
 POINT_KEYS = (
     DeskKey("points-go", ("enter",), "press_go", "go (twice)",
             "Press twice: the arm goes to the point as shown, or carries out the rest of the "
-            "sequence. A held key does not count.", "points"),
+            "sequence. A held key does not count.", "points", needs=Needs.POSITION),
     DeskKey("points-next", ("down",), "choose(1)", "next",
             "Go to the next point or sequence.", "points"),
     DeskKey("points-previous", ("up",), "choose(-1)", "",
             "Go to the previous point or sequence.", "points"),
     DeskKey("points-teach", ("t",), "points.teach", "teach",
-            "Save the place where the arm stands. Type a name, then press enter.", "points"),
+            "Save the place where the arm stands. Type a name, then press enter.", "points",
+            needs=Needs.POSITION),
     DeskKey("points-again", ("U",), "points.teach_again", "again",
-            "Press twice: save the point again, where the arm stands now.", "points"),
+            "Press twice: save the point again, where the arm stands now.", "points",
+            needs=Needs.POSITION),
     DeskKey("points-rename", ("r",), "points.rename", "rename",
             "Rename the point, in sequences too.", "points"),
     DeskKey("points-delete", ("delete",), "points.delete", "delete",
@@ -203,11 +223,12 @@ POINT_KEYS = (
             "this.",
             "points"),
     DeskKey("points-forward", ("right",), "sequence.forward", "step",
-            "While stepping: carry out the next step of the sequence.", "points"),
+            "While stepping: carry out the next step of the sequence.", "points",
+            needs=Needs.MOTORS),
     DeskKey("points-backward", ("left",), "sequence.backward", "back",
             "While stepping: go back to the previous point. Gripper steps and waits are not "
             "undone.",
-            "points"),
+            "points", needs=Needs.MOTORS),
     DeskKey("points-rewind", ("home",), "sequence.rewind", "rewind",
             "Start the sequence over. Nothing moves.", "points"),
     _pause("points"),
@@ -217,7 +238,7 @@ POINT_KEYS = (
 PROGRAM_KEYS = (
     DeskKey("program-go", ("enter",), "start.press", "go (twice)",
             "Press twice: run the program as rehearsed; it is rehearsed first if necessary. A "
-            "held key does not count.", "program", also="run start play"),
+            "held key does not count.", "program", also="run start play", needs=Needs.MOTORS),
     DeskKey("program-next", ("down",), "choose(1)", "next",
             "Choose the next program.", "program"),
     DeskKey("program-previous", ("up",), "choose(-1)", "",
@@ -315,7 +336,7 @@ SETUP_KEYS = (
             "Delete the last character.", "setup"),
     DeskKey("setup-turn", ("t",), "stage.turn", "TURN",
             "While checking motors: turn the motor a little; press again to bring it back.",
-            "setup"),
+            "setup", needs=Needs.MOTORS),
     DeskKey("setup-yes", ("y",), "stage.saw('AS_SHOWN')", "as shown",
             "It moved as shown.", "setup"),
     DeskKey("setup-reversed", ("r",), "stage.saw('OTHER_WAY')", "reversed",
@@ -437,7 +458,7 @@ def titled(screen: str) -> str:
 
 JOG_KEYS = (
     DeskKey("arm", ("enter",), "arm_keys", "arm",
-            "Arm the jog keys. They disarm after 60 s without a key.", "jog"),
+            "Arm the jog keys. They disarm after 60 s without a key.", "jog", needs=Needs.MOTORS),
     DeskKey("mode", ("m",), "adjustments.switch_mode", "mode",
             "Switch between joint and Cartesian mode.", "jog"),
     DeskKey("finer", ("left_square_bracket",), "adjustments.change_step(-1)", "finer",
@@ -450,10 +471,10 @@ JOG_KEYS = (
             "Jog faster.", "jog"),
     DeskKey("grasp", ("G",), "fingers.grasp", "grasp",
             "While armed: close the fingers until the grip switch closes.",
-            "jog", also="grip gripper hold"),
+            "jog", also="grip gripper hold", needs=Needs.MOTORS),
     *(
         DeskKey(f"grip-{word}", (key,), f"fingers.preset({share})", "",
-                f"While armed: {does}.", "jog", also="grip gripper fingers")
+                f"While armed: {does}.", "jog", also="grip gripper fingers", needs=Needs.MOTORS)
         for key, word, share, does in (
             ("1", "open", 1.0, "open the fingers"),
             ("2", "half", 0.5, "bring the fingers half open"),
@@ -461,7 +482,8 @@ JOG_KEYS = (
         )
     ),
     DeskKey("park", ("K",), "park", "park",
-            "Show the park posture, and go there after a question.", "jog", also="parking rest"),
+            "Show the park posture, and go there after a question.", "jog", also="parking rest",
+            needs=Needs.POSITION),
     DeskKey("details", ("D",), "details", "details",
             "Show or hide details: motors, inputs, and what goes over the wire.",
             "jog", also="wire bytes motors inputs"),
@@ -550,6 +572,7 @@ AXIS_KEYS = tuple(
         "",
         f"Jog row {number}, {way}: a joint, or in Cartesian mode a coordinate of the tip.",
         "jog",
+        needs=Needs.MOTORS,
     )
     for number, keys in enumerate(LETTERS, 1)
     for way, key in zip(_WAYS, keys, strict=True)
@@ -561,6 +584,7 @@ AXIS_KEYS = tuple(
         "",
         f"Jog the {joint}, {way}; in Cartesian mode {axis}.",
         "jog",
+        needs=Needs.MOTORS,
     )
     for *keys, joint, axis in ARROWS
     for way, key in zip(_WAYS, keys, strict=True)

@@ -42,8 +42,8 @@ Present = Callable[[], Mapping[str, float]]
 class GoalForm:
     """The fields of both modes, and which of them is typed into.
 
-    A field is empty, typed, or filled in from elsewhere: then it has all its digits, and the first
-    key replaces it.
+    The first key that is typed into a field replaces what stood in it when it was chosen, or what
+    was filled in from elsewhere, which has all its digits.
     """
 
     def __init__(
@@ -89,9 +89,9 @@ class GoalForm:
         return self._fields[name]
 
     def shown(self, name: str) -> str:
-        """Return a field as people see it."""
-        field = self.field(name)
-        return f"{float(field.text):.2f}" if field.offered else field.text
+        """Return a field as people see it: what was filled in has too many digits for them."""
+        text = self.field(name).text
+        return text if len(text) <= LONGEST else f"{float(text):.2f}"
 
     def unit(self, name: str) -> str:
         """Return the unit of a field."""
@@ -100,8 +100,10 @@ class GoalForm:
     # -- keys ---------------------------------------------------------------------------------
 
     def move_to_field(self, by: int) -> None:
-        """Go to another field."""
+        """Go to another field; what stands in it is replaced by what is typed next."""
         self.at = (self.at + by) % len(self.names)
+        field = self.field(self.name)
+        field.offered = bool(field.text)
 
     def clear(self) -> None:
         """Empty every field: the arm would stay where it is."""

@@ -10,7 +10,13 @@ from functools import partial
 from typing import Any
 
 from armdrive.errors import BadRequest
-from armdrive.motion.preview import PostureOption, Preview, clearance_words, margin_words
+from armdrive.motion.preview import (
+    PostureOption,
+    Preview,
+    clearance_words,
+    duration_words,
+    margin_words,
+)
 from armdrive.moves import TOOL_FRAME, Motion
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status
@@ -65,7 +71,7 @@ def short_text(preview: Preview) -> str:
     if preview.plan is None:
         return "\n".join(lines)
     near = [f"{each.guard} {round(each.clearance_mm)} mm" for each in preview.clearances[:2]]
-    return "\n".join([*lines, _duration(preview), "  ".join(near), _stop(preview)])
+    return "\n".join([*lines, duration_words(preview), "  ".join(near), *_stop(preview)])
 
 
 def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
@@ -78,8 +84,8 @@ def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
         yield f"[{keys.label('move-nearest')}] possible instead{part}:"
         yield f"  {preview.nearest.pose}"
     if preview.plan is not None:
-        yield _duration(preview)
-        yield _stop(preview)
+        yield duration_words(preview)
+        yield from _stop(preview)
         if preview.margin is not None:
             yield margin_words(preview.margin)
         yield from (clearance_words(preview, each) for each in _clearances(preview))
@@ -108,15 +114,10 @@ def _way_line(way: PostureOption) -> str:
     return f"{sign} {name}: {because}"
 
 
-def _stop(preview: Preview) -> str:
-    """Say how much a stop on the way takes at most."""
-    return f"a stop takes up to {bound_text(preview.stop_distance_mm, preview.stop_time_s)}"
-
-
-def _duration(preview: Preview) -> str:
-    """Say how long it takes; how slow the arm may be is not known before it has moved."""
-    planned, slowest = f"{preview.duration_s:.1f} s", f"{preview.slowest_s:.1f} s"
-    return f"takes {planned}" + f" ({slowest} if the arm is slow)" * (slowest != planned)
+def _stop(preview: Preview) -> Iterator[str]:
+    """Say how much a stop on the way takes at most, where anything moves."""
+    if preview.stop_time_s:
+        yield f"a stop takes up to {bound_text(preview.stop_distance_mm, preview.stop_time_s)}"
 
 
 def _reason(refusal: Exception) -> str:
@@ -132,9 +133,15 @@ def ready_text(preview: Preview | None, key: str) -> str:
     return f"{key} twice moves the arm like this"
 
 
-def progress_text(share: float, keys: Keyboard) -> str:
-    """Say how far the arm is, in a bar and a number, and how it is stopped."""
-    return f"MOVING {progress_bar(share)}\n{keys.label('stop')} stops it"
+def progress_text(share: float, keys: Keyboard, *, place: str, paused: bool) -> str:
+    """Say how far the arm is, in a bar and a number, and which keys pause and stop it."""
+    pause, stop = keys.label(f"{place}-pause"), keys.label(STOP)
+    return f"{progress_bar(share)}\n{going_text(pause, stop, paused=paused)}"
+
+
+def going_text(pause: str, stop: str, *, paused: bool) -> str:
+    """Say which keys pause or resume a motion under way, and stop it."""
+    return f"{f'PAUSED: {pause} resumes' if paused else f'UNDER WAY: {pause} pauses'}, {stop} stops"
 
 
 def progress_bar(share: float) -> str:
@@ -208,7 +215,8 @@ class PlannedMove:
         """Say how the motion is begun, confirmed or stopped."""
         keys = self._desk.keys
         if self.going.busy and self._progress is not None:
-            return progress_text(self._progress.seen(status.joints), keys)
+            share, place = self._progress.seen(status.joints), self._desk.place
+            return progress_text(share, keys, place=place, paused=status.paused)
         return self._desk.confirmation.again or ready_text(fresh, keys.label(self._row))
 
     @property
@@ -247,7 +255,6 @@ class PlannedMove:
     def press(self) -> None:
         """Take one press of the two that move the arm."""
         desk = self._desk
-        desk.link.require_motion()
         if self.going.busy:
             raise BadRequest(f"the arm is on its way: {desk.keys.label(STOP)} stops it")
         if self.preview is None or not self._fresh(desk.link.status):

@@ -21,8 +21,8 @@ from tui.app import Job, TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.table import STOP, words
-from tui.move.planned import PlannedMove, short_text
+from tui.keys.table import STOP, DeskKey, Needs, words
+from tui.move.planned import PlannedMove, going_text, short_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
 from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
 from tui.widgets import CURRENT_STYLE, DONE_STYLE, ChoiceList, Span, panels
@@ -101,7 +101,6 @@ class SequenceRun:
 
         Raises `BadRequest` where the step keys do not move the arm.
         """
-        self._desk.link.require_motion()
         if self.going.busy:
             self._desk.confirmation.refuse()  # it may still be held when the arm stands
         self.require_standstill()
@@ -336,9 +335,8 @@ class PointsScreen(DeskScreen):
         if self.selection.naming is not None:
             return naming_text(self.selection.naming, keys)
         if self.sequence.going.busy:
-            pause = keys.label("points-pause")
-            pauses = f"PAUSED: {pause} resumes" if status.paused else f"UNDER WAY: {pause} pauses"
-            return f"{pauses}, {keys.label('stop')} stops"
+            pause, stop = keys.label("points-pause"), keys.label(STOP)
+            return going_text(pause, stop, paused=status.paused)
         if again := self.desk.confirmation.again:
             return again
         if self.sequence.stepper is not None:
@@ -358,6 +356,10 @@ class PointsScreen(DeskScreen):
         others = OF_SEQUENCES if self.selection.listed.sequence is None else OF_POINTS
         return tuple(f"points-{name}" for name in others)
 
+    def needs(self, row: DeskKey) -> Needs:
+        """Return what a key needs of the arm: nothing while a name is typed."""
+        return Needs.NOTHING if self.selection.naming is not None else super().needs(row)
+
     # -- keys ---------------------------------------------------------------------------------
 
     def action_choose(self, by: int) -> None:
@@ -372,7 +374,6 @@ class PointsScreen(DeskScreen):
         elif self.sequence.stepper is None:
             self.planned.press()
         else:
-            self.desk.link.require_motion()
             self.sequence.require_standstill()
             effect = "RUNS THE REMAINING STEPS"
             self.desk.confirmation.press(effect, self.sequence.finish, row="points-go")

@@ -21,7 +21,7 @@ from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import STOP
-from tui.move.planned import progress_bar
+from tui.move.planned import going_text, progress_bar
 from tui.program.running import DeskRun, ProgramFiles, ProgramRehearsal, reason
 from tui.widgets import ChoiceList, LinesToShow, ProgramLines, Span, panels
 
@@ -92,8 +92,7 @@ def running_lines(
         return
     if view.get("waiting"):
         yield f"{view['waiting']} ({duration(run.under_way_s)} so far)", WARN
-    pauses = f"PAUSED: {pause} resumes" if paused else f"{pause} pauses"
-    yield f"{pauses}, {stop} stops", WARN if paused else ""
+    yield going_text(pause, stop, paused=paused), WARN if paused else ""
     if stepping:
         yield "STEPPING: waits for you before the next motion", ""
 
@@ -139,7 +138,6 @@ class ProgramStart:
 
     def press(self) -> None:
         """Take one press of the two that run the program, or rehearse it first."""
-        self._desk.link.require_motion()
         try:
             found = self._rehearsed()
         except BadRequest:

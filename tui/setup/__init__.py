@@ -18,7 +18,7 @@ from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import bindings
-from tui.setup.motors import ANSWERS, MotorsStage
+from tui.setup.motors import MotorsStage
 from tui.setup.stages import Go, InterviewAsking, Ports, SetupStage, StageText
 from tui.widgets import ChoiceList, PlainText
 
@@ -149,9 +149,7 @@ class SetupScreen(DeskScreen):
     @property
     def idle(self) -> tuple[str, ...]:
         """Keys that are for another stage than this one."""
-        turning = () if isinstance(self.stage, MotorsStage) else ("setup-turn", *ANSWERS)
-        skipping = () if isinstance(self.stage, Ports) else ("setup-on",)
-        return (*turning, *skipping, *(["setup-back"] if self.stage.before is None else []))
+        return (*self.stage.idle, *(["setup-back"] if self.stage.before is None else []))
 
     def disarm(self, reason: str) -> None:
         """Let nothing be half chosen; a stop also leaves the step."""

@@ -14,10 +14,7 @@ from kinematics.text import counted
 from tui.app import Job
 from tui.desk import Desk
 from tui.keys.table import STOP
-from tui.setup.stages import Correction, Go, SetupStage, StageText
-
-ANSWERS = ("setup-yes", "setup-reversed", "setup-nothing", "setup-another", "setup-double",
-           "setup-half")  # fmt: skip
+from tui.setup.stages import ANSWERS, SKIP, Correction, Go, SetupStage, StageText
 
 
 class MotorsStage(SetupStage):
@@ -30,6 +27,14 @@ class MotorsStage(SetupStage):
         self.check: DirectionCheck = check_of(desk.arm.config, known)
         self.others: tuple[str, ...] = ()
         self._turning = Job()
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Rows that do nothing: the answers before a motor has turned, going on after that."""
+        if self.check.trial is None or self.others:
+            return ("setup-turn", *ANSWERS, SKIP)
+        waits = self.check.shown and not self.check.answered and not self._turning.busy
+        return ("setup-enter", SKIP) if waits else ("setup-enter", *ANSWERS, SKIP)
 
     def text(self) -> StageText:
         """Say which motor's turn it is, what ought to be seen, and which keys answer."""
@@ -141,7 +146,6 @@ class MotorsStage(SetupStage):
 
     def _next_steps(self) -> tuple[int, ...]:
         """Return what the next turn asks of each motor; refuse where none may turn."""
-        self.desk.link.require_motion()
         state = self.desk.link.status.state
         if state is not State.STANDBY:
             raise BadRequest(f"the arm is {state.value}: wait until it stands")

@@ -29,6 +29,12 @@ RISK = OPENING_RISK.format(port="it")
 
 FOR_MOTORS = "that is for checking motors: choose that step first"
 
+ANSWERS = ("setup-yes", "setup-reversed", "setup-nothing", "setup-another", "setup-double",
+           "setup-half")  # fmt: skip
+"""The rows that say what was seen of a motor."""
+
+SKIP = "setup-on"
+
 Go = Callable[["SetupStage"], None]
 """Shows another stage."""
 
@@ -56,6 +62,11 @@ class SetupStage:
     def typing(self) -> TypedText | None:
         """The line that is typed into, if there is one."""
         return None
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Rows of the table of keys that do nothing at this stage."""
+        return ("setup-turn", *ANSWERS, SKIP)
 
     def text(self) -> StageText:
         """Say what the stage is about, what is marked, and what comes next."""
@@ -266,6 +277,11 @@ class Ports(SetupStage):
             self._looking = False
         self.marked = len(found) if self.other.text else 0
         self.candidates = found
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """A port can be skipped: it is described without opening it."""
+        return tuple(row for row in super().idle if row != SKIP)
 
     def rows(self) -> int:
         """Return the number of ports, and one to be typed."""

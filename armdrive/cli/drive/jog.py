@@ -20,7 +20,7 @@ from armdrive.cli.chosen_arm import connect_chosen, switch_on_settled
 from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.options import ARM_OPTIONS, names_arm, typed_again
-from armdrive.cli.presenter import Outcome, Result, agreed, require_screen, say
+from armdrive.cli.presenter import Outcome, Result, require_screen, say
 from armdrive.cli.program.arguments import PROGRAM
 from armdrive.cli.terminal_operator import confirm_simulated
 from armdrive.connect.target import DEFAULT_TARGET
@@ -112,13 +112,12 @@ def _hint(options: argparse.Namespace, keys: Keyboard) -> str:
 
 
 def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
-    """Offer to watch an arm that another program drives. Raises the error if that is declined."""
+    """Watch an arm that another program drives: that moves nothing, and needs no question."""
     if options.served:
         raise error
-    say(str(error))
-    if not agreed("Watch it instead, with a key to stop it? Type yes: "):
-        raise error
-    return watch_on_screen(chosen_target(options).config, ascii_only=options.ascii)
+    end = watch_on_screen(chosen_target(options).config, ascii_only=options.ascii)
+    say(f"the arm was watched, not driven: {error}")
+    return end
 
 
 # A model with no arm.

@@ -151,6 +151,14 @@ def test_margins_and_clearances_are_the_least_on_the_way(arm):
     assert preview.clearance is preview.clearances[0]
 
 
+def test_where_no_motor_turns_there_is_nothing_to_stop(arm):
+    arm.move_to(GOAL)
+    preview = arm.preview(PoseMove(GOAL))
+    assert (preview.duration_s, preview.stop_time_s, preview.stop_distance_mm) == (0.0, 0.0, 0.0)
+    assert "the arm stands there already" in str(preview)
+    assert "a stop" not in str(preview)
+
+
 def test_an_unreferenced_arm_has_no_preview():
     arm = sim_arm()
     preview = arm.preview(PoseMove(GOAL))

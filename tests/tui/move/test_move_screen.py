@@ -216,16 +216,36 @@ async def test_progress_is_shown_until_the_end():
         def during(going):
             del going
             for index in (0, len(session.screen.planned.preview.postures) // 2):
-                arm.set(joints=session.screen.planned.preview.postures[index], state=State.MOVING)
+                seen = session.screen.planned.preview.postures[index]
+                arm.set(joints=seen, state=State.MOVING, paused=index > 0)
                 session.desk.call_from_thread(session.desk.poll)
                 session.desk.call_from_thread(lambda: shown.append(session.text("going")))
 
         arm.during = during
         await session.twice("enter")
-        assert "MOVING" in shown[0]
-        assert " 0%" in shown[0]
+        assert " 0%\nUNDER WAY: p pauses, space stops" in shown[0]
         assert 45 <= int(shown[1].split("%")[0].split()[-1]) <= 60
-        session.shows("the end", not_going="MOVING")
+        assert "PAUSED: p resumes, space stops" in shown[1]
+        session.shows("the end", going="enter twice")
+
+
+async def test_what_stood_in_a_field_is_replaced_by_what_is_typed_next():
+    async with MoveSession() as session:
+        await session.keys("'250 down '80")
+        assert session.field("x") == "250"
+        await session.keys("up '3 '1")
+        assert session.field("x") == "31"
+        await session.keys("down backspace")
+        assert session.field("y") == ""
+
+
+async def test_a_goal_where_the_arm_stands_takes_nothing_and_needs_no_stop():
+    async with MoveSession() as session:
+        x_mm = session.arm.status.pose.x_mm
+        await session.keys(f"'{x_mm:.3f}")
+        await session.twice("enter")
+        await session.poll()
+        session.shows("there", foreseen="the arm stands there already", not_foreseen="a stop")
 
 
 async def test_an_arm_that_may_not_move_now_shows_the_plan_and_says_why():

@@ -340,7 +340,7 @@ async def test_an_arm_whose_motors_count_otherwise_is_right_after_its_file_was_c
 
 
 async def test_a_key_that_is_held_turns_once_and_nothing_else_turns_at_all():
-    async with SetupSession() as session:
+    async with SetupSession(size=(120, 24)) as session:
         await session.press("t")
         assert "choose that step first" in session.text("messages")
         await session.choose("4 check")
@@ -348,7 +348,9 @@ async def test_a_key_that_is_held_turns_once_and_nothing_else_turns_at_all():
         assert isinstance(session.stage, Steps)
         await session.choose("4 check")
         assert session.simulated.asked == []
+        session.shows("not turned yet", footer="t TURN", not_footer="as shown")
         await session.turn()  # the first repeat of a held key comes after half a second
+        session.shows("turned", footer="y as shown", not_footer="go on")
         assert len(session.simulated.asked) == 1
         for _ in range(20):
             await session.press("t", after_s=0.04)
@@ -413,8 +415,7 @@ async def test_no_motor_is_turned_in_a_state_in_which_it_should_not(state, why):
         if state is State.DISABLED:
             off = replace(session.desk.link.status, state=state, current=Current.OFF)
             session.desk.link.status = off
-            with session.desk.calls.acting():
-                session.stage.turn()
+            await session.desk.run_action("stage.turn", session.desk.screen)
         else:
             await session.turn()
         assert session.simulated.asked == []

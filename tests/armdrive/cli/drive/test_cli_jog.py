@@ -106,7 +106,6 @@ def watched(monkeypatch, _terminal):
         return 0
 
     monkeypatch.setattr(tui, "run_watch", run_watch)
-    monkeypatch.setattr(jog, "agreed", lambda question: True)
     return names
 
 
@@ -123,17 +122,11 @@ BY_PORT = ("--port", "/dev/x", "--dialect", "robko01")
         (PORT, ("watch", "--screen")),
     ],
 )
-def test_an_arm_that_another_program_holds_may_be_watched(call, watched, config, words):
+def test_an_arm_that_another_program_holds_is_watched(call, watched, config, words):
     with connect_remembered(config):
-        call(*words, code=0)
+        said = call(*words, code=0).out
     assert watched == [config.name]
-
-
-def test_an_arm_that_another_program_holds_need_not_be_watched(call, desk, watched, monkeypatch):
-    monkeypatch.setattr(jog, "agreed", lambda question: False)
-    with connect_remembered(find("sim:teachmover").config):
-        call("jog", "--sim", "teachmover", code=4)
-    assert watched == desk == []
+    assert ("was watched, not driven" in said) == (words[0] == "jog")
 
 
 @pytest.mark.parametrize("words", [("jog", "--sim", "teachmover"), ("jog", "--model", "puma")])
