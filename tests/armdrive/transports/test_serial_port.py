@@ -233,7 +233,9 @@ def test_a_port_can_be_told_to_keep_dtr_when_it_is_closed(ends):
 
 @on_linux
 @pytest.mark.parametrize("raise_dtr", [True, False])
-def test_dtr_stayed_up_if_the_last_close_kept_it_and_this_program_does(ends, monkeypatch, raise_dtr):
+def test_dtr_stayed_up_if_the_last_close_kept_it_and_this_program_does(
+    ends, monkeypatch, raise_dtr
+):
     master, name, _ = ends
     stayed = []
     for kept in (False, True):

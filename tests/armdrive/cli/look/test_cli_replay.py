@@ -68,7 +68,7 @@ def test_the_timeline_can_run_at_the_speed_of_the_arm(call, recording, monkeypat
 
 def test_a_broken_file_is_one_sentence(call, tmp_path):
     (tmp_path / "broken.jsonl").write_text("{}\n")
-    recorded_arm().save_recording(tmp_path / "whole.jsonl")
+    recorded_arm().recorder.save(tmp_path / "whole.jsonl")
     begun = (tmp_path / "whole.jsonl").read_text().splitlines(keepends=True)[:3]
     (tmp_path / "begun.jsonl").write_text("".join(begun))
     said = call("replay", str(tmp_path / "begun.jsonl"), code=2).out
