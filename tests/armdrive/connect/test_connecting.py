@@ -415,7 +415,7 @@ def saved_at_zero(tmp_path, dialect, board):
     twin, config = simulate(simulated_config(dialect), **board), simulated_config(dialect)
     recorder = RecordFile(tmp_path / "record.json")
     with Arm(connect_simulated(config, twin=twin, record_store=recorder)) as arm:
-        arm.declare_posture(twin.world.joints, opening_mm=twin.world.opening_mm)
+        arm.reference.declare(twin.world.joints, opening_mm=twin.world.opening_mm)
         assert not twin.board.registers.largest
     return twin, config, recorder
 
