@@ -106,7 +106,7 @@ class Program:
     """A program that was read and checked.
 
     `tree` is the program as written, `code` as it is carried out; `context` was known before it.
-    `lines` are its lines and those of the context. `near` tells that a person has just typed it, so
+    `lines` are its lines and those of the context. `near` says that a person has just typed it, so
     an error does not name its place.
     """
 

@@ -69,7 +69,7 @@ NAP_S = 1.0
 class Assumption:
     """Something that the twin could not know. `mark` is None if it concerns the arm itself.
 
-    `matters` tells whether a wrong assumption could change the path of the program or a refusal; a
+    `matters` says whether a wrong assumption could change the path of the program or a refusal; a
     wait for a person only takes longer.
     """
 

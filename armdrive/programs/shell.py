@@ -71,7 +71,7 @@ INPUT = "standard input"
 
 
 class Shell:
-    """A prompt's session on one arm; `typing` tells that a person types, and not a pipe.
+    """A prompt's session on one arm; `typing` says that a person types, not a pipe.
 
     `agreed` asks that person a question. `at` is the step at which the last entry was interrupted,
     if it was.

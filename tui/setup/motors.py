@@ -32,7 +32,7 @@ class MotorsStage(SetupStage):
         self._turning = Job()
 
     def text(self) -> StageText:
-        """Say which motor's turn it is, what ought to be seen, and which keys answer."""
+        """Name the current motor, the expected motion, and the keys that answer."""
         check = self.check
         trial = check.trial
         if trial is None:
