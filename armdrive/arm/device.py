@@ -1,4 +1,4 @@
-"""What an arm's controller has besides motors: inputs, outputs, and a program in its memory."""
+"""The inputs and outputs of an arm's controller, and the program in its memory."""
 
 from __future__ import annotations
 

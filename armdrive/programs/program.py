@@ -315,7 +315,7 @@ class Machine:
 
     @property
     def fingerprint(self) -> str:
-        """What is the same again when the program is in the same state."""
+        """A key that is equal for equal states of the program."""
         return json.dumps(STATE.write(self._state))
 
     def snapshot(self) -> dict[str, object]:

@@ -160,7 +160,7 @@ class Rehearser(Performer):
 
     @property
     def fingerprint(self) -> object:
-        """What is the same again when the twin and its world are as they were."""
+        """A key that is equal for equal states of the twin and its world."""
         there, twin = self.arm.core.position.coordinates, self.arm.twin
         if twin is None:
             return there.values

@@ -55,7 +55,7 @@ class Left(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What a word answers: an event for programs, and lines for people."""
+    """The answer of a word: an event for programs, and lines for people."""
 
     event: Mapping[str, Any] | None
     text: str

@@ -86,7 +86,7 @@ class DeskJogging:
 
     @property
     def settings(self) -> JogSettings:
-        """How jog keys move the arm now."""
+        """The current mode of the jog keys, in words."""
         return self._settings()
 
     def next_s(self) -> float:
