@@ -145,7 +145,7 @@ async def test_arms_on_clocks_of_their_own_and_in_real_time_go_together():
             assert arm.twin.world.joints.deg["base"] == pytest.approx(20, abs=0.2)
 
 
-async def test_simulated_time_stands_while_nobody_awaits_an_arm():
+async def test_simulated_time_does_not_pass_while_no_call_waits():
     async with AsyncArm.connect("sim:teachmover") as arm:
         before_s = arm.sync.pace.now_s()
         for _ in range(100):
@@ -284,7 +284,7 @@ async def test_a_timeout_stops_the_arm_and_is_a_timeout():
 
 
 @pytest.mark.parametrize("rounds", range(1, 60, amount(20, 2)))
-async def test_at_whatever_moment_a_program_is_cancelled_its_arm_stands(rounds):
+async def test_an_arm_stands_whenever_its_program_is_cancelled(rounds):
     async with AsyncArm.connect("sim:teachmover") as arm:
 
         async def work():
@@ -496,7 +496,7 @@ class TestRealTime:
                 async with asyncio.timeout(0.05):
                     await arm.sleep(LONG_S)
 
-    async def test_a_stop_waits_for_nobody_however_many_calls_are_under_way(self):
+    async def test_a_stop_does_not_wait_for_running_calls(self):
         async with homed(pace=30.0) as arm:
             sleepers = [asyncio.create_task(arm.sleep(LONG_S)) for _ in range(40)]
             task = await moving(arm)

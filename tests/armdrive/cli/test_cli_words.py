@@ -293,7 +293,7 @@ def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_what_is_declared_of_a_command_is_carried_out(name):
+def test_declared_options_reach_the_command(name):
     function, _ = ROWS[name]
     assert name in command_at(f"{function.partition('.')[0]}.arguments:ARGUMENTS")
     if name not in WITH_ACTIONS:

@@ -192,7 +192,7 @@ def parse_or_refuse(table):
 
 @settings(max_examples=amount(40, 1000))
 @given(TABLES, st.sampled_from(["teachmover", "robko01", "alpha2", "minimover5"]))
-def test_whatever_a_file_says_the_answer_is_an_arm_or_a_sentence(table, model):
+def test_any_file_gives_an_arm_or_one_sentence(table, model):
     parse_or_refuse({**table, "model": table.get("model", model)})
 
 
@@ -201,7 +201,7 @@ SECTIONS = sorted(line.strip("[]") for line in WHOLE.splitlines() if line.starts
 
 @settings(max_examples=amount(100, 2500))
 @given(st.data())
-def test_whatever_stands_in_a_section_the_answer_is_an_arm_or_a_sentence(data):
+def test_any_section_gives_an_arm_or_one_sentence(data):
     table = tomllib.loads(WHOLE)
     section = data.draw(st.sampled_from(SECTIONS))
     key = data.draw(st.sampled_from(sorted(table[section])))

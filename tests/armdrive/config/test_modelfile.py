@@ -170,7 +170,7 @@ def test_a_file_that_cannot_be_read_or_parsed_is_named(tmp_path):
         read_model(broken)
 
 
-def test_files_are_told_from_names_by_their_ending():
+def test_files_are_distinguished_from_names_by_their_ending():
     assert is_model_file("arm.toml")
     assert is_model_file("/home/me/ARM.TOML")
     assert not is_model_file("puma")

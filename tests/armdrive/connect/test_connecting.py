@@ -134,7 +134,7 @@ class TestForcedSimulation:
             connect_real(find(NOWHERE, dialect_name="teachmover").config)
 
     @pytest.mark.parametrize("off", ["", "0"])
-    def test_it_is_off_where_the_variable_says_so(self, monkeypatch, off):
+    def test_the_environment_variable_switches_it_off(self, monkeypatch, off):
         monkeypatch.setenv("ARMDRIVE_FORCE_SIM", off)
         with pytest.raises(PortUnavailable, match="no port /dev/ttyNOWHERE"):
             Arm.connect(NOWHERE, dialect="teachmover")
@@ -198,7 +198,7 @@ def refused(dialect: str, port: SimPort, baud: int | None = None) -> str:
 
 @pytest.mark.parametrize(("asked", "there"), PAIRS)
 @pytest.mark.parametrize("same_baud", [True, False])
-def test_the_wrong_dialect_moves_nothing_and_says_so(asked, there, same_baud):
+def test_the_wrong_dialect_moves_nothing_and_is_reported(asked, there, same_baud):
     for state in PREPARED[there]:
         if (there, state) not in LINE_ENDS_ACT:
             port = prepared(there, state)

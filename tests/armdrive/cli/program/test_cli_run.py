@@ -175,7 +175,7 @@ def test_what_a_call_is_answered_with(call, write, row):
     assert all(each in ended.out + ended.err for each in said)
 
 
-def test_a_run_that_was_not_rehearsed_to_its_end_says_so(homed, write, monkeypatch):
+def test_a_run_reports_an_unfinished_rehearsal(homed, write, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run_program.BEFORE_RUN_S", -1.0)
     path = write("repeat 5\n  delay 1\nend\n")
     ran = homed("run", path, code=0).out

@@ -223,7 +223,7 @@ def test_an_increment_of_a_jog_that_is_paused_ends_where_it_is():
         assert standing_as_said(arm)
 
 
-def test_what_is_taken_back_of_the_backlash_is_as_if_it_had_never_been_sent():
+def test_withdrawn_steps_leave_the_backlash_unchanged():
     slack = Slack((5, 5))
     slack.refer()
     slack.sends(Motors((9, 0)))
@@ -384,7 +384,7 @@ def test_at_every_speed_a_motion_is_exact_believed_and_never_starves(begin, firm
     assert arm.status.underruns == 0
 
 
-def test_what_is_too_slow_for_the_board_takes_the_time_asked_for_and_says_so():
+def test_a_motion_too_slow_for_the_board_takes_its_time_and_is_reported():
     arm = ready()
     slow = arm.move_j(base_deg=4, speed=0.02)  # 79 steps at 8.3 a second
     assert slow.duration_s == pytest.approx(math.radians(4) / (0.37 * 0.02), rel=0.05)
