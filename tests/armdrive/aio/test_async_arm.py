@@ -66,7 +66,7 @@ async def test_the_calls_are_those_of_an_arm():
     assert arm.status.state is State.DISCONNECTED
 
 
-async def test_it_can_be_awaited_or_entered_and_a_with_statement_leaves_a_still_arm():
+async def test_a_connection_can_be_awaited_or_entered_and_leaves_the_arm_standing():
     arm = await AsyncArm.connect("sim:mks")
     assert arm.status.state is State.DISABLED
     async with arm:
@@ -117,7 +117,7 @@ def test_the_same_program_gives_the_same_result_each_time():
     assert again == first
 
 
-async def test_what_follows_a_gather_begins_at_the_moment_in_which_it_ended():
+async def test_the_call_after_a_gather_begins_when_the_gather_ends():
     async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
         await asyncio.gather(a.home(), b.home())
         mover = asyncio.create_task(b.move_j(base_deg=15, speed=0.2))
@@ -189,7 +189,7 @@ async def test_an_operator_is_an_ordinary_function_and_may_jog():
     assert len(asked) == 1
 
 
-async def test_what_an_operator_does_takes_time_for_every_arm_of_the_loop():
+async def test_an_operators_work_takes_time_for_every_arm_of_the_loop():
     seen = []
 
     def operator(request):

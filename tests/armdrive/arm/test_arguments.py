@@ -357,7 +357,7 @@ def test_a_misspelt_attribute_changes_nothing_and_the_nearest_one_is_named(kind,
     assert seen() == before
 
 
-def test_what_python_does_with_objects_still_works():
+def test_checked_objects_still_work_in_python():
     arm, clock = bench(), SimulatedClock()
     with mock.patch.object(arm, "stop") as stopped:
         arm.stop()
@@ -573,7 +573,7 @@ def test_numbers_of_numpy_are_numbers():
         ),
     ],
 )
-def test_what_the_kinematics_refuse_is_an_error_of_both(call, kind, code):
+def test_a_refusal_of_the_kinematics_is_an_error_of_both_packages(call, kind, code):
     arm, before = bench(), seen()
     with pytest.raises(getattr(mathematics, kind.__name__)) as raised:
         call(arm)

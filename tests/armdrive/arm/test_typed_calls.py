@@ -282,7 +282,7 @@ def test_waiting_looks_as_often_as_it_says_whatever_the_arm_file_has(idle_poll_s
     "words",
     [{}, {"high": 0}, {"high": 9}, {"low": True}, {"high": 1, "low": (1, 2)}, {"high": "a"}],
 )
-def test_what_names_no_input_is_refused(words):
+def test_an_invalid_input_is_refused(words):
     with pytest.raises(BadRequest):
         ready_arm().wait_inputs(**words)
 

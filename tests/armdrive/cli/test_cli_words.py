@@ -183,7 +183,7 @@ def test_a_wrong_option_is_named_with_where_to_find_help(call, words, named):
     assert call(*words).out == ""
 
 
-def test_what_has_to_be_typed_has_an_example():
+def test_required_words_have_an_example():
     """A wrong option is refused with one."""
 
     def lacking(parser):

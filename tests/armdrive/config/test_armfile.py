@@ -407,7 +407,7 @@ PROBLEMS = [
 
 
 @pytest.mark.parametrize(("text", "wanted"), PROBLEMS)
-def test_one_reading_finds_everything_that_is_wrong(tmp_path, text, wanted):
+def test_all_mistakes_of_a_file_are_found_at_once(tmp_path, text, wanted):
     found = problems_of(f'model = "teachmover"\n{text}', tmp_path)
     assert len(found) == len(wanted), found
     for place, sentence in zip(wanted, found, strict=True):
@@ -557,7 +557,7 @@ def test_a_sum_without_a_name_is_called_after_its_joints():
     assert guards('model = "teachmover"\n' + sums).sums[0].name == "elbow + wrist_pitch"
 
 
-def test_what_is_written_out_means_the_same_guards():
+def test_written_guards_read_back_the_same():
     found = guards(GUARDS)
     table = tomllib.loads(
         "\n".join(f"{key} = {value(one)}" for key, one in guard_table(found).items())

@@ -79,9 +79,7 @@ def test_an_arm_is_found_by_its_dialect_its_file_or_its_port(tmp_path):
     ],
     ids=lambda value: "" if isinstance(value, dict) else str(value),  # a clock's text varies
 )  # fmt: skip
-def test_what_leads_to_no_arm_is_refused_with_the_reason_and_the_arm_is_given_back(
-    target, options, error, words
-):
+def test_a_failed_connection_gives_the_reason_and_releases_the_arm(target, options, error, words):
     write_arm_file("bench", 'model = "teachmover"\n')
     for _ in range(2):
         with pytest.raises(error, match=words):

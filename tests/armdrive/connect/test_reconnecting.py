@@ -266,7 +266,7 @@ def test_a_jog_that_was_held_or_waited_is_forgotten(connected):
 
 
 @pytest.mark.parametrize("fault", ["estop", "unplug"])
-def test_what_waits_never_survives_a_fault(connected, fault):
+def test_waiting_tasks_do_not_survive_a_fault(connected, fault):
     arm = connected()
     jog = Jog(Space.JOINT, (("shoulder", 5.0),))
     arm.nudge(jog, speed=0.5)

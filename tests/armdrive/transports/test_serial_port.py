@@ -150,7 +150,7 @@ def test_a_port_in_use_names_who_has_it(ends, monkeypatch):
     link.close()
 
 
-def test_what_is_no_serial_port_is_refused_in_words(tmp_path):
+def test_a_name_that_is_no_serial_port_is_refused(tmp_path):
     file = tmp_path / "file"
     file.touch()
     with pytest.raises(NoSuchPort, match="is not a serial port"):
@@ -230,7 +230,7 @@ def test_a_port_can_be_told_to_keep_dtr_when_it_is_closed(ends):
     assert not link.keep_dtr_on_close()  # closed: nothing to tell it to
 
 
-def test_what_is_no_terminal_has_no_dtr(tmp_path):
+def test_a_file_that_is_no_terminal_has_no_dtr(tmp_path):
     with (tmp_path / "file").open("w") as file:
         assert not clear_hupcl(file.fileno())
 

@@ -256,7 +256,7 @@ WEIGHTS = (
 
 
 @pytest.mark.parametrize(("frame", "weight"), WEIGHTS)
-def test_what_can_be_compared_with_a_simulated_drive_is_weighed(frame, weight):
+def test_comparable_messages_have_a_weight(frame, weight):
     (message,) = PackedFrames(messages_canopen.weighed).feed(pack(frame))
     assert message.weight is weight
     assert message.data == pack(frame)

@@ -460,7 +460,7 @@ def test_no_partial_line_is_executed_where_a_reset_would_open_the_gripper(grippe
     assert (outputs["spindle"], outputs["flood"], outputs["mist"]) == ("M5", False, False)
 
 
-def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
+def test_a_single_false_report_of_outputs_releases_nothing():
     made = config(gripper="servo")
     twin = simulate(made)
     twin.link.write(b"M3S1000\n", 0.1)
@@ -486,7 +486,7 @@ def segments(arm):
 @pytest.mark.parametrize(
     ("firmware", "wanted"), [("grbl", 5), ("mega5x", 9), ("grblhal", 9), ("fluidnc", 11)]
 )
-def test_what_a_board_computes_ahead_is_that_of_its_firmware(firmware, wanted):
+def test_the_segments_computed_ahead_are_those_of_the_firmware(firmware, wanted):
     assert segments(found(firmware=firmware)) == wanted
     told = found(config(device={"segments": 20}), firmware=firmware)
     assert segments(told) == 20

@@ -231,7 +231,7 @@ def test_a_gripper_on_an_output_closes_as_it_is_wired(closes, said):
     assert parts.sent[-1] == said
 
 
-def test_what_no_output_or_gripper_can_do_is_refused_before_anything_is_sent():
+def test_impossible_outputs_and_openings_are_refused_before_anything_is_sent():
     outputs = Parts().outputs
     outputs.check(1)
     with pytest.raises(Refused, match="1 output, 2 needs more"):
@@ -425,7 +425,7 @@ def test_each_differing_setting_is_reported_with_the_line_that_corrects_it(chang
     assert (found.mend, found.must) == (mend, must)
 
 
-def test_what_the_board_really_does_is_reckoned_with():
+def test_the_boards_real_speed_is_used():
     limits = told(s110="600.000", s121="50.000").limits()
     assert limits.rates[0] == pytest.approx(10.0)
     assert limits.accelerations[1] == 50.0

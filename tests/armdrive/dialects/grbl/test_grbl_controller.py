@@ -46,7 +46,7 @@ def test_joints_that_share_motors_are_no_slower_together_than_alone():
     assert together_s <= alone_s + motion.ramp_s + motion.jerk_s + 0.3
 
 
-def test_what_is_expected_of_a_motor_that_several_joints_share_is_their_sum_up_to_the_fastest():
+def test_the_expected_rate_of_a_shared_motor_is_the_sum_of_its_joints():
     expected = BoardAxes.of(config()).expected(config().device)
     base, shoulder, elbow, right, left, gripper = expected.rates
     assert right == left == gripper == base  # 733 and 544 would be their sums
@@ -482,7 +482,7 @@ def test_a_board_that_another_program_has_hung_is_freed_before_the_next_motion()
     assert arm.status.trust is Trust.REFERENCED
 
 
-def test_one_that_hangs_between_two_motions_moves_nothing_and_a_reset_frees_it():
+def test_a_board_that_hangs_between_motions_moves_nothing_until_a_reset():
     arm = ready()
     arm.move_j(base_deg=2)
     before = arm.twin.world.motors
