@@ -457,7 +457,7 @@ def status_view(status: Status) -> dict[str, Any]:
 
 
 # A status in words. It is made from the plain data, so that an arm looks the same whether this
-# program is connected to it or another program tells about it.
+# program is connected to it or another program reports it.
 
 LABEL = 10
 """The width of the first column."""

@@ -95,7 +95,7 @@ def never() -> bool:
 
 
 def unreported(_: object) -> None:
-    """Ignore a report: the default where nobody asked to hear of progress."""
+    """Ignore a report: the default if no report of progress was requested."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -281,7 +281,7 @@ class RequestRejected:
 class Timeout:
     """No reply came in time.
 
-    `look_at` tells a person what to check, and `note` what was done meanwhile.
+    `look_at` says what to check, and `note` what was done meanwhile.
     """
 
     to: str

@@ -96,8 +96,8 @@ class SingularTransmission(KinematicsError):
     def __init__(self, motor: str) -> None:
         self.motor = motor
         super().__init__(
-            f"motor {motor!r} tells nothing that the other motors do not tell already, so joint "
-            "angles cannot be computed from steps; check what it sees and its steps per unit"
+            f"the steps of motor {motor!r} follow from those of the other motors, so joint angles "
+            "cannot be computed from steps; check what it sees and its steps per unit"
         )
 
 

@@ -32,7 +32,7 @@ PORTION = 100
 
 
 POLLING = frozenset((EntryKind.REQUEST, EntryKind.SENT, EntryKind.RECEIVED, EntryKind.REGISTERS))
-"""What a program that asks a resting arm for its position repeats again and again."""
+"""The entries that idle polling of a resting arm repeats."""
 
 REMEMBERED = 64
 """Distinct lines of one round of polling, at most: a bus of six drives needs forty."""

@@ -26,7 +26,7 @@ from tui.widgets import PlainText, fill_frame, framed, text_of
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.
 
 PLACE = "theory"
-"""Where all rows of a model's keyboard count."""
+"""The place of all rows of a model's keyboard."""
 
 KEPT = ("mode", "finer", "coarser", *(row.id for row in VIEW_KEYS))
 """Rows by id; those that jog, and those of the theory, are kept too."""
@@ -93,7 +93,7 @@ class ModelHand:
 
     @property
     def study(self) -> Study:
-        """What follows from the present posture."""
+        """The results for the present posture."""
         return study(self.subject, self.values)
 
     @property
@@ -189,7 +189,7 @@ class ModelScreen(Screen[None]):
 
     @property
     def panel(self) -> TheoryPanel:
-        """What shows the theory."""
+        """The panel that shows the theory."""
         return self.query_one(TheoryPanel)
 
     def show(self) -> None:

@@ -133,7 +133,7 @@ class KeyUp(Message):
 
 
 class ReleaseParser(XTermParser):
-    """The framework's parser, which also tells releases from presses and repeats."""
+    """The framework's parser, which also distinguishes releases from presses and repeats."""
 
     def _sequence_to_key_events(self, sequence: str, alt: bool = False) -> Iterable[Any]:
         found = _EVENT_TYPE.fullmatch(sequence)

@@ -1,4 +1,4 @@
-"""What an arm's controller has besides motors: inputs and outputs, a program, and settings."""
+"""The inputs and outputs of an arm's controller, the program in its memory, and its settings."""
 
 from __future__ import annotations
 

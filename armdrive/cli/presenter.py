@@ -285,7 +285,7 @@ def agreed(question: str) -> bool:
 def background_thread(
     name: str, work: Callable[[], None], end: Callable[[], object]
 ) -> Iterator[None]:
-    """Run `work` in a thread during a `with` block; `end` tells it that the block is over."""
+    """Run `work` in a thread during a `with` block; `end` signals that the block is over."""
     thread = threading.Thread(target=work, name=name, daemon=True)
     thread.start()
     try:

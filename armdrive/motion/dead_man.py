@@ -24,7 +24,7 @@ HOLD_LONGEST_S = 0.25
 HOLD_INTERVALS = 3.0
 
 GATE_S = 0.03
-"""How long what begins something waits: no person presses another key sooner, none feels the wait,
+"""Wait before an event begins something: no person presses another key sooner or notices the wait,
 and a paste never pauses for so long."""
 GATE_EVENTS = 7
 """This many events in less than `GATE_S` are a backlog.

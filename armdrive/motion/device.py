@@ -1,4 +1,4 @@
-"""What a device holds besides motors: its settings, its stored program and its outputs.
+"""The settings, the stored program and the outputs of a device.
 
 The settings are compared with the arm file and mended, the program is read and written, and outputs
 are switched. Nothing here moves the arm.

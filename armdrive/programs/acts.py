@@ -146,7 +146,7 @@ class RunStage:
 class RunStep:
     """One act of a program, or one call of a script.
 
-    `loop` counts the loops of the run from 1. `moves` tells whether the arm moves; `waiting` is
+    `loop` counts the loops of the run from 1. `moves` says whether the arm moves; `waiting` is
     what the step waits for, as people read it. `act` is None for a call. `move` is the act's move,
     resolved from where the arm stands; None if it will be refused.
     """

@@ -117,7 +117,7 @@ class CallFrame:
 class MachineState:
     """Where a program is, and what it has computed.
 
-    `answers` are those to the acts of the present line. `moved` tells that one of these acts has
+    `answers` are those to the acts of the present line. `moved` says that one of these acts has
     already brought the fingers to `opening`.
     """
 

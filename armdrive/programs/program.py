@@ -106,7 +106,7 @@ class Program:
     """A program that was read and checked.
 
     `tree` is the program as written, `code` as it is carried out; `context` was known before it.
-    `lines` are its lines and those of the context. `near` tells that a person has just typed it, so
+    `lines` are its lines and those of the context. `near` says that a person has just typed it, so
     an error does not name its place.
     """
 
@@ -315,7 +315,7 @@ class Machine:
 
     @property
     def fingerprint(self) -> str:
-        """What is the same again when the program is in the same state."""
+        """A key that is equal for equal states of the program."""
         return json.dumps(STATE.write(self._state))
 
     def snapshot(self) -> dict[str, object]:

@@ -69,7 +69,7 @@ NAP_S = 1.0
 class Assumption:
     """Something that the twin could not know. `mark` is None if it concerns the arm itself.
 
-    `matters` tells whether a wrong assumption could change the path of the program or a refusal; a
+    `matters` says whether a wrong assumption could change the path of the program or a refusal; a
     wait for a person only takes longer.
     """
 
@@ -162,7 +162,7 @@ class Rehearser(Performer):
 
     @property
     def fingerprint(self) -> object:
-        """What is the same again when the twin and its world are as they were."""
+        """A key that is equal for equal states of the twin and its world."""
         there, twin = self.arm.parts.core.position.coordinates, self.arm.twin
         if twin is None:
             return there.values

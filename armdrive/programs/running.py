@@ -194,7 +194,7 @@ def no_machine() -> Machine:
 
 @dataclass(frozen=True, slots=True)
 class RunPlan:
-    """What is to be run, and what its rehearsal assumes.
+    """A program to be run, and the assumptions of its rehearsal.
 
     `source` returns a machine at the beginning, for each loop; `loops` is how many there are, or
     `FOR_EVER`. A resumed program is in loop number `loop`, and `machine` returns its machine;

@@ -89,7 +89,7 @@ LARGEST_SCRIPT = 4_000_000
 
 
 class ScriptStage(Protocol):
-    """Gives a script its arms, and is told what it does with them."""
+    """Gives a script its arms, and receives a report of each call."""
 
     def own(self, options: ConnectOptions) -> Arm:
         """Connect to the arm that the command names, with the options of the script's call."""

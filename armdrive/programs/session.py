@@ -1,4 +1,4 @@
-"""What is typed at a prompt, entry by entry. Each entry is a program that knows those before it.
+"""The entries at a prompt. Each entry is a program that knows the entries before it.
 
 A session is pure: it reads and remembers; shell.py carries out. An entry is a line, a whole block,
 or values alone, which are shown. The entries that were carried out form a program, which can be

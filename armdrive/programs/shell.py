@@ -55,7 +55,7 @@ class Left(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What a word answers: an event for programs, and lines for people."""
+    """The answer of a word: an event for programs, and lines for people."""
 
     event: Mapping[str, Any] | None
     text: str
@@ -71,7 +71,7 @@ INPUT = "standard input"
 
 
 class Shell:
-    """A prompt's session on one arm; `typing` tells that a person types, and not a pipe.
+    """A prompt's session on one arm; `typing` says that a person types, not a pipe.
 
     `agreed` asks that person a question. `at` is the step at which the last entry was interrupted,
     if it was.

@@ -100,7 +100,7 @@ class Core:
         self.error = Message()
         """Why the arm is in error-stop, or why its link is lost."""
         self.notice = Message()
-        """What the operator should know."""
+        """A message for the operator."""
         self.notices = 0
         """Number of notices so far, also in the same words, and of those that were withdrawn."""
         self.readings = DeviceReadings(controller.abilities)

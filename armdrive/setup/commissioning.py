@@ -394,7 +394,7 @@ class MotorTrial:
     def _restore_watchdog(self, at_hand: DriveAtHand) -> bool:
         """Set the drive's watchdog as it was before the trial; return whether it is.
 
-        Ctrl-C waits until this is done. If it cannot be done, the user is told.
+        Ctrl-C waits until this is done. If it fails, the user gets a message.
         """
         restored = False
         try:

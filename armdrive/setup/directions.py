@@ -116,7 +116,7 @@ def sight(arm: ArmGeometry, before: Joints, after: Joints, opened_mm: float = 0.
 #
 # Each motor is turned alone, since the cables of a Mini-mover make one motor move several joints.
 # The model says what should be seen; if the user saw the opposite, the motor counts the other way.
-# The hand's turn tells about the two wrist motors together: if both turn it the other way than
+# The turn of the hand shows the two wrist motors together: if both turn it the other way than
 # their pitch says, the roll joint is reversed.
 
 TRIAL_MM = 10.0

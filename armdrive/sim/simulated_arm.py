@@ -151,7 +151,7 @@ class SimDeviceKind:
     """How to build the simulated device of one dialect, and its settings: a dataclass.
 
     `make(config, world, settings)` builds the board as it is just after power-on. A saved board is
-    built the same way and then restored. `board` is the board's class, which tells what abilities
+    built the same way and then restored. `board` is the board's class, which states what abilities
     it has.
     """
 

@@ -257,7 +257,7 @@ def _has_spoken(caller: _Caller) -> bool:
 def _hang_up(connection: Connection[Any, Any], why: str, *, again: bool = False) -> None:
     """Send a caller the reason, and close the connection. So short a message never blocks.
 
-    `again` tells the caller that sending the same request again may succeed at once.
+    `again` means that sending the same request again may succeed at once.
     """
     answer = {"error": why, **({AGAIN: True} if again else {})}
     with connection, contextlib.suppress(OSError):

@@ -143,7 +143,7 @@ Fields = Mapping[str, Form[Any]]
 def record(kind: type[T], tag: Mapping[str, str] | None = None, /, **forms: Form[Any]) -> Form[T]:
     """Return the form of a dataclass: an object with a key for each field.
 
-    A field that has a default may be missing. `tag` is written besides, and tells kinds apart.
+    A field that has a default may be missing. `tag` is written as well, and distinguishes kinds.
     """
     tags = tag or {}
     needed = [

@@ -141,7 +141,7 @@ class SdoServer:
         if toggle != segments.toggle:
             return self._give_up(telling.place, AbortCode.TOGGLE)
         segment = segments.segment
-        segments.advance()  # a repeated request is refused: the toggle bit tells it from the next
+        segments.advance()  # a repeated request is refused: the toggle bit differs in the next
         if segments.done:
             self._current = None
         return self._frame(segment)

@@ -161,7 +161,7 @@ def parse_block(text: str, dialect: Dialect, *, jog: bool = False) -> Block:
 
 
 def _command(letter: str, value: float, dialect: Dialect) -> Word:
-    """Find a command word; hundredths are what GRBL tells decimals by."""
+    """Find a command word; GRBL identifies decimal words by their hundredths."""
     whole_part = int(value)
     hundredths = round(100 * (value - whole_part))
     stem = f"{letter}{whole_part}"

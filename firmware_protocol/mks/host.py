@@ -307,7 +307,7 @@ class Host:
     An answer is matched on arrival to the request with the same drive and code, so that an earlier
     answer never matches a later request. A late answer after `forget` may be taken for the answer
     to the next request with this code, because nothing in it shows the difference. It speaks to one
-    drive at a time: broadcasts and groups have no answers, so nobody knows who has obeyed.
+    drive at a time: broadcasts and groups have no answers, so nothing shows which drives obeyed.
 
     There is no clock: the caller calls `forget` after a timeout. A drive need not report the end of
     a motion, so the caller calls `settle` once the position shows that the drive is at rest.

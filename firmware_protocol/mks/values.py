@@ -206,7 +206,7 @@ def true_rpm(speed_rpm: float, microsteps: int) -> float:
 # Requests say themselves which ability they need.
 #
 # Versions are those of the README's version notes (makerbase-motor/MKS-SERVO42D-57D), where not
-# marked otherwise. A drive tells its version from some firmware on; what does not answer
+# marked otherwise. A drive reports its version from some firmware on; what does not answer
 # `ReadVersion` is older, or not there.
 
 Version: TypeAlias = tuple[int, int, int]

@@ -69,7 +69,7 @@ TOUCHING_MM = 1e-6
 """Axes nearer to each other than this intersect, or are the same."""
 
 FARTHEST_MM = 1e8
-"""No point of an arm is further away: a double still tells 1e-8 mm apart there."""
+"""No point of an arm is further away: a double still resolves 1e-8 mm there."""
 
 
 class Relation(Enum):

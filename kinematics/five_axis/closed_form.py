@@ -189,7 +189,7 @@ def nearest_branch(
 # arm's link table (McKerrow, chapter 4, section 16), with alpha = 90, 0, 0, 90, 0 degrees.
 #
 # Five axes cannot turn the hand out of the vertical plane through the base axis and the tip, so
-# most frames in space have no posture. The caller is told the angle by which the goal's approach
+# most frames in space have no posture. The caller gets the angle by which the goal's approach
 # leaves that plane; a general solver keeps it to itself.
 
 UPRIGHT = 1e-9

@@ -78,7 +78,7 @@ def section(
 def _reach(
     arm: FiveAxisArm, pitch_rad: float, azimuth_rad: float
 ) -> Callable[[float, float], bool]:
-    """Return a function that tells whether a place (x, z) of the section is reached."""
+    """Return a function that says whether a place (x, z) of the section is reached."""
     any_roll = replace(arm, limits=(*arm.limits[:4], JointRange(-math.tau, math.tau)))
     near: Angles = (arm.limits[0].clamp(azimuth_rad), 0.0, 0.0, 0.0, 0.0)
     cosine, sine = math.cos(azimuth_rad), math.sin(azimuth_rad)

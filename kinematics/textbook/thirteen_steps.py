@@ -1,6 +1,6 @@
 """The frames and link parameters of an arm, found from its joint axes in thirteen steps.
 
-`assign_frames` does the geometry; this module tells it step by step, each step with what may be
+`assign_frames` does the geometry; this module explains it step by step, each step with what may be
 drawn by then. Standard frames by Asokan, lecture 2.7; Craig's frames by the same steps with his
 rules (chapter 3, "affixing frames to links"). Lengths in mm, angles in rad.
 """

@@ -45,7 +45,7 @@ def test_a_plain_call_waits_where_it_stands_and_returns_the_result():
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ZeroDivisionError])
-def test_what_interrupts_a_wait_is_raised_in_the_call_which_may_wait_once_more(error):
+def test_an_interrupt_is_raised_in_the_waiting_call_which_may_wait_again(error):
     async def stopping(pace):
         try:
             await Wait(pace, bool, 1.0)

@@ -198,7 +198,7 @@ def test_a_change_that_is_resolved_is_made_once_however_often_it_is_run():
     assert arm.status.acknowledged != there
 
 
-def test_what_is_no_place_of_this_arm_is_said(ground):
+def test_a_place_that_this_arm_does_not_have_is_named(ground):
     with pytest.raises(BadRequest, match="a goal for this arm needs the joints base, shoulder"):
         resolve(JointMove(Joints((1.0,), ("turret",))), ground)
     with pytest.raises(BadRequest, match="a saved point is a set of joint angles"):

@@ -180,7 +180,7 @@ def test_the_test_itself_sees_each_of_them(tmp_path, monkeypatch, text):
 
 
 @pytest.mark.parametrize("package", ["armdrive", "firmware_protocol", "kinematics", "tui"])
-def test_what_an_arm_file_names_is_never_started(package):
+def test_a_program_named_in_an_arm_file_is_never_started(package):
     """No module is loaded by a name in a string, where neither readers nor walls see the import."""
     sources = [*(Path(armdrive.__file__).parents[1] / package).rglob("*.py")]
     assert len(sources) > 20

@@ -40,7 +40,7 @@ def run(capsys, program, *words):
 
 
 @pytest.mark.parametrize(("strategy", "plain"), [("steered", "plain"), ("cyclic", "plain CiA")])
-def test_what_is_coordinated_keeps_to_its_way_and_what_is_not_leaves_it(
+def test_coordinated_drives_keep_their_path_and_others_leave_it(
     capsys, monkeypatch, strategy, plain
 ):
     monkeypatch.setattr(can_coordination, "KINDS", {})

@@ -51,7 +51,7 @@ def only(motor: int, count: int) -> Motors:
 # -- Orders that a drive missed excuse its joints alone, for a bounded time in each command --------
 
 
-def test_what_a_wrist_motor_turns_is_pitch_and_roll():
+def test_a_wrist_motor_turns_pitch_and_roll():
     stage = a_stage()
     assert orders_ignored(stage, 4, 0.5).joints == {"wrist_pitch", "wrist_roll"}
     assert orders_ignored(stage, 2, 0.5).joints == {"elbow", "wrist_pitch"}

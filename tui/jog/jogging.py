@@ -37,7 +37,7 @@ MOUSE_HOLDS_S = 2.0
 """A hold ends this long after the last event of its mouse or gamepad, also a small one."""
 
 MOUSE_RENEWS_S = 0.1
-"""The mouse renews its hold so often; each ends by itself after the longest hold of a key."""
+"""Interval at which the mouse renews its hold; a hold ends after the longest hold of a key."""
 
 STEER_S = 0.03
 """A stick that is moved changes the way of a jog no more often."""
@@ -86,7 +86,7 @@ class DeskJogging:
 
     @property
     def settings(self) -> JogSettings:
-        """How jog keys move the arm now."""
+        """The current mode of the jog keys, in words."""
         return self._settings()
 
     def next_s(self) -> float:

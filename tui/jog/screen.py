@@ -139,7 +139,7 @@ class JogScreen(DeskScreen):
 
     @property
     def says(self) -> str:
-        """What the jog keys do now."""
+        """The state of the jog keys, in words."""
         keys = self.desk.keys
         if state_says := super().says:
             return state_says
@@ -174,7 +174,7 @@ class JogScreen(DeskScreen):
 
     @property
     def hint(self) -> str:
-        """How jogging begins, and how it ends."""
+        """Instructions to begin and to end a jog."""
         keys, status = self.desk.keys, self.desk.link.status
         if status.trust is Trust.UNKNOWN and can_reference(status.state):
             reference = keys.label("reference")
@@ -210,7 +210,7 @@ class JogScreen(DeskScreen):
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
 
     def _make_room(self) -> None:
-        """Where not everything fits, leave out what no key moves, and what is near."""
+        """Hide rows that no key moves, and the near panel, if not everything fits."""
         frame = 1 if self.has_class("-short") else 2
         details = self.text("details")
         below = details.shown.count("\n") + 1 + frame if details.display else 0

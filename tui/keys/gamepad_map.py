@@ -1,4 +1,4 @@
-"""What the sticks and buttons of a gamepad mean: one table, and the file of keys that changes it.
+"""The meaning of a gamepad's sticks and buttons: one table, and the key file that changes it.
 
 [gamepad]
 hold = "left-bumper"                        # nothing moves unless it is held
@@ -33,7 +33,7 @@ BUTTONS: Mapping[str, int] = MappingProxyType(
 
 HOLD, STOP = "hold", "stop"
 ACTIONS = (HOLD, STOP, "mode", "slower", "faster")
-"""What a button may do: hold is the dead-man's, the others are rows of the table of keys."""
+"""The actions of buttons: hold is the dead-man switch, the others are rows of the table of keys."""
 
 GRIPPER_ROWS = ("gripper-plus", "gripper-minus")
 """Stand for the last row of any arm, which has another number on an arm of six joints."""

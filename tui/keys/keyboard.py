@@ -56,7 +56,7 @@ class Keyboard:
 
     rows: tuple[DeskKey, ...] = TABLE
     pad: PadMap = DEFAULT_PAD
-    """What the sticks and buttons of a gamepad mean."""
+    """The meaning of a gamepad's sticks and buttons."""
 
     def row(self, name: str) -> DeskKey:
         """Return the row of an id; raises `KeyError`."""

@@ -1,4 +1,4 @@
-"""Which key presses count: rules against overtaken, stale, pasted, repeated and accidental ones.
+"""Which key presses count: rules against overtaken, stale, pasted, repeated and accidental presses.
 
 Times are in s, on any one clock. None of this knows a screen.
 """
@@ -147,7 +147,7 @@ class Confirmation:
     def __init__(self, clock: Callable[[], float], label: Callable[[str], str] = str) -> None:
         """`label` returns what is printed on the key of a row of the table of keys."""
         self.taken = 0
-        """How many presses there have been, whether they counted or not."""
+        """The number of presses so far, whether they counted or not."""
         self._clock = clock
         self._label = label
         self._row = ""
@@ -161,7 +161,7 @@ class Confirmation:
 
     @property
     def effect(self) -> str:
-        """What a second press of the same key would do, in words; empty if none is waited for."""
+        """The effect of a second press of the same key, in words; empty if none is awaited."""
         waits = 0 < self._count < self._needed
         return self._effect if waits and self._clock() - self._pressed_s <= ASKED_FOR_S else ""
 

@@ -27,7 +27,7 @@ AnyKeyboard = TypeVar("AnyKeyboard", bound=Keyboard)
 
 PAD = "gamepad"
 TABLES = ("layout", "keys", PAD)
-"""What a file of keys may hold."""
+"""The keys of a key file."""
 
 STOP_KEYS = ("space", "ctrl+c")
 """Always stop, whatever a file says: a guest at the desk has to know one key."""

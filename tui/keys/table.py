@@ -96,7 +96,7 @@ DESK_KEYS = (
     DeskKey("estop", ("X",), "control.estop", "e-stop",
             "Stop, and latch error-stop: nothing moves until a reset.", also="estop emergency"),
 )  # fmt: skip
-"""What can be done on every screen."""
+"""The actions of every screen."""
 
 DIALOG_KEYS = (
     DeskKey("help-close", ("question_mark", "f1", "enter", "n"), "close", "close",
@@ -314,7 +314,7 @@ LOG_DIALOG_KEYS = (
             "Choose the previous error.", "catalogue"),
     DeskKey("catalogue-down", ("down",), "choose(1)", "", "Choose the next error.", "catalogue"),
 )  # fmt: skip
-"""What is typed into a search is no row of the table."""
+"""The keys of a search; typed text is not in the table."""
 
 
 # The set-up screen. Only `t` moves anything.
@@ -399,7 +399,7 @@ VIEW_KEYS = (
     DeskKey("view-clear", ("c",), "view('clear')", "",
             "Clear the drawn path of the tip."),
 )  # fmt: skip
-"""What can be done wherever an arm is drawn."""
+"""The actions of every screen that draws an arm."""
 
 
 # Watching an arm that another program drives.
@@ -491,7 +491,7 @@ JOG_KEYS = (
             "In Cartesian mode: choose the frame of x, y and z, which is the base's, the "
             "tool's, or one of the arm file.", "jog"),
 )  # fmt: skip
-"""What the jog screen does besides jogging: the keys that jog follow below."""
+"""The actions of the jog screen; the jog keys follow below."""
 
 SCREEN_KEYS = tuple(
     DeskKey(

@@ -25,7 +25,7 @@ STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)
 """By how much the arrows change a field, in degrees or mm."""
 
 DIGITS = frozenset("0123456789.-")
-"""What a field is typed with; a space is never one of them."""
+"""The characters of a field, never a space."""
 
 LONGEST = 9
 """Characters in a field: -1234.567 is more than any arm needs."""

@@ -30,14 +30,14 @@ from tui.move.form import GoalForm
 from tui.safety import bound_text
 
 MOVES = "MOVES THE ARM"
-"""What the second press of a key does."""
+"""The effect of the second press of a key."""
 
 NOTHING_ASKED = "type into a field, or step it with the arrows"
 BAR = 24
 """Characters of the bar that shows progress."""
 
 _BEYOND = re.compile(r"(\S+)° beyond its limit of \S+°")
-"""What narrow lines say in fewer words."""
+"""Shorter wordings for narrow terminals."""
 
 
 def way_text(form: GoalForm, keys: Keyboard) -> str:
@@ -157,7 +157,7 @@ def arrived(status: Status) -> str:
 
 @dataclass(slots=True)
 class MoveProgress:
-    """How far along a previewed way the arm has been seen; it only ever goes on."""
+    """The progress along a previewed path, which never goes back."""
 
     preview: Preview
     index: int = 0
@@ -178,7 +178,7 @@ Goal = Callable[[], Motion | None]
 """Returns what is asked for now; None where nothing is."""
 
 Seen = tuple[Motion | None, Any, State, str]
-"""What a preview was made of: it holds as long as none of it has changed."""
+"""The inputs of a preview, which is valid as long as none of them has changed."""
 
 
 class PlannedMove:
@@ -186,7 +186,7 @@ class PlannedMove:
 
     def __init__(self, desk: Desk, goal: Goal) -> None:
         self.preview: Preview | None = None
-        """What the goal would lead to, as soon as that is worked out."""
+        """The preview of the goal, as soon as it is computed."""
         self.previewing = Job()
         """The work on a preview."""
         self.going = Job()

@@ -14,7 +14,7 @@ from tui.app import TypedText
 from tui.desk import Desk
 
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
-"""What a name is typed with; a space is never one of them."""
+"""The characters of a name, never a space."""
 
 
 _NO_NAME = "a letter first, then letters, digits, - _"
@@ -32,10 +32,10 @@ PURPOSES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "wait": ("seconds to wait", "not a time: type seconds"),
     }
 )
-"""What is typed for: how it is asked for, and what is wrong with other text."""
+"""For each kind of text: the prompt, and the complaint about other text."""
 
 STEPS = ("to", "gripper", "wait")
-"""What a step begins with: the rest of it is typed, a name or a number."""
+"""The beginning of a step; the rest is typed, a name or a number."""
 
 HERE = "here"
 """Typed for an opening: as far as the fingers are open now."""
@@ -70,7 +70,7 @@ class PointNaming:
 
     @property
     def good(self) -> bool:
-        """Whether it is a name as it stands, or makes a step."""
+        """Whether the text is a valid name, or makes a step."""
         if self.purpose not in STEPS:
             return re.fullmatch(NAME, self.text) is not None
         try:

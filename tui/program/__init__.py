@@ -199,13 +199,13 @@ class ProgramScreen(DeskScreen):
 
     @property
     def says(self) -> str:
-        """What the running program needs of the person."""
+        """The action that the running program needs from the user."""
         stop = self.desk.keys.label(STOP)
         return f"a program moves the arm: {stop} stops it" if self.run.busy else super().says
 
     @property
     def idle(self) -> tuple[str, ...]:
-        """What only acts on a program, on a running one, or on one that does not run."""
+        """The ids of rows that would do nothing now, depending on the program."""
         names: tuple[str, ...] = ("next", "rehearse") if self.run.busy else ("forward",)
         if not self.files.paths:
             names = ("go", "next", "rehearse", "stepping")

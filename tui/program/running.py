@@ -159,7 +159,7 @@ class ProgramRehearsal:
 
     def __init__(self, desk: Desk) -> None:
         self.far: RehearsedSoFar | None = None
-        """How far the rehearsal under way has come, after its first second."""
+        """The progress of the current rehearsal, after its first second."""
         self.job = Job()
         """The rehearsal under way."""
         self._desk = desk
@@ -221,9 +221,9 @@ class DeskRun:
         self.stepping = False
         """Whether the program waits for the person before each motion."""
         self.asks = ""
-        """What the program waits for the person with; empty if it does not."""
+        """The question on which the program waits for the user; empty if it does not wait."""
         self.printed: deque[str] = deque(maxlen=PRINTS_KEPT)
-        """What the program has printed."""
+        """The output of the program."""
         self.outcome = ""
         """How the last run ended; empty before the first one."""
         self.failed = False

@@ -37,7 +37,7 @@ class MotorsStage(SetupStage):
         return ("setup-enter", SKIP) if waits else ("setup-enter", *ANSWERS, SKIP)
 
     def text(self) -> StageText:
-        """Say which motor's turn it is, what ought to be seen, and which keys answer."""
+        """Name the current motor, the expected motion, and the keys that answer."""
         check = self.check
         trial = check.trial
         if trial is None:

@@ -56,7 +56,7 @@ def _moved(
 def _previewed(
     options: argparse.Namespace, asked: Callable[[Arm], Motion | MoveSequence]
 ) -> Iterator[Result]:
-    """Plan a move. The motors and the position's trust stay as they are, and nobody is asked."""
+    """Plan a move. The motors and the position's trust are unchanged, and no question is asked."""
     with opened_arm(options) as arm:
         confirm_simulated(arm)
         preview = arm.preview(asked(arm))

@@ -2,7 +2,7 @@
 
 If another program drives the arm, that program answers. Both texts are made from the JSON form of a
 status, so that an arm looks the same whether this command is connected to it or another program
-tells about it.
+reports it.
 """
 
 from __future__ import annotations

@@ -148,7 +148,7 @@ ENTER = (b"\r", b"\n")
 
 @contextlib.contextmanager
 def keys_at_prompt() -> Iterator[Pressed]:
-    """Yield what tells whether Enter was pressed: not as a line, which readline would take."""
+    """Yield a test whether Enter was pressed, without reading a line, which readline would take."""
     with raw_terminal() as terminal:
 
         def pressed() -> bool:

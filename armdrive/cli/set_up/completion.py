@@ -50,7 +50,7 @@ def script(shell: str) -> str:
 
 
 def whole_parser() -> CommandParser:
-    """Return a parser of the whole command line, which tells shtab what to complete where."""
+    """Return a parser of the whole command line, from which shtab knows what to complete where."""
     parser = CommandParser(prog="armdrive")
     commands = parser.add_subparsers(metavar="COMMAND", prog="armdrive")
     for rows in GROUPS.values():

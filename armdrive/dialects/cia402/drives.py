@@ -85,11 +85,11 @@ class Cia402Drive:
     missed: int = 0
     """How many SYNCs were sent since its last report."""
     speed_unit_hz: float = 0.0
-    """Its unit of speed, in increments/s; 0 if neither it nor the arm file tells."""
+    """Its unit of speed, in increments/s; 0 if neither it nor the arm file states it."""
     ramp_unit_hz_s: float = 0.0
     """Its unit of ramps, in increments/s²; 0 like the unit of speed."""
     reported_unit_hz: float = 0.0
-    """The unit of speed that it tells (60A9)."""
+    """The unit of speed that it reports (60A9)."""
     turn: float = 0.0
     """The increments of a turn of its motor; 0 if that is unknown."""
     network: canopen.NodeState | None = None

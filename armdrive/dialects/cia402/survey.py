@@ -450,7 +450,7 @@ ALIKE = 0.1
 
 
 def measured_units(device: Cia402Settings, found: Sequence[MeasuredUnits]) -> dict[str, Any]:
-    """Return the keys of [cia402] for measured units; none where every drive tells its own."""
+    """Return the keys of [cia402] for measured units; none if every drive reports its own."""
     speeds = _alike([0.0 if each.reported else each.speed_hz for each in found])
     ramps = _alike([0.0 if each.reported else each.ramp_hz_s for each in found])
     if not any(speeds) and not device.speed_units and not device.ramp_units:

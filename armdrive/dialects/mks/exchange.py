@@ -77,7 +77,7 @@ Answer: TypeAlias = Reading | SettingRead
 GIVE = COUNTS_PER_TURN // 32
 """How many counts a loaded shaft may give way while its position loop still holds it."""
 STILL_S = 0.2
-"""A drive stands if its count has not changed for so long since its last order, although it
+"""A drive stands if its count has not changed for this long since its last order, although it
 reports braking.
 
 Firmware 1.0.6 was seen to report braking for ever after a motion (riccardi-samuele/mks-servo,

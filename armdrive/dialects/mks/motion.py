@@ -123,7 +123,7 @@ class MotionRun:
         self._silent: list[ObservedDrive] = []
         """The drives that were silent when the trouble was found."""
         self._judged = False
-        """Whether it was stopped, so that nothing but where the drives rest tells of a fault."""
+        """Whether it was stopped, so that only the places where the drives rest show a fault."""
 
     def carry_out(self, phase: Phase) -> Script:
         """Run the motion to its end."""

@@ -84,7 +84,7 @@ MAY_ARRIVE = 0.7  # fraction of the expected duration after which the motors may
 STILL_LOOKS, STILL_S = 3, 0.03  # standstill: this many equal readings over at least this time
 PROMPT_S = 0.1  # a reading later than this does not show when the motors arrived
 # How long to wait for a busy board. The slowest axis makes a step in this time: an axis that the
-# board reports as moving for so long without a step hangs.
+# board reports as moving for this long without a step hangs.
 BUSY_S = 2.0
 # How long to wait before checking whether a request to the present position moves anything: in
 # this time an AVR board serves each axis twice.

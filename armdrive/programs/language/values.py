@@ -252,7 +252,7 @@ def fewest(slots: Sequence[Slot]) -> int:
 def out_of_bounds(slot: Slot, value: float, *, percent: bool = False) -> str | None:
     """Return why a slot refuses a number, or None if it is within bounds.
 
-    `percent` tells that the number was written as a percentage.
+    `percent` says that the number was written as a percentage.
     """
     shown = value_text(value)
     if slot is SPEED and not 0.0 < value <= 1.0:

@@ -97,7 +97,7 @@ class StepRecorder:
 
     @property
     def sequence(self) -> StepList:
-        """What has been recorded."""
+        """The recorded points and steps."""
         return StepList(tuple(self.steps), "recorded")
 
     def _rested(self, at: SeenPosture, now_s: float, *, enough: bool = False) -> tuple[Step, ...]:
@@ -183,7 +183,7 @@ class Stepper:
 
     @property
     def before(self) -> tuple[Step, str] | None:
-        """What `backward` would do: the step that it undoes, and the point that it goes to.
+        """The effect of `backward`: the step that it undoes, and the point that it goes to.
 
         An arm that was stopped on its way to a point goes back to where it came from.
         """

@@ -27,7 +27,7 @@ from armdrive.text.numbers import number, parse_speed
 from kinematics.errors import finite
 
 PATTERNS = ", ".join(f"`{row.pattern}`" for row in TEACH)
-"""What a step looks like, for people."""
+"""The forms of a step, for people."""
 
 _SPEED = re.compile(r"(.*?)(?: at (\S+(?: %)?))?")
 _LINE = re.compile(r"(\S+)( (?:along a )?line)?")

@@ -1,7 +1,7 @@
 """What can be chosen of simulated CiA 402 drives, and what they always do.
 
 A setting with a `source` is a quirk: what CiA 402 leaves to the maker of a drive, or what no source
-tells. A guess was never measured.
+says. A guess was never measured.
 """
 
 from __future__ import annotations

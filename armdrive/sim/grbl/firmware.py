@@ -60,7 +60,7 @@ class SettingPaths:
     of_axis: Mapping[str, int]
     """The number, for the first axis, of the setting at `axes/x/` and each of these words."""
     told_first: tuple[int, ...]
-    """The numbers that `$$` tells before those of the axes and $10; it tells no others."""
+    """The numbers that `$$` lists before those of the axes and $10; it lists no others."""
     changeable: Mapping[int, float]
     """The numbers that can be changed as on GRBL (`$10=3`), and their greatest values."""
 
@@ -74,7 +74,7 @@ class SettingPaths:
         return self.of_axis[found[2]] + axes.index(found[1].upper())
 
     def told(self, numbers: Collection[int]) -> list[int]:
-        """Return which settings `$$` tells, in their order."""
+        """Return the settings that `$$` lists, in their order."""
         return [*self.told_first, *(number for number in numbers if number >= STEPS), REPORT]
 
 

@@ -350,7 +350,7 @@ def beyond_this_computer(address: str) -> str:
         return ""
     return (
         f"WARNING: anyone who reaches {host} over the network can move this simulated arm and hear "
-        f"what is said to it; {LOOPBACK} keeps it to this computer"
+        f"the messages to it; {LOOPBACK} keeps it to this computer"
     )
 
 

@@ -361,7 +361,7 @@ class GripScene:
         taken = self._table.take(name)
         return taken and taken.at(self._stand.from_base(taken.place))
 
-    # -- what the table tells -----------------------------------------------------------------
+    # -- queries ---------------------------------------------------------------------------
 
     def forget(self, name: str) -> None:
         """Forget a block that was taken away."""

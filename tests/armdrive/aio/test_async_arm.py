@@ -66,7 +66,7 @@ async def test_the_calls_are_those_of_an_arm():
     assert arm.status.state is State.DISCONNECTED
 
 
-async def test_it_can_be_awaited_or_entered_and_a_with_statement_leaves_a_still_arm():
+async def test_a_connection_can_be_awaited_or_entered_and_leaves_the_arm_standing():
     arm = await AsyncArm.connect("sim:mks")
     assert arm.status.state is State.DISABLED
     async with arm:
@@ -117,7 +117,7 @@ def test_the_same_program_gives_the_same_result_each_time():
     assert again == first
 
 
-async def test_what_follows_a_gather_begins_at_the_moment_in_which_it_ended():
+async def test_the_call_after_a_gather_begins_when_the_gather_ends():
     async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
         await asyncio.gather(a.home(), b.home())
         mover = asyncio.create_task(b.move_j(base_deg=15, speed=0.2))
@@ -145,7 +145,7 @@ async def test_arms_on_clocks_of_their_own_and_in_real_time_go_together():
             assert arm.twin.world.joints.deg["base"] == pytest.approx(20, abs=0.2)
 
 
-async def test_simulated_time_stands_while_nobody_awaits_an_arm():
+async def test_simulated_time_does_not_pass_while_no_call_waits():
     async with AsyncArm.connect("sim:teachmover") as arm:
         before_s = arm.sync.parts.pace.now_s()
         for _ in range(100):
@@ -189,7 +189,7 @@ async def test_an_operator_is_an_ordinary_function_and_may_jog():
     assert len(asked) == 1
 
 
-async def test_what_an_operator_does_takes_time_for_every_arm_of_the_loop():
+async def test_an_operators_work_takes_time_for_every_arm_of_the_loop():
     seen = []
 
     def operator(request):
@@ -284,7 +284,7 @@ async def test_a_timeout_stops_the_arm_and_is_a_timeout():
 
 
 @pytest.mark.parametrize("rounds", range(1, 60, amount(20, 2)))
-async def test_at_whatever_moment_a_program_is_cancelled_its_arm_stands(rounds):
+async def test_an_arm_stands_whenever_its_program_is_cancelled(rounds):
     async with AsyncArm.connect("sim:teachmover") as arm:
 
         async def work():
@@ -496,7 +496,7 @@ class TestRealTime:
                 async with asyncio.timeout(0.05):
                     await arm.sleep(LONG_S)
 
-    async def test_a_stop_waits_for_nobody_however_many_calls_are_under_way(self):
+    async def test_a_stop_does_not_wait_for_running_calls(self):
         async with homed(pace=30.0) as arm:
             sleepers = [asyncio.create_task(arm.sleep(LONG_S)) for _ in range(40)]
             task = await moving(arm)

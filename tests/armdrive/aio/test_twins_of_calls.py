@@ -64,7 +64,7 @@ def test_properties_stay_properties():
                 assert (ours.fset is None) == (theirs.fset is None), name
 
 
-def test_what_type_checkers_read_are_the_twins():
+def test_type_checkers_read_the_async_signatures():
     kept = async_twin.parts(async_twin.FILE.read_text(encoding="utf-8"))
     assert kept == async_twin.parts(async_twin.text()), (
         "run python tests/armdrive/aio/async_twin.py"
@@ -132,7 +132,7 @@ def test_an_arm_that_connects_later_begins_now_and_the_other_goes_on():
     ],
     ids=["closed", "stopped", "lost"],
 )
-def test_what_ends_the_motion_of_one_arm_ends_that_of_no_other(end, error):
+def test_ending_the_motion_of_one_arm_ends_no_other(end, error):
     clock = SimulatedClock()
     a, b = two(clock)
     first, second = (arm.move_j(base_deg=20, wait=False) for arm in (a, b))

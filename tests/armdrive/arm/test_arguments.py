@@ -357,7 +357,7 @@ def test_a_misspelt_attribute_changes_nothing_and_the_nearest_one_is_named(kind,
     assert seen() == before
 
 
-def test_what_python_does_with_objects_still_works():
+def test_checked_objects_still_work_in_python():
     arm, clock = bench(), SimulatedClock()
     with mock.patch.object(arm, "stop") as stopped:
         arm.stop()
@@ -517,7 +517,7 @@ def test_a_value_that_cannot_be_is_refused_where_it_is_made(made, said):
 
 
 @pytest.mark.parametrize("dialect", ["teachmover", "robko01", "armdroid"])
-def test_a_controller_without_settings_says_so(dialect):
+def test_writing_settings_is_refused_without_settings(dialect):
     with (
         Arm(connect_simulated(simulated_config(dialect))) as arm,
         pytest.raises(Refused, match="has no settings that can be written"),
@@ -525,7 +525,7 @@ def test_a_controller_without_settings_says_so(dialect):
         arm.controller.mend_settings(["$100=250"])
 
 
-def test_an_unknown_point_is_said_without_quotes_around_the_sentence():
+def test_the_message_about_an_unknown_point_has_no_quotes_around_it():
     with pytest.raises(UnknownPoint) as raised:
         bench().move_to("nowhere")
     assert str(raised.value).startswith("there is no point 'nowhere'")
@@ -573,7 +573,7 @@ def test_numbers_of_numpy_are_numbers():
         ),
     ],
 )
-def test_what_the_kinematics_refuse_is_an_error_of_both(call, kind, code):
+def test_a_refusal_of_the_kinematics_is_an_error_of_both_packages(call, kind, code):
     arm, before = bench(), seen()
     with pytest.raises(getattr(mathematics, kind.__name__)) as raised:
         call(arm)
@@ -607,7 +607,7 @@ def test_an_error_of_the_kinematics_that_has_no_twin_keeps_its_sentence():
     assert kinematic.refusal_of(broken) is broken
 
 
-def test_a_wait_that_is_given_up_is_an_error_of_its_own():
+def test_a_wait_that_times_out_has_its_own_error():
     arm = ready_arm()
     handle = arm.move_j(base_deg=60, speed=0.1, wait=False)
     with pytest.raises(WaitTimeout, match="had not ended after") as raised:

@@ -90,7 +90,7 @@ async def main() -> None:
 
 
 @pytest.mark.timeout(600)  # nothing is cached: all that the calls import is read
-def test_a_type_checker_finds_what_is_wrong_and_nothing_else(tmp_path):
+def test_a_type_checker_reports_exactly_the_wrong_lines(tmp_path):
     file = tmp_path / "program.py"
     file.write_text(PROGRAM, encoding="utf-8")
     shown = tmp_path / "shown.py"
@@ -193,7 +193,7 @@ def test_an_old_reading_answers_nothing():
         arm.io.wait(high=3, within_s=0.5)
 
 
-def test_the_deadline_is_an_error_that_says_what_is_not_so_and_how_the_inputs_are():
+def test_an_input_timeout_names_the_missing_inputs_and_the_present_ones():
     arm = ready_arm()
     arm.twin.device.set_input(4, True)
     began_s = arm.parts.pace.now_s()
@@ -227,7 +227,7 @@ def test_a_lost_wire_ends_the_wait():
         arm.io.wait(high=1, within_s=60.0)
 
 
-def test_nobody_waits_for_what_nobody_looks_at():
+def test_inputs_are_not_awaited_where_they_are_not_read():
     with Arm.connect("sim:grbl") as arm:
         arm.disable()
         with pytest.raises(WrongState, match="enable"):
@@ -282,7 +282,7 @@ def test_waiting_looks_as_often_as_it_says_whatever_the_arm_file_has(idle_poll_s
     "words",
     [{}, {"high": 0}, {"high": 9}, {"low": True}, {"high": 1, "low": (1, 2)}, {"high": "a"}],
 )
-def test_what_names_no_input_is_refused(words):
+def test_an_invalid_input_is_refused(words):
     with pytest.raises(BadRequest):
         ready_arm().io.wait(**words)
 
@@ -301,7 +301,7 @@ def test_one_output_is_switched_and_the_others_stay():
 
 
 @pytest.mark.parametrize("name", ["armdroid", "mks", "cia402"])
-def test_an_arm_without_inputs_says_so_instead_of_waiting_for_ever(name):
+def test_waiting_for_inputs_is_refused_on_an_arm_without_inputs(name):
     with Arm.connect(f"sim:{name}") as arm, pytest.raises(Refused, match="has no inputs"):
         arm.io.wait(high=1)
 

@@ -183,7 +183,7 @@ def test_a_wrong_option_is_named_with_where_to_find_help(call, words, named):
     assert call(*words).out == ""
 
 
-def test_what_has_to_be_typed_has_an_example():
+def test_required_words_have_an_example():
     """A wrong option is refused with one."""
 
     def lacking(parser):
@@ -293,7 +293,7 @@ def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_what_is_declared_of_a_command_is_carried_out(name):
+def test_declared_options_reach_the_command(name):
     function, _ = ROWS[name]
     assert name in command_at(f"{function.partition('.')[0]}.arguments:ARGUMENTS")
     if name not in WITH_ACTIONS:

@@ -83,7 +83,7 @@ def test_a_line_that_means_nothing_is_answered_and_moves_nothing(call, typing):
     assert call("status", "--json", code=0).json["acknowledged_steps"] is not None
 
 
-def test_motors_that_are_off_are_switched_on_when_the_person_says_so(call, typing):
+def test_motors_are_switched_on_after_the_operator_agrees(call, typing):
     typing("ok", "no")
     called = call("home", "--guide", "--sim", "robko01", code=3)
     assert "motors are off" in called.out
@@ -97,7 +97,7 @@ def test_a_program_that_wants_json_is_not_prompted(call, typing):
 
 
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
-def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
+def test_the_posture_is_drawn_from_two_sides_with_the_remaining_amounts(dialect):
     arm = Arm.connect(f"sim:{dialect}")
     request = arm.reference.request()
     assert difference(request) == ""  # nothing is known of this arm

@@ -125,7 +125,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize("row", REFUSED, ids=lambda row: row[0])
-def test_what_is_typed_wrongly_is_refused_in_one_sentence(call, row):
+def test_a_wrong_line_is_refused_in_one_sentence(call, row):
     typed, code, *said = row
     sentence = call.refused(*shlex.split(typed), code=code)
     assert [words for words in said if words not in sentence] == []

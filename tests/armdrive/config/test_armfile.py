@@ -192,7 +192,7 @@ def parse_or_refuse(table):
 
 @settings(max_examples=amount(40, 1000))
 @given(TABLES, st.sampled_from(["teachmover", "robko01", "alpha2", "minimover5"]))
-def test_whatever_a_file_says_the_answer_is_an_arm_or_a_sentence(table, model):
+def test_any_file_gives_an_arm_or_one_sentence(table, model):
     parse_or_refuse({**table, "model": table.get("model", model)})
 
 
@@ -201,7 +201,7 @@ SECTIONS = sorted(line.strip("[]") for line in WHOLE.splitlines() if line.starts
 
 @settings(max_examples=amount(100, 2500))
 @given(st.data())
-def test_whatever_stands_in_a_section_the_answer_is_an_arm_or_a_sentence(data):
+def test_any_section_gives_an_arm_or_one_sentence(data):
     table = tomllib.loads(WHOLE)
     section = data.draw(st.sampled_from(SECTIONS))
     key = data.draw(st.sampled_from(sorted(table[section])))
@@ -407,7 +407,7 @@ PROBLEMS = [
 
 
 @pytest.mark.parametrize(("text", "wanted"), PROBLEMS)
-def test_one_reading_finds_everything_that_is_wrong(tmp_path, text, wanted):
+def test_all_mistakes_of_a_file_are_found_at_once(tmp_path, text, wanted):
     found = problems_of(f'model = "teachmover"\n{text}', tmp_path)
     assert len(found) == len(wanted), found
     for place, sentence in zip(wanted, found, strict=True):
@@ -557,7 +557,7 @@ def test_a_sum_without_a_name_is_called_after_its_joints():
     assert guards('model = "teachmover"\n' + sums).sums[0].name == "elbow + wrist_pitch"
 
 
-def test_what_is_written_out_means_the_same_guards():
+def test_written_guards_read_back_the_same():
     found = guards(GUARDS)
     table = tomllib.loads(
         "\n".join(f"{key} = {value(one)}" for key, one in guard_table(found).items())

@@ -346,7 +346,7 @@ def test_a_new_file_of_points_says_its_format_first():
     assert list(book) == ["b"]
 
 
-def test_points_that_are_laid_out_in_another_way_get_the_format_when_they_are_written_anew():
+def test_points_in_another_layout_get_the_format_when_rewritten():
     book = points_at(places.points_file("bench"), HERE)
     joints = "base = 0, shoulder = 40, elbow = -80, wrist_pitch = -40, wrist_roll = 0"
     old = f"points = {{ a = {{ joints_deg = {{ {joints} }} }} }}\n"

@@ -66,7 +66,7 @@ def test_the_shown_file_shows_every_key():
     }  # fmt: skip
 
 
-def test_what_is_left_out_is_zero_without_limits_and_named_by_the_file(tmp_path):
+def test_omitted_values_are_zero_unlimited_and_named_by_the_file(tmp_path):
     path = tmp_path / "little.toml"
     path.write_text("[[links]]\na_mm = 10\n", encoding="utf-8")
     model = read_model(path)
@@ -150,7 +150,7 @@ def two_axes(**wrong):
         (two_axes(**UP, joint="joint_1"), "2 different joint names"),
     ],
 )
-def test_what_is_wrong_in_a_file_is_named(document, said):
+def test_mistakes_in_a_model_file_are_named(document, said):
     with pytest.raises(ArmFileError, match=re.escape(said)):
         parse_model(document)
 
@@ -170,7 +170,7 @@ def test_a_file_that_cannot_be_read_or_parsed_is_named(tmp_path):
         read_model(broken)
 
 
-def test_files_are_told_from_names_by_their_ending():
+def test_files_are_distinguished_from_names_by_their_ending():
     assert is_model_file("arm.toml")
     assert is_model_file("/home/me/ARM.TOML")
     assert not is_model_file("puma")
@@ -196,7 +196,7 @@ def test_the_file_with_axes_of_the_page_is_the_alpha_ii():
     assert [axis.name for axis in made.zero.axes] == list(made.chain.joint_names)
 
 
-def test_what_is_left_out_of_an_axis_is_revolute_named_by_its_number_and_without_limits(tmp_path):
+def test_an_axis_is_revolute_numbered_and_unlimited_by_default(tmp_path):
     path = tmp_path / "little.toml"
     path.write_text(
         "[[axes]]\npoint_mm = [0, 0, 0]\ndirection = [0, 0, 3]\n[tip]\npoint_mm = [10, 0, 0]\n",
@@ -262,7 +262,7 @@ def test_six_joints_home_and_park_with_the_simulated_operator(tmp_path):
         assert math.dist(arm.twin.world.tip, (500, 100, 430)) < 1.0
 
 
-def test_what_gives_steps_their_meaning_changes_the_fingerprint(tmp_path):
+def test_the_dimensions_behind_the_steps_change_the_fingerprint(tmp_path):
     first = six_joints(tmp_path)
     assert first.calibration == six_joints(tmp_path).calibration
     assert first.calibration == six_joints(tmp_path, "[limits_deg]\nbend = [-90, 90]\n").calibration
@@ -323,7 +323,7 @@ FILES = {"six": (six_links(), six_arm()), "five": shown_files()}
     ("files", "old", "new", "said"),
     [("six", *row) for row in (*IN_ARM, *IN_MODEL)] + [("five", *row) for row in IN_FINGERS],
 )
-def test_what_is_wrong_in_either_file_is_named(tmp_path, files, old, new, said):
+def test_mistakes_in_the_arm_file_or_the_urdf_are_named(tmp_path, files, old, new, said):
     links, arm = FILES[files]
     assert (old in links) != (old in arm), "a row changes one of the two files"
     for name in ("six.toml", "minilinks.toml"):

@@ -83,9 +83,7 @@ def test_an_arm_is_found_by_its_dialect_its_file_or_its_port(tmp_path):
     ],
     ids=lambda value: "" if isinstance(value, dict) else str(value),  # a clock's text varies
 )  # fmt: skip
-def test_what_leads_to_no_arm_is_refused_with_the_reason_and_the_arm_is_given_back(
-    target, options, error, words
-):
+def test_a_failed_connection_gives_the_reason_and_releases_the_arm(target, options, error, words):
     write_arm_file("bench", 'model = "teachmover"\n')
     for _ in range(2):
         with pytest.raises(error, match=words):
@@ -138,7 +136,7 @@ class TestForcedSimulation:
             connect_real(find(NOWHERE, dialect_name="teachmover").config)
 
     @pytest.mark.parametrize("off", ["", "0"])
-    def test_it_is_off_where_the_variable_says_so(self, monkeypatch, off):
+    def test_the_environment_variable_switches_it_off(self, monkeypatch, off):
         monkeypatch.setenv("ARMDRIVE_FORCE_SIM", off)
         with pytest.raises(PortUnavailable, match="no port /dev/ttyNOWHERE"):
             Arm.connect(NOWHERE, dialect="teachmover")
@@ -202,7 +200,7 @@ def refused(dialect: str, port: SimPort, baud: int | None = None) -> str:
 
 @pytest.mark.parametrize(("asked", "there"), PAIRS)
 @pytest.mark.parametrize("same_baud", [True, False])
-def test_the_wrong_dialect_moves_nothing_and_says_so(asked, there, same_baud):
+def test_the_wrong_dialect_moves_nothing_and_is_reported(asked, there, same_baud):
     for state in PREPARED[there]:
         if (there, state) not in LINE_ENDS_ACT:
             port = prepared(there, state)

@@ -102,7 +102,7 @@ def test_a_cable_that_is_plugged_in_again_after_a_time_is_found(connected, diale
 
 
 @two_kinds
-def test_a_wire_that_comes_back_elsewhere_is_said_to_be_there(connected, dialect):
+def test_a_reconnected_link_reports_its_new_port(connected, dialect):
     arm = connected(dialect, reconnect=True)
     unplug(arm)
     arm.sleep(3.0)
@@ -280,7 +280,7 @@ def test_a_jog_that_was_held_or_waited_is_forgotten(connected):
 
 
 @pytest.mark.parametrize("fault", ["estop", "unplug"])
-def test_what_waits_never_survives_a_fault(connected, fault):
+def test_waiting_tasks_do_not_survive_a_fault(connected, fault):
     arm = connected()
     jog = Jog(Space.JOINT, (("shoulder", 5.0),))
     arm.jogging.nudge(jog, speed=0.5)
@@ -499,7 +499,7 @@ class TestFinding:
         with pytest.raises(NoSuchPort, match="none with a number"):
             ports.device_of(NUMBER)
 
-    def test_adapters_of_one_number_are_told_apart_by_name_or_not_at_all(self, plugged):
+    def test_adapters_with_the_same_number_need_a_port_name(self, plugged):
         plugged["/dev/ttyUSB1"] = plugged["/dev/ttyUSB2"] = NUMBER
         assert ports.device_of(NUMBER, "/dev/ttyUSB2") == "/dev/ttyUSB2"
         with pytest.raises(NoSuchPort, match="/dev/ttyUSB1 and /dev/ttyUSB2"):

@@ -189,7 +189,7 @@ def test_boards_that_queue_are_driven_with_ramps_and_others_are_not():
             assert (len(legs) > 1) is ramps
 
 
-def test_what_one_burst_can_drive_within_the_tolerance_is_one_burst():
+def test_legs_within_the_tolerance_are_joined_into_one_burst():
     arm = preset("teachmover").arm
     config = sim_config()
     made = plan_route(config, speeds(), START, [LinePart(pose(260, 60, 140))], 1.0)

@@ -168,7 +168,7 @@ def test_without_a_position_and_without_an_operator_nothing_is_verified_and_noth
         assert arm.twin.world.motors == before
 
 
-def test_what_the_operator_does_not_confirm_changes_nothing():
+def test_an_unconfirmed_verification_changes_nothing():
     arm = drifted()
     asked = []
 

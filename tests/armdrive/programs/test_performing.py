@@ -51,7 +51,7 @@ def does(arm):
     return performer(arm).perform
 
 
-def test_it_goes_to_poses_and_joints_by_either_way(arm, does):
+def test_a_program_goes_to_poses_and_joints_by_line_or_joint_motion(arm, does):
     assert does(go(down(250, 0, 120), speed=0.5)) is None
     assert arm.pose.z_mm == pytest.approx(120, abs=0.5)
     does(go(down(250, 40, 120), line=True))
@@ -224,7 +224,7 @@ def test_a_pause_lengthens_a_delay(arm, monkeypatch, kind):
     assert arm.parts.pace.now_s() - began_s == pytest.approx(9.0, abs=0.1)
 
 
-def test_it_runs_as_often_as_it_is_told(arm):
+def test_a_program_runs_the_requested_number_of_loops(arm):
     script = Script((Outputs(on=(1,)), Outputs(off=(1,))))
     run = ProgramRun(RunPlan(script, loops=3), performer(arm))
     assert run.carry_out() == 6

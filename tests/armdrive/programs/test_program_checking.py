@@ -148,7 +148,7 @@ def test_more_mistakes_than_a_screen_holds_are_counted():
     assert len(caught.value.problems) == MOST_SHOWN + 5
 
 
-def test_nothing_of_a_program_may_be_called_as_a_word_is():
+def test_names_of_a_program_must_not_be_words_of_the_language():
     for word in RESERVED:
         for text in (f"{word} = 3", f"grasp into {word}", f"define {word}()\nend"):
             with pytest.raises(ProgramError):

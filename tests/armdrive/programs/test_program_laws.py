@@ -228,7 +228,7 @@ wait_input 1 within 5 into came
 """
 
 
-def test_what_is_tidy_stays_as_it_is():
+def test_tidy_text_is_unchanged():
     assert formatted(TIDY) == TIDY
 
 

@@ -94,7 +94,7 @@ REFUSALS = [
 
 
 @pytest.mark.parametrize(("what", "dialect"), REFUSALS)
-def test_what_is_refused_is_refused_before(dialect, what):
+def test_a_refusal_comes_before_anything_moves(dialect, what):
     arm = table_arm(dialect)
     script = Script((TOUR[0], REFUSED[what], *TOUR[1:]))
     rehearsal = rehearse(SeenArm.of(arm), RunPlan(script))

@@ -232,7 +232,7 @@ def test_a_disk_that_is_full_lets_no_act_begin(arm, path, monkeypatch):
     assert arm.joints == before
 
 
-def test_what_is_left_of_a_sequence_is_what_was_not_yet_done(arm, path):
+def test_resuming_a_sequence_does_only_the_remaining_steps(arm, path):
     """The fingers were open and the arm on its way: only the way is left."""
     act = go(down(250, 60, 80), opening_mm=60.0)
     script = Script((act,))

@@ -140,7 +140,7 @@ def test_an_error_in_a_thread_of_a_script_is_the_scripts(homed, write, words, ca
     assert "armdrive itself failed" not in shown
 
 
-def test_what_a_script_leaves_open_is_stopped_and_given_back(homed, write):
+def test_arms_that_a_script_leaves_open_are_stopped_and_closed(homed, write):
     path = write(
         """\
         from armdrive import Arm
@@ -242,7 +242,7 @@ def test_the_next_connection_of_a_rehearsed_script_begins_where_the_last_one_end
 
 
 @pytest.mark.parametrize("grasp", ["arm.gripper.grasp()", "arm.run(GraspMove()).width_mm"])
-def test_what_a_rehearsed_script_finds_is_assumed(call, write, grasp):
+def test_a_rehearsed_script_finds_the_assumed_objects(call, write, grasp):
     write_bench()
     path = write(
         f"""\

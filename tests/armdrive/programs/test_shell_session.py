@@ -145,7 +145,7 @@ def test_a_value_alone_is_printed_and_not_listed(prompt, line, shown):
         ("break", "`break` is allowed in a loop only\n    break\n    ^"),
     ],
 )
-def test_what_is_wrong_is_shown_with_the_line_as_it_was_typed(prompt, line, told):
+def test_a_mistake_is_shown_with_the_typed_line(prompt, line, told):
     prompt("w = 1", "point pick = at(250, 0, 40, -90)")
     with pytest.raises(ProgramError) as caught:
         prompt(line)

@@ -43,7 +43,7 @@ DOME = ArmDrawing(guarded()).dome
 
 
 @given(SPACES, CAMERAS, SIZES, st.booleans())
-def test_what_is_drawn_lies_on_the_canvas_in_characters_of_its_kind(space, camera, size, braille):
+def test_each_kind_of_line_is_drawn_in_its_own_characters(space, camera, size, braille):
     painted = Studio(DOME, braille=braille).draw(space, camera, *size)
     rows = painted.rows()
     assert [len(row) for row in rows] == [size[0]] * size[1]

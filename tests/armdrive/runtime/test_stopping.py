@@ -161,7 +161,7 @@ def test_a_stop_by_another_program_is_seen_at_rest_and_named_by_a_motion():
 
 
 @pytest.mark.parametrize("by_switches", [False, True])
-def test_what_is_decided_after_a_stop_by_another_program_is_not_refused(by_switches):
+def test_a_decision_after_another_programs_stop_is_not_refused(by_switches):
     """With a person in between, or with the count of the stops that were known."""
     config = simulated_config("grbl")
     if by_switches:
@@ -276,7 +276,7 @@ def test_a_second_emergency_stop_during_the_reset_is_not_lost():
     assert arm.status.state is State.ERROR_STOP
 
 
-def test_what_the_device_reports_during_the_reset_stays_latched():
+def test_an_alert_during_the_reset_stays_latched():
     arm = ready_arm()
     arm.estop()
     arm.stop()

@@ -77,7 +77,7 @@ def test_nothing_but_a_reference_or_a_confirmation_raises_trust(history):
 
 
 @pytest.mark.parametrize("evidence", [e for e in Evidence if RESULTS[e] is Trust.SUSPECT])
-def test_what_is_unknown_stays_unknown_and_the_first_doubt_stays_the_reason(evidence):
+def test_unknown_stays_unknown_and_the_first_doubt_remains_the_reason(evidence):
     assert FIRST_BELIEF.after(evidence, 1.0) == FIRST_BELIEF
     doubt = Belief(Trust.SUSPECT, "the first reason")
     assert doubt.after(evidence, 1.0) == doubt

@@ -357,7 +357,7 @@ def test_an_arm_file_that_has_its_device_waited_for_longer_gets_more_time():
     assert call_limit_s(None) == CALL_LIMIT_S
 
 
-def test_what_was_received_in_words():
+def test_received_bytes_are_described():
     heard = Received()
     assert str(heard) == "nothing was received"
     assert heard.look_at("the cable") == "the cable"

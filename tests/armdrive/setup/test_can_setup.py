@@ -193,7 +193,7 @@ def test_leaving_while_a_motor_is_away_says_that_it_was_not_turned_back(question
     assert bench.person.heard[-1] == "The shoulder motor was not turned back to where it began."
 
 
-def test_what_was_done_before_is_said_at_the_beginning():
+def test_finished_steps_are_listed_at_the_beginning():
     bench = Bench()
     bench.person.says[About.CONNECT] = bench.person.says[About.AGREEMENT] = "no"
     bench.walk({"elbow": Notes(done=True)})
@@ -409,7 +409,7 @@ def test_a_motor_of_which_nothing_was_seen_is_left_for_later(word, told):
     assert not bench.kept["shoulder"].way
 
 
-def test_what_was_not_seen_well_is_shown_again():
+def test_a_motion_can_be_shown_again():
     bench = Bench()
     words = iter(["again", "out"])
     bench.person.says[About.WAY] = lambda: next(words)

@@ -211,7 +211,7 @@ def test_going_back_asks_the_question_before_once_more():
     assert interview.question.default == "Robko 01"
 
 
-def test_what_was_given_is_not_asked_and_is_skipped_on_the_way_back():
+def test_given_answers_are_not_asked_also_when_going_back():
     around = Surroundings(given={"template": "teachmover", "dialect": "teachmover"})
     interview = Interview(around)
     interview.answer("bench")
@@ -222,7 +222,7 @@ def test_what_was_given_is_not_asked_and_is_skipped_on_the_way_back():
     assert interview.question.key == "name"
 
 
-def test_what_was_given_and_cannot_be_is_refused_or_asked_for():
+def test_an_impossible_given_answer_is_refused_or_asked_again():
     around = Surroundings(given={"name": "bench", "template": "teachmoover"})
     with pytest.raises(BadRequest, match=r"the answer template: .*did you mean 'teachmover'"):
         Interview(around)
@@ -301,7 +301,7 @@ def test_a_serial_line_is_asked_for_its_port_and_its_baud_rate():
 
 
 @pytest.mark.parametrize("port", ["/dev/ttyACM0", "COM3", "socket://host:1", "7", "can0"])
-def test_what_is_no_adapter_is_refused_with_an_example(port):
+def test_a_line_that_is_no_adapter_is_refused_with_an_example(port):
     with pytest.raises(WrongAnswer, match="can:slcan:/dev/ttyACM0"):
         at_the_port("mks").answer(port)
 

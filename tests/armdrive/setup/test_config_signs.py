@@ -68,7 +68,7 @@ def reversed_of(names, signs):
         ("robko01", (1, -1, 1, -1, 1, -1), -1),
     ],
 )
-def test_what_is_reversed_is_found_on_the_twin(dialect, motors, roll):
+def test_reversed_motors_are_found_on_the_twin(dialect, motors, roll):
     config = simulated_config(dialect)
     twin = simulate(really(config, motors, (1, 1, 1, 1, roll, 1)))
     with Arm(connect_simulated(config, twin=twin)) as arm:
@@ -125,7 +125,7 @@ def test_only_the_wrist_turns_the_hand_and_the_other_way():
     assert roll_joint(MODEL.arm, POSTURE) == "wrist_roll"
 
 
-def test_what_nobody_saw_stays_unclear():
+def test_a_motion_that_nobody_saw_stays_unclear():
     made = trials(MODEL.arm, MODEL.transmission, POSTURE)
     found = conclude([made[0].seen(NOTHING), made[1].seen(OTHER)], "wrist_roll")
     assert found.unclear == ("gripper", "base")
@@ -373,7 +373,7 @@ def test_comments_blank_lines_and_the_order_of_a_file_survive_a_change(change, o
     assert amended(AROUND, [Change(tuple(path), value)]) == AROUND.replace(old, new)
 
 
-def test_what_follows_a_motor_follows_its_direction_and_its_gear():
+def test_a_following_motor_keeps_the_direction_and_gear_of_its_leader():
     table = tomllib.loads(SIX)
     signs = Signs(motors=("one",))
     found = {each.name: each.value for each in changes(table, None, signs, {"one": 32000.0})}

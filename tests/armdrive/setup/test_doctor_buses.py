@@ -118,7 +118,7 @@ def test_nothing_but_objects_are_read_and_everybody_is_found():
     assert found.garbled == 0
 
 
-def test_what_a_drive_tells_of_itself_is_told_in_words():
+def test_a_drives_identity_is_described():
     said = told(drive(3, vendor=0xAB, at=-500))
     assert "of the nodes 3 these answer: 3 (CANopen)" in said
     assert "node 3: CiA 402, a drive (stepper), called a stepper, vendor 000000AB" in said
@@ -149,7 +149,7 @@ def test_flags_are_told_as_the_drives_mode_means_them():
         ({"modes": 0x80}, "problem node 4: it has no profile position"),
     ],
 )
-def test_what_is_wrong_with_a_node_is_told(values, sentence):
+def test_problems_of_a_node_are_reported(values, sentence):
     said = told(drive(4, **values))
     assert sentence in said
     assert said.count("problem") + said.count("note") == 1
@@ -161,7 +161,7 @@ def test_a_drive_that_does_not_tell_its_unit_of_speed_is_named_with_what_measure
     assert "`armdrive can setup bench` measures it" in said
 
 
-def test_what_a_device_does_not_have_is_told_and_no_more_is_made_of_it():
+def test_missing_objects_of_a_device_are_reported_and_tolerated():
     lacking = Device(2, missing=frozenset({SUPPORTED_MODES, POSITION, NAME}))
     found = survey(NodesBus(lacking), (2,))
     (node,) = found.nodes
@@ -236,7 +236,7 @@ def test_the_bus_is_not_loaded_by_being_asked():
 # What may be asked on whose bus.
 
 
-def test_what_is_read_of_canopen_can_command_no_mks_drive():
+def test_canopen_reads_command_no_mks_drive():
     for node in range(1, NODE_MAX + 1):
         bus = NodesBus(drive(node))
         survey(bus, (node,))

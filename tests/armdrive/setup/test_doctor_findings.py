@@ -158,7 +158,7 @@ NO_ARM = {
 
 
 @pytest.mark.parametrize("what", NO_ARM)
-def test_what_is_no_arm_is_one_problem_with_a_remedy(what):
+def test_a_device_that_is_no_arm_is_one_problem_with_a_remedy(what):
     device, baud, said = NO_ARM[what]
     (found,) = after.of_examination(SimPort(device).examine(baud), baud)
     assert found.grade is Grade.PROBLEM

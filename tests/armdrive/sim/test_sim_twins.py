@@ -132,7 +132,7 @@ SAVED = [
 
 
 @pytest.mark.parametrize(("dialect", "path", "value"), SAVED)
-def test_what_no_device_has_saved_is_refused(dialect, path, value):
+def test_a_state_that_no_device_saved_is_refused(dialect, path, value):
     saved = simulate(simulated_config(dialect)).save()
     *way, key = path
     table = saved
@@ -325,7 +325,7 @@ def test_a_pause_holds_for_the_bytes_pushed_with_it():
     assert wire.next_s() == pytest.approx(3 * BYTE_S + 0.02, abs=1e-12)
 
 
-def test_what_is_cleared_never_arrives():
+def test_cleared_bytes_never_arrive():
     wire = PacedWire(9600)
     wire.push(b"lost", 0.0)
     wire.clear()

@@ -129,7 +129,7 @@ def test_a_jog_released_while_the_disk_was_busy_does_not_begin(bench):
     assert bench.motors == bench.start
 
 
-def test_what_happens_to_the_arm_meanwhile_is_seen_before_it_moves(bench):
+def test_changes_while_the_disk_is_slow_are_noticed_before_the_arm_moves(bench):
     bench.disk.hold()
     handle = bench.arm.move_j(base_deg=5.0, wait=False)
     assert bench.disk.is_waited_for()

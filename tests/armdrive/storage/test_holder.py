@@ -182,7 +182,7 @@ def test_a_long_port_name_in_a_deep_folder_is_still_served(arm, tmp_path, monkey
         holding.release()
 
 
-def test_what_a_killed_program_left_behind_is_recognised(arm):
+def test_the_leftovers_of_a_killed_program_are_recognised(arm):
     program = (
         "import os, signal\n"
         "from armdrive import Arm\n"

@@ -341,7 +341,7 @@ WRITER = PointWriter("bench", ARM.fk)
 
 
 @given(TAUGHT)
-def test_what_is_written_reads_as_the_same(taught):
+def test_written_points_read_back_the_same(taught):
     text = WRITER.document(taught)
     tomllib.loads(text)
     assert rounded(parse_points(text, JOINT_NAMES)) == rounded(taught)

@@ -272,7 +272,7 @@ def test_a_cable_pulled_in_mid_motion_leaves_a_suspect_record(bench):
     assert record.in_motion
 
 
-def test_what_was_refused_is_kept_aside_when_the_arm_moves_and_not_before(bench):
+def test_a_refused_record_is_kept_aside_once_the_arm_moves(bench):
     referenced(bench).close()
     bench.edit(calibration="0123456789abcdef")
     refused = bench.path.read_text()

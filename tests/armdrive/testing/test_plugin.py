@@ -135,7 +135,7 @@ def test_arms_are_placed_by_the_names_that_the_program_uses(world):
         world.add("left")
 
 
-def test_what_is_told_is_physical_whatever_the_controller_believes(world):
+def test_arm_world_shows_the_physical_arm_whatever_the_controller_believes(world):
     world.put("A", 250, 0)
     with Arm.connect() as arm:
         arm.home()
@@ -147,7 +147,7 @@ def test_what_is_told_is_physical_whatever_the_controller_believes(world):
         world.faults.end()
 
 
-def test_what_is_held_and_what_is_knocked_over(world):
+def test_held_and_knocked_over_blocks_are_reported(world):
     world.put("A", 250, 0)
     with Arm.connect() as arm:
         arm.home()
@@ -297,7 +297,7 @@ def test_each_arm_sees_a_block_from_its_own_base():
     assert table.blocks["B"].place == pytest.approx((250.0, 0.0, 25.0))
 
 
-def test_what_one_arm_moves_the_other_finds_moved():
+def test_two_arms_share_the_blocks_of_a_table():
     _, near, far = held()
     lift(near, 100.0)
     assert near.scene.held == "A"
@@ -354,7 +354,7 @@ def test_both_let_go_and_it_falls():
     assert table.blocks["A"].z_mm == 0.0
 
 
-def test_what_stands_on_a_block_goes_over_with_it():
+def test_a_block_on_a_knocked_over_one_falls_too():
     table, near, far = facing()
     table.put(TALL)
     table.put(TableBlock("B", 250.0, 0.0, 60.0, width_mm=20.0, height_mm=20.0))

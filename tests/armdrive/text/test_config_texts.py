@@ -26,7 +26,7 @@ def test_a_gear_is_read_as_people_write_it(line, turns):
 @pytest.mark.parametrize(
     "line", ["", "x", "20:", "60//16", "0:1", "-3", "a:b", "1:0", "inf", "1e9", "20:1 * "]
 )
-def test_what_is_no_gear_is_refused_with_how_to_write_one(line):
+def test_a_wrong_gear_is_refused_with_an_example(line):
     with pytest.raises(WrongAnswer, match="like 20:1"):
         ratio(line)
 
@@ -45,7 +45,7 @@ VALUES = st.recursive(
 
 
 @given(st.text(st.characters(exclude_categories=["Cs"])), VALUES)
-def test_what_is_written_reads_back_the_same(key, value):
+def test_written_text_reads_back_the_same(key, value):
     text = document([TomlSection("", (TomlEntry(key, value, "a comment"),))])
     assert tomllib.loads(text) == {key: value}
 
@@ -131,7 +131,7 @@ def test_a_plain_number_is_read(text: str, value: float) -> None:
         ("1e999", "'1e999' is not a finite number"),
     ],
 )
-def test_what_is_no_plain_number_is_refused(text: str, words: str) -> None:
+def test_a_word_that_is_no_plain_number_is_refused(text: str, words: str) -> None:
     with pytest.raises(BadRequest) as caught:
         number(text)
     assert str(caught.value) == words

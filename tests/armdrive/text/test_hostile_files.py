@@ -58,7 +58,7 @@ def ending(words):
 
 
 @pytest.mark.parametrize("reader", READERS)
-def test_what_is_no_plain_file_is_told(call, reader, tmp_path):
+def test_anything_but_a_plain_file_is_reported(call, reader, tmp_path):
     words = READERS[reader]
     alias = tmp_path / f"alias{ending(words)}"
     for name, path in special_files(tmp_path).items():
@@ -188,7 +188,7 @@ NOT_NESTED = {
 
 
 @pytest.mark.parametrize("text", NOT_NESTED.values(), ids=NOT_NESTED)
-def test_what_is_not_nested_has_no_such_limit(text):
+def test_flat_files_have_no_nesting_limit(text):
     parse_toml(text, BadRequest)
 
 

@@ -136,7 +136,7 @@ def edited(text, edits):
 
 
 @pytest.mark.parametrize("name", PARSERS)
-def test_what_is_edited_can_be_read_before(name):
+def test_an_edited_file_was_readable_before(name):
     text, parse = PARSERS[name]
     parse(text)
 

@@ -201,7 +201,7 @@ def test_a_book_is_bounded_and_forgets_what_is_too_old_for_it():
 
 
 @given(st.lists(st.sampled_from(list(EntryKind)), max_size=30), st.integers(1, 8))
-def test_what_passes_is_the_same_whether_it_is_chosen_before_or_after(kinds, kept):
+def test_filters_choose_the_same_lines_before_and_after(kinds, kept):
     lines = [line(number, kind) for number, kind in enumerate(kinds)]
     wanted = LogFilter(frozenset({Topic.ERRORS, Topic.BYTES}))
     before, after = LogBook(kept), LogBook(kept)
@@ -314,7 +314,7 @@ SENT = [
 
 
 @pytest.mark.parametrize(("dialect", "data", "words"), SENT)
-def test_what_a_host_writes_is_told_in_words(dialect, data, words):
+def test_host_messages_are_described(dialect, data, words):
     assert sent(dialect, data) == words
 
 
@@ -338,7 +338,7 @@ HEARD = [
 
 
 @pytest.mark.parametrize(("dialect", "data", "words"), HEARD)
-def test_what_a_device_says_is_told_in_words(dialect, data, words):
+def test_device_messages_are_described(dialect, data, words):
     assert describer(dialect).words(data, describer(dialect).received).startswith(words)
 
 
@@ -419,7 +419,7 @@ def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
         (Foreign(Frame(0x123)), "foreign: frame 123#"),
     ],
 )
-def test_what_no_request_awaits_is_told_in_words(event, words):
+def test_unsolicited_messages_are_described(event, words):
     assert plain(event) == words
 
 

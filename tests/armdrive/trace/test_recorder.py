@@ -257,7 +257,7 @@ def filled(entries, sealed_after, **bounds):
 
 
 @given(runs(), st.integers(0, 10))
-def test_what_fits_is_kept_whole_and_in_order(run, sealed_after):
+def test_entries_that_fit_are_kept_whole_and_in_order(run, sealed_after):
     ring = filled(run, sealed_after, longest_s=1e9)
     assert list(ring.entries()) == run
     assert ring.dropped == 0

@@ -72,7 +72,7 @@ def text(recording):
 
 @given(entries=entry_lists())
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_what_is_written_reads_back_the_same(recording, entries):
+def test_a_written_recording_reads_back_the_same(recording, entries):
     text = "".join(f"{line}\n" for line in lines_of(recording.header, entries))
     back = parse_recording(text.encode())
     assert back.entries == entries
@@ -391,7 +391,7 @@ def test_a_lost_wire_is_no_difference(tmp_path):
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dialect, tmp_path):
+def test_a_truncated_run_is_replayed_from_the_first_read_counts(dialect, tmp_path):
     kept_s = 1.5
     arm = recorded_arm(dialect, ring=EntryRing(longest_s=kept_s))
     placed(arm)

@@ -113,7 +113,7 @@ def test_drivers_that_hang_or_die_end_as_an_error(monkeypatch):
         ask_drivers()
 
 
-def test_what_drivers_find_is_written_as_a_port(monkeypatch):
+def test_adapters_found_by_drivers_are_written_as_ports(monkeypatch):
     monkeypatch.setattr(ports, "_DETECT", """print('[["pcan", "PCAN_USBBUS1"]]')""")
     assert ask_drivers() == [CanPort("can:pcan:PCAN_USBBUS1", "python-can's pcan")]
 
@@ -292,7 +292,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("port", "error", "kind", "words"), CASES)
-def test_what_a_driver_says_is_put_into_words(port, error, kind, words):
+def test_driver_errors_are_put_into_words(port, error, kind, words):
     found = can_refusal(CanAddress.parse(port), error)
     assert type(found) is kind
     with pytest.raises(kind, match=words):
@@ -421,7 +421,7 @@ class TestReader:
         assert "gone" in until_lost(link)
         assert link.health.read_errors == 1
 
-    def test_what_came_before_the_loss_is_handed_out_first(self, failing):
+    def test_frames_received_before_the_loss_come_first(self, failing):
         bus, link = failing
         bus.coming.extend([message(1), BUS_OFF])
         until(lambda: link.health.error_frames)

@@ -115,7 +115,7 @@ class TestOpening:
             link.write(pack(Frame(1)), 0.0)
             assert frames_of(link) == [Frame(2)]
 
-    def test_what_is_no_adapter_is_told_from_one(self, tmp_path, monkeypatch):
+    def test_a_device_that_is_no_adapter_is_recognised(self, tmp_path, monkeypatch):
         monkeypatch.setattr(can_slcan, "GREETING_S", 0.02)
         port = PtyServer(tmp_path / "other")
         where = f"can:slcan:{port.address}?bitrate=500000"

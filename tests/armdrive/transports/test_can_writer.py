@@ -26,7 +26,7 @@ class TestWriter:
         link.close()
         assert [each.arbitration_id for each in bus.sent] == [1]
 
-    def test_what_was_written_before_closing_leaves_first(self, patient, failing):
+    def test_frames_written_before_closing_are_sent_first(self, patient, failing):
         bus, link = failing
         bus.stuck.clear()
         link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)

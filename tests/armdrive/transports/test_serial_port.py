@@ -151,7 +151,7 @@ def test_a_port_in_use_names_who_has_it(ends, monkeypatch):
     link.close()
 
 
-def test_what_is_no_serial_port_is_refused_in_words(tmp_path):
+def test_a_name_that_is_no_serial_port_is_refused(tmp_path):
     file = tmp_path / "file"
     file.touch()
     with pytest.raises(NoSuchPort, match="is not a serial port"):
@@ -253,7 +253,7 @@ def test_dtr_stayed_up_if_the_last_close_kept_it_and_this_program_does(
     assert stayed == [False, raise_dtr]
 
 
-def test_what_is_no_terminal_has_no_dtr(tmp_path):
+def test_a_file_that_is_no_terminal_has_no_dtr(tmp_path):
     with (tmp_path / "file").open("w") as file:
         assert not clear_hupcl(file.fileno())
         assert not had_dtr(file.fileno())

@@ -209,7 +209,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("build", "field"), REFUSED)
-def test_what_does_not_fit_is_refused_by_name(build, field):
+def test_numbers_out_of_range_are_refused_by_name(build, field):
     with pytest.raises(BadField) as refusal:
         build()
     assert refusal.value.field == field
@@ -354,7 +354,7 @@ def test_answers_are_printed_as_the_sketch_prints_them(data, answer, line):
     assert device.unanswered is None
 
 
-def test_what_comes_during_a_motion_waits_for_its_answer():
+def test_commands_during_a_motion_wait_for_its_answer():
     device = armdroid.Device()
     device.receive_data(b"1,5d1,6dv")
     assert device.next_event() == armdroid.DriveOne(1, 5)
@@ -369,7 +369,7 @@ def test_what_comes_during_a_motion_waits_for_its_answer():
         device.send(armdroid.VersionReported())
 
 
-def test_what_finds_no_room_is_lost_and_told_where_it_stood():
+def test_lost_characters_are_reported_where_they_were():
     device = armdroid.Device(room_bytes=8)
     device.receive_data(b"1,5d")
     assert device.next_event() == armdroid.DriveOne(1, 5)

@@ -50,7 +50,7 @@ def test_the_first_four_have_ids(direction, ids):
 
 
 @given(st.lists(st.sampled_from(FIXED), min_size=1, max_size=8), st.data())
-def test_what_is_packed_comes_out_and_what_is_behind_it_does_not_matter(kinds, data):
+def test_packed_values_are_unpacked_whatever_follows_them(kinds, data):
     entries = tuple(
         canopen.Mapped(canopen.Place(0x2000, sub), kind) for sub, kind in enumerate(kinds)
     )
@@ -69,7 +69,7 @@ def test_what_is_packed_comes_out_and_what_is_behind_it_does_not_matter(kinds, d
         mapping.unpack(packed[:-1])
 
 
-def test_what_a_device_tells_of_its_mapping_is_read_by_the_dictionary():
+def test_a_devices_mapping_is_read_by_the_dictionary():
     for entry in (*ORDER.entries, *STATE.entries):
         assert canopen.Mapped.of(entry.word, canopen.STANDARD) == entry
     with pytest.raises(RemoteProtocolError, match="2000:00 is mapped, and is no object"):
@@ -200,7 +200,7 @@ def test_one_that_is_switched_off_or_maps_what_is_not_there_does_not_exist():
         (False, canopen.Place(0x1400, 1), canopen.NOT_VALID | IN, None),
     ],
 )
-def test_what_describes_them_is_changed_in_the_order_of_the_standard(off, place, value, refused):
+def test_pdo_parameters_are_changed_in_the_order_of_the_standard(off, place, value, refused):
     owner = Owner(transmission=1)
     owner.values[canopen.Place(0x1400, 1)] |= canopen.NOT_VALID if off else 0
     assert owner.pdos.refusal(place, value) is refused

@@ -266,7 +266,7 @@ def test_a_read_cannot_be_accepted_nor_can_what_the_client_gave_up():
     assert server.asked == canopen.ReadAsked(NAME)
 
 
-def test_what_is_no_request_is_told_to_the_owner():
+def test_frames_that_are_no_request_are_reported():
     server = canopen.SdoServer(NODE)
     assert told(server, "605#40", "606#4008100000000000", "605#R") == ["", "", ""]
     (ignored,) = events(server)
@@ -283,7 +283,7 @@ COPIES = st.sampled_from((1, 1, 1, 1, 0, 2, 3))
 
 
 @given(NUMBER, DATA)
-def test_what_is_written_is_read(data, other):
+def test_written_objects_are_read_back(data, other):
     bus = SdoBus({OTHER: other})
     assert bus.download(PLACE, data) == [canopen.Downloaded(PLACE)]
     assert bus.upload(PLACE) == [canopen.Uploaded(PLACE, data)]
@@ -291,7 +291,7 @@ def test_what_is_written_is_read(data, other):
     assert bus.client.busy is None
 
 
-def test_what_is_not_there_is_refused_in_words():
+def test_missing_objects_are_refused_in_words():
     (event,) = SdoBus().upload(PLACE)
     assert event == canopen.Aborted(PLACE, canopen.AbortCode.NO_OBJECT)
     assert event.words == "there is no such object"
@@ -400,7 +400,7 @@ def test_any_bytes_have_a_meaning_that_is_kept_or_a_reason(decode, data):
         (decode_response, "", "length 0 where an SDO frame has 8"),
     ],
 )
-def test_what_is_not_spoken_is_named(decode, text, reason):
+def test_unsupported_services_are_named(decode, text, reason):
     with pytest.raises(RemoteProtocolError, match=reason):
         decode(bytes.fromhex(text))
 

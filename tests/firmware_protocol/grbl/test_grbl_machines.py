@@ -103,7 +103,7 @@ def test_eeprom_is_written_alone():
         (grbl.GRBL, grbl.Line("X" * 80)),
     ],
 )
-def test_what_the_board_does_not_have_is_not_sent(dialect, command):
+def test_words_that_the_board_lacks_are_not_sent(dialect, command):
     host = grbl.Host(dialect)
     with pytest.raises(LocalProtocolError):
         host.send(command)

@@ -147,7 +147,7 @@ def test_a_held_arm_is_watched_until_it_is_given_back(call, held, monkeypatch):
     assert "no program" in call.refused("watch", code=1)
 
 
-def test_a_person_who_watches_reads_a_line_for_each_change(call, held, monkeypatch):
+def test_watch_prints_a_line_for_each_change(call, held, monkeypatch):
     closing(held, monkeypatch, ["standby"])
     first, heading, *rows = call("watch", "--every", "0.05", code=0).out.splitlines()
     assert first == f"watching {ARM}; Ctrl-C ends the watching and stops nothing"
@@ -300,7 +300,7 @@ def test_angles_and_names_stand_below_each_other(view):
         ({"program": {}}, "tip", "x 127.0 mm, y 0.0 mm, z 0.0 mm, pitch -90.0°, roll 0.0°"),
     ],
 )
-def test_what_is_unusual_is_shown(view, changes, label, shown):
+def test_unusual_states_are_shown(view, changes, label, shown):
     assert page(view | changes)[label] == shown
 
 

@@ -114,7 +114,7 @@ def test_fingers_that_would_wait_for_no_move_are_refused_before_anything_moves(
         homed("run", write(f"open 40\n{last}\n"), code=0)
 
 
-def test_what_follows_from_an_assumption_is_run_with_yes_alone(homed, write):
+def test_a_refusal_that_rests_on_an_assumption_needs_yes(homed, write):
     path = write("if not input(2)\n  move at(900, 0, 120, -90)\nend\n")
     assert "line 1: input 2 is off; give the real values" in homed("run", path, code=3).err
     homed("run", path, "--check", "--input", "2=on", code=0)
@@ -175,7 +175,7 @@ def test_what_a_call_is_answered_with(call, write, row):
     assert all(each in ended.out + ended.err for each in said)
 
 
-def test_a_run_that_was_not_rehearsed_to_its_end_says_so(homed, write, monkeypatch):
+def test_a_run_reports_an_unfinished_rehearsal(homed, write, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run_program.BEFORE_RUN_S", -1.0)
     path = write("repeat 5\n  delay 1\nend\n")
     ran = homed("run", path, code=0).out
@@ -316,7 +316,7 @@ def failing(call, write):
     return write(FAILS)
 
 
-def test_it_goes_on_as_slowly_and_carefully_as_it_was_begun(call, failing):
+def test_a_resumed_run_keeps_its_speed_and_steps(call, failing):
     with_care = ("--sim", "grbl", "--speed", "62.5%", "--yes", "--input", "1=on")
     words = told(call("run", failing, *with_care, code=3).err, "armdrive run ")
     parser = argparse.ArgumentParser()

@@ -71,7 +71,7 @@ def test_a_new_sequence_begins_with_its_first_step(call, book):
         ("points offset fetch far --x 900", 3, "the point 'above' cannot go there"),
     ],
 )
-def test_what_cannot_be_is_refused_and_nothing_is_written(call, book, line, code, sentence):
+def test_an_impossible_edit_is_refused_and_nothing_is_written(call, book, line, code, sentence):
     before = book.path.read_text(encoding="utf-8")
     assert sentence in call.refused(*line.split(), code=code)
     assert book.path.read_text(encoding="utf-8") == before
@@ -156,7 +156,7 @@ def test_ctrl_c_ends_a_recording_and_keeps_it(call, views):
     assert shown(call, "tour") == ["to tour-1", "gripper 0 mm"]
 
 
-def test_what_was_recorded_before_the_position_was_lost_is_kept(call, views):
+def test_steps_recorded_before_the_position_was_lost_are_kept(call, views):
     view, told = views
     told += [view, view | {"trust": "suspect", "trust_reason": "moved by the pendant"}]
     said = call("teach", "follow", "tour", code=3)
@@ -254,7 +254,7 @@ def test_a_sequence_that_a_person_wrote_is_shown_and_run(taught):
     assert "lift" not in taught("points", "list", code=0).out
 
 
-def test_what_is_wrong_is_one_sentence(taught):
+def test_every_mistake_is_one_sentence(taught):
     assert "did you mean 'pick'" in taught.refused("points", "go", "pikc", code=2)
     assert "already" in taught.refused("points", "save", "pick", code=2)
     taught("points", "save", "pick", "--again", "--json", code=0)

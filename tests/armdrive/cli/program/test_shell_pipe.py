@@ -58,7 +58,7 @@ def test_lines_are_carried_out_one_after_another_without_a_prompt(piped, call):
     assert call("status", "--json", code=0).json["pose"]["z_mm"] == pytest.approx(75, abs=0.5)
 
 
-def test_what_was_carried_out_is_saved_as_a_program_that_runs(piped, call, tmp_path):
+def test_executed_lines_are_saved_as_a_program_that_runs(piped, call, tmp_path):
     path = tmp_path / "fetch.arm"
     text = f"{FETCH}2 * 3\nspeed 50%\ndrop 5\nlist\nsave {path}\n"
     shown = piped(text, "--put", "A,250,0").out

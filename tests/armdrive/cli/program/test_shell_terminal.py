@@ -40,7 +40,7 @@ def moving(prompt):
     prompt.until(f"line 1: {LONG_WAY}")
 
 
-def test_what_is_typed_is_taken_line_by_line_and_remembered_from_day_to_day(begin):
+def test_lines_run_as_typed_and_are_kept_in_the_history(begin):
     prompt = begin()
     assert "`home` references the arm" in prompt.enter("ready")
     assert "armdrive" not in prompt.enter("home")

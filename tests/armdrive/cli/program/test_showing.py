@@ -135,7 +135,7 @@ def test_lines_that_were_typed_before_are_no_answer_from_a_person(tmp_path, monk
                 each.join()
 
 
-def test_the_end_of_the_input_is_told_and_a_terminal_is_read_on_after_it(tmp_path):
+def test_the_end_of_the_input_is_reported_and_a_terminal_stays_readable(tmp_path):
     path = tmp_path / "typed"
     path.write_text("\n", encoding="utf-8")
     with path.open() as file:

@@ -290,9 +290,7 @@ def test_a_connection_that_fails_is_a_problem_and_no_crash(call, port, lead_to, 
     assert "did not connect: it is gone" in said
 
 
-def test_the_doctor_on_a_board_with_too_few_axes_says_what_is_wrong_and_what_helps(
-    call, port, lead_to, monkeypatch
-):
+def test_the_doctor_explains_a_board_with_too_few_axes(call, port, lead_to, monkeypatch):
     text = f'model = "minimover5"\n[connection]\ndialect = "grbl"\nport = "{port}"\n'
     write_arm_file("bench", text)
     lead_to(RewritingDevice(made("grbl"), *THREE_AXES))

@@ -410,7 +410,7 @@ def test_all_problems_are_reported_at_once(call):
     assert "2 problems" in call("config", "check", code=2).out
 
 
-def test_what_is_no_file_is_said_as_in_the_list(call):
+def test_a_missing_arm_file_is_reported_as_in_the_list(call):
     write_arm_file("bench", PLAIN)
     folder = places.arm_files()
     (folder / "folder.toml").mkdir()

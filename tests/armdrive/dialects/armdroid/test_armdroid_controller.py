@@ -181,7 +181,7 @@ class TestConversation:
         assert talked.answer(ECHO) == ""
         assert talked.event == Halted()
 
-    def test_offsets_that_stay_wrong_are_told(self):
+    def test_lasting_wrong_offsets_are_reported(self):
         talked = Talked().met().loaded()
         talked.answer("offsets = 7,0,0,0,-3,112", 0.2)
         talked.silence()
@@ -213,7 +213,7 @@ class TestConversation:
             talked.begin(DropCurrent())
 
     @pytest.mark.parametrize("request_", [HomeDevice(), SetOutputs(1), SetGripper(0.5)])
-    def test_what_the_board_has_not_is_refused_and_nothing_is_said(self, request_):
+    def test_missing_abilities_are_refused_without_sending_anything(self, request_):
         talked = Talked().met()
         with pytest.raises(Refused):
             talked.begin(request_)
@@ -354,7 +354,7 @@ def left(tmp_path):
     return twin, recorder
 
 
-def test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_believed(left):
+def test_motors_reported_off_while_connecting_make_the_record_untrusted(left):
     twin, recorder = left
     before = twin.world.motors
     twin.link.line.send(b"t", twin.device.now_s)  # the 1 before it was lost with a program

@@ -53,7 +53,7 @@ def made(dialect, **changes):
         ("cia402", {"hearbeat_ms": 100}, "heartbeat_ms"),
     ],
 )
-def test_what_is_wrong_is_named(dialect, table, words):
+def test_wrong_settings_are_named(dialect, table, words):
     problems = Problems()
     TomlTable(table, dialect, problems).section(SECTIONS[dialect])
     (said,) = problems.found

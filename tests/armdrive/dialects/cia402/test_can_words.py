@@ -116,7 +116,7 @@ CONVERSATION = (
 
 
 @pytest.mark.parametrize(("frame", "kind", "words"), CONVERSATION)
-def test_a_frame_is_told_in_words(frame, kind, words):
+def test_a_frame_is_described_in_words(frame, kind, words):
     said = CanopenFrameDescriber().describe(frame)
     assert said.kind is kind
     assert said.words == words or ("node" not in words and words in said.words)
@@ -124,7 +124,7 @@ def test_a_frame_is_told_in_words(frame, kind, words):
     assert str(frame) in said.line(1.5)
 
 
-def test_segments_are_told_with_the_object_that_they_belong_to():
+def test_segments_are_described_with_their_object():
     client, server, describer = SdoClient(5), SdoServer(5), CanopenFrameDescriber()
     frame, said = client.upload(NAME), []
     for _ in range(6):
@@ -147,7 +147,7 @@ def test_segments_are_told_with_the_object_that_they_belong_to():
     ]
 
 
-def test_the_node_of_a_frame_is_told_as_plain_data():
+def test_plain_data_has_the_node_of_a_frame():
     view = CanopenFrameDescriber().describe(pdo(Service.TPDO1, 6, "4002")).view(0.25)
     assert view == {
         "time_s": 0.25,
@@ -179,7 +179,7 @@ HELD = (
 
 
 @pytest.mark.parametrize(("place", "value", "words"), HELD)
-def test_what_an_object_holds_is_told_in_words(place, value, words):
+def test_the_content_of_an_object_is_described_in_words(place, value, words):
     data = value.to_bytes(4, "little", signed=value < 0)
     assert held_words(place, data) == words
 
@@ -189,7 +189,7 @@ def test_a_unit_is_written_as_in_manuals():
     assert value_words(POSITION_UNIT, 0xFF41_0000) == "FF410000"  # 0.1 degrees: Nanotec's CL4-E
 
 
-def test_text_and_what_is_too_short_are_told_as_they_are():
+def test_text_and_short_frames_are_shown_unchanged():
     assert held_words(NAME, b"servo") == "servo"
     assert held_words(STATUSWORD, b"\x01") == "01"
     assert held_words(Place(0x2000), b"") == "nothing"
@@ -231,7 +231,7 @@ def test_the_language_of_some_frames_is_the_one_that_reads_the_most():
 # -- in a recording ------------------------------------------------------------------------------
 
 
-def test_what_is_said_to_several_nodes_alike_stands_together():
+def test_equal_messages_to_several_nodes_are_grouped():
     data = b"".join(pack(pdo(Service.RPDO1, node, "0600")) for node in (1, 2, 3))
     words = messages_canopen.words(data + pack(Sync().frame))
     assert words == "1 2 3: 0006 shut down; SYNC"
@@ -256,13 +256,13 @@ WEIGHTS = (
 
 
 @pytest.mark.parametrize(("frame", "weight"), WEIGHTS)
-def test_what_can_be_compared_with_a_simulated_drive_is_weighed(frame, weight):
+def test_comparable_messages_have_a_weight(frame, weight):
     (message,) = PackedFrames(messages_canopen.weighed).feed(pack(frame))
     assert message.weight is weight
     assert message.data == pack(frame)
 
 
-def test_what_is_weighed_by_its_kind_is_told_apart_by_node_and_object():
+def test_messages_of_a_kind_are_distinguished_by_node_and_object():
     frames = (answer(1, MODE, b"\x08"), answer(2, MODE, b"\x08"), answer(1, CONTROLWORD, bytes(2)))
     kinds = {messages_canopen.weighed(frame).kind for frame in frames}
     assert len(kinds) == 3

@@ -208,7 +208,7 @@ def test_a_released_jog_slows_down_on_its_path():
     assert 0x0002 not in rig.words(1)
 
 
-def test_what_is_held_back_is_driven_to_its_end_and_no_more_is_drawn():
+def test_a_pause_completes_the_sent_segments_and_draws_no_more():
     rig, held, drawn = Rig().ready(), [False], []
 
     def segments():

@@ -106,7 +106,7 @@ def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
     assert arm.status.trust is Trust.SUSPECT
 
 
-def test_somebody_at_the_hold_button_stops_the_arm_and_its_position_is_kept():
+def test_a_pressed_feed_hold_stops_the_arm_and_keeps_its_position():
     arm = ready()
     handle = arm.move_j(base_deg=60, wait=False)
     arm.sleep(0.6)
@@ -163,7 +163,7 @@ def test_a_fluidnc_board_from_the_factory_is_mended_by_paths():
     assert standing_as_said(arm)
 
 
-def test_what_only_the_configuration_file_of_fluidnc_sets_is_said_and_not_sent():
+def test_settings_only_in_fluidncs_file_are_reported_and_not_sent():
     arm = found(config(device={"hard_limits": True}), factory=True, firmware="fluidnc")
     arm.controller.mend_settings()
     (left_over,) = arm.parts.core.differences
@@ -249,14 +249,14 @@ def test_an_alarm_right_after_homing_is_not_unlocked(monkeypatch):
     assert arm.status.state is State.ERROR_STOP
 
 
-def test_a_grblhal_board_that_must_not_sleep_says_so_when_its_motors_are_to_be_released():
+def test_releasing_the_motors_of_a_grblhal_board_that_must_not_sleep_is_refused():
     arm = ready(firmware="grblhal")
     arm.twin.board.settings.values[62] = 0.0
     with pytest.raises(DeviceFault, match=r"`\$SLP`.*error 3"):
         arm.disable()
 
 
-def test_a_board_that_cannot_home_says_so():
+def test_homing_is_refused_on_a_board_that_cannot_home():
     arm = found(homing_config(((1,),)), firmware="grbl")
     with pytest.raises(DeviceFault, match="not known or not supported"):
         arm.home()
@@ -307,7 +307,7 @@ def test_a_board_may_have_more_axes_than_the_arm_has_motors(firmware, letters):
 
 
 @pytest.mark.parametrize("banner", [True, False])
-def test_the_axes_are_learnt_whether_the_board_begins_anew_or_not(banner):
+def test_the_axes_are_known_whether_the_board_restarts_or_not(banner):
     arm = found(config(gripper="servo"), firmware="fluidnc", axes="XYZABC")
     if banner:
         arm.twin.board.reset()
@@ -318,7 +318,7 @@ def test_the_axes_are_learnt_whether_the_board_begins_anew_or_not(banner):
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_board_with_too_few_axes_is_told_of_in_words(firmware):
+def test_a_board_with_too_few_axes_is_described(firmware):
     twin = simulate(config(gripper="servo", device={"axes": "XYZAB"}), firmware=firmware)
     with pytest.raises(DeviceFault, match=r"the board has 5 axes \(XYZAB\).* on C:"):
         connect_simulated(config(), twin=twin)
@@ -449,7 +449,7 @@ WITH_COMMENTS = [IN_A_COMMENT, "$J=G91X10F300;a", "M3S700;a", "M8;", "$H;"]
 
 
 @in_pairs("gripper, half, firmware", TOLD, WITH_COMMENTS, FIRMWARES)
-def test_where_the_gripper_is_told_to_be_off_no_half_line_is_carried_out(gripper, half, firmware):
+def test_no_partial_line_is_executed_where_a_reset_would_open_the_gripper(gripper, half, firmware):
     kind, device, opens = gripper
     said = [opens + "\n", "M5\nM9\nG1G91X7F600\n", half]
     arm, before = left(config(gripper=kind, device=device), said, firmware=firmware)
@@ -460,7 +460,7 @@ def test_where_the_gripper_is_told_to_be_off_no_half_line_is_carried_out(gripper
     assert (outputs["spindle"], outputs["flood"], outputs["mist"]) == ("M5", False, False)
 
 
-def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
+def test_a_single_false_report_of_outputs_releases_nothing():
     made = config(gripper="servo")
     twin = simulate(made)
     twin.link.write(b"M3S1000\n", 0.1)
@@ -486,7 +486,7 @@ def segments(arm):
 @pytest.mark.parametrize(
     ("firmware", "wanted"), [("grbl", 5), ("mega5x", 9), ("grblhal", 9), ("fluidnc", 11)]
 )
-def test_what_a_board_computes_ahead_is_that_of_its_firmware(firmware, wanted):
+def test_the_segments_computed_ahead_are_those_of_the_firmware(firmware, wanted):
     assert segments(found(firmware=firmware)) == wanted
     told = found(config(device={"segments": 20}), firmware=firmware)
     assert segments(told) == 20
@@ -503,7 +503,7 @@ def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times,
 
 
 @pytest.mark.parametrize("ring", [b"2", b"12", b"28", b"0", b"65536"])
-def test_no_ring_that_is_told_brings_a_motion_to_wait_for_ever(ring):
+def test_no_reported_buffer_size_blocks_a_motion_forever(ring):
     told = instead(b"[OPT:V,15," + ring + b"]\r\n")
     arm = as_it_stands(over(Rule(rb"\[OPT", told, times=99), firmware="grbl"))
     arm.move_j(base_deg=10, elbow_deg=arm.joints.deg["elbow"] + 5, wait=False).wait(20.0)
@@ -560,7 +560,7 @@ LOST = [
 
 
 @pytest.mark.parametrize(("begin", "what", "stop", "firmware"), LOST)
-def test_a_stop_that_is_lost_is_said_again_within_what_was_announced(begin, what, stop, firmware):
+def test_a_lost_stop_is_repeated_within_the_announced_time(begin, what, stop, firmware):
     arm = ready(firmware=firmware)
     begin(arm)
     arm.sleep(0.5)
@@ -597,7 +597,7 @@ def test_one_that_is_lost_before_the_first_report_of_motion_as_well():
     ("begin", "firmware"),
     [*zip(BEGINNINGS, FIRMWARES, strict=True), *((begin_planned, each) for each in FIRMWARES[1:])],
 )
-def test_one_that_arrives_is_said_once(begin, firmware):
+def test_a_stop_that_arrives_is_sent_once(begin, firmware):
     arm = ready(firmware=firmware)
     begin(arm)
     for more_s in (0.30, 0.31, 0.32, 0.33):  # with and without a report on its way
@@ -708,7 +708,7 @@ def test_nor_is_a_second_one(firmware):
     assert arm.status.trust is Trust.SUSPECT
 
 
-def test_nor_is_one_that_a_mute_board_says_as_it_is_reset():
+def test_a_greeting_of_a_silent_board_during_its_reset_makes_it_suspect():
     arm = at_zeros()
     arm.estop()
     arm.sleep(0.5)

@@ -122,7 +122,7 @@ def test_a_board_stands_when_it_is_idle_and_its_planner_is_as_empty_as_it_ever_w
     assert parts.board.standing
 
 
-def test_an_alarm_is_told_once_contact_is_made_and_says_whether_the_position_is_kept():
+def test_an_alarm_is_reported_after_contact_with_the_fate_of_the_position():
     parts = Parts()
     assert parts.hear_line("ALARM:1") == []
     assert parts.board.state is State.ALARM
@@ -212,7 +212,7 @@ def test_a_line_is_carried_out_refused_or_answered_by_nothing():
     assert "did not answer" in silent.reason
 
 
-def test_the_line_after_a_silence_is_said_behind_one_that_has_to_be_refused():
+def test_the_line_after_a_silence_follows_one_that_is_refused():
     parts = Parts()
     parts.run(parts.exchange.carry_out(Line("M8"), 1.0), lambda _: [])
     parts.sent.clear()
@@ -231,7 +231,7 @@ def test_a_gripper_on_an_output_closes_as_it_is_wired(closes, said):
     assert parts.sent[-1] == said
 
 
-def test_what_no_output_or_gripper_can_do_is_refused_before_anything_is_sent():
+def test_impossible_outputs_and_openings_are_refused_before_anything_is_sent():
     outputs = Parts().outputs
     outputs.check(1)
     with pytest.raises(Refused, match="1 output, 2 needs more"):
@@ -419,13 +419,13 @@ def test_grblhal_needs_more_of_its_reports_homing_and_sleep():
         ({"s22": "1"}, "$22=0", False),
     ],
 )
-def test_each_setting_that_differs_is_told_with_the_line_that_mends_it(changes, mend, must):
+def test_each_differing_setting_is_reported_with_the_line_that_corrects_it(changes, mend, must):
     assert list(told().differences()) == []
     (found,) = told(**changes).differences()
     assert (found.mend, found.must) == (mend, must)
 
 
-def test_what_the_board_really_does_is_reckoned_with():
+def test_the_boards_real_speed_is_used():
     limits = told(s110="600.000", s121="50.000").limits()
     assert limits.rates[0] == pytest.approx(10.0)
     assert limits.accelerations[1] == 50.0

@@ -46,7 +46,7 @@ def test_joints_that_share_motors_are_no_slower_together_than_alone():
     assert together_s <= alone_s + motion.ramp_s + motion.jerk_s + 0.3
 
 
-def test_what_is_expected_of_a_motor_that_several_joints_share_is_their_sum_up_to_the_fastest():
+def test_the_expected_rate_of_a_shared_motor_is_the_sum_of_its_joints():
     expected = BoardAxes.of(config()).expected(config().device)
     base, shoulder, elbow, right, left, gripper = expected.rates
     assert right == left == gripper == base  # 733 and 544 would be their sums
@@ -223,7 +223,7 @@ def test_an_increment_of_a_jog_that_is_paused_ends_where_it_is():
         assert standing_as_said(arm)
 
 
-def test_what_is_taken_back_of_the_backlash_is_as_if_it_had_never_been_sent():
+def test_withdrawn_steps_leave_the_backlash_unchanged():
     slack = Slack((5, 5))
     slack.refer()
     slack.sends(Motors((9, 0)))
@@ -384,7 +384,7 @@ def test_at_every_speed_a_motion_is_exact_believed_and_never_starves(begin, firm
     assert arm.status.underruns == 0
 
 
-def test_what_is_too_slow_for_the_board_takes_the_time_asked_for_and_says_so():
+def test_a_motion_too_slow_for_the_board_takes_its_time_and_is_reported():
     arm = ready()
     slow = arm.move_j(base_deg=4, speed=0.02)  # 79 steps at 8.3 a second
     assert slow.duration_s == pytest.approx(math.radians(4) / (0.37 * 0.02), rel=0.05)
@@ -482,7 +482,7 @@ def test_a_board_that_another_program_has_hung_is_freed_before_the_next_motion()
     assert arm.status.trust is Trust.REFERENCED
 
 
-def test_one_that_hangs_between_two_motions_moves_nothing_and_a_reset_frees_it():
+def test_a_board_that_hangs_between_motions_moves_nothing_until_a_reset():
     arm = ready()
     arm.move_j(base_deg=2)
     before = arm.twin.world.motors

@@ -90,7 +90,7 @@ def test_a_disturbed_answer_is_survived_and_a_disturbed_motion_at_least_found_ou
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_what_was_refused_spoils_no_later_motion(firmware):
+def test_a_refused_motion_spoils_no_later_one(firmware):
     """grblHAL refuses all g-code after a refused line, also after the one that follows a jog."""
     arm = ready(firmware=firmware)
     arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)

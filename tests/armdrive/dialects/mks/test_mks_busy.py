@@ -210,7 +210,7 @@ def oddities(bench):
     return [event.text for event in bench.heard if isinstance(event, ProtocolWarning)]
 
 
-def test_one_late_answer_is_expected_for_each_question_that_was_given_up_and_for_a_bounded_time():
+def test_each_abandoned_question_explains_one_late_answer_for_a_bounded_time():
     owed = LateReplies()
     owed.give_up(2, 0x31, 1.0)
     assert not owed.takes(3, 0x31, 1.1)

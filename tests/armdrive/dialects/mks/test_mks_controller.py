@@ -252,7 +252,7 @@ def test_a_drive_is_given_a_ramp_by_which_it_can_end(share, speed, left):
 
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.8, 1.0])
 @pytest.mark.parametrize(("speed", "left"), [(22_937.0, 266), (41_000.0, 900), (9000.0, 90)])
-def test_it_can_end_there_though_the_order_comes_a_little_late(share, speed, left):
+def test_a_path_can_end_there_though_the_order_is_a_little_late(share, speed, left):
     slope = slope_of(ramp_to(course(speed), left, CONFIGURED, share))
     late = speed * 0.002
     assert speed**2 / (2.0 * slope) <= max(left - late, speed**2 / (2.0 * slope_of(CONFIGURED)))

@@ -109,7 +109,7 @@ class TestRequests:
         assert len(seen) > 5
         assert seen == sorted(seen, key=lambda at: at[0])
 
-    def test_one_move_may_follow_another_at_once_though_the_board_says_it_is_busy(self):
+    def test_a_move_may_follow_another_though_the_board_reports_busy(self):
         script = enabled()
         for _ in range(4):
             assert script.ask(MOVE) == Done()
@@ -210,7 +210,7 @@ class TestRequests:
         assert alerts == [AlertKind.RESTARTED]
 
     @pytest.mark.parametrize("request_", [SetGripper(0.5), HomeDevice()])
-    def test_what_it_cannot_do_is_refused_in_a_sentence(self, request_):
+    def test_impossible_requests_are_refused_in_a_sentence(self, request_):
         with pytest.raises(Refused, match="Robko 01"):
             Script().ask(request_)
 
@@ -260,7 +260,7 @@ class TestArm:
             arm.stop()
             assert arm.status.time_s - status.time_s <= status.stop_time_s
 
-    def test_one_that_is_reset_with_its_positions_at_zero_is_found_out_by_its_refusal(self):
+    def test_a_reset_at_zero_is_detected_by_the_boards_refusal(self):
         arm = ready_robko()
         arm.twin.board.reset()
         with pytest.raises(DeviceFault, match="switched its motors off"):
@@ -288,7 +288,7 @@ class TestDisturbedWire:
         [Op.POSITION, Op.INPUTS, Op.MOVE_ABSOLUTE],
         [*CHANGES.values()],
     )
-    def test_one_disturbed_frame_costs_time_and_nothing_else(self, change, op, side):
+    def test_a_disturbed_frame_costs_only_time(self, change, op, side):
         arm = ready_robko()
         getattr(arm.twin.link, side).append(Rule(of(op), change, skip=1))
         arm.move_j(base_deg=3)
@@ -485,7 +485,7 @@ def test_the_rates_of_an_avr_board_are_parts_of_125():
     assert real == pytest.approx([125.0, 62.5, 62.5, 125 / 3, 125 / 3, 1.0])
 
 
-def test_one_axis_alone_strays_from_nothing():
+def test_a_single_axis_does_not_stray():
     assert Pacing(BOARDS["avr"]).strays_steps((0, 90, 0, 0, 0, 0), 125.0) == (0.0,) * 6
 
 

@@ -67,7 +67,7 @@ def memory(arm: Arm) -> dict[int, ProgramRow]:
 
 
 @given(PROGRAMS)
-def test_what_is_written_is_read_back_word_for_word_and_nothing_moves(rows):
+def test_a_written_program_is_read_back_unchanged_and_nothing_moves(rows):
     with Arm.connect("sim:teachmover") as arm:
         before = arm.twin.world.motors
         assert arm.controller.write_program(rows) == len(rows.rows)
@@ -270,7 +270,7 @@ def row_to(number, joints, opening_mm, speed=240):
 
 @example(PendantProgram((ProgramRow.move(10_000, 240, (0,) * 6),)), None)
 @given(PROGRAMS, st.none() | st.tuples(*[st.integers(-32768, 32767)] * 6))
-def test_what_is_written_reads_as_the_same_words(program, origin):
+def test_a_written_file_reads_back_the_same(program, origin):
     program = PendantProgram(program.rows, origin)
     assert parse_pendant(written(program)) == program
 
@@ -316,7 +316,7 @@ def test_whatever_stands_in_a_file_is_a_program_or_a_sentence(text):
     assert parse_pendant(written(read)) == read
 
 
-def test_what_is_no_program_at_all_is_refused():
+def test_a_file_that_is_no_program_is_refused():
     with pytest.raises(PendantFileError, match="first line must be"):
         parse_pendant("[points.pick]\n")
 

@@ -411,7 +411,7 @@ def test_a_nudge_longer_than_the_whole_range_moves_nothing_and_says_so():
     assert arm.jog_j(base_deg=180.0, speed=1.0).joints.deg["base"] == pytest.approx(180.0, abs=0.1)
 
 
-def test_what_a_jog_was_answered_is_gone_when_the_next_motion_begins():
+def test_a_jogs_notice_is_cleared_by_the_next_motion():
     arm = ready_arm()
     arm.jog_l(z_mm=-400.0)
     assert "table" in arm.status.notice

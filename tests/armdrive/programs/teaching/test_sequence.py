@@ -218,7 +218,7 @@ def test_a_stop_on_the_way_back_from_the_end_leads_back_to_where_that_began(arm,
     assert len(seen) == 1
 
 
-def test_what_is_before_is_known_at_every_moment_of_every_step(arm, stepper):
+def test_the_previous_point_is_known_during_every_step(arm, stepper):
     asked = []
 
     def watched(move, handle):
@@ -384,7 +384,7 @@ def test_the_opening_of_a_point_is_a_width_on_the_way_back():
 
 
 @given(LISTS)
-def test_there_and_back_and_there_is_the_way_there(steps):
+def test_stepping_forward_back_and_forward_ends_at_the_same_place(steps):
     back = editing.reverse(steps, ONE_PLACE).steps
     again = editing.reverse(back, ONE_PLACE).steps
     assert again.points == steps.points
@@ -433,7 +433,7 @@ RECORDED = {
 
 
 @pytest.mark.parametrize("what", RECORDED)
-def test_what_is_recorded(what):
+def test_which_motions_are_recorded(what):
     told, steps = RECORDED[what]
     made = recorded(*told)
     assert [str(step) for step in made.steps] == steps
@@ -471,7 +471,7 @@ def test_an_arm_that_moves_or_is_paused_does_not_rest(change):
         assert seen_in(status_view(arm.status) | change, JOINT_NAMES).joints is None
 
 
-def test_what_was_recorded_of_an_arm_leads_it_the_same_way_again():
+def test_a_recorded_sequence_repeats_the_motion():
     goals = [Pose.of(x_mm=220, y_mm=y, z_mm=120, pitch_deg=-90) for y in (0, 60, -40)]
     with Arm.connect("sim:teachmover") as arm:
         arm.home()

@@ -91,14 +91,14 @@ class TestCharacters:
         assert bench.hear(13.0) == ""
         assert bench.hear(1.0) == "offsets = 0,0,0,1111,0,12\r\n"
 
-    def test_what_finds_no_room_during_a_motion_is_lost(self, bench):
+    def test_characters_beyond_the_buffer_during_a_motion_are_lost(self, bench):
         bench.send("6,50d")
         bench.hear(0.1)
         bench.ask("7" * 63 + "o", 3.0)
         assert bench.board.lost_bytes == 1
         assert not bench.device.busy
 
-    def test_what_is_sent_during_a_motion_waits_for_its_end(self, bench):
+    def test_characters_during_a_motion_wait_for_its_end(self, bench):
         bench.send("6,50d")
         bench.hear(0.1)
         assert bench.ask("o") == "offsets = 0,0,0,0,0,50\r\n" * 2

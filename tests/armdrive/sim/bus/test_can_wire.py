@@ -295,7 +295,7 @@ def test_frames_are_written_and_read_as_lawicel_does(frame, line):
 
 
 @given(frames())
-def test_what_is_written_is_read(frame):
+def test_written_frames_are_read(frame):
     assert frame_of(line_of(frame).rstrip()) == frame
     line = line_of(frame).rstrip()
     assert frame_of(line[:1] + line[1:].lower()) == frame
@@ -306,7 +306,7 @@ def test_what_is_written_is_read(frame):
     "line",
     [b"", b"t", b"t8000", b"t0019", b"t0012AB", b"t00g0", b"T200000000", b"x0010", b"t00100"],
 )
-def test_what_is_no_frame_is_none(line):
+def test_bytes_that_are_no_frame_give_none(line):
     assert frame_of(line) is None
 
 

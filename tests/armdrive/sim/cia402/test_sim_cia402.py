@@ -70,7 +70,7 @@ def drive_along(bench, targets):
 
 
 class TestStates:
-    def test_what_is_found_neither_holds_nor_moves(self, bench):
+    def test_found_drives_neither_hold_nor_move(self, bench):
         assert bench.state(1).state is canopen.DriveState.DISABLED
         assert not bench.world.energised
 
@@ -213,7 +213,7 @@ class TestCyclic:
         assert cyclic.count(1) == 100
 
     @pytest.mark.parametrize(("quirk", "goes_on"), [("hold", False), ("extrapolate", True)])
-    def test_what_a_drive_does_whose_targets_stop(self, quirk, goes_on):
+    def test_the_behaviour_of_a_drive_whose_targets_stop(self, quirk, goes_on):
         bench = Bench(hold_after_loss=quirk)
         bench.set_up(1)
         bench.enable(1)
@@ -399,7 +399,7 @@ class TestSaving:
         assert again.state(1).state is canopen.DriveState[state.upper()]
         assert again.device.board.nodes[0].motor.holding is (state == "quick_stop")
 
-    def test_what_is_seen_of_a_drive(self, profile):
+    def test_the_reported_state_of_a_drive(self, profile):
         profile.watch(1, 200)
         seen = profile.device.board.details()["drives"][0]
         assert seen["state"] == "enabled"

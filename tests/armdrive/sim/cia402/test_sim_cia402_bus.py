@@ -102,7 +102,7 @@ class TestObjects:
             (canopen.Place(0x1800, 2), 250),
         ],
     )
-    def test_what_makes_no_sense_is_refused(self, bench, place, value):
+    def test_nonsense_is_refused(self, bench, place, value):
         before = bench.read(1, place)
         assert bench.write(1, place, value) == canopen.AbortCode.VALUE
         assert bench.read(1, place) == before
@@ -123,7 +123,7 @@ class TestNmt:
         assert bench.state(1).state is canopen.DriveState.DISABLED
 
     @pytest.mark.parametrize("fault", ["drive-reset", "drive-dead"])
-    def test_one_drive_begins_anew_and_its_motor_comes_down(self, bench, fault):
+    def test_a_restarted_drive_releases_its_motor(self, bench, fault):
         bench.enable(*IDS, mode=PP)
         before = bench.world.motors
         bench.twin.faults.add(fault, "2")
@@ -299,7 +299,7 @@ class TestPdos:
         bench.sync()
         assert bench.state(1).state is canopen.DriveState.DISABLED
 
-    def test_what_is_told_at_a_sync_is_how_it_was_before(self, bench):
+    def test_the_values_at_a_sync_are_those_before_it(self, bench):
         bench.set_up(1)
         bench.order(1, 6, PP, 0)
         assert bench.sync()[1][0].state is canopen.DriveState.DISABLED
@@ -412,7 +412,7 @@ class TestFaults:
         assert bench.state(1).state is canopen.DriveState.FAULT
         assert bench.state(2).state is canopen.DriveState.DISABLED
 
-    def test_what_is_changed_of_a_drive_without_power_shows_when_it_has_some(self, bench):
+    def test_changes_to_a_drive_without_power_show_when_it_is_powered(self, bench):
         bench.board.switch_drive(0, False)
         bench.board.set_id(0, 9)
         bench.board.set_mode(0, 2)

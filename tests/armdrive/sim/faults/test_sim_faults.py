@@ -93,7 +93,7 @@ class TestOnTheWire:
         assert wired.ask(READ, 1.5) == b""
         assert wired.pass_time(0.1) == ANSWER
 
-    def test_what_follows_a_late_message_waits_for_it(self, wired):
+    def test_messages_after_a_late_one_wait_for_it(self, wired):
         wired.faults.add("delay", 1.0, "next", side="host")
         wired.send(STEP)
         wired.send(READ)
@@ -212,7 +212,7 @@ def test_a_board_resets_and_its_switches_stick():
     assert faults.active == ()
 
 
-def test_what_cannot_be_done_when_its_time_comes_is_kept_to_be_told():
+def test_a_scheduled_fault_that_fails_is_reported():
     board = Board()
     device = SimDevice(board)
     faults = faults_for(device)
@@ -293,13 +293,13 @@ def through(effect, amount, data):
 
 
 @given(messages, seeds, st.floats(0, 1))
-def test_what_is_dropped_is_missing_and_the_rest_keeps_its_order(data, seed, share):
+def test_dropped_bytes_are_missing_and_the_rest_keeps_its_order(data, seed, share):
     rest = iter(b"".join(data))
     assert all(byte in rest for byte in through(lost, share_of(share, seed), data))
 
 
 @given(messages, seeds, st.floats(0, 1))
-def test_what_is_changed_keeps_its_length_and_what_is_repeated_keeps_all(data, seed, share):
+def test_changed_data_keep_their_length_and_repeated_data_are_complete(data, seed, share):
     whole = b"".join(data)
     effect = changed(draw_of(seed))
     assert len(through(effect, share_of(share, seed), data)) == len(whole)

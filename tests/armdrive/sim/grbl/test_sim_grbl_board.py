@@ -209,7 +209,7 @@ def test_a_change_of_settings_blocks_and_loses_what_arrives_meanwhile():
         ("$RST=$", "error:3"),
     ],
 )
-def test_what_is_wrong_is_refused_by_its_number(line, answer):
+def test_wrong_lines_are_refused_with_their_error_number(line, answer):
     assert Bench().say(line)[-1:] == [answer]
 
 
@@ -596,7 +596,7 @@ def board(**table):
         ({"grbl": {"unit": "degrees"}, "steps_per_turn": {"base": 0.1}}, "grbl.unit: motor 1"),
     ],
 )
-def test_what_no_board_can_be_set_up_for_is_refused_by_the_name_of_its_key(table, named):
+def test_impossible_settings_are_refused_by_the_name_of_their_key(table, named):
     with pytest.raises(ArmFileError, match=named):
         board(**table)
 

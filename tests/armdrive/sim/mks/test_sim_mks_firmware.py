@@ -103,7 +103,7 @@ class TestRetargeting:
 
 
 class TestSynchronousStart:
-    def test_what_is_stored_starts_at_once_everywhere(self):
+    def test_stored_motions_start_together(self):
         bench = Bench(firmware="1.0.8")
         bench.ask(mks.BROADCAST, mks.ArmSynchronous(True))
         for node in IDS:

@@ -194,7 +194,7 @@ class TestFaults:
         assert not (tmp_path / "arm").is_symlink()
 
     @needs_pty
-    def test_what_cannot_be_done_later_is_said(self, serve, tmp_path):
+    def test_a_scheduled_command_that_fails_is_reported(self, serve, tmp_path):
         (tmp_path / "arm2").write_text("mine")
         running = serve(PtyServer(tmp_path / "arm"))
         running.tell("unplug")

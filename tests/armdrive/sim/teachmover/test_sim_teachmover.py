@@ -70,7 +70,7 @@ class TestSteps:
         bench.ask(Step(240, (20, 0, 0, 0, 0, -1)))
         assert registers(bench) == (-32756, 0, 0, 0, 0, 32767)
 
-    def test_what_the_arm_cannot_follow_the_registers_count_all_the_same(self, bench):
+    def test_registers_count_steps_that_the_arm_cannot_follow(self, bench):
         bench.ask(Step(240, (2500, 0, 0, 0, 0, 0)))
         assert registers(bench)[0] == 2500
         assert bench.device.world.motors[0] < 1900
@@ -82,7 +82,7 @@ class TestSteps:
         assert registers(bench) == (0,) * 6
         assert bench.device.world.motors - before == (30, 0, 0, 0, 0, 0)
 
-    def test_what_is_sent_during_a_motion_is_lost(self, bench):
+    def test_lines_sent_during_a_motion_are_lost(self, bench):
         bench.begin(STEP)
         bench.pass_time(0.1)
         bench.link.write(b"@READ\r", bench.now_s)

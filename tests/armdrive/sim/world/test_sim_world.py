@@ -122,7 +122,7 @@ class TestSag:
         world.cut_current()
         assert world.joints.deg["shoulder"] > 131
 
-    def test_what_was_held_is_dropped(self):
+    def test_a_held_block_is_dropped(self):
         world = holding(lifted_mm=60)
         assert world.scene.held == "A"
         world.cut_current()
@@ -219,7 +219,7 @@ class TestBlocks:
         assert block(world, "B").place == (200, -100, 0)
         assert world.incidents == []
 
-    def test_what_stands_on_a_carried_block_comes_along(self):
+    def test_a_block_on_a_carried_one_comes_along(self):
         world = holding(TableBlock("B", 250, 40, 30, 20, 20), lifted_mm=60)
         assert block(world, "B").z_mm == pytest.approx(block(world).top_mm)
         spread(world, 50)
@@ -399,7 +399,7 @@ def _changed(path, value):
         (["extra"], 1, "extra"),
     ],
 )
-def test_what_no_arm_has_saved_is_refused_by_name(path, value, named):
+def test_a_world_that_no_arm_saved_is_refused_by_name(path, value, named):
     with pytest.raises(StateFileError, match=named):
         recalled(_changed(path, value), TeachMoverBoard, BODY)
 
@@ -408,7 +408,7 @@ def test_what_no_arm_has_saved_is_refused_by_name(path, value, named):
     ("way", "key"),
     [((), "powered"), ((), "memory"), (("world",), "held"), (("world", "blocks", 0), "z_mm")],
 )
-def test_what_a_saved_arm_lacks_is_named(way, key):
+def test_missing_entries_of_a_saved_arm_are_named(way, key):
     data = SimDevice(TeachMoverBoard(lived_in())).to_json()
     table = data
     for each in way:
@@ -419,6 +419,6 @@ def test_what_a_saved_arm_lacks_is_named(way, key):
 
 
 @pytest.mark.parametrize("data", [None, [], "world", {}, {"format": 1}])
-def test_what_is_no_world_at_all_is_refused(data):
+def test_a_file_that_is_no_world_is_refused(data):
     with pytest.raises(StateFileError, match="--fresh"):
         world_from_json(data, BODY)
