@@ -213,7 +213,7 @@ def _factors_view(
 ) -> dict[str, Any]:
     """Return the A matrices, and the base and the tool where there are such."""
     frames = {name: written(frame) for name, frame in example.factors}
-    ends = {name: frames.pop(name) for name in ("base", "tool") if name in frames}
+    ends: dict[str, Any] = {name: frames.pop(name) for name in ("base", "tool") if name in frames}
     return {"matrices": list(frames.values()), **ends}
 
 
