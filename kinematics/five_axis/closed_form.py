@@ -42,7 +42,7 @@ class Elbow(Enum):
 
 def branch_name(base: Base, elbow: Elbow) -> str:
     """Return the name of a branch, for people."""
-    return f"elbow {elbow.value}, base {base.value}"
+    return f"base {base.value}, elbow {elbow.value}"
 
 
 class Dimensions(Protocol):

@@ -184,7 +184,14 @@ def _plot(parser: argparse.ArgumentParser) -> None:
       armdrive plot workspace --model puma --ascii
 
     """
-    parser.add_argument("what", choices=["workspace"], metavar="WHAT", help="workspace")
+    parser.add_argument(
+        "what",
+        choices=["workspace"],
+        nargs="?",
+        default="workspace",
+        metavar="WHAT",
+        help="workspace, which may be left out",
+    )
     _add_model(parser)
     parser.add_argument(
         "--pitch",

@@ -95,13 +95,9 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
         model.arm.ik(pose)  # refuses with the reason and the nearest pose
 
 
-def _name(branch: Branch) -> str:
-    return f"base {branch.base.value}, elbow {branch.elbow.value}"
-
-
 def _row(branch: Branch) -> BranchRow:
     return BranchRow(
-        _name(branch),
+        branch.name,
         tuple(map(degrees_text, branch.joints.deg.values())),
         tuple(map(violation_text, branch.violations)),
     )
@@ -109,7 +105,7 @@ def _row(branch: Branch) -> BranchRow:
 
 def _branch_view(branch: Branch) -> dict[str, Any]:
     return {
-        "name": _name(branch),
+        "name": branch.name,
         "joints": joints_view(branch.joints),
         "within_limits": branch.within_limits,
         "violations": [violation_text(each) for each in branch.violations],

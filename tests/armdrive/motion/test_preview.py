@@ -111,7 +111,7 @@ def test_a_preview_lists_every_posture_and_why_the_others_were_not_chosen(arm):
         assert max(map(math.dist, before, behind)) <= 2.0
     first, *others = preview.ways
     assert first.taken
-    assert first.name == "elbow up, base front"
+    assert first.name == "base front, elbow up"
     assert len(others) == 3
     assert all(way.against and not way.taken and not way.allowed for way in others)
     assert not arm.preview(JointMove({"base_deg": 10})).ways
@@ -253,7 +253,7 @@ def test_the_command_shows_and_moves_nothing(call):
     call("home", code=0)
     before = call("status", "--json", code=0).json
     seen = call("move", "--x", "250", "--z", "120", "--pitch", "-90", "--preview", code=0).out
-    assert "-> elbow up, base front" in seen
+    assert "-> base front, elbow up" in seen
     assert "table:" in seen
     view = call("move", "--x", "250", "--z", "120", "--preview", "--json", code=0).json
     assert view["possible"] is True

@@ -160,7 +160,7 @@ def test_lines_of_one_route_are_in_one_posture():
     start, other = Joints.of(0, 50, -60, -20, 0), Joints.of(20, 10, 60, -90, 0)
     begin = UNEVEN.fk(start)
     goal = dataclasses.replace(begin, y_mm=30.0)
-    words = r"part 3 of the route breaks at 0% .*\(elbow down, base front\) than in part 1"
+    words = r"part 3 of the route breaks at 0% .*\(base front, elbow down\) than in part 1"
     with pytest.raises(PathBroken, match=words) as broken:
         sections(start, LinePart(goal), JointPart(other), LinePart(begin), arm=UNEVEN)
     assert broken.value.part == 3

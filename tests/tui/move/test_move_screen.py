@@ -52,7 +52,7 @@ async def test_a_click_chooses_a_field_and_takes_a_first_press_back():
 async def test_a_pose_is_typed_foreseen_confirmed_and_gone_to():
     async with MoveSession() as session:
         await session.keys("'250")
-        for words in ("* elbow up, base front: taken", "takes", "table:"):
+        for words in ("* base front, elbow up: taken", "takes", "table:"):
             session.shows("a goal", foreseen=words)
         session.shows("a goal", fields="> x")
         session.shows("a goal", fields="250_")
