@@ -195,6 +195,7 @@ class ObservedDrive:
         self.ordered = Course()
         """Where its orders have it; moved only as far as no delay within the bound explains."""
         self.ledger = Ledger()
+        self.absence = self.ledger.absence
         self.rejections = Rejections()
         self.count: int | None = None
         """Its last count."""
@@ -325,7 +326,7 @@ class ObservedDrive:
         self._readings.append(Reading(count, self.asked_s, now_s))
         if self._still is None or abs(count - self._still.count) > self.bounds.tremble:
             self._still = self._readings[-1]
-        self.ledger.conclude(now_s)
+        self.absence.conclude(now_s)
         off = self._off(count)
         # its courses lie within its reach, so a drive that is on one of them is within it
         reach = self._reach(now_s) if off else Interval(count, count)
@@ -350,10 +351,10 @@ class ObservedDrive:
             since_s = self._fit[1] if self._fit else now_s
             restarted = self.counts_from_zero(since_s, now_s)
             return DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE
-        if math.isfinite(self.ledger.away_s):
-            if self.counts_from_zero(self.ledger.away_s, now_s):
+        if math.isfinite(self.absence.since_s):
+            if self.counts_from_zero(self.absence.since_s, now_s):
                 return DriveFinding.RESTARTED
-            self.ledger.acquit()  # its count proves that it kept its power
+            self.absence.acquit()  # its count proves that it kept its power
         if self._outside:
             return DriveFinding.DOUBTED
         if self._stands_despite_orders(off):
@@ -504,8 +505,8 @@ class ObservedDrive:
         """
         if self.is_doubted or self.ledger.silent:
             return True
-        away_s = self.ledger.suspected_s
-        return self.ledger.pending and (
+        away_s = self.absence.suspected_s
+        return self.absence.suspected and (
             self.read_s < away_s or self.counts_from_zero(away_s, now_s)
         )
 
@@ -651,9 +652,9 @@ class Observer:
         drive.ledger.replied(now_s, settles=settles, asked=asked)
 
     @property
-    def pending(self) -> bool:
+    def suspects(self) -> bool:
         """Whether a drive that may have been away may still send the replies it owes."""
-        return any(drive.ledger.pending for drive in self.drives)
+        return any(drive.absence.suspected for drive in self.drives)
 
     def silent_s(self, now_s: float) -> float:
         """Return how long questions have been open without any reply; 0 if one came."""

@@ -217,7 +217,7 @@ class MotionRun:
         since_s = min(each.ledger.sent_s for each in io.drives)
         missing = yield from io.look()
         until_s = io.now_s + REPLY_TIMEOUT_S
-        while not missing and io.observer.pending and io.now_s < until_s:
+        while not missing and io.observer.suspects and io.now_s < until_s:
             yield from io.pause(io.now_s + DRAIN_S)
         if not missing:
             missing = yield from io.look()  # a second reading of drives that are out of reach
@@ -388,7 +388,7 @@ class Outage:
         if math.isinf(self._asked_s):
             timeout_s = max(drive.ledger.timeout_s for drive in io.drives)
             drained_s, until_s = self._back_s + DRAIN_S, self._back_s + timeout_s
-            if now_s < drained_s or (io.observer.pending and now_s < until_s):
+            if now_s < drained_s or (io.observer.suspects and now_s < until_s):
                 return drained_s if now_s < drained_s else min(now_s + DRAIN_S, until_s)
             self._asked_s, self._polled_s = now_s, -math.inf
         if now_s >= self._due_s:
@@ -471,7 +471,7 @@ class Arriving:
         for drive in self._io.under_way:
             if drive.is_elsewhere:
                 return drive.verdict
-            if drive.read_s < self._asked_s or drive.ledger.pending:
+            if drive.read_s < self._asked_s or drive.absence.suspected:
                 continue
             if self._io.states.pop(drive, None) is MotorState.STOPPED:
                 self._stands(drive, now_s)

@@ -179,7 +179,7 @@ def test_a_drive_on_a_slow_link_is_not_taken_to_have_been_away(wait_s: float) ->
         for due in [each for each in replies if each[0] <= now_s]:
             replies.remove(due)
             tell(found, due[1], round(2000 * max(due[0] - 0.02, 0.0)), now_s)
-            assert now_s < LEARNT_S or not found[due[1]].ledger.pending
+            assert now_s < LEARNT_S or not found[due[1]].absence.suspected
             assert found.judge() is None
     assert asked < 80  # retries wait as well
 
