@@ -1,6 +1,6 @@
 """Track the questions and orders sent to one drive, and the replies it still owes. Seconds.
 
-    Ledger          the open questions: when each reading was sampled, whom to ask again, who is mute
+    Ledger          the open questions: when a reading was sampled, when to ask again, who is mute
     Absence         whether the drive had no power for a moment
     Rejections      the orders that it rejected
     SurplusAnswers  whether two drives answer to one id

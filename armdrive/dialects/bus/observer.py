@@ -39,7 +39,8 @@ After an outage the orders that a drive has received, and when, are not known. S
 again at its reading, at the speed that two prompt readings show, and it is judged from there on.
 
 An order is in force from when it is sent until REPLY_TIMEOUT_S after its successor was sent. Rules
-that no interval expresses are in `ledger` (absence, late replies, rejections) and `weak` here.
+that no interval expresses are in `ledger` (absence, late replies, rejections) and `contour` (the
+drives together: off path, weak).
 
 Pure: no clock, no wire. Counts, seconds.
 """
@@ -60,7 +61,7 @@ from armdrive.dialects.bus.ledger import (
     Ledger,
     Rejections,
 )
-from armdrive.dialects.bus.paths import Course, Interval, PlannedPath
+from armdrive.dialects.bus.paths import Course, Interval
 from kinematics.spaces import Motors
 
 MAX_DELAY_S = 0.1
@@ -87,15 +88,10 @@ SPEED_ERROR = 1.05
 2400 to 3000 rpm turned 0.8 % faster (riccardi-samuele/mks-servo-cpp, setup guide)."""
 CONFIRMING_LOOKS = 2
 """A finding must hold at this many looks in a row before a drive is blamed."""
-APART_SHARE = 0.2
-"""Drives are apart if no single time offset explains all positions within this share of what still
-counts as on the path. On a link whose delays are equal, or vary by up to 0.04 s, they never are."""
 WEAK_LOOKS = 5
 """A drive is weak only if it is too slow at this many looks in a row."""
-WEAK_SHARE = 0.75
-"""A drive that turns less than this share of what another one turns is too slow ..."""
 WEAK_MIN_CORRIDOR = 0.1
-"""... provided that it was ordered to turn this share of the corridor from look to look, ..."""
+"""It must have been ordered to turn this share of the corridor from look to look, ..."""
 WEAK_SPACING_S = 0.08
 """... and looks closer together than this count as one: orders and replies that are late by some
 hundredths of a second affect all drives, and pass."""
@@ -597,16 +593,13 @@ class Observer:
 
     def __init__(self, drives: Sequence[ObservedDrive]) -> None:
         self.drives = tuple(drives)
-        self.returned_s = math.inf
-        """When a drive replied again after an outage; infinity if none did."""
+        self.returned = False
+        """Whether a drive has replied again after an outage, until the motion takes that up."""
         self.outage_s = 0.0
         """How long that outage was."""
         self.replied_s = -math.inf
         """When any drive replied last."""
         self._by_node = {drive.node: drive for drive in self.drives}
-        self.apart = False
-        """Whether a drive was behind the others at the last look."""
-        self._looks_off_path = 0
         self._outages = 0  # since the last prompt reading
         self._last_outage_s = -math.inf
 
@@ -619,8 +612,7 @@ class Observer:
 
     def watch(self) -> None:
         """Begin a motion: judge all drives from now on."""
-        self._looks_off_path, self._outages, self.returned_s = 0, 0, math.inf
-        self.apart = False
+        self._outages, self.returned = 0, False
         for drive in self.drives:
             drive.watch()
 
@@ -641,7 +633,7 @@ class Observer:
         if asked and self.in_outage(now_s) and not braking:
             prompt = any(each.prompt_s >= self._last_outage_s for each in self.drives)
             self._outages = 1 if prompt else self._outages + 1
-            self.outage_s, self.returned_s = self.silent_s(now_s), now_s
+            self.outage_s, self.returned = self.silent_s(now_s), True
             self._last_outage_s = now_s
             for ledger in (each.ledger for each in self.drives):
                 ledger.timeout_s = max(ledger.timeout_s, self.outage_s + OUTAGE_S)
@@ -718,53 +710,6 @@ class Observer:
         else:
             finding = DriveFinding.MUTE if others else DriveFinding.SILENT
         return Verdict(drive, finding, drive.count or 0, drive.course.place)
-
-    def compare(
-        self, path: PlannedPath, asked_at_s: float, period_s: float, now_s: float
-    ) -> Verdict | None:
-        """Compare the positions of all drives at one look with their common path.
-
-        `asked_at_s` is the path time of that look. Drives that all lag by the same time are on
-        the path, only later; a drive that lags alone leads the arm off it.
-        """
-        counts = [drive.count or 0 for drive in self.drives]
-        slow = self._weak()
-        if slow is not None:
-            off = abs(path.at(slow, asked_at_s) - counts[slow])
-            if off > self.drives[slow].bounds.corridor / 2.0:
-                return self._off_path(slow, path.at(slow, asked_at_s), DriveFinding.WEAK)
-        margins = [drive.margin(now_s) for drive in self.drives]
-        late_s = min(asked_at_s + period_s, path.end_s)
-        early_s, near = max(late_s - 1.0, 0.0), [APART_SHARE * each for each in margins]
-        self.apart = not path.explains(counts, near, early_s, late_s)
-        if not self.apart or path.explains(counts, margins, early_s, late_s):
-            self._looks_off_path = 0
-            return None
-        self._looks_off_path += 1
-        if self._looks_off_path < CONFIRMING_LOOKS:
-            return None
-        worst = max(
-            range(len(counts)),
-            key=lambda motor: abs(path.at(motor, late_s) - counts[motor]) / margins[motor],
-        )
-        return self._off_path(worst, path.at(worst, late_s), DriveFinding.OFF_PATH)
-
-    def _off_path(self, motor: int, place: float, finding: DriveFinding) -> Verdict:
-        drive, count = self.drives[motor], self.drives[motor].count or 0
-        return Verdict(drive, finding, count, place, abs(round(place) - count))
-
-    def _weak(self) -> int | None:
-        """Return the index of a drive that turns less than another one at every look.
-
-        A drive that moves alone cannot lag others: it is on its path, only late.
-        """
-        found = {i: shares for i, each in enumerate(self.drives) if (shares := each.shares())}
-        if len(found) < 2:
-            return None
-        slowest = min(found, key=lambda motor: max(found[motor]))
-        # a share above 1 only makes up for an earlier delay
-        best = min(max(sum(shares) / WEAK_LOOKS for shares in found.values()), 1.0)
-        return slowest if max(found[slowest]) < WEAK_SHARE * best else None
 
 
 def unwrapped(
