@@ -3,25 +3,7 @@
 A reading is not a point in time: a reply does not name its question, so a reading is a count and
 the time span in which it was sampled. An order is not a fact either: a drive may obey it late, or
 never. Together they give the interval in which a healthy shaft can be. A verdict says whether a
-reading lies in that interval, or for how long none came.
-
-    verdict     condition                                                       consequence
-    fits        within reach, and where its orders had it lately               -
-    doubted     out of reach once                                               asked again at once,
-                                                                                otherwise ignored
-    behind      within reach but off its path; comes nearer, or turns at        observed
-                least half as far as ordered
-    blocked     like behind, but does neither; or stands off its orders for     ends the motion
-                0.15 s, although it confirmed one meanwhile
-    restarted   out of reach twice, or owes replies from an absence; and its    ends the motion
-                count can have run up from zero
-    elsewhere   out of reach twice, otherwise                                   ends the motion
-    off path    no single time offset explains all positions, at two looks      ends the motion
-    weak        turned less than three quarters of what another drive           ends the motion
-                turned, at five looks, and is half a corridor off its path
-    mute        missed four polls while another drive replied                   ends the motion
-    silent      all drives missed ten polls                                     ends the motion
-    late        five outages, and no reading within 0.1 s since the first       ends the motion
+reading lies in that interval, or for how long none came: the table is in `dialects.bus`.
 
 The intervals, for a reading that arrived at r and was asked for at q or later:
 
@@ -129,7 +111,7 @@ class Bounds:
 
 
 class DriveFinding(Enum):
-    """The kinds of verdicts: see the table above."""
+    """The kinds of verdicts: see the table of `dialects.bus`."""
 
     FITS = "fits"
     DOUBTED = "doubted"
