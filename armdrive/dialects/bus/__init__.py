@@ -4,18 +4,52 @@ Read in this order:
 
     paths      the planned path of all motors, and each drive's course by its orders
     ledger     the open questions to a drive, the replies that it owes, how many it may miss
-    observer   conclusions from orders, questions and replies: the table of verdicts, and when a
-               drive counts as blocked, weak, off its path, mute, silent or late
+    observer   conclusions from the orders, questions and replies of each drive, and the intervals
+               in which a healthy shaft can be
+    contour    the drives of a motion compared with their common path
     phases     what the drives of an arm do together: the table of phases and signals, and the
                stages of every dialect: the end of an earlier motion, stopping, homing
     drives     the motors of an arm, one drive each; ids, settings, missing drives
     tools      work on a bus without an arm: surveying drives and setting them up
     words      one frame described in words
 
-If an MKS drive falls silent in motion, its ledger counts the unanswered polls. The observer
-concludes `mute` (`silent` if no drive replies), and the table of `phases` stops the others and
-reports why. A CiA 402 drive reports at every SYNC, so there the missed reports are counted instead
-(`cia402.leading`).
+What a drive counts as, when, and where that is decided. `fits`, `doubted` and `behind` are watched.
+Each of the others ends the motion by the table of `phases`: all drives stop, the one with the
+trouble is asked why if it replies, all hold where they stand, and the position is suspect.
+
+    fits        within reach, and where its orders had it lately               observer
+    doubted     out of reach once: asked again at once, else ignored           observer
+    behind      within reach but off its path; comes nearer, or turns at       observer
+                least half as far as ordered
+    blocked     like behind, but does neither; or stands off its orders for    observer
+                0.15 s, although it confirmed one meanwhile
+                MKS: stands short of its last target at nine looks; or is      mks.motion
+                off the path and all its targets after an outage
+                CiA 402: has stood short of its target for 0.6 s               cia402.motion
+                CiA 402: is read off its last target for 0.6 s                 cia402.leading
+    restarted   out of reach twice, or away (it owes replies, `Absence`); and  observer, ledger
+                its count can have run up from zero
+                CiA 402: its boot-up message came                              cia402.drives
+                CiA 402: its settings are gone when it is contacted            cia402.contact
+    elsewhere   out of reach twice, otherwise                                  observer
+                at rest: is read off its place                                 mks, cia402.contact
+    off path    no single time offset explains all positions, at two looks     contour
+                MKS: came to rest beyond where its stop can have led it        mks.stops
+    weak        turned less than three quarters of what another drive          contour
+                turned, at five looks, and is half a corridor off its path
+    mute        missed four polls while another drive replied                  observer
+                MKS, braking: missed eight                                     mks.stops
+                CiA 402: missed 20 SYNCs, or does not tell its state           cia402.leading
+                CiA 402, at rest: missed 3.5 heartbeats and four questions     cia402.exchange
+    silent      all drives missed ten polls                                    observer
+    late        five outages, and no reading in time since the first           observer
+                CiA 402: five, and no SYNC was answered in time                cia402.leading
+    unfit       MKS: rejects two orders, and has stalled, has no current or    ledger, mks.motion
+                is in another mode; or a limit switch has stopped it
+                CiA 402: was not enabled for a cycle                           cia402.drives
+                CiA 402: is in another mode                                    cia402.leading
+
+An MKS drive tells its position when it is asked (a poll), a CiA 402 drive at every SYNC.
 """
 
 from __future__ import annotations

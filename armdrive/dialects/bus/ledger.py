@@ -1,5 +1,11 @@
 """Track the questions and orders sent to one drive, and the replies it still owes. Seconds.
 
+    Ledger          the open questions: when a reading was sampled, when to ask again, who is mute
+    Absence         whether the drive had no power for a moment
+    Rejections      the orders that it rejected
+    SurplusAnswers  whether two drives answer to one id
+    LateReplies     whether a surplus reply is only late
+
 A reply does not name the question it answers. So a position was sampled at some moment since the
 oldest open question was sent, and a drive that leaves replies out for long may have had no power.
 """
@@ -45,14 +51,88 @@ MOST_QUESTIONS = 256
 """Questions kept for a drive that never replies: older ones are overdue in any case."""
 
 
-class Ledger:
-    """The open questions to one drive, and the replies that it never sent.
+class Absence:
+    """Whether one drive was without power for a moment, by the replies that it owes. Seconds.
 
     A drive that loses its supply for a tenth of a second counts from zero again and obeys the next
     order from there. If it stood near zero, its count reveals nothing. But it never answers what it
     was sent meanwhile, whereas a drive on a busy computer or a slow adapter answers everything,
-    late.
+    late. So a drive that leaves out replies is suspected, and was away if most of them never come:
+
+        present -- left out replies --> suspected -- answered all of them --> present
+                                        suspected -- time is over, owes more than half --> away
+        away -- its count shows that it kept its power --> present
+
+    On a link that has become slow, a drive always owes its latest replies. But it has answered what
+    it left out at first, and a drive that was away never does, whatever it is asked later.
     """
+
+    def __init__(self) -> None:
+        self.since_s = math.inf
+        """Since when the drive was away; infinity if nothing suggests that."""
+        self.suspected_s = math.inf
+        """Since when it may have been away; infinity if it has answered everything since."""
+        self._ends_s = -math.inf
+        """When the time for the replies is over."""
+        self._owed = self._owed_before = 0
+        """How many replies it owes now, and did before the first frame that is still open."""
+        self._excused = 0
+        """How many it owed before it was suspected: they are of earlier losses."""
+        self._left_out = self._lost = 0
+        """How many it had left out when it was suspected, and of these has lost at most."""
+
+    @property
+    def suspected(self) -> bool:
+        """Whether the drive may have been away and may still send the replies it owes."""
+        return math.isfinite(self.suspected_s)
+
+    def opened(self) -> None:
+        """Record that the drive has left out none of the frames that follow."""
+        self._owed_before = self._owed
+
+    def owe(self) -> None:
+        """Record a frame that has exactly one reply, however late."""
+        self._owed += 1
+
+    def settle(self) -> None:
+        """Record such a reply."""
+        self._owed -= 1
+
+    def suspect(self, since_s: float, until_s: float) -> None:
+        """Suspect that the drive was away, unless all owed replies come by `until_s`.
+
+        They get more time if the bus fails again meanwhile.
+        """
+        if not self.suspected:
+            self.suspected_s, self._excused = since_s, self._owed_before
+            self._ends_s = until_s
+        self._left_out = self._lost = self._owed - self._excused
+        self._ends_s = max(self._ends_s, until_s)
+
+    def weigh(self) -> None:
+        """Drop the suspicion if the drive has answered everything: it had power throughout."""
+        self._lost = min(self._lost, self._owed - self._excused)
+        if self.suspected and self._lost <= 0:
+            self.suspected_s = math.inf
+
+    def conclude(self, now_s: float) -> None:
+        """Conclude that the drive was away if most of the owed replies are overdue."""
+        if self.suspected and now_s >= self._ends_s:
+            if self._lost > self._left_out // 2:
+                self.since_s = min(self.since_s, self.suspected_s)
+            self.suspected_s = math.inf
+
+    def acquit(self) -> None:
+        """Drop the conclusion that the drive was away: its count shows that it kept its power."""
+        self.since_s = math.inf
+
+    def forget(self) -> None:
+        """Drop suspicion and conclusion."""
+        self.since_s = self.suspected_s = math.inf
+
+
+class Ledger:
+    """The open questions to one drive, and the frames that it leaves unanswered."""
 
     def __init__(self) -> None:
         self.timeout_s = REPLY_TIMEOUT_S
@@ -68,8 +148,7 @@ class Ledger:
         """When the last frame that needs a reply was sent."""
         self.open_s = math.inf
         """When the first frame without a reply was sent; infinity if none is open."""
-        self.away_s = math.inf
-        """Since when the drive was away; infinity if nothing suggests that."""
+        self.absence = Absence()
         self.braking = False
         """Whether the drive brakes. Then the others may not be asked, and cannot reply."""
         self.asked_s = -math.inf
@@ -78,16 +157,10 @@ class Ledger:
         self._waits_s: deque[float] = deque(maxlen=RECENT_REPLIES)
         """How long it took for its latest replies whose question is certain."""
         self._polled_s = -math.inf
-        self._owed = self._owed_before = self._missed = 0
+        self._missed = 0
         self._retried_s = -math.inf
         # whether no drive has replied since the latest frame: then the bus may have lost it
         self._unproven = False
-        self.suspected_s = math.inf
-        """Since when the drive may have been away; infinity if it has answered everything since."""
-        self._suspicion_ends_s = math.inf
-        self._owed_before_suspicion = 0
-        self._left_out = self._lost = 0
-        """How many replies it had left out when it was suspected, and of these has lost at most."""
 
     # -- events -------------------------------------------------------------------------------
 
@@ -107,7 +180,7 @@ class Ledger:
         self.sent_s = now_s
         if math.isinf(self.open_s):
             self.open_s = self._retried_s = now_s
-            self._owed_before = self._owed
+            self.absence.opened()
         elif now_s >= self._retried_s + self._retry_period_s - EPSILON_S:
             # The frame before this one is missed only if another drive has replied since: else the
             # bus itself may be silent.
@@ -116,7 +189,8 @@ class Ledger:
             self._unproven = others_s <= self.open_s
             self._missed += not self._unproven
             self._retried_s = now_s
-        self._owed += owes
+        if owes:
+            self.absence.owe()
 
     def located(self, now_s: float) -> float:
         """Record a position reply; return the earliest moment at which it can be sampled."""
@@ -136,47 +210,24 @@ class Ledger:
         A frame that was not `asked` for, such as the end of a motion, proves that the drive has
         power, but not that it receives anything: what was sent to it stays unanswered.
         """
-        self._owed -= settles
+        if settles:
+            self.absence.settle()
         unheard = self.braking and now_s >= self.open_s + BRAKING_SILENCE_S
         if unheard or self.silent:
             self.suspect(now_s + REPLY_GRACE_S)
-        # what it owed before is of earlier losses, so it need not answer that
-        self._lost = min(self._lost, self._owed - self._owed_before_suspicion)
-        if self.pending and self._lost <= 0:
-            self.suspected_s = math.inf  # it has answered everything, so it had power throughout
+        self.absence.weigh()
         if asked:
             self._missed, self._unproven, self.open_s = 0, False, math.inf
             self.replied_s, self.unanswered_polls = now_s, 0
 
     def suspect(self, until_s: float) -> None:
-        """Suspect that the drive was away, unless all owed replies come by `until_s`.
-
-        They get more time if the bus fails again meanwhile.
-        """
-        if not self.pending:
-            self.suspected_s, self._owed_before_suspicion = self.open_s, self._owed_before
-            self._suspicion_ends_s = until_s
-        self._left_out = self._lost = self._owed - self._owed_before_suspicion
-        self._suspicion_ends_s = max(self._suspicion_ends_s, until_s)
-
-    def conclude(self, now_s: float) -> None:
-        """Conclude that the drive was away if most of the owed replies are overdue.
-
-        On a link that has become slow, a drive always owes its latest replies. But it has answered
-        what it left out at first, and a drive that was away never does, whatever it is asked later.
-        """
-        if self.pending and now_s >= self._suspicion_ends_s:
-            if self._lost > self._left_out // 2:
-                self.away_s = min(self.away_s, self.suspected_s)
-            self.suspected_s = math.inf
-
-    def acquit(self) -> None:
-        """Drop the conclusion that the drive was away: its count shows that it kept its power."""
-        self.away_s = math.inf
+        """Suspect that the drive was away since the first frame that is still open."""
+        self.absence.suspect(self.open_s, until_s)
 
     def forget(self) -> None:
         """Drop all suspicions and wait for no reply."""
-        self.away_s = self.open_s = self.suspected_s = math.inf
+        self.absence.forget()
+        self.open_s = math.inf
         self._missed, self._unproven = 0, False
         self.unanswered_polls, self.braking = 0, False
         self.timeout_s = REPLY_TIMEOUT_S
@@ -201,11 +252,6 @@ class Ledger:
     @property
     def _retry_period_s(self) -> float:
         return max(RETRY_PERIOD_S, self.longest_wait_s)
-
-    @property
-    def pending(self) -> bool:
-        """Whether the drive may have been away and may still send the replies it owes."""
-        return math.isfinite(self.suspected_s)
 
 
 SURPLUS_LIMIT = 2

@@ -3,25 +3,7 @@
 A reading is not a point in time: a reply does not name its question, so a reading is a count and
 the time span in which it was sampled. An order is not a fact either: a drive may obey it late, or
 never. Together they give the interval in which a healthy shaft can be. A verdict says whether a
-reading lies in that interval, or for how long none came.
-
-    verdict     condition                                                       consequence
-    fits        within reach, and where its orders had it lately               -
-    doubted     out of reach once                                               asked again at once,
-                                                                                otherwise ignored
-    behind      within reach but off its path; comes nearer, or turns at        observed
-                least half as far as ordered
-    blocked     like behind, but does neither; or stands off its orders for     ends the motion
-                0.15 s, although it confirmed one meanwhile
-    restarted   out of reach twice, or owes replies from an absence; and its    ends the motion
-                count can have run up from zero
-    elsewhere   out of reach twice, otherwise                                   ends the motion
-    off path    no single time offset explains all positions, at two looks      ends the motion
-    weak        turned less than three quarters of what another drive           ends the motion
-                turned, at five looks, and is half a corridor off its path
-    mute        missed four polls while another drive replied                   ends the motion
-    silent      all drives missed ten polls                                     ends the motion
-    late        five outages, and no reading within 0.1 s since the first       ends the motion
+reading lies in that interval, or for how long none came: the table is in `dialects.bus`.
 
 The intervals, for a reading that arrived at r and was asked for at q or later:
 
@@ -39,7 +21,8 @@ After an outage the orders that a drive has received, and when, are not known. S
 again at its reading, at the speed that two prompt readings show, and it is judged from there on.
 
 An order is in force from when it is sent until REPLY_TIMEOUT_S after its successor was sent. Rules
-that no interval expresses are in `ledger` (absence, late replies, rejections) and `weak` here.
+that no interval expresses are in `ledger` (absence, late replies, rejections) and `contour` (the
+drives together: off path, weak).
 
 Pure: no clock, no wire. Counts, seconds.
 """
@@ -60,7 +43,7 @@ from armdrive.dialects.bus.ledger import (
     Ledger,
     Rejections,
 )
-from armdrive.dialects.bus.paths import Course, Interval, PlannedPath
+from armdrive.dialects.bus.paths import Course, Interval
 from kinematics.spaces import Motors
 
 MAX_DELAY_S = 0.1
@@ -87,15 +70,10 @@ SPEED_ERROR = 1.05
 2400 to 3000 rpm turned 0.8 % faster (riccardi-samuele/mks-servo-cpp, setup guide)."""
 CONFIRMING_LOOKS = 2
 """A finding must hold at this many looks in a row before a drive is blamed."""
-APART_SHARE = 0.2
-"""Drives are apart if no single time offset explains all positions within this share of what still
-counts as on the path. On a link whose delays are equal, or vary by up to 0.04 s, they never are."""
 WEAK_LOOKS = 5
 """A drive is weak only if it is too slow at this many looks in a row."""
-WEAK_SHARE = 0.75
-"""A drive that turns less than this share of what another one turns is too slow ..."""
 WEAK_MIN_CORRIDOR = 0.1
-"""... provided that it was ordered to turn this share of the corridor from look to look, ..."""
+"""It must have been ordered to turn this share of the corridor from look to look, ..."""
 WEAK_SPACING_S = 0.08
 """... and looks closer together than this count as one: orders and replies that are late by some
 hundredths of a second affect all drives, and pass."""
@@ -133,7 +111,7 @@ class Bounds:
 
 
 class DriveFinding(Enum):
-    """The kinds of verdicts: see the table above."""
+    """The kinds of verdicts: see the table of `dialects.bus`."""
 
     FITS = "fits"
     DOUBTED = "doubted"
@@ -195,6 +173,7 @@ class ObservedDrive:
         self.ordered = Course()
         """Where its orders have it; moved only as far as no delay within the bound explains."""
         self.ledger = Ledger()
+        self.absence = self.ledger.absence
         self.rejections = Rejections()
         self.count: int | None = None
         """Its last count."""
@@ -325,7 +304,7 @@ class ObservedDrive:
         self._readings.append(Reading(count, self.asked_s, now_s))
         if self._still is None or abs(count - self._still.count) > self.bounds.tremble:
             self._still = self._readings[-1]
-        self.ledger.conclude(now_s)
+        self.absence.conclude(now_s)
         off = self._off(count)
         # its courses lie within its reach, so a drive that is on one of them is within it
         reach = self._reach(now_s) if off else Interval(count, count)
@@ -350,10 +329,10 @@ class ObservedDrive:
             since_s = self._fit[1] if self._fit else now_s
             restarted = self.counts_from_zero(since_s, now_s)
             return DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE
-        if math.isfinite(self.ledger.away_s):
-            if self.counts_from_zero(self.ledger.away_s, now_s):
+        if math.isfinite(self.absence.since_s):
+            if self.counts_from_zero(self.absence.since_s, now_s):
                 return DriveFinding.RESTARTED
-            self.ledger.acquit()  # its count proves that it kept its power
+            self.absence.acquit()  # its count proves that it kept its power
         if self._outside:
             return DriveFinding.DOUBTED
         if self._stands_despite_orders(off):
@@ -504,8 +483,8 @@ class ObservedDrive:
         """
         if self.is_doubted or self.ledger.silent:
             return True
-        away_s = self.ledger.suspected_s
-        return self.ledger.pending and (
+        away_s = self.absence.suspected_s
+        return self.absence.suspected and (
             self.read_s < away_s or self.counts_from_zero(away_s, now_s)
         )
 
@@ -596,16 +575,13 @@ class Observer:
 
     def __init__(self, drives: Sequence[ObservedDrive]) -> None:
         self.drives = tuple(drives)
-        self.returned_s = math.inf
-        """When a drive replied again after an outage; infinity if none did."""
+        self.returned = False
+        """Whether a drive has replied again after an outage, until the motion takes that up."""
         self.outage_s = 0.0
         """How long that outage was."""
         self.replied_s = -math.inf
         """When any drive replied last."""
         self._by_node = {drive.node: drive for drive in self.drives}
-        self.apart = False
-        """Whether a drive was behind the others at the last look."""
-        self._looks_off_path = 0
         self._outages = 0  # since the last prompt reading
         self._last_outage_s = -math.inf
 
@@ -618,8 +594,7 @@ class Observer:
 
     def watch(self) -> None:
         """Begin a motion: judge all drives from now on."""
-        self._looks_off_path, self._outages, self.returned_s = 0, 0, math.inf
-        self.apart = False
+        self._outages, self.returned = 0, False
         for drive in self.drives:
             drive.watch()
 
@@ -640,7 +615,7 @@ class Observer:
         if asked and self.in_outage(now_s) and not braking:
             prompt = any(each.prompt_s >= self._last_outage_s for each in self.drives)
             self._outages = 1 if prompt else self._outages + 1
-            self.outage_s, self.returned_s = self.silent_s(now_s), now_s
+            self.outage_s, self.returned = self.silent_s(now_s), True
             self._last_outage_s = now_s
             for ledger in (each.ledger for each in self.drives):
                 ledger.timeout_s = max(ledger.timeout_s, self.outage_s + OUTAGE_S)
@@ -651,9 +626,9 @@ class Observer:
         drive.ledger.replied(now_s, settles=settles, asked=asked)
 
     @property
-    def pending(self) -> bool:
+    def suspects(self) -> bool:
         """Whether a drive that may have been away may still send the replies it owes."""
-        return any(drive.ledger.pending for drive in self.drives)
+        return any(drive.absence.suspected for drive in self.drives)
 
     def silent_s(self, now_s: float) -> float:
         """Return how long questions have been open without any reply; 0 if one came."""
@@ -717,53 +692,6 @@ class Observer:
         else:
             finding = DriveFinding.MUTE if others else DriveFinding.SILENT
         return Verdict(drive, finding, drive.count or 0, drive.course.place)
-
-    def compare(
-        self, path: PlannedPath, asked_at_s: float, period_s: float, now_s: float
-    ) -> Verdict | None:
-        """Compare the positions of all drives at one look with their common path.
-
-        `asked_at_s` is the path time of that look. Drives that all lag by the same time are on
-        the path, only later; a drive that lags alone leads the arm off it.
-        """
-        counts = [drive.count or 0 for drive in self.drives]
-        slow = self._weak()
-        if slow is not None:
-            off = abs(path.at(slow, asked_at_s) - counts[slow])
-            if off > self.drives[slow].bounds.corridor / 2.0:
-                return self._off_path(slow, path.at(slow, asked_at_s), DriveFinding.WEAK)
-        margins = [drive.margin(now_s) for drive in self.drives]
-        late_s = min(asked_at_s + period_s, path.end_s)
-        early_s, near = max(late_s - 1.0, 0.0), [APART_SHARE * each for each in margins]
-        self.apart = not path.explains(counts, near, early_s, late_s)
-        if not self.apart or path.explains(counts, margins, early_s, late_s):
-            self._looks_off_path = 0
-            return None
-        self._looks_off_path += 1
-        if self._looks_off_path < CONFIRMING_LOOKS:
-            return None
-        worst = max(
-            range(len(counts)),
-            key=lambda motor: abs(path.at(motor, late_s) - counts[motor]) / margins[motor],
-        )
-        return self._off_path(worst, path.at(worst, late_s), DriveFinding.OFF_PATH)
-
-    def _off_path(self, motor: int, place: float, finding: DriveFinding) -> Verdict:
-        drive, count = self.drives[motor], self.drives[motor].count or 0
-        return Verdict(drive, finding, count, place, abs(round(place) - count))
-
-    def _weak(self) -> int | None:
-        """Return the index of a drive that turns less than another one at every look.
-
-        A drive that moves alone cannot lag others: it is on its path, only late.
-        """
-        found = {i: shares for i, each in enumerate(self.drives) if (shares := each.shares())}
-        if len(found) < 2:
-            return None
-        slowest = min(found, key=lambda motor: max(found[motor]))
-        # a share above 1 only makes up for an earlier delay
-        best = min(max(sum(shares) / WEAK_LOOKS for shares in found.values()), 1.0)
-        return slowest if max(found[slowest]) < WEAK_SHARE * best else None
 
 
 def unwrapped(

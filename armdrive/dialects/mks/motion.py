@@ -29,7 +29,7 @@ from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
-from armdrive.dialects.mks.steering import Steering, Trip, path_from_here
+from armdrive.dialects.mks.steering import Steering, Trip
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
 from armdrive.tasks import (
     Alert,
@@ -81,7 +81,7 @@ class MksMotion:
     def along(self, request: MoveAlong) -> Script:
         """Steer the drives along segments, until the end or until something stops them."""
         io = self._io
-        trip = Trip(request, path_from_here(io), io.settings.segment_s)
+        trip = Trip(request, io.drives, io.settings.segment_s)
         run = MotionRun(
             io, self._stops, self._inquiry, request.released, io.settings.segment_s, trip
         )
@@ -217,7 +217,7 @@ class MotionRun:
         since_s = min(each.ledger.sent_s for each in io.drives)
         missing = yield from io.look()
         until_s = io.now_s + REPLY_TIMEOUT_S
-        while not missing and io.observer.pending and io.now_s < until_s:
+        while not missing and io.observer.suspects and io.now_s < until_s:
             yield from io.pause(io.now_s + DRAIN_S)
         if not missing:
             missing = yield from io.look()  # a second reading of drives that are out of reach
@@ -301,7 +301,7 @@ class Moving:
             return Signal.OUT_OF_RANGE
         if run.blame(run.reported()):
             return Signal.TROUBLE
-        if math.isfinite(observer.returned_s) or observer.in_outage(now_s):
+        if observer.returned or observer.in_outage(now_s):
             return Signal.OUTAGE
         if run.blame(observer.judge() or self._off_path(now_s)):
             return Signal.TROUBLE
@@ -339,8 +339,8 @@ class Moving:
         if self._compared or any(drive.read_s < self._polling.at_s for drive in drives):
             return None
         self._compared = True
-        path, period_s = self._trip.path, self._io.settings.segment_s
-        return self._io.observer.compare(path, self._asked_at_s, period_s, now_s)
+        period_s = self._io.settings.segment_s
+        return self._trip.contour.compare(self._asked_at_s, period_s, now_s)
 
 
 class Outage:
@@ -367,8 +367,8 @@ class Outage:
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
         run, observer = self._run, self._io.observer
-        if math.isfinite(observer.returned_s):
-            self._back_s, self._asked_s, observer.returned_s = now_s, math.inf, math.inf
+        if observer.returned:
+            self._back_s, self._asked_s, observer.returned = now_s, math.inf, False
         if run.blame(observer.silence()):
             return Signal.TROUBLE
         if not self._all_read or observer.doubtful:
@@ -388,7 +388,7 @@ class Outage:
         if math.isinf(self._asked_s):
             timeout_s = max(drive.ledger.timeout_s for drive in io.drives)
             drained_s, until_s = self._back_s + DRAIN_S, self._back_s + timeout_s
-            if now_s < drained_s or (io.observer.pending and now_s < until_s):
+            if now_s < drained_s or (io.observer.suspects and now_s < until_s):
                 return drained_s if now_s < drained_s else min(now_s + DRAIN_S, until_s)
             self._asked_s, self._polled_s = now_s, -math.inf
         if now_s >= self._due_s:
@@ -438,7 +438,7 @@ class Arriving:
         run, observer = self._run, self._io.observer
         if run.blame(run.reported()):
             return Signal.TROUBLE
-        if math.isfinite(observer.returned_s) and observer.outage_s > MAX_DELAY_S:
+        if observer.returned and observer.outage_s > MAX_DELAY_S:
             return Signal.OUTAGE
         if run.blame(self._stuck(now_s) or observer.silence()):
             return Signal.TROUBLE
@@ -471,7 +471,7 @@ class Arriving:
         for drive in self._io.under_way:
             if drive.is_elsewhere:
                 return drive.verdict
-            if drive.read_s < self._asked_s or drive.ledger.pending:
+            if drive.read_s < self._asked_s or drive.absence.suspected:
                 continue
             if self._io.states.pop(drive, None) is MotorState.STOPPED:
                 self._stands(drive, now_s)

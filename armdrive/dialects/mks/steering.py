@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from armdrive.dialects.bus.contour import ContourCheck
 from armdrive.dialects.bus.observer import MAX_DELAY_S, ObservedDrive
 from armdrive.dialects.bus.paths import KEPT_S, Heading, PlannedPath, SegmentFeed
 from armdrive.dialects.mks.exchange import MksExchange
@@ -45,8 +46,12 @@ REFRESH_PERIODS = 1.5
 class Trip:
     """One motion under way: the source of its segments, and its progress."""
 
-    def __init__(self, request: MoveAlong, path: PlannedPath, period_s: float) -> None:
-        self.path = path
+    def __init__(
+        self, request: MoveAlong, drives: Sequence[ObservedDrive], period_s: float
+    ) -> None:
+        self.path = path = PlannedPath(Motors(drive.goal for drive in drives))
+        """The path of all drives, from where they stand."""
+        self.contour = ContourCheck(drives, path)
         self.ahead_s = request.ahead_s
         self.held_back = request.held_back
         """Whether the arm is paused."""
@@ -77,10 +82,10 @@ class Trip:
         since_s = now_s - self._steered_s if math.isfinite(self._steered_s) else 0.0
         return min(self.time_s + self.rate * since_s, self.sent_s)
 
-    def advance(self, now_s: float, *, apart: bool) -> None:
+    def advance(self, now_s: float) -> None:
         """Advance by the time since the last orders, then fetch the segments that fit.
 
-        Late periods do not add up. If the drives are `apart`, the path goes on more slowly, but not
+        Late periods do not add up. If the drives are apart, the path goes on more slowly, but not
         in a pause, which has to end in time.
         """
         # half a period at most is made up for, so orders never come in a rush after a delay
@@ -88,7 +93,7 @@ class Trip:
         self.time_s, self._steered_s = self.at_s(now_s), now_s
         self.path.discard_before(self.time_s)
         held = self.held_back()
-        self.rate = APART_RATE if apart and not held else 1.0
+        self.rate = APART_RATE if self.contour.apart and not held else 1.0
         if not held:
             dry = self.time_s >= self.path.end_s > 0.0
             self._feed.fetch(self._has_room, self.time_s, dry=dry)
@@ -126,7 +131,7 @@ class Steering:
         It would turn there from its new zero. Without orders, all end at their last targets.
         """
         io, period_s = self._io, self._io.settings.segment_s
-        trip.advance(io.now_s, apart=io.observer.apart)
+        trip.advance(io.now_s)
         if any(drive.may_have_restarted(io.now_s) for drive in io.drives):
             return
         ahead_s = min(trip.time_s + trip.ahead_s, trip.path.end_s)
@@ -144,7 +149,7 @@ class Steering:
             target, rpm = order
             # These may be farther from their target than their course says, or too slow for it.
             # Each gets a speed, or a nearer target, that it reaches in the announced time.
-            if last or io.observer.apart or rpm < CREEP_RPM or self._is_unconfirmed(drive):
+            if last or trip.contour.apart or rpm < CREEP_RPM or self._is_unconfirmed(drive):
                 target, rpm = self._in_time(trip, motor, target, rpm)
             if (refused := beyond(drive, target)) is not None:
                 self.refused = refused
@@ -265,11 +270,6 @@ class Steering:
         planned = abs(end - path.at(motor, trip.time_s)) / left_s / COUNTS_S_PER_RPM
         needed = rpm_within(abs(end - drive.course.place), left_s)
         return end, min(max(needed, MIN_FINAL_RPM), trip.most_rpm(planned))
-
-
-def path_from_here(io: MksExchange) -> PlannedPath:
-    """Return a path that begins where the drives stand."""
-    return PlannedPath(Motors(drive.goal for drive in io.drives))
 
 
 def beyond(drive: ObservedDrive, target: int) -> RequestRejected | None:

@@ -118,7 +118,7 @@ class MksBrakes:
         """
         stands = self._io.states.get(drive) is MotorState.STOPPED
         still_s = max(drive.still_s, self._began_s)
-        return stands and drive.asked_s >= still_s + APART_S and not drive.ledger.pending
+        return stands and drive.asked_s >= still_s + APART_S and not drive.absence.suspected
 
     def settle(self, drive: ObservedDrive, now_s: float) -> None:
         """Record that a drive stands, and report one that stands off its path."""
@@ -287,7 +287,7 @@ def pushing_words(drive: ObservedDrive, off: int) -> str:
 
 def restarted_words(drive: ObservedDrive) -> str:
     """Return that a drive has restarted, and how certain that is."""
-    if math.isinf(drive.ledger.away_s):
+    if math.isinf(drive.absence.since_s):
         return f"{drive} was reset or lost its power: it counts from zero again"
     if drive.is_within_reach:
         return (

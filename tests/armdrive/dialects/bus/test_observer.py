@@ -12,6 +12,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from armdrive.dialects.bus.contour import ContourCheck
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
     Bounds,
@@ -179,30 +180,30 @@ def test_a_drive_on_a_slow_link_is_not_taken_to_have_been_away(wait_s: float) ->
         for due in [each for each in replies if each[0] <= now_s]:
             replies.remove(due)
             tell(found, due[1], round(2000 * max(due[0] - 0.02, 0.0)), now_s)
-            assert now_s < LEARNT_S or not found[due[1]].ledger.pending
+            assert now_s < LEARNT_S or not found[due[1]].absence.suspected
             assert found.judge() is None
     assert asked < 80  # retries wait as well
 
 
-def leading(*counts: int) -> tuple[Observer, PlannedPath]:
+def leading(*counts: int) -> ContourCheck:
     """Return drives that were looked at a while into a path that takes them along together."""
     found, path = observer(len(counts)), PlannedPath(Motors([0] * len(counts)))
     for _ in range(20):
         path.append(MoveBy(Motors([3000] * len(counts)), 30_000.0))
     for node, count in enumerate(counts, 1):
         rest(found, node, count, 0.0)
-    return found, path
+    return ContourCheck(found.drives, path)
 
 
 def test_drives_that_are_late_together_are_on_their_way() -> None:
-    found, path = leading(12_000, 11_500)
-    assert all(found.compare(path, 0.8, 0.04, 0.8) is None for _ in range(5))
+    contour = leading(12_000, 11_500)
+    assert all(contour.compare(0.8, 0.04, 0.8) is None for _ in range(5))
 
 
 def test_a_drive_that_lags_alone_is_off_its_path_at_the_second_look() -> None:
-    found, path = leading(24_000, 9_000)
-    assert found.compare(path, 0.8, 0.04, 0.8) is None
-    verdict = found.compare(path, 0.9, 0.04, 0.9)
+    contour = leading(24_000, 9_000)
+    assert contour.compare(0.8, 0.04, 0.8) is None
+    verdict = contour.compare(0.9, 0.04, 0.9)
     assert verdict is not None
     assert (verdict.drive.node, verdict.finding) == (2, DriveFinding.OFF_PATH)
 
