@@ -157,8 +157,8 @@ class SerialLink(Link):
         todo = "check the network" if self._scheme in TCP_SCHEMES else "plug the cable in"
         why = reason_of(error)
         return LinkLost(
-            f"the connection on {self._name} was lost ({why}). The arm stands once its last "
-            f"burst has ended; {todo} and call `connect()` again"
+            f"the connection on {self._name} was lost ({why}). The arm finishes what it was "
+            f"sent, homing too; {todo} and call `connect()` again"
         )
 
 
