@@ -123,8 +123,10 @@ class Referencing:
         return self._parts.pose
 
     def _have_confirmed(self, operator: Operator, request: PostureRequest) -> None:
-        """Raise unless the operator confirms the posture; a stop meanwhile raises `Stopped`."""
+        """Raise unless the operator confirms the posture, or what has ended that meanwhile."""
         confirmed = operator(request)
+        self._parts.runner.require_link()
+        self._parts.context.require_no_fault()
         if self._core.state is not State.HOMING:
             raise Stopped("homing was stopped: the reference has not changed")
         if not confirmed:
