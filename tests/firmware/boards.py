@@ -93,8 +93,8 @@ class AvrBoard(Board):
     """Firmware for an AVR processor, which is simulated with the wiring of each motor.
 
     `resets_on_open`: opening the port resets the processor, by DTR; its boot loader then hears
-    nothing for `boot_ms`. A board with a `coil_bus` drives the coils of its motors itself. `native_usb`: the port is the processor's own USB, which
-    also supplies it.
+    nothing for `boot_ms`. A board with a `coil_bus` drives the coils of its motors itself.
+    `native_usb`: the port is the processor's own USB, which also supplies it.
     """
 
     mcu: str
