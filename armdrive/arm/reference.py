@@ -281,8 +281,10 @@ async def _guided(
 
 
 def _have_confirmed(parts: Parts, operator: Operator, request: PostureRequest) -> None:
-    """Raise unless the operator confirms the posture; a stop meanwhile raises `Stopped`."""
+    """Raise unless the operator confirms the posture, or what has ended that meanwhile."""
     confirmed = operator(request)
+    parts.runner.require_link()
+    parts.context.require_no_fault()
     if parts.core.state is not State.HOMING:
         raise Stopped("homing was stopped: the reference has not changed")
     if not confirmed:

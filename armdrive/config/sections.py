@@ -71,6 +71,11 @@ class Connection:
     def __post_init__(self) -> None:
         check_settings(self, "connection")
 
+    @property
+    def keeps_dtr(self) -> bool:
+        """Whether later opens of the port do not reset a board that resets on DTR."""
+        return self.raise_dtr and self.keep_dtr_on_close
+
 
 _POLL_LEAST_S = 0.05
 """More frequent status requests would fill the wire."""

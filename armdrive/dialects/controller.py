@@ -145,12 +145,10 @@ class ScriptRunner(ABC, Generic[H]):
 
     # -- what most dialects share -------------------------------------------------------------
 
-    def opening_reset(self, *, dtr_stayed: bool) -> bool:
-        """Return whether opening the port may have reset the device, by all that it has said.
-
-        `dtr_stayed`: see `Link`.
-        """
-        return self.abilities.resets_on_open and not dtr_stayed
+    @property
+    def opening_reset(self) -> bool:
+        """Whether opening the port may have reset the device, by all that it has said."""
+        return self.abilities.resets_on_open
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Bound each motor's deviation from the straight path in such a motion.

@@ -76,8 +76,7 @@ def _compared(context: MotionContext, registers: Registers, same: bool) -> Evide
 
     Registers that were zero before prove nothing if opening the link may have reset the board.
     """
-    dtr_stayed = context.engine.link.dtr_stayed
-    opening_reset = context.core.controller.opening_reset(dtr_stayed=dtr_stayed)
+    opening_reset = context.core.controller.opening_reset
     if not registers.positions.largest and (opening_reset or not same):
         return Evidence.CONTROLLER_RESTARTED
     return None if same else Evidence.RECORD_DIFFERS

@@ -158,6 +158,7 @@ def take_reference(context: MotionContext, confirmed: ConfirmedPosture) -> TaskB
     """
     core = context.core
     difference = yield from context.read()
+    context.require_no_fault()
     if context.stopping or core.state not in (State.STANDBY, State.HOMING):
         raise context.stopped("a stop interrupted this: nothing was referenced")
     registers = core.position.counts
@@ -209,6 +210,7 @@ def doubt_position(context: MotionContext, detail: str) -> TaskBody[None]:
 
 
 def _require_homing(context: MotionContext) -> None:
+    context.require_no_fault()
     if context.stopping or context.core.state is not State.HOMING:
         raise context.stopped("a stop interrupted this: nothing was changed")
 

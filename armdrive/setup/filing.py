@@ -299,6 +299,8 @@ def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
         if bus is not None and bus.units is not None:
             on_port["can setup"] = "measures units that drives do not report, by slow turns"
         on_port["config signs"] = "turns each motor a little, to see its direction"
+        homes = config.homing is not None  # by switches, after a question
+        on_port["home --arm"] = "seeks its switches" if homes else "you jog it to its reference"
         on_port["jog --arm"] = "slowly, by hand; space stops"
         lines += [(command_line(*words.split(), name), does) for words, does in on_port.items()]
     lines.append((command_line("config", "set-default", name), "used where no arm is named"))

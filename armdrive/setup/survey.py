@@ -97,7 +97,7 @@ def _restarted(found: Examination, connection: Connection | None) -> Finding:
     what = (
         "the board restarted when its port was opened: motors lose their current, and an arm sags"
     )
-    if connection is not None and connection.raise_dtr and connection.keep_dtr_on_close:
+    if connection is not None and connection.keeps_dtr:
         return note(f"{what}; the first opening after plugging in always does that")
     return note(what, NEVER_RESET)
 

@@ -496,5 +496,5 @@ class CanLink(Link):
         if self._watch.lost:
             raise LinkLost(
                 f"the CAN bus on {self._name} was lost: {self._watch.lost}. The arm stands once "
-                "its last motion has ended; then call `connect()` again"
+                "its last motion has ended, homing too; then call `connect()` again"
             )

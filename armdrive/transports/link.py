@@ -15,12 +15,7 @@ from armdrive.errors import LinkLost
 
 
 class Link(Protocol):
-    """A byte stream to one controller. Only the engine's thread uses it, except for `wake`.
-
-    `dtr_stayed`: it is certain that opening the link brought no edge of DTR, which resets a board.
-    """
-
-    dtr_stayed: bool = False
+    """A byte stream to one controller. Only the engine's thread uses it, except for `wake`."""
 
     @property
     def description(self) -> str:

@@ -19,7 +19,6 @@ from armdrive.transports.link import Bell, Link
 from armdrive.transports.ports import no_connection, refusal, require_no_terminal
 
 if sys.platform != "win32":
-    import fcntl
     import termios
 
 if TYPE_CHECKING:
@@ -68,8 +67,6 @@ class SerialLink(Link):
             raise refusal(_device(port, made, self._scheme), error) from None
         self._port = made
         self._bell = Bell()
-        fileno = self._fileno()
-        self.dtr_stayed = raise_dtr and fileno is not None and had_dtr(fileno)
         if keep_dtr_on_close:
             self.keep_dtr_on_close()
 
@@ -157,23 +154,9 @@ class SerialLink(Link):
         todo = "check the network" if self._scheme in TCP_SCHEMES else "plug the cable in"
         why = reason_of(error)
         return LinkLost(
-            f"the connection on {self._name} was lost ({why}). The arm stands once its last "
-            f"burst has ended; {todo} and call `connect()` again"
+            f"the connection on {self._name} was lost ({why}). The arm finishes what it was "
+            f"sent, homing too; {todo} and call `connect()` again"
         )
-
-
-def had_dtr(fileno: int) -> bool:
-    """Return whether DTR was up before a port was opened, because no close had dropped it.
-
-    False if that is not certain: on Windows, and for a pseudo-terminal, which has no DTR.
-    """
-    if sys.platform == "win32":
-        return False
-    try:
-        fcntl.ioctl(fileno, termios.TIOCMGET, bytes(4))
-        return not termios.tcgetattr(fileno)[2] & termios.HUPCL
-    except (OSError, termios.error):
-        return False
 
 
 def clear_hupcl(fileno: int) -> bool:

@@ -84,8 +84,8 @@ class UdpLink(Link):
         else:
             why = str(error)
         return LinkLost(
-            f"the connection to {self._name} was lost ({why}). The arm stands once its last burst "
-            "has ended; check that the controller is on and call `connect()` again"
+            f"the connection to {self._name} was lost ({why}). The arm finishes what it was sent, "
+            "homing too; check that the controller is on and call `connect()` again"
         )
 
 

@@ -195,9 +195,10 @@ class Typist:
 
     def _put_behind(self, port: str, dialect: str) -> None:
         """Serve a simulated controller at a path, and use that path for the port of the page."""
-        path = self._folder / Path(port).name
-        self._serving.append(Served(dialect, pty=path))
-        self._places[port] = str(path)
+        if port not in self._places:
+            path = self._folder / Path(port).name
+            self._serving.append(Served(dialect, pty=path))
+            self._places[port] = str(path)
         os.environ.pop(FORCE_SIM, None)
 
     def _serve(self, *words: str) -> Called:

@@ -92,15 +92,16 @@ class Board:
 class AvrBoard(Board):
     """Firmware for an AVR processor, which is simulated with the wiring of each motor.
 
-    `resets_on_open`: opening the port resets the processor, by DTR. A board with a `coil_bus`
-    drives the coils of its motors itself. `native_usb`: the port is the processor's own USB, which
-    also supplies it.
+    `resets_on_open`: opening the port resets the processor, by DTR; its boot loader then hears
+    nothing for `boot_ms`. A board with a `coil_bus` drives the coils of its motors itself.
+    `native_usb`: the port is the processor's own USB, which also supplies it.
     """
 
     mcu: str
     motors: tuple[Driver | Coil, ...]
     resets_on_open: bool
     hz: int = 16_000_000
+    boot_ms: int = 0
     coil_bus: CoilBus | None = None
     native_usb: bool = False
 
@@ -117,6 +118,7 @@ class AvrBoard(Board):
             words += self.coil_bus.option
         for letter, motor in zip(self.letters, self.motors, strict=True):
             words += motor.option(letter)
+        words += ["--boot-ms", str(self.boot_ms)] if self.boot_ms else []
         words += ["--native-usb"] if self.native_usb else []
         return words if self.resets_on_open else [*words, "--no-reset-on-open"]
 
@@ -187,6 +189,7 @@ ARMDROID = AvrBoard(
     letters="BSERLG",
     motors=tuple(Coil(address) for address in (6, 5, 4, 3, 2, 1)),
     resets_on_open=True,
+    boot_ms=1000,  # Optiboot's timeout on an Uno
     coil_bus=CoilBus(
         "D2", "fall", ("D3", "D4", "D5"), ("D6", "D7", "B0", "B1"), (12, 9, 3, 6), 15, holds=True
     ),
@@ -198,6 +201,7 @@ ARMDROID_USB = replace(
     firmware="the same on the pins of an Arduino Leonardo, with native USB",
     mcu="atmega32u4",
     resets_on_open=False,
+    boot_ms=0,
     coil_bus=CoilBus(
         "D1", "fall", ("D0", "D4", "C6"), ("D7", "E6", "B4", "B5"), (12, 9, 3, 6), 15, holds=True
     ),

@@ -27,6 +27,10 @@ NEXT = (
     "--allow-restored."
 )
 """Shown for a real arm: the next program cannot know whether the arm was moved by hand."""
+RESETS = (
+    "If the board restarts when its port is opened, the position does not outlast this command: "
+    "write raise_dtr = true and keep_dtr_on_close = true under [connection] of the arm file."
+)
 WAY_CLEAR = "Is its way clear, and your hand at the power switch? Type yes: "
 
 
@@ -40,6 +44,8 @@ def home(options: argparse.Namespace) -> Result:
         lines = [f"referenced: tip {arm.pose}"]
         if not arm.simulated:
             lines.append(NEXT)
+        if arm.abilities.resets_on_open and not (arm.simulated or arm.config.connection.keeps_dtr):
+            lines.append(RESETS)
         return Result(status_view(arm.status), lines)
 
 

@@ -138,7 +138,6 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         host = Host()
         super().__init__(abilities, host)
         self._settings = settings
-        self._native_usb = False  # only such a board says Welcome
         self._byte_s = BITS_A_BYTE / config.connection.baud
         self._rates = StepRates(settings.speed_table, settings.speed_doubt)
         self._board = BoardExchange(self.io, host, settings, self._byte_s)
@@ -172,7 +171,6 @@ class ArmdroidController(ScriptRunner[HostEvent]):
 
     def unsolicited(self, event: HostEvent) -> None:
         """Report an unexpected line; `Welcome` means a restart unless it is the session's first."""
-        self._native_usb |= isinstance(event, Welcome)
         if isinstance(event, Welcome) and self._board.met:
             self._board.forget_session()
             self.io.notify(Alert(AlertKind.RESTARTED, NEW_SESSION))
@@ -183,9 +181,10 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 self.io.notify(Alert(AlertKind.SWITCHED_OFF, LET_GO))
             self.io.notify(ProtocolWarning(plain(event)))
 
-    def opening_reset(self, *, dtr_stayed: bool) -> bool:
-        """Return whether opening the port may have reset the board; not one with native USB."""
-        return not self._native_usb and super().opening_reset(dtr_stayed=dtr_stayed)
+    @property
+    def opening_reset(self) -> bool:
+        """Whether opening the port may have reset the board: it is deaf after that."""
+        return super().opening_reset and self._board.was_deaf
 
     def give_up(self) -> None:
         """Give up on the unanswered command."""

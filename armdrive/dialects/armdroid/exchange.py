@@ -60,6 +60,8 @@ class BoardExchange:
     firmware: str = ""
     offsets: Offsets | None = None
     answer_bytes: int = 0
+    was_deaf: bool = True
+    """Whether the first command of the session was lost, as it is while a board starts."""
     _kept: bool = True
     _started: bool = False
 
@@ -181,12 +183,14 @@ class BoardExchange:
     def _greet(self) -> Script[HostEvent, bool]:
         """Ask for the version until the board answers, which takes a while after opening."""
         until_s = self.io.now_s + (0.0 if self._started else self.settings.boot_s)
-        self._started = True
+        first, self._started = not self._started, True
         while True:
             done = yield from self.exchange(Version())
             if done is not None and isinstance(done.answer, VersionReported):
+                self.was_deaf &= not first
                 self.firmware = done.answer.firmware
                 return True
+            first = False
             if self.io.now_s >= until_s:
                 return False
 

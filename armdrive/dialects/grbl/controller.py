@@ -184,8 +184,9 @@ class GrblController(ScriptRunner[HostEvent]):
         """Forget unanswered lines and a half-received message."""
         self.exchange.give_up()
 
-    def opening_reset(self, *, dtr_stayed: bool) -> bool:  # noqa: ARG002 - the board tells
-        """Return whether opening the port has reset the board: it greets after that."""
+    @property
+    def opening_reset(self) -> bool:
+        """Whether opening the port has reset the board: it greets after that."""
         return self.board.greeted_first
 
     # -- numbers ------------------------------------------------------------------------------

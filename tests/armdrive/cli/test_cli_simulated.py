@@ -199,6 +199,8 @@ def served(request, tmp_path):
 def test_the_next_command_goes_on_from_where_home_left_the_arm(call, served, monkeypatch):
     home = call("home", "--arm", "bench", "--yes", code=0).out
     assert "--allow-restored" in home
+    resets = served.board.title == "Armdroid"  # a board may, whose port is opened without DTR kept
+    assert ("keep_dtr_on_close = true" in home) is resets
     move = ("move", "--arm", "bench", "--shoulder", "27", "--speed", "1")
     refused = call.refused(*move, code=3)
     assert "answer its question, or add `--allow-restored`" in refused

@@ -13,7 +13,7 @@ from armdrive.cli.terminal_operator import (
     posture_pictures,
 )
 from armdrive.connect.target import simulated_config
-from armdrive.errors import BadRequest, Stopped
+from armdrive.errors import BadRequest, DeviceFault, LinkLost, Stopped
 from armdrive.status import State, Trust
 from armdrive.storage.record import logbook_file
 from kinematics import preset
@@ -186,17 +186,38 @@ def test_the_desk_may_be_opened_in_between(call, typing, monkeypatch):
     assert opened == [State.STANDBY]
 
 
-def test_a_stop_from_elsewhere_ends_the_guiding_before_the_next_line_moves_anything(monkeypatch):
+def unplug(arm):
+    arm.twin.faults.add("unplug")
+    arm.sleep(3.0)
+
+
+def cut_the_power(arm):
+    arm.twin.faults.add("mute")
+    arm.sleep(8.0)
+
+
+@pytest.mark.parametrize(
+    ("ends", "error", "words"),
+    [
+        (lambda arm: arm.stop(), Stopped, "homing was stopped"),
+        (lambda arm: arm.estop(), Stopped, "emergency stop"),
+        (unplug, LinkLost, "unplugged"),
+        (cut_the_power, DeviceFault, "no answer"),
+    ],
+)
+def test_the_guiding_ends_with_its_reason_before_the_next_line_moves_anything(
+    monkeypatch, ends, error, words
+):
     arm = Arm.connect(ARM)
     before = arm.twin.world.motors
     lines = iter(("shoulder 2", "done"))
 
-    def line_after_a_stop(prompt: str) -> str | None:
-        arm.stop()
+    def line_after_that(prompt: str) -> str | None:
+        ends(arm)
         return next(lines, None)
 
-    monkeypatch.setattr(terminal_operator, "typed", line_after_a_stop)
-    with arm, pytest.raises(Stopped, match="homing was stopped"):
+    monkeypatch.setattr(terminal_operator, "typed", line_after_that)
+    with arm, pytest.raises(error, match=words):
         arm.home(operator=TerminalOperator(terminal=False))
     assert arm.twin.world.motors == before
 

@@ -389,22 +389,22 @@ def test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended(key, v
 # -- What a saved position is worth ----------------------------------------------------------------
 
 AT_ZERO = {
-    "an Uno may have been reset": ("armdroid", {"board": "uno"}, False, Trust.SUSPECT),
-    "an Uno with DTR up all the time": ("armdroid", {"board": "uno"}, True, Trust.RESTORED),
-    "a Leonardo greets, and is not reset": ("armdroid", {}, False, Trust.RESTORED),
-    "a GRBL board has greeted": ("grbl", {"resets_on_open": True}, True, Trust.SUSPECT),
-    "a GRBL board has not": ("grbl", {}, False, Trust.RESTORED),
-    "a TeachMover is not reset": ("teachmover", {}, False, Trust.RESTORED),
+    "an Uno is reset, and deaf for a while": ("armdroid", {"board": "uno"}, True, Trust.SUSPECT),
+    "an Uno that answers at once was not": ("armdroid", {"board": "uno"}, False, Trust.RESTORED),
+    "a Leonardo is not reset": ("armdroid", {}, True, Trust.RESTORED),
+    "a GRBL board greets after a reset": ("grbl", {}, True, Trust.SUSPECT),
+    "a GRBL board that was not does not": ("grbl", {}, False, Trust.RESTORED),
+    "a TeachMover is not reset": ("teachmover", {}, True, Trust.RESTORED),
 }
-"""Registers of zero in the record and on the board: dialect, board, DTR, and the trust."""
+"""Registers of zero in the record and on the board: dialect, board, whether DTR rises, trust."""
 
 
-def open_port(twin):
+def open_port(twin, *, dtr_rises):
     """Open the port of a standing board, which some boards notice."""
     twin.link.reopen()
-    if hasattr(twin.board, "opened"):
+    if dtr_rises and hasattr(twin.board, "opened"):
         twin.board.opened()
-    if getattr(getattr(twin.board, "build", None), "resets_on_open", False):
+    elif dtr_rises and twin.board.title == "GRBL board":
         twin.board.reset()
 
 
@@ -422,10 +422,9 @@ def saved_at_zero(tmp_path, dialect, board):
 def test_registers_of_zero_prove_nothing_if_opening_the_port_may_have_reset_the_board(
     tmp_path, name
 ):
-    dialect, board, dtr_stayed, trust = AT_ZERO[name]
+    dialect, board, dtr_rises, trust = AT_ZERO[name]
     twin, config, recorder = saved_at_zero(tmp_path, dialect, board)
-    open_port(twin)
-    twin.link.dtr_stayed = dtr_stayed
+    open_port(twin, dtr_rises=dtr_rises)
     with Arm(connect_simulated(config, twin=twin, record_store=recorder)) as arm:
         assert arm.status.trust is trust
         assert ("zero" in arm.status.trust_reason) is (trust is Trust.SUSPECT)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pages import page_path
 
+from armdrive import Arm
 from armdrive.blocking import run_blocking
 from armdrive.connect.parts import CLOSING_S
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
@@ -234,6 +235,14 @@ def test_there_is_nothing_to_confirm_without_a_restored_position():
     arm = ready_arm()
     with pytest.raises(Refused, match=r"no restored position .* the position is referenced$"):
         arm.reference.confirm_restored()
+
+
+def test_a_board_that_restarts_as_a_posture_is_declared_is_named_as_the_reason():
+    arm = Arm.connect("sim:grbl")
+    arm.twin.link.line.say(b"\r\nGrbl 1.1h ['$' for help]\r\n", arm.pace.now_s())
+    with pytest.raises(DeviceFault, match="the board was reset"):
+        as_it_stands(arm)
+    assert arm.status.trust is Trust.UNKNOWN
 
 
 def test_a_posture_is_not_taken_from_a_controller_that_was_restarted_meanwhile():

@@ -1,7 +1,6 @@
 """The link to a serial port: bytes, waking, loss, who may open it, and what closing leaves."""
 
 import errno
-import fcntl
 import os
 import pty
 import subprocess
@@ -18,7 +17,7 @@ from armdrive.transports import ports
 from armdrive.transports.link import Bell
 from armdrive.transports.opening import open_link
 from armdrive.transports.ports import PortHolder, holder, holders, refusal, terminal_user
-from armdrive.transports.serial_port import SerialLink, clear_hupcl, had_dtr
+from armdrive.transports.serial_port import SerialLink, clear_hupcl
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="tried on Linux alone")
@@ -231,32 +230,9 @@ def test_a_port_can_be_told_to_keep_dtr_when_it_is_closed(ends):
     assert not link.keep_dtr_on_close()  # closed: nothing to tell it to
 
 
-@on_linux
-@pytest.mark.parametrize("raise_dtr", [True, False])
-def test_dtr_stayed_up_if_the_last_close_kept_it_and_this_program_does(
-    ends, monkeypatch, raise_dtr
-):
-    master, name, _ = ends
-    stayed = []
-    for kept in (False, True):
-        settings = termios.tcgetattr(master)
-        settings[2] = settings[2] & ~termios.HUPCL if kept else settings[2] | termios.HUPCL
-        termios.tcsetattr(master, termios.TCSANOW, settings)
-        link = SerialLink(name, 9600, raise_dtr=raise_dtr)
-        assert not link.dtr_stayed  # a pseudo-terminal has no DTR
-        link.close()
-        with monkeypatch.context() as a_port_with_dtr:
-            a_port_with_dtr.setattr(fcntl, "ioctl", lambda *_: bytes(4))
-            link = SerialLink(name, 9600, raise_dtr=raise_dtr)
-        stayed.append(link.dtr_stayed)
-        link.close()
-    assert stayed == [False, raise_dtr]
-
-
 def test_a_file_that_is_no_terminal_has_no_dtr(tmp_path):
     with (tmp_path / "file").open("w") as file:
         assert not clear_hupcl(file.fileno())
-        assert not had_dtr(file.fileno())
 
 
 @on_linux
