@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from firmware_protocol.fields import message
 from firmware_protocol.frames import Frame
 
 _Event = TypeVar("_Event")
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Unreadable:
     """Bytes that are no message, or not one that belongs here, and the reason."""
 
@@ -20,14 +20,14 @@ class Unreadable:
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Stray:
     """A readable message that answers nothing, for example an answer that comes too late."""
 
     answer: object
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class UnreadableFrame:
     """A CAN frame that is no message, or not one that belongs here, and the reason."""
 
@@ -35,7 +35,7 @@ class UnreadableFrame:
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Overrun:
     """Reports that input was not fetched in time and is lost: `count` events, or characters."""
 

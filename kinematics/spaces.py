@@ -294,10 +294,15 @@ class Motors(tuple[int, ...]):
         return made
 
     def __sub__(self, other: Motors) -> Motors:
-        return Motors([a - b for a, b in zip(self, other, strict=True)])
+        return Motors._of(other, [a - b for a, b in zip(self, other, strict=True)])
 
     def __add__(self, other: tuple[int, ...]) -> Motors:  # type: ignore[override]
-        return Motors([a + b for a, b in zip(self, other, strict=True)])
+        return Motors._of(other, [a + b for a, b in zip(self, other, strict=True)])
+
+    @classmethod
+    def _of(cls, other: tuple[int, ...], steps: list[int]) -> Motors:
+        """Return sums with `other`: they are whole if it is, so that nothing has to be checked."""
+        return tuple.__new__(cls, steps) if type(other) is cls else cls(steps)
 
     @property
     def largest(self) -> int:

@@ -51,6 +51,8 @@ class ListenedTime:
 
     def pass_to(self, now_s: float) -> None:
         """Record that the program is called at a time."""
+        if now_s == self._now_s:  # as nearly always: it reads and writes at one moment
+            return
         # time after the due call was spent elsewhere, and does not count
         self.s += max(min(now_s, self._due_s) - self._now_s, 0.0)
         self._now_s = now_s

@@ -297,8 +297,10 @@ def known_attributes(kind: C) -> C:
 
     def assign(self: Any, name: str, value: object) -> None:
         own = vars(self)
-        is_variable = name in own and not callable(own[name])  # as for each jump of a clock
-        if not (is_variable or name.startswith("_")) and _COMPLETE in own:
+        if name in own and not callable(own[name]):  # as for each jump of a clock
+            own[name] = value
+            return
+        if _COMPLETE in own and not name.startswith("_"):
             _require_known(self, name, value)
         object.__setattr__(self, name, value)
 

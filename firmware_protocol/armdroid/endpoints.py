@@ -12,7 +12,6 @@ end raises.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.armdroid.messages import (
@@ -47,6 +46,7 @@ from firmware_protocol.armdroid.messages import (
 )
 from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.events import Overrun, Stray, Unreadable
+from firmware_protocol.fields import message
 from firmware_protocol.lines import LineHost
 
 # The host's end.
@@ -56,7 +56,7 @@ LINE_BYTES = 80  # the sketch's own line buffer; its longest answer has 51 chara
 _CLEARING = (Clear, DriveOne, DriveAll, DropArguments, ZeroOffsets)
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Completed:
     """A command and its answer."""
 
@@ -181,7 +181,7 @@ def wrapped(value: int) -> int:
 ROOM_BYTES = 4096  # input buffer; an AVR board with a hardware port has room for 64
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Ignored:
     """A character that the sketch ignores, such as CR or LF."""
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, RemoteProtocolError
@@ -56,21 +55,21 @@ class DriveAll:
     steps: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class HomeToOffsets:
     """Drive all motors back to offset zero, the whole way; nothing stops it."""
 
     letter: ClassVar[str] = "h"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReportOffsets:
     """Ask for the six offsets."""
 
     letter: ClassVar[str] = "o"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ZeroOffsets:
     """Set the offsets to zero here; the board clears its accumulator and arguments too."""
 
@@ -96,28 +95,28 @@ class Torque:
     on: bool
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Version:
     """Ask for the versions of the firmware and the protocol."""
 
     letter: ClassVar[str] = "v"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class InterfaceKind:
     """Ask which motor interface the firmware was built for."""
 
     letter: ClassVar[str] = "V"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReportArguments:
     """Ask for the kept arguments and the accumulator (the sketch's own debugging command)."""
 
     letter: ClassVar[str] = "g"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Clear:
     """Reset the accumulator and the argument index from any state; moves nothing.
 
@@ -129,7 +128,7 @@ class Clear:
     letter: ClassVar[str] = "d"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class DropArguments:
     """Set the kept arguments to zero, so that a stray `D` moves nothing; moves nothing itself.
 
@@ -246,7 +245,7 @@ class ArgumentsReported:
     accumulator: int
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Welcome:
     """The greeting of a board with native USB when its port is opened; its arguments are cleared.
 

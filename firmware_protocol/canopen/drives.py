@@ -6,12 +6,12 @@ statusword. They are named for profile position; comments give the meaning in ho
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
 from functools import lru_cache
 from typing import TypeAlias
 
 from firmware_protocol.errors import BadField, whole
+from firmware_protocol.fields import message
 
 WORD_MAX = 0xFFFF
 
@@ -114,7 +114,7 @@ _OPERATION_BITS = ControlBit.NEW_SET_POINT | ControlBit.AT_ONCE | ControlBit.REL
 _FREE = _OPERATION_BITS | ControlBit.HALT | ControlBit.CHANGE_ON_SET_POINT
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Controlword:
     """A 16-bit controlword."""
 
@@ -144,7 +144,7 @@ class Controlword:
         return f"{self.value:04X} ({self.command.name.lower().replace('_', ' ')})"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Statusword:
     """A 16-bit statusword."""
 
@@ -296,7 +296,7 @@ class Happening(Enum):
 Cause: TypeAlias = Command | Happening
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Transition:
     """A row of the table. `number` is the transition's number in CiA 402."""
 
@@ -345,7 +345,7 @@ def transition(state: DriveState, cause: Cause) -> Transition | None:
     return _BY_CAUSE.get((state, cause))
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetPoint:
     """A target that the drive has received, in the drive's units."""
 

@@ -7,7 +7,6 @@ and transmits statusword, mode and position. No frame on the bus raises.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.canopen.drives import Controlword, OperationMode, Statusword
@@ -33,13 +32,14 @@ from firmware_protocol.canopen.services import (
 )
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
+from firmware_protocol.fields import message
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 COMMAND_PDO = Mapping.of_objects(STANDARD, CONTROLWORD, MODE, TARGET_POSITION)
 REPORT_PDO = Mapping.of_objects(STANDARD, STATUSWORD, MODE_SHOWN, POSITION)
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class DriveReport:
     """A drive's report at a SYNC: its state and its position in increments."""
 
@@ -49,7 +49,7 @@ class DriveReport:
     position: int
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SdoAnswered:
     """An event of the transfer with a node."""
 

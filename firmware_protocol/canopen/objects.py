@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from configparser import RawConfigParser, SectionProxy
-from dataclasses import dataclass
 from enum import Enum, IntEnum
 from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
 from firmware_protocol.canopen.services import checked_node
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.fields import message
 
 Value: TypeAlias = int | str
 """An object's value: a whole number or ASCII text."""
@@ -120,7 +120,7 @@ class Access(Enum):
         return self not in (Access.CONST, Access.RO)
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ObjectEntry:
     """An object, or one sub-index of a record.
 

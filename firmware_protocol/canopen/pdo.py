@@ -30,7 +30,7 @@ _CODES = {
 """The `struct` codes of the types that a PDO can carry."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Mapped:
     """An object in a PDO: a whole number."""
 
@@ -158,7 +158,7 @@ PREDEFINED = 4
 _COB, _TRANSMISSION, _INHIBIT, _EVENT = 1, 2, 3, 5  # sub-indices
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Write:
     """A write to one object. If it is a constant, `equals` are values that serve as well."""
 

@@ -77,7 +77,7 @@ EXPEDITED_MAX = 4
 _EXPEDITED, _SIZED = 0x02, 0x01
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Content:
     """The content of an initiating frame: up to four bytes, or the number of bytes to follow.
 
@@ -118,14 +118,14 @@ class Content:
         return cls(packed[:size], size)
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class StartUpload:
     """The client requests an object."""
 
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class StartDownload:
     """The client begins to write an object."""
 
@@ -133,7 +133,7 @@ class StartDownload:
     content: Content
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Upload:
     """The server begins to send an object."""
 
@@ -141,14 +141,14 @@ class Upload:
     content: Content
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class DownloadStarted:
     """The server has accepted a `StartDownload`."""
 
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class NextSegment:
     """The client requests the next segment of an upload."""
 
@@ -164,7 +164,7 @@ class Segment:
     last: bool
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SegmentTaken:
     """The server has accepted a segment."""
 
@@ -354,7 +354,7 @@ class Receiving:
         return None
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Uploaded:
     """An object was read. If the server sent no length, `exact` is False and `data` has 4 bytes."""
 
@@ -363,14 +363,14 @@ class Uploaded:
     exact: bool = True
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Downloaded:
     """An object was written and accepted by the server."""
 
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Aborted:
     """A transfer was aborted by the server, or by the client after an invalid response."""
 
@@ -383,7 +383,7 @@ class Aborted:
         return abort_words(self.code)
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class StrayResponse:
     """A readable but unexpected response: repeated, late, or for another client."""
 
@@ -399,7 +399,7 @@ class _Reading:
     segments: Receiving | None = None  # set once segments begin
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class _Writing:
     place: Place
 

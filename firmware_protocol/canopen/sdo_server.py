@@ -35,17 +35,18 @@ from firmware_protocol.canopen.sdo import (
 from firmware_protocol.canopen.services import Service, checked_node, cob_id, is_for
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
+from firmware_protocol.fields import message
 from firmware_protocol.frames import Frame
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadAsked:
     """The client requests an object."""
 
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class WriteAsked:
     """The client writes an object; if not `exact`, the four bytes may be longer than the value."""
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 from typing import Any, ClassVar, TypeAlias
 
@@ -30,7 +30,7 @@ CODE_MAX = 255
 CODE = whole_from(1, CODE_MAX)
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Ok:
     """The line was accepted."""
 
@@ -359,7 +359,7 @@ def wholes(text: str, count: int) -> tuple[int, ...]:
     return tuple(int(part) for part in parts)
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReportField:
     """A field of a report: the attributes that it fills, and how their values are read.
 
@@ -446,14 +446,14 @@ Info: TypeAlias = (
 """What is pushed, or follows a query, and changes nothing in the host's machine."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class WordedError:
     """A refusal in words instead of a number, from older or verbose firmware."""
 
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class WordedAlarm:
     """An alarm in words instead of a number."""
 

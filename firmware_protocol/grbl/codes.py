@@ -7,12 +7,11 @@ things on grblHAL and on FluidNC, and so does FluidNC's error 14.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from firmware_protocol.fields import message
 from firmware_protocol.grbl.dialect import Variant
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ErrorCode:
     """Why a line was refused. A refused line had no effect."""
 
@@ -21,7 +20,7 @@ class ErrorCode:
     remedy: str
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class AlarmCode:
     """Why the machine is locked. `position_kept` is false if it may have lost steps."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import IntEnum
 from types import MappingProxyType
 from typing import ClassVar, TypeAlias
@@ -24,63 +23,63 @@ SETTING_MAX = 65535
 """GRBL's settings end at 255; grblHAL has more."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Help:
     """Ask for the list of commands."""
 
     text: ClassVar[str] = "$"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class QuerySettings:
     """Ask for all settings."""
 
     text: ClassVar[str] = "$$"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class QueryBuildInfo:
     """Ask for version, options, buffer size and, on some firmware, the axes."""
 
     text: ClassVar[str] = "$I"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class QueryParameters:
     """Ask for the offsets of all coordinate systems."""
 
     text: ClassVar[str] = "$#"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class QueryParserState:
     """Ask for the active modes."""
 
     text: ClassVar[str] = "$G"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Unlock:
     """Leave the alarm state. Moves nothing; the position may still be wrong."""
 
     text: ClassVar[str] = "$X"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class CheckMode:
     """Enter or leave check mode, in which nothing moves; leaving it resets the board."""
 
     text: ClassVar[str] = "$C"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Sleep:
     """Switch the motors off until a reset; an arm sags."""
 
     text: ClassVar[str] = "$SLP"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Home:
     """Home all axes, or those named if the firmware supports it; GRBL takes one letter."""
 
@@ -128,7 +127,7 @@ class Modes:
         return f"G17G21G9{int(self.relative)}G94G{self.coordinate_system}"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Coolant:
     """Switch the flood output, which may drive an air valve."""
 

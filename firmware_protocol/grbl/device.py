@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError
+from firmware_protocol.fields import message
 from firmware_protocol.grbl.answers import Answer, Banner, Error, Ok, encode_answer
 from firmware_protocol.grbl.commands import (
     CheckMode,
@@ -46,7 +46,7 @@ MAX_WAITING = 256
 _CR, _LF, _SPACE = 0x0D, 0x0A, 0x20
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Unusable:
     """A line that cannot be executed, with the reason. Its error is `Dialect.overlong`."""
 
@@ -156,12 +156,12 @@ def clean_line(text: str) -> str:
 _JOG = "$J="
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Empty:
     """An empty line or a comment; its answer is an ok."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Rejected:
     """A line that is refused in any state, with the error code and the reason."""
 
@@ -243,14 +243,14 @@ MAX_REALTIME = 512
 """Most queued events; beyond that, real-time commands are dropped."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class RealtimeReceived:
     """A real-time command. It gets no ok."""
 
     command: Realtime
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class LineReceived:
     """A line as GRBL stores it, and its content. Answer it with `Ok` or `Error`."""
 

@@ -10,13 +10,12 @@ number, and such numbers are refused.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from enum import StrEnum
 from string import Formatter
 from typing import overload
 
 from firmware_protocol.errors import BadField, whole
-from firmware_protocol.fields import Rule, row_of
+from firmware_protocol.fields import Rule, message, row_of
 
 AXIS_LETTERS = "XYZABCUVW"
 """Letters that the firmwares of this family can give to an axis, in the order they are written."""
@@ -66,7 +65,7 @@ def take_number(text: str, start: int) -> tuple[float, int] | None:
     return (-value if text[start] == "-" else value), found.end()
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Template:
     """The text of a message, as `$N{which}={line}`: its fields stand in braces.
 
@@ -148,7 +147,7 @@ class Variant(StrEnum):
     FLUIDNC = "FluidNC"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Dialect:
     """A firmware as its build made it.
 

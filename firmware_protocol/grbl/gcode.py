@@ -11,6 +11,7 @@ from enum import Enum, auto
 from types import MappingProxyType
 
 from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.fields import message
 from firmware_protocol.grbl.answers import ParserState
 from firmware_protocol.grbl.codes import error_code
 from firmware_protocol.grbl.dialect import Dialect, take_number, write_number
@@ -44,7 +45,7 @@ class AxisUse(Enum):
     TOOL_LENGTH = auto()
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Word:
     """A command word, the group it is of, and whether it claims the axis words."""
 
@@ -229,7 +230,7 @@ _ALWAYS_USED = {False: frozenset("NFST"), True: frozenset("NF")}
 _COORDINATE_SYSTEMS = 6
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Modal:
     """GRBL's parser state at a start. `feed` is in millimetres a minute, 0 where none is set."""
 

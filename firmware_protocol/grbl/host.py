@@ -14,12 +14,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from operator import add, sub
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.events import Stray, Unreadable
+from firmware_protocol.fields import message
 from firmware_protocol.grbl.answers import (
     PADDING,
     Alarm,
@@ -43,14 +44,14 @@ from firmware_protocol.lines import LineHost
 # The host's events.
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Acknowledged:
     """The board accepted a line. A motion is then planned, but not finished."""
 
     command: Command
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Refused:
     """The board refused a line, without effect. `code` is None if the answer was in words."""
 
@@ -60,7 +61,7 @@ class Refused:
     remedy: str
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class AlarmRaised:
     """The board is locked. `position_kept` is false if steps may have been lost."""
 
@@ -70,7 +71,7 @@ class AlarmRaised:
     position_kept: bool
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Restarted:
     """The board has restarted: its position is suspect, and the `lost` lines get no answer.
 
@@ -81,7 +82,7 @@ class Restarted:
     lost: tuple[Command, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class StatusReported:
     """A status report, with both positions where they are known.
 
@@ -146,7 +147,7 @@ _LINE_ENDS = b"\r\n"
 _IN_WORDS = "the firmware answered in words"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class _Sent:
     """An unanswered line."""
 

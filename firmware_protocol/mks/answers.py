@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Annotated, Self, TypeAlias, TypeVar, get_args
 
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
-from firmware_protocol.fields import boolean
+from firmware_protocol.fields import boolean, message
 from firmware_protocol.frames import DATA_MAX, Frame
 from firmware_protocol.mks.requests import (
     ACTIONS,
@@ -49,70 +48,70 @@ _Int32: TypeAlias = Annotated[int, signed(4)]
 # -- readings ------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class EncoderRead(Message, code=Code.ENCODER):
     """The shaft's position, in counts from the zero that was set."""
 
     counts: _Int48
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class RawEncoderRead(Message, code=Code.RAW_ENCODER):
     """The shaft's raw position in counts, regardless of the zero."""
 
     counts: _Int48
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SpeedRead(Message, code=Code.SPEED):
     """The shaft's speed; positive is counter-clockwise."""
 
     speed_rpm: Annotated[int, signed(2)]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class PulsesRead(Message, code=Code.PULSES):
     """The commanded pulses."""
 
     pulses: _Int32
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class AngleErrorRead(Message, code=Code.ANGLE_ERROR):
     """The shaft's following error; 51200 is one turn."""
 
     error: _Int32
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class InputsRead(Message, code=Code.INPUTS):
     """Levels: bit 0 IN_1, 1 IN_2, 2 OUT_1, 3 OUT_2. Sources disagree on the first two."""
 
     levels: Annotated[int, unsigned(1)]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class EnabledRead(Message, code=Code.ENABLED):
     """Whether the motor has current."""
 
     on: Switch
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class StallRead(Message, code=Code.STALL):
     """Whether a protection has released the shaft."""
 
     on: Switch
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class StateRead(Message, code=Code.STATE):
     """The motor's state."""
 
     state: Annotated[MotorState, choice(MotorState)]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class HomingRead(Message, code=Code.HOMING_STATE):
     """The state of the return to zero at power-on and, since 1.0.7, of a `Home`."""
 
@@ -149,7 +148,7 @@ BOARDS = {
 """The boards by number, from the manual 1.0.9."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class VersionRead(Message, code=Code.VERSION):
     """Whether the encoder is calibrated, the board's number, and the firmware's version.
 
@@ -209,7 +208,7 @@ READINGS: tuple[type[Reading], ...] = get_args(Reading)
 _UNREADABLE = b"\xff\xff"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SettingRead:
     """A setting's payload, in the format of the write; None if the drive does not report it."""
 
@@ -255,7 +254,7 @@ _TABLES: dict[Code, dict[int, Outcome]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Status:
     """The outcome of a request; `reading` is the code of an automatic report being set up."""
 

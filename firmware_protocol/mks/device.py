@@ -6,11 +6,11 @@ the motor and checks that motions are requested in a bus mode.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
+from firmware_protocol.fields import message
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks.answers import Reading, SettingRead, Status, decode_request, encode
 from firmware_protocol.mks.requests import (
@@ -40,7 +40,7 @@ WAITING_MAX = 256
 """Most queued frames; the newest are kept."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Asked:
     """A request, and whether it was addressed to this drive only.
 

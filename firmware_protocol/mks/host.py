@@ -21,12 +21,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import chain
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError, whole
 from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
+from firmware_protocol.fields import message
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks.answers import (
     Answer,
@@ -51,19 +51,19 @@ from firmware_protocol.mks.values import NODE_MAX, Code, Outcome
 # -- events --------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class _OfRequest:
     node: int
     request: Request
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class _OfMotion:
     node: int
     request: Motion
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Answered:
     """A read request and its answer."""
 
@@ -72,37 +72,37 @@ class Answered:
     answer: Reading | SettingRead
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Started(_OfMotion):
     """A motion, homing or calibration has started."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Done(_OfRequest):
     """A setting or action was accepted, or a motion has reached its target."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Failed(_OfRequest):
     """The request was refused, or the motion ended early."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class LimitStop(_OfMotion):
     """A limit switch has ended a motion."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class StoredForStart(_OfMotion):
     """A motion is stored for the synchronous start."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Superseded(_OfMotion):
     """The drive has abandoned a motion in favour of a newer one, which continues."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Stray:
     """A readable but unexpected answer: late, or from a second drive with this id."""
 
@@ -110,7 +110,7 @@ class Stray:
     answer: Answer
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Foreign:
     """A frame from another device on the bus."""
 

@@ -8,11 +8,10 @@ F4 is a misprint: a CAN frame has at most eight bytes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, ClassVar, Self, TypeAlias, get_args
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.fields import boolean
+from firmware_protocol.fields import boolean, message
 from firmware_protocol.mks.values import (
     NODE_MAX,
     SPEED_MAX_RPM,
@@ -35,57 +34,57 @@ from firmware_protocol.mks.values import (
 # -- readings ------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadEncoder(Message, code=Code.ENCODER):
     """Ask for the shaft's position in counts from the set zero, the scale of F4 and F5."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadRawEncoder(Message, code=Code.RAW_ENCODER, needs=Ability.RAW_ENCODER):
     """Ask for the shaft's raw position in counts, regardless of the zero."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadSpeed(Message, code=Code.SPEED):
     """Ask for the shaft's speed."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadPulses(Message, code=Code.PULSES):
     """Ask for the commanded pulses."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadInputs(Message, code=Code.INPUTS, needs=Ability.INPUTS):
     """Ask for the levels of the switch inputs and of the outputs."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadAngleError(Message, code=Code.ANGLE_ERROR):
     """Ask for the shaft's following error."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadEnabled(Message, code=Code.ENABLED):
     """Ask whether the motor has current."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadHoming(Message, code=Code.HOMING_STATE):
     """Ask for the state of a return to zero."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadStall(Message, code=Code.STALL):
     """Ask whether a protection has released the shaft, after a stall or too large an error."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadVersion(Message, code=Code.VERSION, needs=Ability.VERSION):
     """Ask for the board and its firmware. Older firmware has no answer."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadState(Message, code=Code.STATE):
     """Ask for the motor's state."""
 
@@ -157,14 +156,14 @@ _Kept: TypeAlias = Annotated[  # empty if the current is stored
 ]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetMode(Message, code=Code.MODE):
     """Set the source of commands and the kind of control; `Mode.BUS_FOC` for an arm."""
 
     mode: Annotated[Mode, choice(Mode)]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetCurrent(Message, code=Code.CURRENT):
     """Set the motor's current; setting it without storing (`keep`) works since 1.0.7."""
 
@@ -179,35 +178,35 @@ class SetCurrent(Message, code=Code.CURRENT):
         return cls(int.from_bytes(payload[:2], "big"), keep)
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetHoldingCurrent(Message, code=Code.HOLDING_CURRENT, needs=Ability.HOLDING_CURRENT):
     """Set the holding current in percent of the motor current, 10 to 90 by tens; not in FOC."""
 
     percent: _Tens
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetMicrosteps(Message, code=Code.MICROSTEPS):
     """Set the pulses per full step. 256 is sent as 0, which the CAN manuals do not mention."""
 
     microsteps: _Microsteps
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetDirection(Message, code=Code.DIRECTION):
     """Set the direction for pulses. Motions over the bus are not affected."""
 
     counter_clockwise: Switch
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetStallProtection(Message, code=Code.STALL_PROTECTION):
     """Make the drive release the shaft when it stalls, or not (the factory setting)."""
 
     on: Switch
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetPositionProtection(
     Message, code=Code.POSITION_PROTECTION, needs=Ability.POSITION_PROTECTION
 ):
@@ -222,7 +221,7 @@ class SetPositionProtection(
     error: _Word
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetHoming(Message, code=Code.HOMING):
     """Configure `Home`. After a change of `limits` the manual requires a `Home`.
 
@@ -237,7 +236,7 @@ class SetHoming(Message, code=Code.HOMING):
     method: Annotated[int, unsigned(1, 0, 2)]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetArrival(Message, code=Code.ARRIVAL, needs=Ability.ARRIVAL_THRESHOLD):
     """Set how close to its target a motion must come to be `DONE`; 65535 is one turn."""
 
@@ -245,7 +244,7 @@ class SetArrival(Message, code=Code.ARRIVAL, needs=Ability.ARRIVAL_THRESHOLD):
     threshold: _Word = 200
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SilenceWatchdog(Message, code=Code.WATCHDOG, needs=Ability.SILENCE_WATCHDOG):
     """Make the drive stop after this long without a request; 0 (the factory setting): never.
 
@@ -255,21 +254,21 @@ class SilenceWatchdog(Message, code=Code.WATCHDOG, needs=Ability.SILENCE_WATCHDO
     timeout_ms: Annotated[int, unsigned(4)]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetBitrate(Message, code=Code.BITRATE):
     """Set the bus speed; all drives need the same. The speed of the answer is unknown."""
 
     bitrate: Annotated[Bitrate, choice(Bitrate)]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetId(Message, code=Code.NODE):
     """Change the drive's id. Whether the answer has the old or the new id is not documented."""
 
     node: _Node
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetGroup(Message, code=Code.GROUP, needs=Ability.GROUPS):
     """Make the drive listen to a group's id too; requests to a group have no answers.
 
@@ -279,7 +278,7 @@ class SetGroup(Message, code=Code.GROUP, needs=Ability.GROUPS):
     node: _Node
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetReplies(Message, code=Code.REPLIES, needs=Ability.CHOICE_OF_COMPLETION):
     """Set which replies the drive sends to commands. In this format since 1.0.4."""
 
@@ -316,7 +315,7 @@ def _code_of(codes: frozenset[Code], words: str) -> Form:
     return Form(1, check, lambda value: bytes((value,)), lambda data: Code(data[0]))
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReadSetting(Message, code=Code.READ_SETTING, needs=Ability.READ_SETTINGS):
     """Ask for a setting, by the code that sets it.
 
@@ -327,7 +326,7 @@ class ReadSetting(Message, code=Code.READ_SETTING, needs=Ability.READ_SETTINGS):
     setting: Annotated[Code, _code_of(SETTING_CODES, "a setting")]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ReportByItself(Message, code=Code.REPORT, needs=Ability.REPORTS_BY_ITSELF):
     """Make the drive report a reading automatically every `period_ms`; 0 ends the reports."""
 
@@ -370,7 +369,7 @@ _SignedSpeed: TypeAlias = Annotated[
 ]
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class MoveRelativeAxis(Message, code=Code.RELATIVE_AXIS, order=(*_MOVE_ORDER, "counts")):
     """Move by a number of encoder counts."""
 
@@ -379,7 +378,7 @@ class MoveRelativeAxis(Message, code=Code.RELATIVE_AXIS, order=(*_MOVE_ORDER, "c
     acc: _Acc
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class MoveAbsoluteAxis(Message, code=Code.ABSOLUTE_AXIS, order=(*_MOVE_ORDER, "counts")):
     """Move to an encoder count. Since 1.0.5 it also replaces a motion under way."""
 
@@ -388,7 +387,7 @@ class MoveAbsoluteAxis(Message, code=Code.ABSOLUTE_AXIS, order=(*_MOVE_ORDER, "c
     acc: _Acc
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class MoveAbsolutePulses(
     Message,
     code=Code.ABSOLUTE_PULSES,
@@ -405,7 +404,7 @@ class MoveAbsolutePulses(
 _DISTANCE_MAX = (1 << 8 * TARGET_BYTES) - 1
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class MoveRelativePulses(Message, code=Code.RELATIVE_PULSES):
     """Move by a number of pulses. The direction is sent with the speed."""
 
@@ -428,7 +427,7 @@ class MoveRelativePulses(Message, code=Code.RELATIVE_PULSES):
         return cls(-distance if way & _CLOCKWISE else distance, way & _SPEED, payload[2])
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class RunAtSpeed(Message, code=Code.SPEED_MODE):
     """Run at a signed speed until the next command; only the silence watchdog ends it otherwise."""
 
@@ -436,7 +435,7 @@ class RunAtSpeed(Message, code=Code.SPEED_MODE):
     acc: _Acc
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class RunFor(Message, code=Code.SPEED_MODE, needs=Ability.TIMED_RUN):
     """Run at a signed speed for a time, in steps of 10 ms; the drive ends it."""
 
@@ -452,7 +451,7 @@ MOTION_CODES = frozenset((*(move.code for move in MOVES), Code.SPEED_MODE))
 # -- stops, current, homing and other actions ----------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Stop:
     """End a motion with this code by a ramp of `acc`, or at once if `acc` is 0."""
 
@@ -471,36 +470,36 @@ class Stop:
         return bytes((0, 0, self.acc)) + rest
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class EmergencyStop(Message, code=Code.EMERGENCY_STOP, needs=Ability.EMERGENCY_STOP):
     """Stop at once, without a ramp; not advisable above 1000 rpm."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Enable(Message, code=Code.ENABLE):
     """Switch the motor's current on or off. Off releases the shaft."""
 
     on: Switch
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ArmSynchronous(Message, code=Code.ARM, needs=Ability.SYNCHRONOUS_START):
     """Make the drive store motions until `GoSynchronous`, or end this mode."""
 
     on: Switch
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class GoSynchronous(Message, code=Code.GO, needs=Ability.SYNCHRONOUS_START):
     """Start every stored motion. Broadcast only; repeat it after 1 ms, as drives may miss it."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Home(Message, code=Code.HOME):
     """Search for the zero as configured by `SetHoming`. The motor moves."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class GoToZero(Message, code=Code.HOME, needs=Ability.GO_TO_ZERO):
     """Move to the zero that a `Home` has found."""
 
@@ -510,7 +509,7 @@ class GoToZero(Message, code=Code.HOME, needs=Ability.GO_TO_ZERO):
         return b"\1"
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Calibrate(Message, code=Code.CALIBRATE):
     """Calibrate the encoder. The motor turns and must not have a load on its shaft."""
 
@@ -527,17 +526,17 @@ class Calibrate(Message, code=Code.CALIBRATE):
         return cls()
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class SetZero(Message, code=Code.ZERO, needs=Ability.ZERO):
     """Set the present position as zero. Moves nothing."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class ClearStall(Message, code=Code.CLEAR_STALL):
     """Switch the current on again after a protection has released the shaft."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Restart(Message, code=Code.RESTART, needs=Ability.RESTART):
     """Restart the drive; settings are kept."""
 

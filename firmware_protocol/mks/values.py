@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum, IntEnum
 from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar, get_origin, get_type_hints
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.fields import boolean
+from firmware_protocol.fields import boolean, message
 
 BROADCAST = 0
 NODE_MAX = 0x7FF
@@ -269,7 +268,7 @@ def abilities_of(version: Version) -> frozenset[Ability]:
 Choice = TypeVar("Choice", bound=Enum)
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Form:
     """A field's size in bytes, its valid values and their encoding.
 
@@ -346,7 +345,7 @@ Switch: TypeAlias = Annotated[bool, Form(1, boolean, lambda value: bytes((value,
 """An on/off field."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class _Layout:
     """The forms of a message's fields in declaration order, and each one's place in the payload."""
 

@@ -5,11 +5,11 @@ At most one request is unanswered, and no input from the other end raises.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.events import Overrun, Stray, Unreadable
+from firmware_protocol.fields import message
 from firmware_protocol.robko01.frames import Frame, FrameSplitter
 from firmware_protocol.robko01.messages import (
     Answer,
@@ -63,7 +63,7 @@ class Endpoint:
 # not an answer are `Unreadable`. Neither changes the state.
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Answered:
     """A request and its answer; `answer.status` is the outcome."""
 

@@ -10,10 +10,10 @@ bytes in LEN (`counts_check`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 
 from firmware_protocol.events import EventQueue, Overrun, Unreadable
+from firmware_protocol.fields import message
 
 SENTINEL = 0xAA
 PAYLOAD_MAX = 26
@@ -51,7 +51,7 @@ _LENGTHS = {
 """Valid values of LEN: the operation, the status (in answers) and the payload."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Frame:
     """A frame with correct check bytes. `start` is the number of bytes received before it."""
 

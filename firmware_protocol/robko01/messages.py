@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import partial
 from typing import ClassVar, Self, TypeAlias, get_args
@@ -113,7 +112,7 @@ def _require_length(op: Op, payload: bytes, length: int, belong: str) -> bytes:
     return payload
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class _OfNothing:
     """A message without a payload."""
 

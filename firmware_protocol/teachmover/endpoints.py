@@ -23,11 +23,11 @@ the other end raises.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.events import Stray, Unreadable
+from firmware_protocol.fields import message
 from firmware_protocol.lines import LineHost, LineSplitter
 from firmware_protocol.teachmover.messages import (
     AFTER_DONE,
@@ -54,7 +54,7 @@ MAX_ROWS = 64
 """The most rows in a dump: they fill the arm's 1 KB of memory."""
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Completed:
     """A command's complete answer: with `registers` for READ, with `rows` for QDUMP.
 
@@ -196,7 +196,7 @@ class Host(LineHost[Event]):
 # The arm's end.
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class Ignored:
     """A line without the attention character; it gets no answer."""
 

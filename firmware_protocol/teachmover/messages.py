@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum, IntEnum, auto
 from types import MappingProxyType
 from typing import ClassVar, TypeAlias
@@ -162,7 +161,7 @@ class Step:
         return (self.speed, *self.steps, *(() if self.output is None else (self.output,)))
 
 
-@dataclass(frozen=True, slots=True)
+@message()
 class _Plain:
     """A command without arguments."""
 

@@ -1,7 +1,8 @@
 """CAN frames, lines of text, and the fields of messages."""
 
+import inspect
 from binascii import crc_hqx
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 from enum import IntEnum
 
 import pytest
@@ -359,6 +360,17 @@ def test_a_message_keeps_what_its_rules_return_and_is_frozen():
     assert message.colour is Colour.BLUE
     with pytest.raises(FrozenInstanceError):
         message.colour = Colour.RED
+
+
+def test_a_message_is_made_as_a_dataclass_is():
+    assert Message(colour=Colour.RED) == Message(Colour.RED, (0, 0))
+    assert replace(Message(Colour.BLUE), pair=[1, 2]) == Message(Colour.BLUE, (1, 2))
+    with pytest.raises(TypeError, match=r"Message.__init__\(\) missing .* 'colour'"):
+        Message()
+    shown = inspect.signature(Message).parameters
+    assert {name: each.annotation for name, each in shown.items()} == {
+        "colour": Colour, "pair": tuple[int, ...]
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(("colour", "pair"), [(0, (0, 0)), (2, (9, 0)), (1, (1, 0))])

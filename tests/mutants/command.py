@@ -4,8 +4,9 @@
     python -m tests.mutants --only stop
     python -m tests.mutants --only "a stop is ignored" --everything
 
-The tests of all mutants first run without any fault, so that a failure means something. The exit
-code is 1 if a mutant survives without an explanation in the table, or if a row is broken.
+In the end, each test that noticed a fault runs without any: only if it passes then, its failure
+meant something. The exit code is 1 if a mutant survives without an explanation in the table, or if
+a row is broken.
 """
 
 import argparse
@@ -20,7 +21,7 @@ from pathlib import Path
 
 from kinematics.text import counted
 
-from .copies import PACKAGES, PASSED, CopyError
+from .copies import HUNG, PACKAGES, PASSED, CopyError
 from .mutant import Mutant
 from .table import MUTANTS
 from .trying import Copies, Trial, Verdict, try_all
@@ -70,9 +71,6 @@ def main(
         except CopyError as error:
             sys.stderr.write(f"{error}\n")
             return 2
-        if (trouble := _unmutated(copies, wanted, chosen.jobs)) is not None:
-            sys.stderr.write(f"without any mutant, these tests do not pass:\n{trouble}\n")
-            return 2
         trials = []
         jobs = max(chosen.jobs, 1)
         for trial in try_all(copies, wanted, jobs, everything=chosen.everything):
@@ -80,6 +78,9 @@ def main(
             if not chosen.json:
                 sys.stdout.write(f"{trial}\n")
                 sys.stdout.flush()
+        if trouble := _fails_anyway(copies, trials, jobs):
+            sys.stderr.write(f"without any mutant, these tests do not pass:\n{trouble}\n")
+            return 2
     if chosen.json:
         sys.stdout.write(json.dumps(_document(trials), indent=1) + "\n")
     else:
@@ -97,15 +98,14 @@ def _listed(mutant: Mutant) -> str:
     return f"{mutant.name}\n    breaks: {mutant.promise}\n    in {mutant.path}\n{tests}{why}"
 
 
-def _unmutated(copies: Copies, wanted: Sequence[Mutant], jobs: int) -> str | None:
-    """Return the tests that fail without any mutant; None if all pass."""
-    tests = sorted({test for mutant in wanted for test in mutant.tests})
+def _fails_anyway(copies: Copies, trials: Sequence[Trial], jobs: int) -> str:
+    """Return those of the tests that have killed a mutant which fail without one as well."""
+    tests = sorted({trial.words for trial in trials if trial.verdict is Verdict.KILLED})
+    tests = [test for test in tests if test != HUNG]
+    if not tests:
+        return ""
     run = copies.untouched.run_tests(tests, workers=jobs if jobs > 1 else 0, first=False)
-    if run.code == PASSED:
-        return None
-    if not run.failed:  # several processes do not name a missing test
-        run = copies.untouched.run_tests(tests)
-    return "\n".join(run.failed) or run.words
+    return "" if run.code == PASSED else "\n".join(run.failed) or run.words
 
 
 def _total(trials: Sequence[Trial]) -> str:

@@ -43,9 +43,13 @@ PURE = ("firmware_protocol", "kinematics")
 """Packages that import no other one of the project and do nothing when they are imported. They too
 are imported once for all mutants but their own."""
 SERVER = Path(__file__).with_name("pytest_server.py")
+HUNG = "a test that hung"
+"""In place of a test's name, which pytest does not tell then."""
 PASSED, FAILED = 0, 1
 """Exit codes of pytest; the others say that no test was run, or not the one that was meant."""
-_FAILURE = re.compile(r"^(?:FAILED|ERROR) (\S+?\.py(?:::.*?)?)(?: - .*)?$", re.MULTILINE)
+_FAILURE = re.compile(
+    r"^(?:FAILED|ERROR) (\S+?\.py(?:::[^\[\n]*?(?:\[.*?\])?)?)(?: - .*)?$", re.MULTILINE
+)
 _TIMEOUT = re.compile(r"^\++ Timeout \++$", re.MULTILINE)
 
 
@@ -162,5 +166,5 @@ class Copy:
         told = self._output.read_text(encoding="utf-8", errors="replace")
         failed = tuple(dict.fromkeys(_FAILURE.findall(told)))
         if _TIMEOUT.search(told):
-            failed = failed or ("a test that hung",)
+            failed = failed or (HUNG,)
         return Run(code, failed, told[-2000:], time.monotonic() - began_s)

@@ -174,10 +174,9 @@ def test_tests_that_fail_without_a_mutant_prove_nothing(tried, toy):
 
 
 def test_a_missing_test_is_named(tried):
-    row = mutant("subtracts", SUM, LESS, "test_toy.py::test_nothing")
-    code, words = tried(row, words=["--jobs", "2"])  # several processes do not name it
-    assert code == 2
-    assert "test_nothing" in words
+    code, (trial,) = tried(mutant("subtracts", SUM, LESS, "test_toy.py::test_nothing"))
+    assert (code, trial["verdict"]) == (1, "broken")
+    assert "test_nothing" in trial["words"]
 
 
 def test_mutants_are_listed_and_chosen_by_a_text(toy, capsys):

@@ -265,9 +265,9 @@ class Course:
         """Record an order."""
         self.advance(now_s)
         self.goal, self.max_speed, self.slope = goal, speed, slope
-        up, down = (speed if sign * (goal - self.place) > 0.0 else 0.0 for sign in (1, -1))
-        order = Order(now_s, goal, max(up, self.speed), max(down, -self.speed))
-        self._orders.append(order)
+        up = speed if goal > self.place else 0.0
+        down = speed if goal < self.place else 0.0
+        self._orders.append(Order(now_s, goal, max(up, self.speed), max(down, -self.speed)))
         while len(self._orders) > 1 and self._orders[1].sent_s < now_s - 2.0 * PAST_S:
             self._orders.popleft()
 
@@ -323,10 +323,15 @@ class Course:
         """
         low = high = self._past[-1][1] if self._past else self.place
         for at_s, passed in reversed(self._past):
-            low, high = min(low, passed), max(high, passed)
-            if low <= place <= high or at_s < from_s:
+            if passed < low:
+                low = passed
+            elif passed > high:
+                high = passed
+            if low <= place <= high:
+                return 0.0
+            if at_s < from_s:
                 break
-        return min(place - low, 0.0) + max(place - high, 0.0)
+        return place - low if place < low else max(place - high, 0.0)
 
     def hull(self, from_s: float) -> Interval:
         """Return the range of places from a moment to the present."""
