@@ -45,7 +45,7 @@ from tui.keys.presses import (
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair
 from tui.safety import StopButton
 from tui.settings import COLOURLESS, HIGH_CONTRAST, look_after, look_named
-from tui.terminal import PlainLetters, ending_driver, is_served, lasting_driver
+from tui.terminal import PlainLetters, lasting_driver
 
 STYLES = Path(__file__).with_name("desk.tcss")
 
@@ -566,8 +566,7 @@ class KeyApp(App[int], inherit_bindings=False):
 
     def get_driver_class(self) -> type[Driver]:
         """Return the system's own driver, made to outlive its terminal."""
-        driver = lasting_driver(super().get_driver_class())
-        return ending_driver(driver) if is_served(driver) else driver
+        return lasting_driver(super().get_driver_class())
 
     def action_stop_arm(self) -> None:
         """Do what the stop keys do."""

@@ -558,8 +558,6 @@ class Desk(KeyApp):
         """The program file that was named when the desk was opened."""
         self.programs = Path.cwd()
         """The folder whose program files are listed."""
-        self.reopens = False
-        """Whether the program that runs this desk would open the next one on another arm file."""
         self.opens: Path | None = None
         """The arm file that the next desk is to be opened on."""
         # from the thread that reads the keys, so that a stop waits for no picture

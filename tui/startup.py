@@ -73,7 +73,6 @@ def run_desk(
     keys: Keyboard | None = None,
     first: str = "",
     hint: str = "",
-    reopens: bool = False,
     gamepad: str | None = None,
     program: Path | None = None,
 ) -> DeskEnd:
@@ -81,8 +80,8 @@ def run_desk(
 
     `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
     `first` is the id of the screen to begin at, instead of the first one; `hint` is the first
-    message. With `reopens` the caller opens another desk where an arm file that was
-    written here is to be used at once. `gamepad` are letters of the name of the gamepad that jogs
+    message. Where an arm file that was written here is to be used at once, the caller opens the
+    next desk on it. `gamepad` are letters of the name of the gamepad that jogs
     as well, none of them for the only one; raises `BadRequest` where none can be read. `program`
     is the file that the program screen begins with.
     However it ends, a stop has been requested; closing the arm remains the caller's duty,
@@ -102,7 +101,6 @@ def run_desk(
         find_pad=None if gamepad is None else _finds_pad(gamepad),
         program=program,
     )
-    desk.reopens = reopens
     desk.message = hint or desk.message
     try:
         with short_turns():
