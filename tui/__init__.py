@@ -8,7 +8,6 @@ What is decided where:
     safety      the panel of every screen: state, trust, what a stop takes
     jog/, move/, points/, program/, setup/, log, theory   one screen each
     watch       an arm that another program drives; `model_desk` a model without an arm
-    gamepad     sticks and buttons as jogs
     settings    what an operator has set, its steps and speeds, and what is remembered
     axes, arm_view, widgets, dialogs   what screens are made of
     terminal    what a terminal can show, and how it is left

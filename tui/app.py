@@ -1,9 +1,8 @@
 """The base of every app of the desk: what a key does, and what the user then reads about it.
 
-The stop keys come first and stale input is dropped. Everything else that a key, a click or a
-gamepad's button asks for goes through `Calls.acting`, so one rule holds for all of them: the last
-message goes, a first press that another key has made no longer counts, and a refusal becomes the
-new message.
+The stop keys come first and stale input is dropped. Everything else that a key or a click asks for
+goes through `Calls.acting`, so one rule holds for both: the last message goes, a first press that
+another key has made no longer counts, and a refusal becomes the new message.
 """
 
 from __future__ import annotations

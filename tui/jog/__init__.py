@@ -1,4 +1,4 @@
-"""Jogging by keys, mouse and gamepad: the hand on the keys, and the screen.
+"""Jogging by keys and mouse: the hand on the keys, and the screen.
 
 What is decided where:
 

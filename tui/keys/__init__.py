@@ -6,5 +6,4 @@ What is decided where:
     keyboard     how the keys of this keyboard are printed
     presses      overtaken, stale, repeated and accidental presses, and what two presses confirm
     remap        other keys from a file
-    gamepad_map  what sticks and buttons mean
 """

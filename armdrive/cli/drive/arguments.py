@@ -185,13 +185,6 @@ def _jog(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="start on the program screen with this program; nothing runs before you confirm it",
     )
-    parser.add_argument(
-        "--gamepad",
-        nargs="?",
-        const="",
-        metavar="NAME",
-        help="jog with a gamepad too (Linux); NAME: part of its name, if there are several",
-    )
     add_arm_options(parser)
 
 

@@ -22,7 +22,6 @@ from armdrive.status import State, coded
 from armdrive.storage import files as places
 from armdrive.text.reading import read_text
 from kinematics.textbook.systems import MODEL_NAMES, system
-from tui.gamepad import check_gamepads
 from tui.keys.keyboard import Keyboard, as_rows, as_text
 from tui.keys.remap import load_keys
 from tui.model_desk import run_model
@@ -38,8 +37,6 @@ def jog(options: argparse.Namespace) -> Outcome:
     if options.model is not None:
         return jog_model(options, keys)
     require_screen("jogging", "`armdrive shell` and `armdrive move` need none")
-    if options.gamepad is not None:
-        check_gamepads()
     first = "setup" if options.setup else "program" if options.program is not None else ""
     end = _desk(options, keys, first, _hint(options, keys))
     while end.opens is not None:  # the set-up screen wrote an arm file
@@ -72,7 +69,6 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
             keys=keys,
             first=first,
             hint=hint,
-            gamepad=options.gamepad,
             program=None if options.program is None else options.program.absolute(),
         )
         last = arm.status
@@ -112,8 +108,6 @@ def jog_model(options: argparse.Namespace, keys: Keyboard) -> Outcome:
     """Open the desk of a model, or list the models if none is named."""
     if names_arm(options):
         raise BadRequest("--model has no arm: leave out --arm, --sim and --port, or --model")
-    if options.gamepad is not None:
-        raise BadRequest("a model is jogged in steps, with keys: leave out --gamepad, or --model")
     if options.setup or options.program is not None:
         raise BadRequest("a model has no set-up and runs no programs: leave them out, or --model")
     if not options.model:
