@@ -31,7 +31,6 @@ from armdrive.sim.mks.quirks import ALWAYS as MKS_ALWAYS
 from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.text.toml import rule_of
 from armdrive.trace.entries import EntryKind
-from tui.keys import gamepad_map as pad_map
 from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
 from tui.keys.table import SCREENS
 from tui.settings import LOOKS
@@ -194,7 +193,6 @@ PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
         ),
         "looks": lambda: _table(("look", ""), ((look.name, look.summary) for look in LOOKS)),
         "keys": lambda: as_markdown(DEFAULT_KEYS),
-        "gamepad": pad_map.as_markdown,
         "words": _program_words,
         "shell words": lambda: _table(
             ("word", "what it does"), ((f"`{word.pattern}`", word.says) for word in language.SHELL)

@@ -8,7 +8,6 @@ Which file decides what:
     safety      the panel on every screen: state, trust, stopping distance
     jog/, move/, points/, program/, setup/, log, theory   one screen each
     watch       an arm that another program drives; `model_desk` a model without an arm
-    gamepad     sticks and buttons as jogs
     settings    the operator's settings, such as steps and speeds, and which are saved
     axes, arm_view, widgets, dialogs   parts of screens
     terminal    what a terminal can show, and how it is restored

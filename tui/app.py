@@ -1,8 +1,8 @@
 """The base of every app of the desk: how it handles keys, and the message that follows.
 
-The stop keys come first, and stale input is dropped. Every other action of a key, a click or a
-gamepad button goes through `Calls.acting`, so one rule holds for all of them: the last message is
-cleared, a first press of another key no longer counts, and a refusal becomes the new message.
+The stop keys come first, and stale input is dropped. Every other action of a key or a click goes
+through `Calls.acting`, so one rule holds for all of them: the last message is cleared, a first
+press of another key no longer counts, and a refusal becomes the new message.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from tui.keys.presses import (
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair
 from tui.safety import StopButton
 from tui.settings import COLOURLESS, HIGH_CONTRAST, look_after, look_named
-from tui.terminal import PlainLetters, ending_driver, is_served, lasting_driver
+from tui.terminal import PlainLetters, lasting_driver
 
 STYLES = Path(__file__).with_name("desk.tcss")
 
@@ -565,8 +565,7 @@ class KeyApp(App[int], inherit_bindings=False):
 
     def get_driver_class(self) -> type[Driver]:
         """Return the system's own driver, made to outlive its terminal."""
-        driver = lasting_driver(super().get_driver_class())
-        return ending_driver(driver) if is_served(driver) else driver
+        return lasting_driver(super().get_driver_class())
 
     def action_stop_arm(self) -> None:
         """Act as the stop keys do."""

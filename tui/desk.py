@@ -27,10 +27,9 @@ from armdrive.moves import ParkMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
 from kinematics.spaces import Joints
-from tui.app import SUSPENDED_S, KeyApp, Outcome, action_call
+from tui.app import SUSPENDED_S, KeyApp, Outcome
 from tui.arm_view import SpaceView, move_cameras
 from tui.dialogs import FirstScreen, PostureScreen, commands
-from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import STOPPED, DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
 from tui.keys.table import (
@@ -42,7 +41,6 @@ from tui.keys.table import (
     jog_pairs,
     spoken,
     summary_of,
-    titled,
 )
 from tui.safety import (
     WAYS_OUT,
@@ -507,16 +505,6 @@ class DeskScreens:
         for panel in panels:
             panel.scroll_relative(y=by * max(panel.size.height // 2, 1), animate=False)
 
-    def do_row(self, name: str) -> None:
-        """Perform a row of the table of keys on the current screen, or say why not."""
-        row = self._desk.keys.row(name)
-        with self._desk.calls.acting():
-            call = action_call(row.action, self.current)
-            if call is None or len(self._desk.screen_stack) > 1:
-                raise BadRequest(f"{row.description} is for the {titled(row.place)} screen alone")
-            self._desk.require(row.action)
-            call()
-
 
 class Desk(KeyApp):
     """One arm and its screens. Leaving the desk and changing the screen end a jog."""
@@ -536,13 +524,11 @@ class Desk(KeyApp):
         keys: Keyboard = DEFAULT_KEYS,
         memory: Path | None = None,
         first: str = "",
-        find_pad: Callable[[], EvdevPad | None] | None = None,
         program: Path | None = None,
     ) -> None:
         """`screens` makes each screen by its id.
 
-        `find_pad` opens a gamepad, or returns None; without it none is looked for. `program` is
-        the file that the program screen begins with.
+        `program` is the file that the program screen begins with.
         """
         geometry = arm.model.arm
         self.pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
@@ -561,8 +547,6 @@ class Desk(KeyApp):
         """The program file that was named when the desk was opened."""
         self.programs = Path.cwd()
         """The folder whose program files are listed."""
-        self.reopens = False
-        """Whether the program that runs this desk would open the next one on another arm file."""
         self.opens: Path | None = None
         """The arm file that the next desk is to be opened on."""
         # from the thread that reads the keys, so that a stop waits for no picture
@@ -572,15 +556,6 @@ class Desk(KeyApp):
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
         self.control = ArmControl(self)
-        self.pad = None
-        if find_pad is not None:
-            self.pad = Gamepad(
-                self,
-                find_pad,
-                hand=lambda: self.screens.hand,
-                do_row=self.screens.do_row,
-                require_motion=partial(self.link.require, Needs.MOTORS),
-            )
 
     def disarm(self, reason: str) -> None:
         """End a held jog of the current screen, and disarm its keys."""
@@ -596,8 +571,6 @@ class Desk(KeyApp):
             on_ending_signals(self._end_by_signal)
         self.polling = self.set_interval(POLL_S, self.poll)
         self.call_after_refresh(self.input.begin)
-        if self.pad is not None:
-            self.pad.start()
         if self._first in self._modes:
             self.switch_mode(self._first)
         if not self.settings.instructed:
@@ -690,8 +663,6 @@ class Desk(KeyApp):
     def on_unmount(self) -> None:
         """Stop the arm, whatever has ended the desk, and save the settings."""
         self.arm.request_stop()
-        if self.pad is not None:
-            self.pad.close()
         look = self.settings.look if self.no_color else self.looks.name
         self.settings.keep(self.link.status, look)
 

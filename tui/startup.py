@@ -6,13 +6,11 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
 from armdrive import Arm
 from tui.desk import Desk, DeskScreen
-from tui.gamepad import EvdevPad, check_gamepads, open_gamepad
 from tui.jog.screen import JogScreen
 from tui.keys.keyboard import Keyboard
 from tui.keys.remap import load_keys
@@ -73,18 +71,14 @@ def run_desk(
     keys: Keyboard | None = None,
     first: str = "",
     hint: str = "",
-    reopens: bool = False,
-    gamepad: str | None = None,
     program: Path | None = None,
 ) -> DeskEnd:
     """Show the desk until the user leaves it, and return how that was.
 
     `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
     `first` is the id of the screen to begin at, instead of the first one; `hint` is the first
-    message. With `reopens` the caller opens another desk where an arm file that was
-    written here is to be used at once. `gamepad` are letters of the name of the gamepad that jogs
-    as well, none of them for the only one; raises `BadRequest` where none can be read. `program`
-    is the file that the program screen begins with.
+    message. Where an arm file that was written here is to be used at once, the caller opens the
+    next desk on it. `program` is the file that the program screen begins with.
     However it ends, a stop has been requested; closing the arm remains the caller's duty,
     except after SIGTERM and SIGHUP, when it is closed at once.
     """
@@ -99,10 +93,8 @@ def run_desk(
         keys=keys,
         memory=memory_file(),
         first=first,
-        find_pad=None if gamepad is None else _finds_pad(gamepad),
         program=program,
     )
-    desk.reopens = reopens
     desk.message = hint or desk.message
     try:
         with short_turns():
@@ -111,10 +103,6 @@ def run_desk(
         arm.request_stop()
         forget_a_closed_terminal()
     return DeskEnd(desk.return_code or 0, desk.opens)
-
-
-def _finds_pad(wanted: str) -> Callable[[], EvdevPad | None]:
-    return partial(open_gamepad, wanted, check_gamepads())
 
 
 # How soon a thread of the desk has its turn: the one that speaks to the arm waits for no picture.

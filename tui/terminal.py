@@ -20,7 +20,6 @@ from typing import IO, Any
 from rich.color import ColorSystem
 from rich.console import Console
 from rich.segment import Segment
-from textual import messages
 from textual._compositor import ChopsUpdate, Compositor
 from textual._xterm_parser import XTermParser
 from textual.color import Color
@@ -229,48 +228,6 @@ def set_mode(terminal: int, mode: Any) -> None:
     if sys.platform != "win32" and mode is not None:
         with contextlib.suppress(termios.error):
             termios.tcsetattr(terminal, termios.TCSANOW, mode)
-
-
-# The driver for browsers, made to end when the other end is closed. It reads and writes two pipes
-# to the program that serves the page. When that has died, the framework's driver stops reading and
-# leaves the app running, which would hold its arm forever.
-
-
-def is_served(driver: type[Driver]) -> bool:
-    """Return whether a driver is the one for browsers."""
-    return hasattr(driver, "write_meta")
-
-
-def ending_driver(driver: type[Driver]) -> type[Driver]:
-    """Return a driver that ends its app when its reader ends."""
-
-    class Ending(driver):  # type: ignore[misc, valid-type]
-        def __init__(self, *words: Any, **more: Any) -> None:
-            super().__init__(*words, **more)
-            self._write: Any = lasting_write(self._write)
-
-        def run_input_thread(self) -> None:
-            super().run_input_thread()
-            if not self.exit_event.is_set():
-                self._app.post_message(messages.ExitApp())
-
-        def process_message(self, message: Any) -> None:
-            if not self.exit_event.is_set():  # the app it was for has ended
-                super().process_message(message)
-
-    return Ending
-
-
-def lasting_write(write: Callable[[bytes], int]) -> Callable[[bytes], int]:
-    """Return a function that writes, and raises nothing when the other end is closed."""
-
-    def written(data: bytes) -> int:
-        try:
-            return write(data)
-        except OSError:
-            return len(data)
-
-    return written
 
 
 ENDING_SIGNALS = tuple(

@@ -1,6 +1,6 @@
 """The jogs of an arm: increments and timed jogs that a call waits for, and held jogs.
 
-Programs wait for the end of a jog; the desk and a gamepad do not.
+Programs wait for the end of a jog; the desk does not.
 """
 
 from __future__ import annotations

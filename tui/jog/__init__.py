@@ -1,4 +1,4 @@
-"""Jogging by keys, mouse and gamepad, and the jog screen.
+"""Jogging by keys and mouse, and the jog screen.
 
 Which file decides what:
 

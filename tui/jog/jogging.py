@@ -1,7 +1,7 @@
 """Jogging at the desk: keys become jogs through the dead-man, at the settings of the moment.
 
-The mouse and a gamepad report when a button is released, but a link that has stalled reports
-nothing. So what they hold ends a while after their last event.
+The mouse reports when a button is released, but a link that has stalled reports nothing. So what it
+holds ends a while after its last event.
 """
 
 from __future__ import annotations
@@ -34,20 +34,14 @@ IDLE_DISARMS_S = 60.0
 
 
 MOUSE_HOLDS_S = 2.0
-"""A hold ends this long after the last event of its mouse or gamepad, also a small one."""
+"""A hold ends this long after the last event of its mouse, also a small one."""
 
 MOUSE_RENEWS_S = 0.1
 """Interval at which the mouse renews its hold; a hold ends after the longest hold of a key."""
 
-STEER_S = 0.03
-"""A stick that is moved changes the way of a jog no more often."""
-
-Aim = Callable[[], "Jog | None"]
-"""Returns the jog that a held button or stick asks for now; None while it rests."""
-
 
 class DeskJogging:
-    """Turns jog keys, buttons and sticks into jogs. The keys start disarmed. Knows no screen."""
+    """Turns jog keys and buttons into jogs. The keys start disarmed. Knows no screen."""
 
     def __init__(
         self,
@@ -67,11 +61,9 @@ class DeskJogging:
         self._deadman = DeadMan()
         self._active_s = clock()
         self.held_button = ""
-        """The jog key whose on-screen button is held, or `PAD`; empty if nothing is held."""
-        self._aim: Aim = lambda: None
+        """The jog key whose on-screen button is held; empty if nothing is held."""
         self._last_event_s = -math.inf
         self._renew_s = math.inf
-        self._renewed_s = -math.inf
         self._stops = arm.stops
         """The number of stops when the keys were armed."""
         self._stale = StaleInput()
@@ -126,7 +118,7 @@ class DeskJogging:
             self._renew()
         self._apply(self._deadman.tick(self._clock()))
 
-    # -- on-screen buttons, and other input that reports its release --------------------------
+    # -- on-screen buttons ----------------------------------------------------------------------
 
     def push(self, key: str) -> None:
         """Hold the on-screen button of a jog key until `lift`, or until the mouse is silent."""
@@ -135,22 +127,11 @@ class DeskJogging:
             return
         if self._stale.is_stale(self._clock(), of_keyboard=False):
             return
-        self.take(key, lambda: self.settings.direction_of(key))
-
-    def take(self, held: str, aim: Aim) -> None:
-        """Hold the jog that `aim` returns, under this name; any other one ends."""
         self.release()
-        self.held_button, self._aim = held, aim
+        self.held_button = key
         self.moved()
         self._renew()
         self._apply(())  # nothing of the dead-man's, but the alarm has to ring for this hold
-
-    def steer(self) -> None:
-        """Follow a stick: stop at once when it rests, change direction not too often."""
-        self.moved()
-        if self._aim() is None or self._clock() - self._renewed_s >= STEER_S:
-            self._renew()
-            self._apply(())
 
     def moved(self) -> None:
         """Note an event of the mouse while it holds a button."""
@@ -167,19 +148,13 @@ class DeskJogging:
         now_s = self._clock()
         left_s = self._last_event_s + MOUSE_HOLDS_S - now_s
         if left_s <= 0.0:
-            source = "mouse" if self.settings.pair_of(self.held_button) else self.held_button
             self.lift()
-            self._say(f"jog ended: the {source} sent nothing for {MOUSE_HOLDS_S:.0f} s")
+            self._say(f"jog ended: the mouse sent nothing for {MOUSE_HOLDS_S:.0f} s")
             return
         if self._was_stopped():
             return
-        jog, moving = self._aim(), self._renew_s != math.inf
-        if jog is None:
-            self._renew_s = math.inf
-            if moving:
-                self._tell(self._arm.jogging.release)
-            return
-        self._renew_s, self._renewed_s = now_s + MOUSE_RENEWS_S, now_s
+        jog = self.settings.direction_of(self.held_button)
+        self._renew_s = now_s + MOUSE_RENEWS_S
         # the last hold ends with the time that a silent mouse has, not a renewal after it
         self._tell(partial(self._hold, jog, min(HOLD_LONGEST_S, left_s)))
 

@@ -19,7 +19,6 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
 from tui.desk import Desk
-from tui.gamepad import PAD
 from tui.jog.jogging import DeskJogging
 from tui.keys.table import MM_AXES, JogPair, Needs, words
 from tui.safety import bound_text
@@ -333,7 +332,7 @@ class AxisPanels:
     def show(self, status: Status) -> tuple[AxisRow, ...]:
         """Show a status; return the rows of the joints."""
         settings, model = self._desk.settings.jog, self._desk.arm.model
-        held = self._hand.held_button not in ("", PAD)
+        held = bool(self._hand.held_button)
         pose, limits = self._pose(status)
         joints = joint_rows(status, model, settings, self._changed)
         driven = settings.cartesian and pose is not None and limits_hold(status)

@@ -6,5 +6,4 @@ Which file decides what:
     keyboard     how the keys of this keyboard are printed
     presses      overtaken, stale, repeated and accidental presses, and what two presses confirm
     remap        key files
-    gamepad_map  what sticks and buttons mean
 """

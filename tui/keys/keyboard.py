@@ -13,7 +13,6 @@ from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_
 
 from armdrive.errors.actions import desk_words, presented
 from kinematics.errors import suggestion
-from tui.keys.gamepad_map import DEFAULT_PAD, PadMap
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair, titled, words
 
 KEYS_OFFERED = 12
@@ -55,8 +54,6 @@ class Keyboard:
     """The table of keys as it is on this keyboard: the same rows, maybe with other keys."""
 
     rows: tuple[DeskKey, ...] = TABLE
-    pad: PadMap = DEFAULT_PAD
-    """The meaning of a gamepad's sticks and buttons."""
 
     def row(self, name: str) -> DeskKey:
         """Return the row of an id; raises `KeyError`."""

@@ -4,13 +4,11 @@ layout = "azerty"           # or qwerty, qwertz, dvorak, colemak
 [keys]
 arm = "f9"                  # a row's id: a key, as printed or by its name ...
 finer = [",", "f10"]        # ... or several
-[gamepad]                   # see gamepad_map.py
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -19,14 +17,12 @@ from armdrive.errors import KeyFileError
 from armdrive.storage import files as places
 from armdrive.text.reading import is_there, read_toml
 from kinematics.errors import suggestion
-from tui.keys.gamepad_map import read_pad
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, key_named, label
 from tui.keys.table import SCREENS, STOP, TABLE, DeskKey
 
 AnyKeyboard = TypeVar("AnyKeyboard", bound=Keyboard)
 
-PAD = "gamepad"
-TABLES = ("layout", "keys", PAD)
+TABLES = ("layout", "keys")
 """The keys of a key file."""
 
 STOP_KEYS = ("space", "ctrl+c")
@@ -90,8 +86,7 @@ def _of_table(table: dict[str, Any], where: str) -> Keyboard:
     if not isinstance(given, dict):
         raise KeyFileError(f'{where}: keys is a table: `[keys]`, and below it `arm = "f9"`')
     keys = {name: _keys(name, value, where) for name, value in given.items()}
-    keyboard = replace(_of_layout(layout).changed(keys), pad=read_pad(table.get(PAD, {}), where))
-    return checked(keyboard, where)
+    return checked(_of_layout(layout).changed(keys), where)
 
 
 def _of_layout(name: str) -> Keyboard:

@@ -172,20 +172,15 @@ class Closing(SetupStage):
     path: Path
 
     def reopening(self) -> list[str]:
-        """Say how the desk is opened on the file; empty where it cannot be."""
-        if not self.desk.reopens:
-            return []
+        """Say how the desk is opened on the file."""
         return [
             self.twice(f"leaves this arm, and opens the desk on {self.path.stem}"),
             RISK,
         ]
 
     def enter(self) -> None:
-        """Take a press towards the other desk; without one, go back to the steps."""
-        if self.desk.reopens:
-            self.confirm(f"opens the desk on {self.path.stem}", self._open)
-        else:
-            self.go(first_of(self))
+        """Take a press towards the other desk."""
+        self.confirm(f"opens the desk on {self.path.stem}", self._open)
 
     def _open(self) -> None:
         """Leave this arm, for a desk on the arm of the file."""
@@ -202,15 +197,13 @@ class Written(Closing):
 
     def text(self) -> StageText:
         """Say what comes next, from the safest on."""
-        name, quit_ = self.path.stem, self.desk.keys.label("quit")
-        reopening = self.reopening()
-        leave = f"{'Or l' if reopening else 'L'}eave it ({quit_}), then:"
+        name, leave = self.path.stem, self.desk.keys.label("quit")
         lines = (
             f"written: {self.path}",
             "",
-            *reopening,
-            *[""] * bool(reopening),
-            f"This desk still has the arm it began with. {leave}",
+            *self.reopening(),
+            "",
+            f"This desk still has the arm it began with. Or leave it ({leave}), then:",
             f"  {command_line('config', 'check', name)}",
             "    (opens nothing)",
             f"  {command_line('jog', '--arm', name, '--setup')}",
@@ -232,11 +225,9 @@ class Correction(Closing):
         proposal = self.proposal
         lines = [*proposal.remarks, ""] if proposal.remarks else []
         if self.written:
-            leave = self.desk.keys.label("quit")
             takes_up = "It takes effect when the arm is next connected"
-            reopening = self.reopening()
             lines += [f"written: {proposal.path}", f"{takes_up}: check once more then.", ""]
-            lines += reopening or [f"Leave ({leave}), and come back."]
+            lines += self.reopening()
         elif proposal.differs:
             lines += [self.twice(f"writes {proposal.path}"), "", *proposal.difference]
         else:

@@ -4,7 +4,7 @@ Which file decides what:
 
     home              how an arm is referenced, with which questions; measuring its drift
     move              which move the options mean, and its preview
-    jog               the desk in a terminal or a browser, and who may open it
+    jog               the desk in a terminal, and which arm or model it is opened on
     motors            the motor current: whether `disable` parks the arm first
     points            the file of saved points
     control_requests  stop, pause, resume, slow, record: which arm is asked

@@ -133,10 +133,6 @@ def _home(parser: argparse.ArgumentParser) -> None:
 # --- jog
 
 
-WEB_PORT = 8765
-"""The TCP port of the desk in a browser, if --web-port names no other."""
-
-
 def _jog(parser: argparse.ArgumentParser) -> None:
     """Drive an arm from the keyboard.
 
@@ -151,14 +147,12 @@ def _jog(parser: argparse.ArgumentParser) -> None:
       armdrive jog --program stack.arm     rehearse and run a program in the desk
       armdrive jog --keys azerty
       armdrive jog --model puma
-      armdrive jog --web                   in a browser on this computer
       armdrive jog --show-keys             print the keys; opens nothing
 
     """
     switches = {
         "--ascii": "draw with plain characters",
         "--show-keys": "print all keys with their ids; opens nothing",
-        "--web": "show the desk in a browser on this computer instead",
     }
     add_switches(parser, switches)
     parser.add_argument(
@@ -191,21 +185,6 @@ def _jog(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="start on the program screen with this program; nothing runs before you confirm it",
     )
-    parser.add_argument(
-        "--gamepad",
-        nargs="?",
-        const="",
-        metavar="NAME",
-        help="jog with a gamepad too (Linux); NAME: part of its name, if there are several",
-    )
-    parser.add_argument(
-        "--web-port",
-        type=count,
-        default=WEB_PORT,
-        metavar="N",
-        help=f"TCP port for --web (default {WEB_PORT})",
-    )
-    parser.add_argument("--served", action="store_true", help=argparse.SUPPRESS)  # behind a page
     add_arm_options(parser)
 
 

@@ -60,7 +60,6 @@ REFUSED = [
     ("jog --model scra.toml", 2, "scra.toml"),
     ("jog --model minimover", 2, "did you mean 'minimover5'", *MODEL_NAMES),
     ("jog --model puma --sim teachmover", 2, "--model has no arm"),
-    ("jog --model puma --gamepad", 2, "leave out --gamepad"),
     ("jog --model puma --setup", 2, "a model has no set-up"),
     ("jog --model puma", 2, "armdrive explain"),  # works without a terminal
     # mathematics

@@ -62,7 +62,6 @@ async def test_from_a_port_to_a_file_nothing_is_opened_or_written_by_one_press(m
         session.clock.now_s += 0.5
         await session.settle()
         assert isinstance(session.stage, Written)
-        assert "opens the desk" not in session.words, "nobody would open another one"
         assert load_arm(path).connection.dialect == "robko01"
         assert session.simulated.asked == []
 
@@ -80,7 +79,6 @@ async def new_file(session):
 
 async def test_the_desk_is_left_for_the_arm_of_the_new_file_by_two_presses():
     async with SetupSession() as session:
-        session.desk.reopens = True
         await new_file(session)
         assert isinstance(session.stage, Written)
         assert "enter, twice: leaves this arm, and opens the desk on lab3" in session.words
@@ -96,14 +94,6 @@ async def test_the_desk_is_left_for_the_arm_of_the_new_file_by_two_presses():
     assert session.desk.opens == places.arm_files() / "lab3.toml"
     assert session.desk.return_value == 0
     assert session.simulated.arm.stops > 0
-
-
-async def test_without_a_next_desk_a_written_file_leads_back_to_the_steps():
-    async with SetupSession() as session:
-        await new_file(session)
-        await session.press("enter")
-        assert isinstance(session.stage, Steps)
-        assert session.desk.opens is None
 
 
 async def test_a_port_that_cannot_be_opened_is_said_and_can_be_described_all_the_same(monkeypatch):
@@ -300,7 +290,7 @@ async def test_the_motors_are_checked_and_the_file_is_corrected_after_its_differ
         assert "elbow = -1" in path.read_text(encoding="utf-8")
         assert path.read_text(encoding="utf-8").startswith(FILE)
         assert "when it is next connected" in session.words
-        await session.press("enter")
+        await session.press("left", "left", "left")
         await session.choose("4 check")
         assert "was changed" in session.text("messages")
 

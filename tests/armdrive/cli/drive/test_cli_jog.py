@@ -81,8 +81,8 @@ def test_the_desk_begins_where_it_is_asked_to_and_offers_the_set_up(call, desk, 
 def test_a_desk_is_opened_on_the_arm_that_was_described_at_the_one_before(call, desk, monkeypatch):
     seen = []
 
-    def run_desk(arm, *, first, hint, reopens, **more):
-        seen.append((arm.status.arm, first, reopens))
+    def run_desk(arm, *, first, hint, **more):
+        seen.append((arm.status.arm, first))
         assert all(each.status.state.value == "disconnected" for each in arms), "left behind"
         arms.append(arm)
         path = write_bench()
@@ -91,9 +91,8 @@ def test_a_desk_is_opened_on_the_arm_that_was_described_at_the_one_before(call, 
     arms = []
     monkeypatch.setattr(tui, "run_desk", run_desk)
     call("jog", "--sim", "robko01", code=3)
-    assert [first for _, first, _ in seen] == ["", "setup"]
+    assert [first for _, first in seen] == ["", "setup"]
     assert seen[1][0] == "bench"
-    assert all(reopens for *_, reopens in seen)
 
 
 @pytest.fixture
