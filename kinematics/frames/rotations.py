@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kinematics.frames.numbers import cos_sin, number
+from kinematics.frames.numbers import cos, number, sin
 from kinematics.frames.vectors import Vector, dot, triple
 
 Matrix3 = tuple[Vector, Vector, Vector]
@@ -37,7 +37,8 @@ def rot_z(angle_rad: float) -> Matrix3:
 
 
 def _cos_sin(angle_rad: float) -> tuple[float, float]:
-    return cos_sin(number("angle_rad", angle_rad))
+    angle = number("angle_rad", angle_rad)
+    return cos(angle), sin(angle)
 
 
 def columns(matrix: Matrix3) -> Matrix3:
