@@ -106,7 +106,7 @@ def atan2(y: Any, x: Any) -> Any:
 def cos_sin(angle: Any) -> tuple[Any, Any]:
     """Return cosine and sine of an angle, exact at whole numbers of quarter turns.
 
-    For link tables and rotation matrices: an angle this near to pi / 2 means 90 degrees.
+    For link tables, where an angle this near to pi / 2 means 90 degrees.
     """
     if is_own_kind(angle):
         return angle.cos(), angle.sin()

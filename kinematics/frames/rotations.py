@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kinematics.frames.numbers import cos_sin, number
+from kinematics.frames.numbers import cos, number, sin
 from kinematics.frames.vectors import Vector, dot, triple
 
 Matrix3 = tuple[Vector, Vector, Vector]
@@ -20,20 +20,25 @@ IDENTITY: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 def rot_x(angle_rad: float) -> Matrix3:
     """Return ROTX, the rotation about the X axis (equation 2.14)."""
-    c, s = cos_sin(number("angle_rad", angle_rad))
+    c, s = _cos_sin(angle_rad)
     return (1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)
 
 
 def rot_y(angle_rad: float) -> Matrix3:
     """Return ROTY, the rotation about the Y axis (equation 2.15)."""
-    c, s = cos_sin(number("angle_rad", angle_rad))
+    c, s = _cos_sin(angle_rad)
     return (c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)
 
 
 def rot_z(angle_rad: float) -> Matrix3:
     """Return ROTZ, the rotation about the Z axis (section 2.2)."""
-    c, s = cos_sin(number("angle_rad", angle_rad))
+    c, s = _cos_sin(angle_rad)
     return (c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)
+
+
+def _cos_sin(angle_rad: float) -> tuple[float, float]:
+    angle = number("angle_rad", angle_rad)
+    return cos(angle), sin(angle)
 
 
 def columns(matrix: Matrix3) -> Matrix3:
