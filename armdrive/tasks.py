@@ -7,7 +7,7 @@ with the reply or the time.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Generic, TypeVar
@@ -51,6 +51,9 @@ class DeviceProgram:
 # The settings of a device, compared with the arm file.
 
 
+LISTED = 3  # a new board differs in dozens of settings, and nobody reads them in one sentence
+
+
 @dataclass(frozen=True, slots=True)
 class Difference:
     """A device setting that differs from the arm file, and the line that corrects it, if any does.
@@ -69,6 +72,14 @@ class Difference:
         return f"{self.setting} is {self.found}, expected {self.expected}{send}"
 
 
+def listed(differences: Sequence[Difference]) -> str:
+    """Name the first differences, those that keep the arm from moving first, and count the rest."""
+    first = sorted(differences, key=lambda each: not each.must)[:LISTED]
+    more = len(differences) - len(first)
+    rest = [f"and {more} more, which `armdrive doctor` lists"] if more else []
+    return "; ".join([*map(str, first), *rest])
+
+
 @dataclass(frozen=True, slots=True)
 class DeviceSettings:
     """The reply to `ReadSettings`; a dialect without settings reports no differences."""
@@ -77,7 +88,7 @@ class DeviceSettings:
     firmware: str = ""
 
     def __str__(self) -> str:
-        return "; ".join(map(str, self.differences)) or "the settings are as expected"
+        return listed(self.differences) or "the settings are as expected"
 
 
 # Requests to any controller, and its replies, in motor steps and seconds.

@@ -47,7 +47,7 @@ from armdrive.status import (
     coded,
 )
 from armdrive.storage.record import Record, RecordStore
-from armdrive.tasks import Alert, AlertKind, Difference
+from armdrive.tasks import Alert, AlertKind, Difference, listed
 from armdrive.trace.entries import EntryCondition
 from armdrive.trace.recorder import FlightRecorder
 from kinematics.spaces import Motors
@@ -209,7 +209,7 @@ class Core:
         if wrong:
             raise SettingsDiffer(
                 "the arm does not move while the controller's settings differ from the arm file: "
-                + "; ".join(map(str, wrong))
+                + listed(wrong)
                 + ". `armdrive doctor --mend` sends these lines"
             )
 

@@ -23,7 +23,7 @@ from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find
-from armdrive.errors import ArmInUse, StateFileError
+from armdrive.errors import ArmInUse, SettingsDiffer, StateFileError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
 from armdrive.status import (
@@ -124,6 +124,8 @@ def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
 def next_step(view: View) -> str:
     """Return what a person does next with an arm in this state."""
     state, trust, paused = State(view["state"]), Trust(view["trust"]), view["paused"]
+    if state is not State.ERROR_STOP and view["notice_code"] == SettingsDiffer.code:
+        return by_code(SettingsDiffer.code).remedy
     if state is State.ERROR_STOP or (trust is Trust.SUSPECT and not view["error_code"]):
         code = view["error_code"] or view["trust_code"]
         return by_code(code).remedy if code else "Look at the arm, then call `reset()`."

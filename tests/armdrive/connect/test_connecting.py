@@ -36,7 +36,7 @@ from armdrive.runtime.clock import RealPace, SimulatedPace
 from armdrive.setup import survey as after
 from armdrive.status import Trust
 from armdrive.storage.record import RecordFile
-from armdrive.tasks import SleepUntil
+from armdrive.tasks import Difference, SleepUntil, listed
 from armdrive.trace.recorder import FlightRecorder
 from firmware_protocol import armdroid
 from firmware_protocol.armdroid import Device as ArmdroidDevice
@@ -384,6 +384,16 @@ def test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended(key, v
         with pytest.raises(SettingsDiffer, match=named):
             move()
     assert board.world.motors == before
+
+
+def test_a_new_board_differs_in_many_settings_and_three_are_named():
+    may = [Difference(f"$11{axis}", "500", "600", f"$11{axis}=600", must=False) for axis in "01"]
+    must = [Difference(f"$10{axis}", "400", "1", f"$10{axis}=1") for axis in "012"]
+    assert listed([*may, *must]) == "; ".join(
+        [*(f"$10{axis} is 400, expected 1: send `$10{axis}=1`" for axis in "012"),
+         "and 2 more, which `armdrive doctor` lists"]
+    )  # fmt: skip
+    assert listed(may).count("expected") == 2
 
 
 # -- What a saved position is worth ----------------------------------------------------------------

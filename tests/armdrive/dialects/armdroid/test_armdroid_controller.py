@@ -330,13 +330,6 @@ def test_digits_that_another_program_left_are_no_part_of_a_motion():
     assert tuple(twin.world.motors - before) == (10, 0, 0, 0, 0, -3)
 
 
-def test_a_board_that_resets_as_its_port_is_opened_is_waited_for():
-    twin = simulate(CONFIG, board="uno")
-    twin.board.opened()
-    arm = Arm(connect_simulated(CONFIG, twin=twin))
-    assert arm.status.state is State.DISABLED
-
-
 # An arm that lets its motors go as it is switched on: a number was lost before the letter.
 
 TURNED = (40, 30, -20, 5, 9, 12)
