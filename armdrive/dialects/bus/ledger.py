@@ -285,6 +285,10 @@ class SurplusAnswers:
         over = {node for (node, _), more in self._surplus.items() if more >= SURPLUS_LIMIT}
         return tuple(sorted(over))
 
+    def owed_by(self, node: int, code: int) -> int:
+        """Return how many questions to a drive were not answered."""
+        return max(-self._surplus[node, code], 0)
+
     @property
     def owed(self) -> bool:
         """Whether a question is still open."""

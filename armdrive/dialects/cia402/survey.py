@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from statistics import median
 from types import MappingProxyType
 from typing import Any
@@ -169,9 +170,11 @@ def ask_nodes(
     answering: set[int] = set()
     for _ in range(ROUNDS):
         for node in [each for each in asked if each not in answering]:
-            if (yield from _asked(io, node, DEVICE_TYPE, counts, ASK_S, 1)) is not None:
-                answering.add(node)
-            yield from io.pause(io.now_s + PAUSE_S)
+            io.write(pack(SdoClient(node).upload(DEVICE_TYPE)))
+            answer = partial(_is_answer, node)
+            answering |= _telling((yield from io.collect(ASK_S, answer, PAUSE_S)), counts)
+    if len(answering) < len(asked):
+        answering |= _telling((yield from io.collect(LAST_REPLY_S)), counts)
     nodes = []
     for node in asked:
         if node in answering:
@@ -179,6 +182,27 @@ def ask_nodes(
         elif node in beating:
             nodes.append(CanopenNode(node, beating[node], answers=False))
     return Survey(asked, tuple(nodes), counts.garbled)
+
+
+def _is_answer(node: int, frames: Sequence[Frame]) -> bool:
+    return is_for(frames[-1], cob_id(Service.SDO_RESPONSE, node))
+
+
+def _telling(frames: Iterable[Frame], counts: _NodeCounts) -> set[int]:
+    """Return the nodes that tell their device type, or that they have none."""
+    found = set()
+    for frame in frames:
+        service, node = service_of(frame.can_id) or (None, 0)
+        if service is not Service.SDO_RESPONSE or not _is_answer(node, (frame,)):
+            continue
+        client = SdoClient(node)
+        client.upload(DEVICE_TYPE)
+        client.receive_frame(frame)
+        event = client.next_event()
+        if isinstance(event, Uploaded | Aborted):
+            found.add(node)
+        counts.garbled += isinstance(event, UnreadableFrame)
+    return found
 
 
 def _known(
@@ -203,22 +227,22 @@ def _asked(
     node: int,
     place: Place,
     counts: _NodeCounts,
-    wait_s: float = ANSWER_S,
-    tries: int = TRIES,
 ) -> Script[Frame, Uploaded | Aborted | None]:
-    """Read an object, with retries; None if no transfer finishes."""
+    """Read an object, with retries; None if no transfer finishes. Late answers are not missed."""
     response_id = cob_id(Service.SDO_RESPONSE, node)
-    for _ in range(tries):
+    for tried in range(TRIES):
         client = SdoClient(node)
         frame: Frame | None = client.upload(place)
         while frame is not None:
             io.write(pack(frame))
-            frames = yield from io.collect(wait_s, lambda frames: is_for(frames[-1], response_id))
+            frames = yield from io.collect(ANSWER_S, partial(_is_answer, node))
             frame = None
             for each in frames:
                 frame = client.receive_frame(each) or frame
             while (event := client.next_event()) is not None:
                 if isinstance(event, Uploaded | Aborted):
+                    late = (yield from io.collect(LAST_REPLY_S)) if tried else ()
+                    counts.missed -= min(sum(is_for(each, response_id) for each in late), tried)
                     return event  # no further frame is sent: see the first lines of this file
                 counts.garbled += isinstance(event, UnreadableFrame)
         counts.missed += 1

@@ -83,7 +83,7 @@ class KnownDrive:
     doubled: bool = False
     """Whether two drives answer to its id."""
     missed: int = 0
-    """How many questions had to be repeated."""
+    """How many questions were never answered, and had to be repeated."""
 
     @property
     def able(self) -> frozenset[Ability]:
@@ -132,12 +132,16 @@ def answers(io: MksExchange, node: int) -> MksScript[bool]:
 def known(io: MksExchange, node: int) -> MksScript[KnownDrive | None]:
     """Ask a drive for all its data; None if no drive has the id."""
     drive, missed = io.drive(node), 0
+    io.surplus.clear()
     counts = yield from io.reading(drive, ReadEncoder(), tries=1)
     while counts is None:
         missed += 1
         if missed == TRIES:
             return None
         counts = yield from io.reading(drive, ReadEncoder(), tries=1)
+    if missed:  # not if the answers are only late
+        yield from io.pause(io.now_s + LAST_REPLY_S)
+        missed = io.surplus.owed_by(node, Code.ENCODER)
     firmware = (yield from firmware_of(io, (drive,)))[drive]
     settings: dict[Code, Setting] = {}
     for code in _SETTINGS if Ability.READ_SETTINGS in abilities_of(firmware.version) else ():
@@ -202,6 +206,7 @@ def ask_round(io: MksExchange) -> MksScript[Survey[KnownDrive]]:
             if drive.count is None:
                 io.put(drive, ReadEncoder())
                 yield from io.pause(io.now_s + ASK_S)
+    yield from io.pause(io.now_s + LAST_REPLY_S)
     garbled = io.garbled
     found = []
     for drive in io.drives:

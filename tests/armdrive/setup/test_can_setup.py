@@ -123,7 +123,7 @@ def test_who_says_no_to_everything_has_nothing_written_and_nothing_turned():
 
 
 SETTINGS = {mks.Code.MODE, mks.Code.WATCHDOG}
-CURRENT = {mks.Code.ENABLE, mks.Code.ARM}
+CURRENT = {mks.Code.ENABLE}
 """Whoever switches a motor on sees to it that its orders are not kept for a common start."""
 AFTER = (
     set(),

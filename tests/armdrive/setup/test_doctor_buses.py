@@ -404,6 +404,33 @@ def test_two_drives_with_one_id_are_reported_and_a_late_answer_is_not():
     assert not any(each.doubled for each in late.survey((1, 2, 3)).nodes)
 
 
+LATE_S = 0.13
+"""A little later than the first question is waited for."""
+
+
+class LateBus(NodesBus):
+    """A bus on which every tenth question is answered late."""
+
+    def write(self, data, now_s):
+        late = now_s + LATE_S if len(self.said) % 10 == 5 else now_s
+        super().write(data, late)
+
+
+def test_answers_of_a_node_that_are_only_late_do_not_point_to_the_wiring():
+    bus = LateBus(*(drive(number) for number in (1, 2, 3)))
+    nodes = survey(bus).nodes
+    places = [frame.data[1:4] for frame in bus.said]
+    assert any(places.count(each.packed) > len(nodes) for each in (VENDOR, ERROR_CODE, SPEED_UNIT))
+    assert [each.missed for each in nodes] == [0, 0, 0]
+
+
+@pytest.mark.parametrize("number", range(1, 30, 3))
+def test_answers_of_an_mks_drive_that_are_only_late_do_not_point_to_the_wiring(number):
+    on = bus_bench()
+    on.twin.faults.add("delay", LATE_S, f"#{number}", side="device")
+    assert [each.missed for each in on.survey((1, 2, 3)).nodes] == [0, 0, 0]
+
+
 def test_who_answers_for_mks_drives_is_compared_with_the_arm_file():
     on = bus_bench()
     there = [each.node for each in on.survey().nodes]
