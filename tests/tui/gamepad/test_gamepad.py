@@ -494,5 +494,5 @@ def test_who_has_no_evdev_is_told_what_to_install(monkeypatch):
     with pytest.raises(BadRequest, match=r"pip install 'armdrive\[gamepad\]'"):
         check_gamepads()
     monkeypatch.setattr(pad_evdev.sys, "platform", "win32")
-    with pytest.raises(BadRequest, match="Linux alone"):
+    with pytest.raises(BadRequest, match="Linux only"):
         check_gamepads()
