@@ -159,7 +159,7 @@ def test_turning_a_joint_over_is_the_same_as_negating_its_angle(joints, opening)
 def test_motors_that_cannot_tell_joints_apart_are_named():
     motors = list(CABLES.motors)
     motors[4] = replace(motors[4], sees=motors[3].sees)
-    with pytest.raises(SingularTransmission, match="motor 'left wrist' tells nothing") as caught:
+    with pytest.raises(SingularTransmission, match="'left wrist' follow from") as caught:
         Transmission(tuple(motors))
     assert caught.value.motor == "left wrist"
     motors[4] = replace(CABLES.motors[4], steps_per_unit=0.0)

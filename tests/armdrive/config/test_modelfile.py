@@ -300,7 +300,7 @@ IN_ARM = [
     (FIRST, FIRST.replace('"waist"', '"bend"'), "different names"),
     (FIRST, FIRST + "follows = { bend = 1 }\n", "unknown key 'bend'"),
     (SECOND, SECOND + "follows = { waist = 0.5 }\n", "whole number"),
-    (FIRST, FIRST.replace("waist = 1 }", "shoulder = 1 }"), "tells nothing"),
+    (FIRST, FIRST.replace("waist = 1 }", "shoulder = 1 }"), "follow from those of"),
     (FIRST, "[fingers]\nrange_mm = [0, 1]\nspeed_mm_s = 1\n" + FIRST, "no motor has steps_per"),
     (FIRST, "[park]\nx_mm = 1\n" + FIRST, "is missing y_mm"),
     (FIRST, "[guards]\ntable = 0\n" + FIRST, "unknown key 'table'"),

@@ -128,11 +128,11 @@ ROWS: dict[str, Row] = {
         options={"firmware": OLD}),
     "mks: a drive does not reply": Row(
         "mks", flashed(mks.SetReplies(mks.ReplyMode.NONE)), NO,
-        r"drive 3 \(elbow\) answers questions, but no orders.*replies are off.*--mend", late=True,
+        r"drive 3 \(elbow\) answers queries, but does not confirm.*are off.*--mend", late=True,
         notice=r"replies of drive 3 \(elbow\) is none, expected full.*`3: 8c 01 01`"),
     "mks: a drive of old firmware does not reply": Row(
         "mks", flashed(mks.SetReplies(mks.ReplyMode.NONE)), NO,
-        r"drive 3 \(elbow\) answers questions, but no orders.*replies are off.*8C", late=True,
+        r"drive 3 \(elbow\) answers queries, but does not confirm.*replies are off.*8C", late=True,
         options={"firmware": OLD}),
     "cia402: a node is no drive": Row(
         "cia402", another(kind=401), NO,

@@ -188,7 +188,7 @@ def test_nodes_that_were_only_heard_are_told_with_what_they_say():
     assert canopen.there(found) == ()
     said = words(canopen.of_answers(found, BusHealth()))
     assert "problem node 9: stopped (NMT)" in said
-    assert "problem node 20: sends heartbeats, but answers no question" in said
+    assert "problem node 20: sends heartbeats, but does not answer" in said
 
 
 def test_two_devices_of_one_number_are_told_and_one_repeated_frame_is_not():

@@ -236,7 +236,7 @@ async def test_nothing_can_be_opened_where_there_is_nothing():
         assert session.shown == "nothing recorded yet"
         await session.press("up", "home", "pagedown", "enter")
         assert not session.open
-        assert "no line to be opened" in session.text("messages")
+        assert "no line to open" in session.text("messages")
 
 
 async def test_the_catalogue_begins_at_the_line_and_is_searched():

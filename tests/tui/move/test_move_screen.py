@@ -204,7 +204,7 @@ async def test_what_is_seen_is_what_moves_or_nothing_does():
         with session.desk.calls.acting():
             session.screen.planned._go()
         assert session.arm.asked_for == []
-        session.shows("a change at the last moment", messages="something has changed meanwhile")
+        session.shows("a change at the last moment", messages="the motion has changed")
 
 
 async def test_progress_is_shown_until_the_end():
@@ -261,7 +261,7 @@ async def test_an_arm_that_may_not_move_now_shows_the_plan_and_says_why():
 
 USELESS = [
     ("n", {"messages": "no nearest possible goal"}),
-    ("b", {"messages": "no other posture"}),
+    ("b", {"messages": "no other allowed posture"}),
     ("m l", {"messages": "a straight line leads to a pose"}),
     ("F", {"messages": "joint angles have no frame"}),
     ("up less_than_sign left_square_bracket", {"goal": "speed 25% [< >]  step 0.1 [[ ]]"}),

@@ -209,7 +209,7 @@ async def test_steps_that_another_program_has_changed_are_not_overwritten():
         assert session.screen.selection.marked is None, "what was marked is another step by now"
         session.screen.sequence.going.busy = True
         await session.press("pagedown", "J")
-        session.shows("under way", messages="under way")
+        session.shows("under way", messages="the arm is moving")
         assert session.arm.points.sequence("stack") == other
 
 

@@ -204,7 +204,7 @@ async def test_something_that_changes_between_the_presses_and_the_run_prevents_i
         session.clock.now_s += 0.5
         await at_rest(session.pilot)
         assert not session.screen.run.busy
-        assert "something has changed meanwhile" in session.text("messages")
+        assert "the program or the arm has changed" in session.text("messages")
 
 
 async def test_a_refused_rehearsal_names_the_line_and_nothing_runs(arm, tmp_path):

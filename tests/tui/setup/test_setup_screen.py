@@ -289,7 +289,7 @@ async def test_the_motors_are_checked_and_the_file_is_corrected_after_its_differ
         await session.twice("enter")
         assert "elbow = -1" in path.read_text(encoding="utf-8")
         assert path.read_text(encoding="utf-8").startswith(FILE)
-        assert "when it is next connected" in session.words
+        assert "when the arm is next connected" in session.words
         await session.press("left", "left", "left")
         await session.choose("4 check")
         assert "was changed" in session.text("messages")
@@ -377,7 +377,7 @@ async def test_a_stop_leaves_the_step_and_what_was_answered_is_kept():
         await session.choose("4 check")
         assert "bring it back" in session.words
         await session.turn()
-        assert "1 answered" in session.words
+        assert "1 checked" in session.words
         assert session.simulated.turned == [0] * 6
 
 

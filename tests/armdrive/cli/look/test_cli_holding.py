@@ -150,7 +150,7 @@ def test_a_held_arm_is_watched_until_it_is_given_back(call, held, monkeypatch):
 def test_watch_prints_a_line_for_each_change(call, held, monkeypatch):
     closing(held, monkeypatch, ["standby"])
     first, heading, *rows = call("watch", "--every", "0.05", code=0).out.splitlines()
-    assert first == f"watching {ARM}; Ctrl-C ends the watching and stops nothing"
+    assert first == f"watching {ARM}; Ctrl-C ends this command and does not stop the arm"
     assert heading.split()[:3] == ["time", "state", "position"]
     assert rows[0].split()[1:6] == ["standby", "referenced", "127.0", "0.0", "0.0"]
     assert [row.split()[1] for row in rows] == ["standby", "disconnected"]
