@@ -17,37 +17,37 @@ What a drive counts as, when, and where that is decided. `fits`, `doubted` and `
 Each of the others ends the motion by the table of `phases`: all drives stop, the one with the
 trouble is asked why if it replies, all hold where they stand, and the position is suspect.
 
-    fits        within reach, and where its orders had it lately               observer
-    doubted     out of reach once: asked again at once, else ignored           observer
-    behind      within reach but off its path; comes nearer, or turns at       observer
-                least half as far as ordered
-    blocked     like behind, but does neither; or stands off its orders for    observer
-                0.15 s, although it confirmed one meanwhile
-                MKS: stands short of its last target at nine looks; or is      mks.motion
-                off the path and all its targets after an outage
-                CiA 402: has stood short of its target for 0.6 s               cia402.motion
-                CiA 402: is read off its last target for 0.6 s                 cia402.leading
-    restarted   out of reach twice, or away (it owes replies, `Absence`); and  observer, ledger
-                its count can have run up from zero
-                CiA 402: its boot-up message came                              cia402.drives
-                CiA 402: its settings are gone when it is contacted            cia402.contact
-    elsewhere   out of reach twice, otherwise                                  observer
-                at rest: is read off its place                                 mks, cia402.contact
-    off path    no single time offset explains all positions, at two looks     contour
-                MKS: came to rest beyond where its stop can have led it        mks.stops
-    weak        turned less than three quarters of what another drive          contour
-                turned, at five looks, and is half a corridor off its path
-    mute        missed four polls while another drive replied                  observer
-                MKS, braking: missed eight                                     mks.stops
-                CiA 402: missed 20 SYNCs, or does not tell its state           cia402.leading
-                CiA 402, at rest: missed 3.5 heartbeats and four questions     cia402.exchange
-    silent      all drives missed ten polls                                    observer
-    late        five outages, and no reading in time since the first           observer
-                CiA 402: five, and no SYNC was answered in time                cia402.leading
-    unfit       MKS: rejects two orders, and has stalled, has no current or    ledger, mks.motion
-                is in another mode; or a limit switch has stopped it
-                CiA 402: was not enabled for a cycle                           cia402.drives
-                CiA 402: is in another mode                                    cia402.leading
+  fits        within reach, and where its orders had it lately               observer
+  doubted     out of reach once: asked again at once, else ignored           observer
+  behind      within reach but off its path; comes nearer, or turns at       observer
+              least half as far as ordered
+  blocked     like behind, but does neither; or stands off its orders for    observer
+              0.15 s, although it confirmed one meanwhile
+              MKS: stands short of its last target at nine looks; or is      mks.motion
+              off the path and all its targets after an outage
+              CiA 402: has stood short of its target for 0.6 s               cia402.motion
+              CiA 402: is read off its last target for 0.6 s                 cia402.leading
+  restarted   out of reach twice, or away (it owes replies, `Absence`); and  observer, ledger
+              its count can have run up from zero
+              CiA 402: its boot-up message came                              cia402.drives
+              CiA 402: its settings are gone when it is contacted            cia402.contact
+  elsewhere   out of reach twice, otherwise                                  observer
+              at rest: is read off its place                                 mks, cia402.contact
+  off path    no single time offset explains all positions, at two looks     contour
+              MKS: came to rest beyond where its stop can have led it        mks.stops
+  weak        turned less than three quarters of what another drive          contour
+              turned, at five looks, and is half a corridor off its path
+  mute        missed four polls while another drive replied                  observer
+              MKS, braking: missed eight                                     mks.stops
+              CiA 402: missed 20 SYNCs, or does not tell its state           cia402.leading
+              CiA 402, at rest: missed 3.5 heartbeats and four questions     cia402.exchange
+  silent      all drives missed ten polls                                    observer
+  late        five outages, and no reading in time since the first           observer
+              CiA 402: five, and no SYNC was answered in time                cia402.leading
+  unfit       MKS: rejects two orders, and has stalled, has no current or    ledger, mks.motion
+              is in another mode; or a limit switch has stopped it
+              CiA 402: was not enabled for a cycle                           cia402.drives
+              CiA 402: is in another mode                                    cia402.leading
 
 An MKS drive tells its position when it is asked (a poll), a CiA 402 drive at every SYNC.
 """
