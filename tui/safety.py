@@ -217,6 +217,9 @@ def why_immobile(status: Status, keys: Keyboard) -> str:
     return why.get(status.state, "") + way_out(status.state, keys)
 
 
+NEEDS_POSITION = "this needs a position that can be trusted"
+
+
 def hindrance(needs: Needs, status: Status, keys: Keyboard) -> str:
     """Say why a key that needs this of the arm would do nothing now; empty if nothing hinders it.
 
@@ -225,9 +228,12 @@ def hindrance(needs: Needs, status: Status, keys: Keyboard) -> str:
     least = Needs.LINK if status.state is State.DISCONNECTED else Needs.MOTORS
     if needs >= least and (why := why_immobile(status, keys)):
         return why
-    if needs >= Needs.POSITION and status.trust is not Trust.REFERENCED:
-        return f"that needs a position to rely on: {position_text(status, keys)}"
-    return ""
+    if needs < Needs.POSITION or status.trust is Trust.REFERENCED:
+        return ""
+    if not can_reference(status.state):
+        return f"{NEEDS_POSITION}: wait until the arm stands"
+    key = keys.label("confirm" if status.trust is Trust.RESTORED else "reference")
+    return f"{NEEDS_POSITION}: press {key} first"
 
 
 def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) -> str:

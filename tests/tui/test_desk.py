@@ -95,7 +95,7 @@ async def test_what_needs_a_position_is_neither_offered_nor_begun_before_there_i
     async with Session(arm, size=(160, 24)) as session:
         for screen, (key, offer) in NEED_A_POSITION.items():
             await session.keys(f"{screen} {key}")
-            session.shows(screen, messages="position unknown: press H", not_footer=offer)
+            session.shows(screen, messages="trusted: press H first", not_footer=offer)
             session.shows(screen, footer="H reference")
             assert len(session.desk.screen_stack) == 1
             assert getattr(session.desk.screen, "typing", None) is None or screen == "f3"
