@@ -88,7 +88,7 @@ class InputsOutputs:
     async def read(self) -> int:
         """Read the input bits now. Raises `Refused` if the arm has no inputs."""
         _require_inputs(self._core)
-        await self._parts.runner.perform(self._parts.context.look())
+        await coroutine_of(self._parts.look)()
         return self._core.readings.inputs or 0
 
     @blocking

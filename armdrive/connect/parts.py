@@ -286,6 +286,11 @@ class Parts:
             raise NotReferenced("the position has only just become known: ask again")
         return value
 
+    @blocking
+    async def look(self) -> None:
+        """Read the device's registers and inputs now."""
+        await self.runner.perform(self.context.look())
+
     # -- closing ------------------------------------------------------------------------------
 
     def release(self) -> None:
