@@ -223,8 +223,8 @@ def test_a_pause_does_not_count_towards_the_deadline_and_an_input_in_it_does():
         arm.io.wait(high=1, within_s=2.0)
     assert arm.parts.pace.now_s() - began_s == pytest.approx(12.0, abs=0.1)
     arm.pause()
-    later(arm, 5.0, lambda: arm.twin.device.set_input(0, True))
-    assert arm.io.wait(high=1, within_s=2.0) == 1
+    later(arm, 5.0, lambda: arm.twin.device.set_input(1, True))
+    assert arm.io.wait(high=2, within_s=2.0) == 0b10
 
 
 def test_a_wait_in_a_pause_that_nobody_can_end_is_given_up(monkeypatch):
