@@ -42,7 +42,7 @@ class DenseMemoryBench(MemoryBench):
         assert arm is not None
         self.twin.device.bring_to(joints, self.look().opening_mm)
         with contextlib.suppress(ArmError):
-            arm.io.read()
+            arm.parts.look()
         if arm.status.state is State.ERROR_STOP:
             arm.reset()
         self.reference(arm)

@@ -67,7 +67,7 @@ class AsyncInputsOutputs(AsyncCalls[InputsOutputs]):
     """The inputs and outputs of an arm: the calls of `InputsOutputs`, as coroutines."""
 
     async def read(self) -> int:
-        """Read the input bits now."""
+        """Read the input bits now. Raises `Refused` if the arm has no inputs."""
     async def wait(
         self, *, high: Lines = ..., low: Lines = ..., within_s: float | None = ...
     ) -> int:

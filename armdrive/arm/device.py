@@ -17,6 +17,7 @@ from armdrive.motion.device import RowReport
 from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import RealPace
+from armdrive.runtime.overrides import LONGEST_SIMULATED_WAIT_S
 from armdrive.runtime.states import Event
 from armdrive.status import BELIEVED, State
 from armdrive.tasks import DeviceSettings, unreported
@@ -38,15 +39,19 @@ def output_bits(lines: Lines) -> int:
 def input_bits(core: Core, lines: Lines) -> int:
     """Return the bits of an arm's inputs.
 
-    Raises `BadRequest` for a number out of range, and `Refused` if the arm has no inputs, because
-    waiting for one would never end.
+    Raises `BadRequest` for a number out of range, and `Refused` if the arm has no inputs.
     """
-    most = core.controller.abilities.inputs
-    if not most:
+    most = _require_inputs(core)
+    return _bits(lines, f"the inputs of the {core.config.title}", most)
+
+
+def _require_inputs(core: Core) -> int:
+    """Return the number of an arm's inputs. Raises `Refused` if there are none."""
+    if not core.controller.abilities.inputs:
         raise Refused(
             f"the controller of the {core.config.title} has no inputs to read or to wait for"
         )
-    return _bits(lines, f"the inputs of the {core.config.title}", most)
+    return core.controller.abilities.inputs
 
 
 def _bits(lines: Lines, what: str, most: int) -> int:
@@ -60,9 +65,6 @@ def _bits(lines: Lines, what: str, most: int) -> int:
 
 
 # Inputs and outputs of the arm's controller: reading, waiting and switching.
-
-# limit of a wait without a deadline in simulated time, where Ctrl-C could not end it
-SIMULATED_S = 3600.0
 
 WAITING = "waiting for inputs"
 _NOT_POLLED = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
@@ -84,8 +86,9 @@ class InputsOutputs:
 
     @blocking
     async def read(self) -> int:
-        """Read the input bits now."""
-        await self._parts.runner.perform(self._parts.context.look())
+        """Read the input bits now. Raises `Refused` if the arm has no inputs."""
+        _require_inputs(self._core)
+        await coroutine_of(self._parts.look)()
         return self._core.readings.inputs or 0
 
     @blocking
@@ -94,9 +97,10 @@ class InputsOutputs:
     ) -> int:
         """Wait until the given inputs, counted from 1, are high or low; return the input bits.
 
-        `wait(high=3, low=(1, 2), within_s=10)` waits on the arm's own clock, and other calls
-        may run meanwhile. While the arm stands, its inputs are read 20 times a second; while it
-        moves, as often as the controller reports them. Raises `InputTimeout` at the deadline,
+        `wait(high=3, low=(1, 2), within_s=10)` waits on the arm's own clock, not counting pauses,
+        and other calls may run meanwhile. While the arm stands, its inputs are read 20 times a
+        second; while it moves, as often as the controller reports them. Raises `InputTimeout` at
+        the deadline, in simulated time after 600 s at the latest,
         `Stopped` if the arm is stopped or the program was suspended, `LinkLost` if the connection
         is lost, `WrongState` if the arm is disabled or in error-stop, and `Refused` if it has no
         inputs.
@@ -124,7 +128,7 @@ class InputsOutputs:
 
         self._parts.pace.wake()
         try:
-            met = await runner.wait(ended, patience_s)
+            met = await runner.wait_unpaused(ended, patience_s)
         finally:
             with self._parts.pace.lock:
                 core.readings.awaiting -= 1
@@ -133,8 +137,10 @@ class InputsOutputs:
             runner.require(Event.MOVE, WAITING)
         runner.require_present(absences)
         if not met:
+            simulated = within_s is None and patience_s < math.inf
+            limit = ", the most in simulated time," if simulated else ""
             raise InputTimeout(
-                f"waited {patience_s:g} s for {_words(want, shun)}: the inputs still read "
+                f"waited {patience_s:g} s{limit} for {_words(want, shun)}: the inputs still read "
                 f"{core.readings.inputs or 0:08b} (the last digit is input 1)"
             )
         return core.readings.inputs or 0
@@ -158,7 +164,7 @@ class InputsOutputs:
 
     def _patience_s(self, within_s: float | None) -> float:
         if within_s is None or within_s == math.inf:
-            return math.inf if isinstance(self._parts.pace, RealPace) else SIMULATED_S
+            return math.inf if isinstance(self._parts.pace, RealPace) else LONGEST_SIMULATED_WAIT_S
         return within_s
 
 

@@ -25,6 +25,7 @@ from armdrive.registry import dialect, simulate
 from armdrive.runtime.arm_state import Core, alerted
 from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
 from armdrive.runtime.engine import Engine, Received, call_limit_s
+from armdrive.runtime.overrides import given_up
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
 from armdrive.storage import files as places
@@ -113,6 +114,30 @@ class TaskRunner:
         except BaseException:
             await self.stand_still()
             raise
+
+    async def wait_unpaused(self, done: Callable[[], bool], timeout_s: float) -> bool:
+        """Wait like `wait`, not counting the time for which the arm is paused.
+
+        Raises `WrongState` if the pause lasts too long.
+        """
+        override = self.core.speed_override
+        simulated = not isinstance(self.pace, RealPace)
+
+        def resumed() -> bool:
+            if simulated and override.paused and not done():
+                override.breathe()
+            return done() or not override.paused
+
+        while timeout_s >= 0.0:
+            began_s = self.pace.now_s()
+            if not await self.wait(lambda: done() or override.paused, timeout_s):
+                return False
+            if done():
+                return True
+            timeout_s -= self.pace.now_s() - began_s
+            if not await self.wait(resumed, override.longest_s):
+                raise given_up(override.longest_s)
+        return done()
 
     async def finish(self, task: Task[T], timeout_s: float) -> T:
         """Wait for a task to end."""
@@ -260,6 +285,11 @@ class Parts:
             self.core.require_reference("knowing where the arm is needs")
             raise NotReferenced("the position has only just become known: ask again")
         return value
+
+    @blocking
+    async def look(self) -> None:
+        """Read the device's registers and inputs now."""
+        await self.runner.perform(self.context.look())
 
     # -- closing ------------------------------------------------------------------------------
 

@@ -7,7 +7,6 @@ unless a person then continues it. While the arm is paused, no act begins.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, cast
@@ -15,7 +14,7 @@ from typing import Any, Protocol, cast
 from armdrive.arm import Arm
 from armdrive.arm.device import input_bits, output_bits
 from armdrive.arm.moving import ground_of
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import ArmError, BadRequest, InputTimeout
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.resolve import resolved
 from armdrive.programs.acts import (
@@ -45,9 +44,6 @@ from armdrive.programs.waits import Waits
 from armdrive.storage.points import Point
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
-
-POLL_S = 0.05
-"""The time between two readings of awaited inputs, on the arm's clock."""
 
 
 class RunPerson(Protocol):
@@ -134,20 +130,13 @@ class Performer:
         self.waits.delay(act.time_s)
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
-        core = self.arm.parts.core
-        # refuses an input that the arm does not have before it waits for it
-        high, low = input_bits(core, act.high), input_bits(core, act.low)
-        now_s = self.arm.parts.pace.now_s
-        end_s = math.inf if act.within_s is None else now_s() + act.within_s
-        while True:
-            bits = self.arm.io.read()
-            if bits & high == high and not bits & low:
-                return True
-            left_s = end_s - now_s()
-            if left_s <= 0.0:
-                return False
-            self.arm.sleep(min(POLL_S, left_s))
-            end_s += self.waits.paused_s()
+        try:
+            self.arm.io.wait(high=act.high, low=act.low, within_s=act.within_s)
+        except InputTimeout:
+            if act.within_s is None:  # nothing in simulated time sets the input
+                raise
+            return False
+        return True
 
     def _hold(self, act: Hold) -> None:
         self.hold(act.text)

@@ -23,16 +23,16 @@ NAP_S = 0.005
 NAPS = 1000  # 5 s in all
 
 LONGEST_PAUSE_S = 8 * 3600.0  # a working shift: no operator expects a motion after that
-LONGEST_SIMULATED_PAUSE_S = 600.0  # limit on simulated time if only the caller could resume
+LONGEST_SIMULATED_WAIT_S = 600.0  # limit on simulated time if only the caller could end a wait
 
 GIVEN_UP = (
-    "the arm has been paused for {:.0f} s, so the motion was cancelled. The arm is still paused: "
-    "call `resume()`, or run `armdrive resume` in another terminal, then ask for the motion again"
+    "the arm has been paused for {:.0f} s, so this call was cancelled. The arm is still paused: "
+    "call `resume()`, or run `armdrive resume` in another terminal, then repeat it"
 )
 
 
 def given_up(waited_s: float) -> WrongState:
-    """Return the error of a motion that was given up after waiting in a pause."""
+    """Return the error of a call that was given up after waiting in a pause."""
     return WrongState(GIVEN_UP.format(waited_s))
 
 
@@ -53,6 +53,11 @@ class SpeedOverride:
         self.others = False
         """Whether another program or thread can resume the arm."""
         self._naps_left = NAPS
+
+    @property
+    def longest_s(self) -> float:
+        """How long, on the arm's clock, a call waits for the end of a pause."""
+        return LONGEST_PAUSE_S if self.others else LONGEST_SIMULATED_WAIT_S
 
     @property
     def longest_real_s(self) -> float:
@@ -91,18 +96,22 @@ class SpeedOverride:
         self.waited_s += time_s
 
     def nap(self, waited_s: float) -> None:
-        """Let real time pass while a call waits in a pause on simulated time.
+        """Let real time pass while a motion waits in a pause on simulated time.
 
         `waited_s` is the simulated time spent waiting. If only the caller could end the pause, the
-        motion is given up after `LONGEST_SIMULATED_PAUSE_S`.
+        motion is given up after `LONGEST_SIMULATED_WAIT_S`.
         """
         if not self.waits:
             return
+        self.breathe()
+        if waited_s >= LONGEST_SIMULATED_WAIT_S and not self.others:
+            self.given_up = True
+
+    def breathe(self) -> None:
+        """Let real time pass in a pause on simulated time: another thread may end the pause."""
         if self.others or self._naps_left > 0:
             self._naps_left -= 1
             time.sleep(NAP_S)
-        if waited_s >= LONGEST_SIMULATED_PAUSE_S and not self.others:
-            self.given_up = True
 
 
 def override_share(share: float) -> float:

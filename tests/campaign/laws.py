@@ -14,7 +14,7 @@ from collections.abc import Callable
 from armdrive.errors import ArmError
 from armdrive.errors.table import entry
 from armdrive.runtime.engine import CALL_LIMIT_S
-from armdrive.runtime.overrides import LONGEST_SIMULATED_PAUSE_S
+from armdrive.runtime.overrides import LONGEST_SIMULATED_WAIT_S
 from armdrive.status import State, Trust
 from kinematics import KinematicsError
 
@@ -65,7 +65,7 @@ def call(
             command.span = command.aim = None
         stage.watch.begin(command)
     if arm is not None and arm.paused and command is not None:
-        longest_s += LONGEST_SIMULATED_PAUSE_S  # the driver gives up the call after this time
+        longest_s += LONGEST_SIMULATED_WAIT_S  # the driver gives up the call after this time
     name = command.what if command is not None else getattr(act, "__qualname__", "a call")
     stage.schedule.deadlines.begin(name, stage.now_s + longest_s)
     error: TypedError | None = None

@@ -6,7 +6,7 @@ from armdrive.errors import WrongState
 from armdrive.motion.execute import follow
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.runtime.engine import Engine
-from armdrive.runtime.overrides import LONGEST_SIMULATED_PAUSE_S, SpeedOverride
+from armdrive.runtime.overrides import LONGEST_SIMULATED_WAIT_S, SpeedOverride
 from armdrive.status import State
 from armdrive.tasks import SleepUntil
 
@@ -103,7 +103,7 @@ def test_a_motion_requested_in_a_pause_ends_and_says_how_to_resume(monkeypatch):
     began_s = mission.stage.now_s
     error = moved(mission)
     assert "call `resume()`, or run `armdrive resume`" in str(error)
-    assert mission.stage.now_s - began_s >= LONGEST_SIMULATED_PAUSE_S
+    assert mission.stage.now_s - began_s >= LONGEST_SIMULATED_WAIT_S
     assert arm.status.paused
     assert arm.status.state is State.STANDBY
     arm.resume()

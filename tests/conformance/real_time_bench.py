@@ -331,7 +331,7 @@ def _read_back(arm: Arm, last: Motors) -> Motors:
     status: Status = arm.status
     if status.state in (State.STANDBY, State.DISABLED):
         try:
-            arm.io.read()
+            arm.parts.look()
         except ArmError:
             return last
         status = arm.status

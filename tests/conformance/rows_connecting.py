@@ -113,14 +113,14 @@ def a_second_program_learns_who_holds_the_arm(bench: Bench) -> None:
     refusal = check_refused(bench.open_another, ArmInUse, "a second connection")
     check(str(os.getpid()) in str(refusal), f"the refusal does not name the holder: {refusal}")
     check(arm.status.state is state, "the second connection changed the first")
-    arm.io.read()
+    arm.parts.look()
 
 
 def the_next_program_gets_the_arm(bench: Bench) -> None:
     bench.connect()
     bench.disconnect()
     arm = bench.connect()
-    arm.io.read()
+    arm.parts.look()
 
 
 ROWS = (

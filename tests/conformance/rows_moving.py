@@ -20,7 +20,7 @@ LINE_MM = 110.0
 
 def check_arrived(bench: Bench, arm: Arm) -> None:
     """Check that a standing arm is referenced where the physical motors and the read-back are."""
-    arm.io.read()
+    arm.parts.look()
     status, seen = arm.status, bench.look()
     check(status.state is State.STANDBY, f"in {status.state} after a motion")
     check(status.trust is Trust.REFERENCED, f"{status.trust}: {status.trust_reason}")

@@ -19,6 +19,7 @@ from armdrive.dialects.grbl.settings import PINS
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.connecting import INPUTS_POLL_S
 from armdrive.registry import dialect
+from armdrive.runtime import overrides
 
 sys.path.append(str(DOCS))
 import reference
@@ -202,9 +203,32 @@ def test_an_input_timeout_names_the_missing_inputs_and_the_present_ones():
 
 @pytest.mark.parametrize("within_s", [None, math.inf, 1e300])
 def test_on_simulated_time_a_wait_for_ever_ends(within_s, monkeypatch):
-    monkeypatch.setattr(signalling, "SIMULATED_S", 5.0)
+    monkeypatch.setattr(signalling, "LONGEST_SIMULATED_WAIT_S", 5.0)
     with pytest.raises(InputTimeout, match="waited 5 s"):
         ready_arm().io.wait(high=1, within_s=within_s)
+
+
+def test_a_pause_does_not_count_towards_the_deadline_and_an_input_in_it_does():
+    """A person who pauses the arm to mend the feeder must not end the script."""
+    arm = ready_arm()
+    later(arm, 1.0, arm.pause)
+    later(arm, 11.0, arm.resume)
+    began_s = arm.parts.pace.now_s()
+    with pytest.raises(InputTimeout, match="waited 2 s"):
+        arm.io.wait(high=1, within_s=2.0)
+    assert arm.parts.pace.now_s() - began_s == pytest.approx(12.0, abs=0.1)
+    arm.pause()
+    later(arm, 5.0, lambda: arm.twin.device.set_input(1, True))
+    assert arm.io.wait(high=2, within_s=2.0) == 0b10
+
+
+def test_a_wait_in_a_pause_that_nobody_can_end_is_given_up(monkeypatch):
+    monkeypatch.setattr(overrides, "LONGEST_SIMULATED_WAIT_S", 20.0)
+    monkeypatch.setattr(overrides, "NAPS", 3)
+    arm = ready_arm()
+    arm.pause()
+    with pytest.raises(WrongState, match="has been paused for 20 s, so this call was given up"):
+        arm.io.wait(high=1, within_s=2.0)
 
 
 def test_a_stop_ends_the_wait():
@@ -296,9 +320,11 @@ def test_one_output_is_switched_and_the_others_stay():
 
 
 @pytest.mark.parametrize("name", ["armdroid", "mks", "cia402"])
-def test_waiting_for_inputs_is_refused_on_an_arm_without_inputs(name):
-    with Arm.connect(f"sim:{name}") as arm, pytest.raises(Refused, match="has no inputs"):
-        arm.io.wait(high=1)
+def test_an_arm_without_inputs_says_so_instead_of_reading_them_or_waiting_for_ever(name):
+    with Arm.connect(f"sim:{name}") as arm:
+        for call in (arm.io.read, lambda: arm.io.wait(high=1)):
+            with pytest.raises(Refused, match="has no inputs"):
+                call()
 
 
 def test_a_board_has_an_input_for_each_pin_that_it_reports():

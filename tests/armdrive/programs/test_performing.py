@@ -17,7 +17,8 @@ from running_bench import (
 from waiting import until
 
 from armdrive import Arm
-from armdrive.errors import BadRequest, Refused, Stopped
+from armdrive.arm import device
+from armdrive.errors import BadRequest, InputTimeout, Refused, Stopped
 from armdrive.programs import waits
 from armdrive.programs.acts import (
     AwaitInputs,
@@ -135,6 +136,12 @@ def test_inputs_are_read_and_awaited_on_the_arms_clock(arm, does):
     began_s = arm.parts.pace.now_s()
     assert does(AwaitInputs(high=(3, 4))) is True
     assert arm.parts.pace.now_s() - began_s == pytest.approx(3.0, abs=0.2)
+
+
+def test_an_input_that_never_comes_ends_a_program_in_simulated_time(does, monkeypatch):
+    monkeypatch.setattr(device, "LONGEST_SIMULATED_WAIT_S", 5.0)
+    with pytest.raises(InputTimeout, match="waited 5 s, the most in simulated time, for high 3"):
+        does(AwaitInputs(high=(3,)))
 
 
 def test_a_delay_takes_its_time_and_texts_go_to_the_person(arm):

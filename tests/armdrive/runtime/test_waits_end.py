@@ -547,7 +547,7 @@ def test_eight_hours_are_what_is_waited_in_real_time():
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 def test_a_pause_on_simulated_time_that_cannot_end_does_not_hang(monkeypatch, dialect):
     breaths = []
-    monkeypatch.setattr(overrides, "LONGEST_SIMULATED_PAUSE_S", 60.0)
+    monkeypatch.setattr(overrides, "LONGEST_SIMULATED_WAIT_S", 60.0)
     monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", breaths.append)
     arm = Arm.connect(f"sim:{dialect}")
     arm.enable()

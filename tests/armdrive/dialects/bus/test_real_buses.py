@@ -128,7 +128,7 @@ def read_often(arm, times):
     """Look at an arm again and again."""
     for _ in range(times):
         arm.sleep(0.05)
-        arm.io.read()
+        arm.parts.look()
 
 
 @needs_pty
