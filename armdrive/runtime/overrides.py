@@ -32,7 +32,7 @@ GIVEN_UP = (
 
 
 def given_up(waited_s: float) -> WrongState:
-    """Return the error of a call that was given up after waiting in a pause."""
+    """Return the error of a call that was cancelled after waiting in a pause."""
     return WrongState(GIVEN_UP.format(waited_s))
 
 

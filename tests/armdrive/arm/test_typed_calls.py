@@ -227,7 +227,7 @@ def test_a_wait_in_a_pause_that_nobody_can_end_is_given_up(monkeypatch):
     monkeypatch.setattr(overrides, "NAPS", 3)
     arm = ready_arm()
     arm.pause()
-    with pytest.raises(WrongState, match="has been paused for 20 s, so this call was given up"):
+    with pytest.raises(WrongState, match="has been paused for 20 s, so this call was cancelled"):
         arm.io.wait(high=1, within_s=2.0)
 
 
