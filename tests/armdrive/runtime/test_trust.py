@@ -239,7 +239,7 @@ def test_there_is_nothing_to_confirm_without_a_restored_position():
 
 def test_a_board_that_restarts_as_a_posture_is_declared_is_named_as_the_reason():
     arm = Arm.connect("sim:grbl")
-    arm.twin.link.line.say(b"\r\nGrbl 1.1h ['$' for help]\r\n", arm.pace.now_s())
+    arm.twin.link.line.say(b"\r\nGrbl 1.1h ['$' for help]\r\n", arm.parts.pace.now_s())
     with pytest.raises(DeviceFault, match="the board was reset"):
         as_it_stands(arm)
     assert arm.status.trust is Trust.UNKNOWN
