@@ -501,7 +501,7 @@ async def test_a_key_that_does_nothing_says_why_and_asks_nothing_of_the_arm():
         session.shows("a referenced position", messages="nothing to confirm")
         await session.arm_keys()
         await session.press("u")
-        session.shows("a key without an axis", messages="no axis of this arm")
+        session.shows("a key without an axis", messages="this arm has no axis")
         assert session.arm.calls == []
         assert len(session.desk.screen_stack) == 1
         await session.tap("q", after_s=3.0)
