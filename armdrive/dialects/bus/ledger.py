@@ -17,7 +17,7 @@ from collections import Counter, deque
 
 REPLY_TIMEOUT_S = 0.3
 """A question that is still open after this long counts as lost. The slowest reply observed on an
-overloaded computer took 0.18 s (docs/background/measurements.md)."""
+overloaded computer took 0.18 s."""
 RETRY_PERIOD_S = 0.01
 """While other drives reply, a silent drive is asked again this often, or as slowly as it replies.
 Frequent retries tell a few lost frames from a drive without power. Frames sent closer together

@@ -48,13 +48,13 @@ from kinematics.spaces import Motors
 
 MAX_DELAY_S = 0.1
 """A drive may still follow orders up to this old. Unless the computer is overloaded, orders and
-polls are at most this late (docs/background/measurements.md)."""
+polls are at most this late."""
 PROGRESS_SHARE = 0.5
 """A drive that is behind makes progress if it turns at least this share of what it was ordered."""
 CORRECTION_GAIN = 0.3
 """How far a course is moved towards a reading, as a share of their distance: half in two looks."""
 PROMPT_REPLY_S = 0.03
-"""A reply takes at most this long, unless the computer is busy: docs/background/measurements.md."""
+"""A reply takes at most this long, unless the computer is busy."""
 SPEED_SPAN_S = 0.03
 """Two readings no farther apart than this tell a drive's speed. It changes little in that time;
 and if one reply was so late that its moment is uncertain, they seem farther apart."""
