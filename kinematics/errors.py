@@ -56,7 +56,7 @@ class BadNumber(KinematicsError):
     def __init__(self, name: str, value: object, rule: str = "must be a finite number") -> None:
         self.name = name
         self.value = value
-        super().__init__(f"{name} {rule}, not {value!r}")
+        super().__init__(f"{name} {rule}, not {value!r:.80}")
 
 
 class JointLimit(KinematicsError):

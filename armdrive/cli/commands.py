@@ -48,7 +48,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
     "Learn": {
         "errors": ("learn.errors:errors", "look up an error code"),
         "fk": ("learn.poses:fk", "pose of joint angles"),
-        "explain": ("learn.explain:explain", "compute an arm step by step"),
+        "explain": ("learn.explain:explain", "compute an arm in steps"),
         "ik": ("learn.poses:ik", "joint angles of a pose"),
         "plot": ("learn.plot:plot", "draw what an arm can reach"),
     },

@@ -342,7 +342,10 @@ def _convert(wanted: Any, value: object, where: str) -> Any:
         }
     if wanted is float:
         return number(value, where)
-    if wanted is object or (wanted in (int, str, bool) and type(value) is wanted):
+    if wanted is int and type(value) is int:
+        number(value, where)  # TOML allows more digits than any number here can have
+        return value
+    if wanted is object or (wanted in (str, bool) and type(value) is wanted):
         return value
     if isinstance(wanted, type) and is_dataclass(wanted):
         return section_of(wanted, value, where)

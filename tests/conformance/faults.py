@@ -150,7 +150,7 @@ ROWS: tuple[_Row, ...] = (
     (RESTARTS, MOVING, ("robko01",), ExpectedError(FAULT, "its motors off: it was reset")),
     (RESTARTS, STANDING, ("robko01",), ExpectedError(RESTARTED, f"{RESET}: its positions are")),
     (RESTARTS, MOVING, ("armdroid",), ExpectedError(FAULT, ABORTED)),
-    (RESTARTS, STANDING, ("armdroid",), ExpectedError(RESTARTED, "said Welcome: it was reset")),
+    (RESTARTS, STANDING, ("armdroid",), ExpectedError(RESTARTED, "its greeting: it was reset")),
     (POWER, MOVING, ("grbl",), ExpectedError(SILENT, "while the arm was moving")),
     (BOARD, MOVING, ("grbl",), ExpectedError(RESTARTED, f"while the arm was moving|{FROM_ZERO}")),
     (RESTARTS, STANDING, ("grbl",), ExpectedError(RESTARTED, FROM_ZERO)),

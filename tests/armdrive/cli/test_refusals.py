@@ -30,11 +30,11 @@ REFUSED = [
     ("move --sim grbl --baud 9600 --base 3", 2, "name the port"),
     ("resume --dialect grbl", 2, "name the port"),  # and not every arm
     ("verify --accept --keep", 2, "not allowed with"),
-    ("move", 2, "where to?"),
+    ("move", 2, "name a goal"),
     ("move --x 250 --shoulder 40", 2, "not two of them"),
     ("move --park --elbow -60", 2, "not two of them"),
     ("move --line --shoulder 40", 2, "--line needs a pose"),
-    ("move --via 270,0,120", 2, "where to"),
+    ("move --via 270,0,120", 2, "name a goal"),
     ("move --y 60 --line --via 270,0,120", 2, "no --line"),
     ("move --y 60 --via 270,0", 2, "write it like"),
     ("move --shoulder 40 --frame tool", 2, "--frame needs a pose"),

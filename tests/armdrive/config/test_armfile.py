@@ -355,6 +355,7 @@ PROBLEMS = [
     ("[motion]\njog_burst = 0.1", ["did you mean 'jog_burst_s'"]),
     ("[motion]\njog_burst_s = nan", ["motion.jog_burst_s"]),
     ("motion = 3\ngripper = 4", ["motion must be a table", "gripper must be a table"]),
+    (f"[connection]\nbaud = {10**400}", ["connection.baud must be a finite number"]),
     ("[connection]\nbaud = 9600.0\nraise_dtr = 1", ["must be a whole number", "true or false"]),
     ("[gripper]\napproach_steps = 0\nmax_force_n = 1", ["approach_steps", "max_force_n"]),
     ('[gripper]\nkind = "claw"\nmax_force_n = 201', ["gripper.kind", "max_force_n"]),

@@ -308,7 +308,7 @@ def test_ones_own_link_table_is_drawn(call, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("title = 'A stick'\n[[links]]\na_mm = 100\n", encoding="utf-8")
     said = call(*WORKSPACE, "--model", str(path), "--ascii", code=0).out
-    assert said.startswith("A stick: places")
+    assert said.startswith("A stick: positions")
     assert "y up, -100 to 100 mm" in said
 
 

@@ -222,7 +222,7 @@ def test_points_are_listed_shown_and_gone_to(taught):
     )
     before = joints(taught)
     preview = taught("points", "go", "above", "--line", "--preview", code=0).out
-    assert "-> elbow up" in preview
+    assert "-> base front, elbow up" in preview
     assert joints(taught) == before
     gone = taught("points", "go", "above", "--line", "--speed", "0.5", "--json", code=0).json
     assert gone["pose"]["z_mm"] == pytest.approx(120, abs=0.5)

@@ -132,7 +132,7 @@ def test_a_real_arm_asks_at_the_prompt_and_one_that_is_gone_leaves_the_program(b
         sim.process.kill()
         sim.process.wait()
         said = prompt.enter("draw 0, 0, 20")
-        assert "`reconnect` looks for the wire" in said
+        assert "type `reconnect`" in said
         assert "the arm is disconnected: " in said
         assert "armdrive: [E4" in prompt.enter("reconnect")
     assert "are in" in prompt.enter(f"save {path}")

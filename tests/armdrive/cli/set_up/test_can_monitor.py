@@ -369,7 +369,7 @@ def test_answers_that_end_leave_what_was_done(call, drives, monkeypatch):
     called = call("can", "setup", "bench", "--port", PORT, code=3)
     assert "`armdrive can setup bench` continues there" in called.err
     assert "shipped as id 1" in called.out  # what ? explains
-    assert "no way back" in called.out
+    assert "you cannot go back here" in called.out
 
 
 def test_an_adapter_is_chosen_from_those_that_are_there(call, drives, monkeypatch):

@@ -420,7 +420,7 @@ def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):
     monkeypatch.setattr("serial.tools.list_ports.comports", list)
     listed = "armdrive.transports.ports.list_can_ports"
     monkeypatch.setattr(listed, lambda ports: [])
-    assert "knows no adapter" in call.refused("doctor", "--can", code=4)
+    assert "no adapter was found" in call.refused("doctor", "--can", code=4)
     two = [CanPort("can:socketcan:can0", ""), CanPort("can:socketcan:can1", "")]
     monkeypatch.setattr(listed, lambda ports: two)
     assert "can:socketcan:can0, can:socketcan:can1" in call.refused("doctor", "--can", code=4)

@@ -313,7 +313,7 @@ def test_a_welcome_between_two_bursts_ends_a_motion():
     arm.twin.board.outgoing += b"Welcome, Armdroid!\r\n"
     arm.sleep(4.0)
     assert arm.status.state is State.ERROR_STOP
-    assert "Welcome" in arm.status.error
+    assert "sent its greeting" in arm.status.error
     assert arm.twin.world.joints.deg["base"] < 15.0
     assert honest(arm)
 

@@ -157,8 +157,8 @@ def test_an_angle_of_a_file_keeps_its_four_decimals(tenthousandths):
     ("steps", "sentence"),
     [
         ((), "has no steps"),
-        ((Step("drop"), Step(gripper="point")), "says no opening"),
-        ((Step(gripper="point"),), "says no opening"),
+        ((Step("drop"), Step(gripper="point")), "states no opening"),
+        ((Step(gripper="point"),), "states no opening"),
         ((Step(gripper=-3.0),), "opening in mm must be at least 0, not -3"),
     ],
 )
