@@ -19,6 +19,7 @@ from armdrive.arm.device import ControllerMemory, InputsOutputs
 from armdrive.arm.jogging import Jogging
 from armdrive.arm.moving import Gripper
 from armdrive.arm.reference import ArmReference
+from armdrive.storage.point_file import Points
 from armdrive.text import json_forms
 
 FOLDER = Path(__file__).parent / "reference"
@@ -31,6 +32,7 @@ INNER = frozenset(("closed", "parts", "stops"))
 PARTS: Mapping[str, type] = MappingProxyType(
     {
         "gripper": Gripper,
+        "points": Points,
         "io": InputsOutputs,
         "jogging": Jogging,
         "reference": ArmReference,
@@ -121,6 +123,7 @@ def _public(kind: type) -> list[str]:
         and name not in INNER
         and (callable(found) or isinstance(found, property | cached_property | classmethod))
         and not inspect.isclass(found)
+        and getattr(found, "__module__", None) != "collections.abc"  # a mapping's usual calls
     ]
 
 
