@@ -147,9 +147,6 @@ class Switching(Enum):
     BOTH = "the host switches the current on and off"
 
 
-OUTPUTS = 8  # number of outputs on every arm that has outputs
-
-
 @dataclass(frozen=True, slots=True)
 class Abilities:
     """The abilities that a dialect declares in its `ENTRY`.
@@ -159,7 +156,7 @@ class Abilities:
     - `register_bits`: the width at which the position registers wrap.
     - `ramp_s`, `jerk_s`: the default ramps of planned motion.
     - `program_rows`: the most rows of a program that the device can store; 0 if it stores none.
-    - `inputs`: the number of digital inputs that the device reports.
+    - `inputs`, `outputs`: the number of digital inputs that it reports, and of outputs it switches.
     - `beats`: whether the device sends heartbeats. Its line is then never quiet, but each of its
       replies names its request.
     - `order_s`: how long a prepared command stays valid; later, the device may have stopped by
@@ -184,5 +181,6 @@ class Abilities:
     jerk_s: float = 0.0
     program_rows: int = 0
     inputs: int = 0
+    outputs: int = 0
     beats: bool = False
     order_s: float = math.inf

@@ -6,14 +6,13 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from armdrive.abilities import OUTPUTS
 from armdrive.arm.arguments import RULES
 from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, InputTimeout, Refused
 from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion import device as device_tasks
-from armdrive.motion.device import RowReport
+from armdrive.motion.device import RowReport, require_outputs
 from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import RealPace
@@ -31,11 +30,6 @@ Lines = int | Iterable[int]
 """One input or output, or several, counted from 1."""
 
 
-def output_bits(lines: Lines) -> int:
-    """Return the bits of outputs. Raises `BadRequest` for a number out of range."""
-    return _bits(lines, "outputs", OUTPUTS)
-
-
 def input_bits(core: Core, lines: Lines) -> int:
     """Return the bits of an arm's inputs.
 
@@ -43,6 +37,12 @@ def input_bits(core: Core, lines: Lines) -> int:
     """
     most = _require_inputs(core)
     return _bits(lines, f"the inputs of the {core.config.title}", most)
+
+
+def output_bits(core: Core, lines: Lines) -> int:
+    """Return the bits of an arm's outputs, with the same errors."""
+    most = require_outputs(core)
+    return _bits(lines, f"the outputs of the {core.config.title}", most)
 
 
 def _require_inputs(core: Core) -> int:
@@ -152,7 +152,7 @@ class InputsOutputs:
         Controllers do not report their outputs. Outputs that this connection has not written are
         assumed to be off, as they are after the controller is switched on.
         """
-        bit = output_bits(number)
+        bit = output_bits(self._core, number)
         bits = self._core.readings.outputs or 0
         await coroutine_of(self.write)(bits | bit if on else bits & ~bit)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from armdrive.abilities import OUTPUTS
 from armdrive.errors import (
     ArmError,
     BadRequest,
@@ -21,6 +20,7 @@ from armdrive.errors import (
     Stopped,
 )
 from armdrive.motion.context import TRIES, MotionContext
+from armdrive.runtime.arm_state import Core
 from armdrive.tasks import (
     DeviceProgram,
     DeviceSettings,
@@ -222,13 +222,19 @@ def named_rows(numbers: Sequence[int]) -> str:
 
 # Outputs.
 
-MOST_OUTPUTS = (1 << OUTPUTS) - 1
+
+def require_outputs(core: Core) -> int:
+    """Return the number of an arm's outputs. Raises `Refused` if there are none."""
+    if not core.controller.abilities.outputs:
+        raise Refused(f"the controller of the {core.config.title} has no outputs to switch")
+    return core.controller.abilities.outputs
 
 
 def set_outputs(context: MotionContext, bits: int) -> TaskBody[None]:
     """Write the output bits."""
-    if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits <= MOST_OUTPUTS:
-        raise BadRequest(f"outputs are a whole number from 0 to {MOST_OUTPUTS}, not {bits!r}")
+    highest = (1 << require_outputs(context.core)) - 1
+    if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits <= highest:
+        raise BadRequest(f"outputs are a whole number from 0 to {highest}, not {bits!r}")
     reply = yield from context.request(SetOutputs(bits))
     if not isinstance(reply, Done):
         raise DeviceFault(f"the controller did not take the output bits {bits}: look at the arm")

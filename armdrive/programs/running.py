@@ -144,7 +144,8 @@ class Performer:
     # -- what does neither --------------------------------------------------------------------
 
     def _switch(self, act: Outputs) -> None:
-        bits = self.outputs & ~output_bits(act.off) | output_bits(act.on)
+        core = self.arm.parts.core
+        bits = self.outputs & ~output_bits(core, act.off) | output_bits(core, act.on)
         self.arm.io.write(bits)
         self._outputs = bits
 

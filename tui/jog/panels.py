@@ -9,7 +9,6 @@ from itertools import pairwise
 from textual.app import ComposeResult
 
 from armdrive import Grasped
-from armdrive.abilities import OUTPUTS
 from armdrive.errors import ArmError
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.registry import DIALECTS
@@ -254,7 +253,7 @@ def detail_lines(status: Status, load: float | None) -> str:
         "" if row is None else row.quick_stop,
         f"motors {status.current.value}  steps {_steps(status.acknowledged)}",
         _bits("inputs", status.inputs, 0 if row is None else row.abilities.inputs)
-        + _bits("outputs", status.outputs, OUTPUTS),
+        + _bits("outputs", status.outputs, 0 if row is None else row.abilities.outputs),
         ("" if load is None else f"wire {load:.0%} of {status.link_stats.baud} baud  ")
         + _if_silent(status),
         f"sent {status.last_sent or '-'}",

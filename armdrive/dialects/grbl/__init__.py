@@ -46,6 +46,7 @@ ENTRY = Dialect(
         ramp_s=0.15,
         jerk_s=0.05,
         inputs=11,
+        outputs=8,
     ),
     driver=on_demand("armdrive.dialects.grbl.controller:DRIVER"),
     tools=on_demand("armdrive.dialects.grbl.words:TOOLS"),

@@ -38,6 +38,7 @@ ENTRY = Dialect(
         traffic=Traffic(line_chars=32, answer_chars=12),
         register_bits=16,
         inputs=8,
+        outputs=8,
     ),
     driver=on_demand("armdrive.dialects.robko01.controller:DRIVER"),
     tools=on_demand("armdrive.dialects.robko01.words:TOOLS"),

@@ -36,6 +36,7 @@ ENTRY = Dialect(
         register_bits=16,
         program_rows=64,
         inputs=7,
+        outputs=8,
     ),
     driver=on_demand("armdrive.dialects.teachmover.controller:DRIVER"),
     tools=on_demand("armdrive.dialects.teachmover.words:TOOLS"),

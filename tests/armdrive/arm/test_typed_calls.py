@@ -320,10 +320,14 @@ def test_one_output_is_switched_and_the_others_stay():
 
 
 @pytest.mark.parametrize("name", ["armdroid", "mks", "cia402"])
-def test_an_arm_without_inputs_says_so_instead_of_reading_them_or_waiting_for_ever(name):
+def test_an_arm_without_inputs_and_outputs_says_so(name):
     with Arm.connect(f"sim:{name}") as arm:
+        arm.enable()
         for call in (arm.io.read, lambda: arm.io.wait(high=1)):
             with pytest.raises(Refused, match="has no inputs"):
+                call()
+        for call in (lambda: arm.io.set(1), lambda: arm.io.write(0)):
+            with pytest.raises(Refused, match="has no outputs"):
                 call()
 
 
