@@ -201,10 +201,10 @@ def check_count(usage: str, words: Sequence[str]) -> None:
     """
     arguments = usage.split()[1:]
     optional = [at for at, word in enumerate(arguments) if word.startswith("[")]
-    least = min([*optional, len(arguments)])
-    if usage.endswith("..."):
-        least = 1
-    if not least <= len(words) <= len(arguments):
+    least, most = min([*optional, len(arguments)]), float(len(arguments))
+    if "..." in usage:
+        least, most = min(least, 1), math.inf
+    if not least <= len(words) <= most:
         raise BadRequest(f"write it like this: {usage}")
 
 

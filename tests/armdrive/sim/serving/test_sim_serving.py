@@ -431,8 +431,9 @@ def test_the_cable_is_pulled_and_put_back_perhaps_under_another_name(console, li
 def test_faults_are_begun_listed_and_ended(console):
     assert console.answer("fault") == "no faults"
     assert console.answer("fault stall 2") == "stall 2: a motor no longer follows"
-    answer = console.answer("drop 0.5 from=host @60")
-    assert answer == "drop 0.5 from=host @60 in 60 s: bytes, or frames of a bus, are lost"
+    for words in ("", "fault "):
+        answer = console.answer(f"{words}drop 0.5 from=host for=2 seed=3 @60")
+        assert answer.endswith("@60 in 60 s: bytes, or frames of a bus, are lost")
     assert state(console)["stalled"] == [2]
     assert json.loads(console.answer("fault --json")) == {"faults": ["stall 2"]}
     assert console.answer("fault off stall") == "ended: stall 2"
