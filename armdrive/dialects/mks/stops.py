@@ -60,8 +60,9 @@ RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED)
 class MksBrakes:
     """How MKS drives are stopped, and seen to stand.
 
-    The stop is repeated until each drive reports braking, unless `repeats` is off: then they come
-    to rest by themselves. With `judged`, a drive that comes to rest off its path is reported,
+    The stop is repeated until each drive reports braking, and if it reports running after that,
+    because the stop has overtaken an order; unless `repeats` is off: then they come to rest by
+    themselves. With `judged`, a drive that comes to rest off its path is reported,
     because no other check would find that.
     """
 
@@ -89,13 +90,14 @@ class MksBrakes:
         if io.stop_hard and not self._hard and self._repeats:
             self._hard, self._unconfirmed = True, tuple(left)
             self._stops.send(left, hard=True)
-        for drive in self._unconfirmed:
+        for drive in left if self._repeats else ():
             if io.states.get(drive) in RUNNING:  # another motor of the same joint brakes already
                 del io.states[drive]
+                self._unconfirmed = (*self._unconfirmed, drive)
                 self._stops.send((drive,), hard=self._hard)
                 io.put(drive, ReadState())
         self._unconfirmed = tuple(
-            drive for drive in self._unconfirmed if drive in left and drive not in io.states
+            drive for drive in left if drive in self._unconfirmed and drive not in io.states
         )
         if now_s >= self._due_s:
             if self._unconfirmed and now_s > self._began_s:

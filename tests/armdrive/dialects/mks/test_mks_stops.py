@@ -8,7 +8,7 @@ from driver_bench import ANSWERS
 from mks_bench import AHEAD_S, MksBench, along, begun, check_halted, requests, segments, straight
 
 from armdrive.dialects.mks.stops import STOP_POLL_S
-from firmware_protocol.mks import Code, EmergencyStop, Stop, decode_request
+from firmware_protocol.mks import Code, EmergencyStop, MoveAbsoluteAxis, Stop, decode_request
 
 # -- A stop is told again at once, since others brake already --------------------------------------
 
@@ -24,6 +24,11 @@ def stops_of(bench, number):
 
 def wrist_in_motion():
     return begun(straight(12, WAY), 0.8)
+
+
+def is_order(frame):
+    """Return whether a frame of the host is an order to move."""
+    return isinstance(decode_request(frame), MoveAbsoluteAxis)
 
 
 def is_stop(frame):
@@ -83,6 +88,20 @@ def test_a_stop_is_repeated_until_the_drive_answers(lost_s, of_host, hard):
     assert heard_s <= unheard_until_s + STOP_POLL_S + SOON_S
     # the other one has said that it brakes, and is told no more
     assert len([at_s for at_s in stops_of(bench, 5) if at_s < until_s]) == 1
+
+
+@pytest.mark.parametrize("later_s", [0.002, 0.005, 0.012])
+def test_a_drive_that_gets_its_last_order_after_the_stop_is_stopped_again(later_s):
+    """Mission mks 690000069: the stop had overtaken the order, and the drive had said it brakes."""
+    bench = wrist_in_motion()
+    orders = [frame for _, frame in bench.sent if frame.can_id == 4 and is_order(frame)]
+    stopped_s = bench.now_s
+    bench.at_s[stopped_s + later_s] = lambda: bench.node(4).receive(orders[-1])
+    check_halted(bench)
+    first_s, again_s, *_ = stops_of(bench, 4)
+    assert first_s < stopped_s + later_s
+    assert again_s <= stopped_s + later_s + STOP_POLL_S + SOON_S
+    assert len(stops_of(bench, 5)) == 1
 
 
 @pytest.mark.parametrize("silent_s", [0.06, 0.1, 0.15])
