@@ -1,4 +1,4 @@
-"""A connected arm's connection, its flight recorder, and the handles of its motions."""
+"""A connected arm's connection, its parts, its flight recorder, and the handles of motions."""
 
 from __future__ import annotations
 
@@ -90,19 +90,24 @@ class Connection:
             self._parts.closers.pop(0)()
 
 
-# The flight recorder.
+class ArmPart:
+    """A part of an arm that has calls of its own, such as `arm.io`.
+
+    `armdrive.trace.recorder.traced` records its calls, with the tracer of `_parts`.
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._core = parts.core
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self._parts.config.name}>"
 
 
 @known_attributes
 @checked_calls(RULES)
-class Recorder:
+class Recorder(ArmPart):
     """The flight recorder of an arm: what passed on the wire, and what the driver made of it."""
-
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {self._parts.config.name}>"
 
     def save(self, path: Path | str | None = None, *, overwrite: bool = False) -> Path:
         """Save the contents of the flight recorder, and return the path of the file.

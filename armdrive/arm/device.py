@@ -7,12 +7,13 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from armdrive.arm.arguments import RULES
+from armdrive.arm.connected import ArmPart
 from armdrive.blocking import blocking, coroutine_of
-from armdrive.connect.parts import PATIENCE_S, Parts
-from armdrive.errors import BadRequest, InputTimeout, Refused
+from armdrive.connect.parts import PATIENCE_S
+from armdrive.errors import BadRequest, InputTimeout
 from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion import device as device_tasks
-from armdrive.motion.device import RowReport, require_outputs
+from armdrive.motion.device import RowReport, require_inputs, require_outputs
 from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import RealPace
@@ -35,7 +36,7 @@ def input_bits(core: Core, lines: Lines) -> int:
 
     Raises `BadRequest` for a number out of range, and `Refused` if the arm has no inputs.
     """
-    most = _require_inputs(core)
+    most = require_inputs(core)
     return _bits(lines, f"the inputs of the {core.config.title}", most)
 
 
@@ -43,15 +44,6 @@ def output_bits(core: Core, lines: Lines) -> int:
     """Return the bits of an arm's outputs, with the same errors."""
     most = require_outputs(core)
     return _bits(lines, f"the outputs of the {core.config.title}", most)
-
-
-def _require_inputs(core: Core) -> int:
-    """Return the number of an arm's inputs. Raises `Refused` if there are none."""
-    if not core.controller.abilities.inputs:
-        raise Refused(
-            f"the controller of the {core.config.title} has no inputs to read or to wait for"
-        )
-    return core.controller.abilities.inputs
 
 
 def _bits(lines: Lines, what: str, most: int) -> int:
@@ -74,20 +66,13 @@ _NOT_POLLED = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
 @known_attributes
 @traced("io")
 @checked_calls(RULES)
-class InputsOutputs:
+class InputsOutputs(ArmPart):
     """The inputs and outputs of an arm, counted from 1. Nothing here moves it."""
-
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-        self._core = parts.core
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {self._parts.config.name}>"
 
     @blocking
     async def read(self) -> int:
         """Read the input bits now. Raises `Refused` if the arm has no inputs."""
-        _require_inputs(self._core)
+        require_inputs(self._core)
         await coroutine_of(self._parts.look)()
         return self._core.readings.inputs or 0
 
@@ -186,15 +171,8 @@ PROGRAM_PATIENCE_S = 3600.0
 @known_attributes
 @traced("controller")
 @checked_calls(RULES)
-class ControllerMemory:
+class ControllerMemory(ArmPart):
     """The program and the settings that an arm's controller stores. Nothing here moves the arm."""
-
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-        self._core = parts.core
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {self._parts.config.name}>"
 
     @blocking
     async def read_program(self) -> PendantProgram:

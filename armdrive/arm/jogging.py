@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import BEFORE, Handle, finished
+from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, LinkLost, Refused, Stopped, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes
@@ -110,11 +110,11 @@ class JogSessions:
 @known_attributes
 @traced("jogging")
 @checked_calls(RULES)
-class Jogging:
+class Jogging(ArmPart):
     """Jogs that nobody waits for: for keys, buttons and sticks that a person holds or taps."""
 
     def __init__(self, parts: Parts, sessions: JogSessions) -> None:
-        self._parts = parts
+        super().__init__(parts)
         self._sessions = sessions
         self._held_until_s = -math.inf
         """When the latest hold expires, even if a stop has ended it."""
@@ -140,7 +140,7 @@ class Jogging:
             if runner.stops == self._held_stops:
                 self._sessions.go_on(asked)
             else:
-                self._parts.core.notify(LET_GO, Stopped())
+                self._core.notify(LET_GO, Stopped())
         pace.wake()
 
     def nudge(self, jog: Jog, *, speed: float) -> None:
@@ -152,11 +152,11 @@ class Jogging:
         with pace.lock:
             self._parts.runner.know_of(self._parts.runner.stops)
             nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
-            if not self._parts.core.nudges:
+            if not self._core.nudges:
                 self._sessions.go_on(nudge)
         pace.wake()
 
     def release(self) -> None:
         """End a held jog: the current burst is the last, and queued segments are dropped."""
-        self._parts.core.hold, self._held_until_s = None, -math.inf
+        self._core.hold, self._held_until_s = None, -math.inf
         self._parts.pace.wake()

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import Any, Protocol, overload
 
-from armdrive.arm.connected import BEFORE, Handle, finished
+from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
 from armdrive.arm.jogging import JogSessions
 from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import PATIENCE_S, Parts
@@ -276,15 +276,12 @@ class MovingArm(Protocol):
 @known_attributes
 @traced("gripper")
 @checked_calls(BASIC)
-class Gripper:
+class Gripper(ArmPart):
     """The gripper of an arm."""
 
     def __init__(self, arm: MovingArm, parts: Parts) -> None:
+        super().__init__(parts)
         self._arm = arm
-        self._parts = parts
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {self._parts.config.name}>"
 
     @property
     def opening_mm(self) -> float:
@@ -293,7 +290,7 @@ class Gripper:
         Raises `NotReferenced` while the position is unknown, and `Refused` for a servo that has
         not been commanded yet.
         """
-        core = self._parts.core
+        core = self._core
         require_gripper(core)
         if not core.transmission.has_gripper and core.fingers.share is None:
             raise Refused("the gripper's opening is unknown: open or close the gripper first")
@@ -302,7 +299,7 @@ class Gripper:
     @property
     def force_n(self) -> float:
         """The gripping force, computed from the motor steps after contact; 0 without a grasp."""
-        core = self._parts.core
+        core = self._core
         return core.fingers.force_n(core.position.coordinates.opening_mm)
 
     @blocking

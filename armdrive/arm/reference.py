@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import BEFORE, Handle, finished
+from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
 from armdrive.blocking import blocking
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import Parts
@@ -69,17 +69,13 @@ class ReferencedArm(JoggedArm, Protocol):
 @known_attributes
 @traced("reference")
 @checked_calls(RULES)
-class ArmReference:
+class ArmReference(ArmPart):
     """What an arm's position rests on: declaring, confirming and verifying its posture."""
 
     def __init__(self, arm: ReferencedArm, parts: Parts) -> None:
+        super().__init__(parts)
         self._arm = arm
-        self._parts = parts
-        self._core = parts.core
         self._config = parts.config
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {self._config.name}>"
 
     @property
     def homes_by_switches(self) -> bool:

@@ -220,14 +220,24 @@ def named_rows(numbers: Sequence[int]) -> str:
     return f"rows {', '.join(map(str, numbers))}"
 
 
-# Outputs.
+# Inputs and outputs.
+
+
+def require_inputs(core: Core) -> int:
+    """Return the number of an arm's inputs. Raises `Refused` if there are none."""
+    inputs = core.controller.abilities.inputs
+    return _required(core, inputs, "inputs to read or to wait for")
 
 
 def require_outputs(core: Core) -> int:
     """Return the number of an arm's outputs. Raises `Refused` if there are none."""
-    if not core.controller.abilities.outputs:
-        raise Refused(f"the controller of the {core.config.title} has no outputs to switch")
-    return core.controller.abilities.outputs
+    return _required(core, core.controller.abilities.outputs, "outputs to switch")
+
+
+def _required(core: Core, count: int, what: str) -> int:
+    if not count:
+        raise Refused(f"the controller of the {core.config.title} has no {what}")
+    return count
 
 
 def set_outputs(context: MotionContext, bits: int) -> TaskBody[None]:

@@ -72,8 +72,8 @@ def traced(part: str) -> Callable[[C], C]:
 
     def decorate(kind: C) -> C:
         for name in CALLS[part]:
-            told = f"{part}.{name}" if part else name
-            setattr(kind, name, _recorded(told, getattr(kind, name)))
+            call = f"{part}.{name}" if part else name
+            setattr(kind, name, _recorded(call, getattr(kind, name)))
         return kind
 
     return decorate

@@ -62,8 +62,8 @@ class MksBrakes:
 
     The stop is repeated until each drive reports braking, and if it reports running after that,
     because the stop has overtaken an order; unless `repeats` is off: then they come to rest by
-    themselves. With `judged`, a drive that comes to rest off its path is reported,
-    because no other check would find that.
+    themselves. With `judged`, a drive that comes to rest off its path is reported, because no other
+    check would find that.
     """
 
     def __init__(
