@@ -4,7 +4,7 @@
     jogging     jogs that a call waits for, and `arm.jogging`: held jogs and their lease
     reference   home, and `arm.reference`: declaring, confirming and verifying
     device      `arm.io`: inputs and outputs; `arm.controller`: its program and its settings
-    connected   closing, reconnecting, `arm.recorder`, handles of motions
+    connected   closing, reconnecting, `arm.recorder`, handles of motions, the base of the parts
     arguments   the checks of arguments, by annotation
 
 Every call is safe from any thread; `stop`, `estop` and `status` also work while another call waits.
@@ -81,8 +81,8 @@ class Arm:
 
     A call that moves the arm may raise `WrongState`, `NotReferenced`, `OutOfBounds`, or an error of
     the kinematics, before anything is sent; and `Stopped`, `LinkLost`, `NoAnswer` or another
-    `DeviceFault` on the way. A stop ends `sleep` and `io.wait` too. If another program stops
-    the arm between two of all these calls, the next one raises `Stopped`.
+    `DeviceFault` on the way. A stop ends `sleep` and `io.wait` too. If another program stops the
+    arm between two such calls, the next one raises `Stopped`.
     """
 
     program: Callable[[], dict[str, Any]] | None = None

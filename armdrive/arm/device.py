@@ -103,7 +103,7 @@ class InputsOutputs(ArmPart):
                 runner.require(Event.MOVE, WAITING)
             core.readings.awaiting += 1
             seen = core.readings.sensed
-            absences = self._parts.engine.suspend_count
+            absences = runner.absences()
 
         def ended() -> bool:
             if runner.stops != stops or core.state in _NOT_POLLED:
