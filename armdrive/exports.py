@@ -55,7 +55,6 @@ from armdrive.moves import ParkMove as ParkMove
 from armdrive.moves import PathMove as PathMove
 from armdrive.moves import PoseMove as PoseMove
 from armdrive.moves import Space as Space
-from armdrive.programs.teaching.sequence import Stepper as Stepper
 from armdrive.registry.pendant import PendantProgram as PendantProgram
 from armdrive.runtime.clock import SimulatedClock as SimulatedClock
 from armdrive.status import Current as Current
@@ -63,8 +62,6 @@ from armdrive.status import State as State
 from armdrive.status import Status as Status
 from armdrive.status import Trust as Trust
 from armdrive.storage.points import Point as Point
-from armdrive.storage.points import Step as Step
-from armdrive.storage.points import StepList as StepList
 from armdrive.text.json_forms import move_from_json as move_from_json
 from armdrive.text.json_forms import move_to_json as move_to_json
 from kinematics.errors import KinematicsError as KinematicsError

@@ -28,7 +28,7 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.motion.dead_man import GATE_S
 from armdrive.status import status_view
-from armdrive.storage.points import Point, Step, StepList
+from armdrive.storage.points import Point
 from kinematics import Joints
 from kinematics.textbook.study import named_subject
 from tui.desk import Desk
@@ -59,15 +59,6 @@ POINTS = {
     "pick": Point(Joints.of(0.0, 36.2, -89.4, -36.8, 0.0), 40.0, "fingers round the block"),
     "wait": Point(Joints.of(30.0, 60.0, -80.0, -60.0, 0.0), None, "out of the way"),
 }
-FETCH = StepList(
-    (
-        Step("above"),
-        Step(gripper="open"),
-        Step("pick", "line", 0.3),
-        Step(gripper="grasp"),
-        Step("above", "line", 0.5),
-    )
-)
 
 
 class Clock:
@@ -143,7 +134,6 @@ def standing() -> Iterator[Arm]:
         begin(arm)
         for name, point in POINTS.items():
             arm.points[name] = point
-        arm.points.put_sequence("fetch", FETCH, instead_of=None)
         yield arm
 
 

@@ -1,4 +1,4 @@
-"""Teach points, look at a motion before it begins, and run a sequence over the points.
+"""Teach points, look at a motion before it begins, and go from point to point.
 
 Runs unattended on the simulated TeachMover. The points go into a folder of their own here; without
 that they are kept beside the arm files, and `armdrive points list` shows where.
@@ -7,7 +7,7 @@ that they are kept beside the arm files, and `armdrive points list` shows where.
 import os
 import tempfile
 
-from armdrive import Arm, LineMove, Pose, Step, StepList, Stepper
+from armdrive import Arm, LineMove, Pose
 
 with tempfile.TemporaryDirectory() as home:
     os.environ["ARMDRIVE_HOME"] = home
@@ -20,16 +20,10 @@ with tempfile.TemporaryDirectory() as home:
 
         print(arm.preview(LineMove("above")))  # sends nothing, moves nothing
 
-        fetch = StepList(
-            (
-                Step("above"),
-                Step(gripper="open"),
-                Step("pick", how="line", speed=0.5),
-                Step("above", how="line"),
-            )
-        )
-        arm.points.put_sequence("fetch", fetch, instead_of=None)
-        stepper = Stepper(arm, fetch, arm.points)
-        stepper.run(print)
-        print("and back to", stepper.backward())
+        arm.move_to("above", speed=0.5)
+        arm.gripper.open()
+        arm.move_l("pick", speed=0.3)
+        arm.move_l("above")
+        for name, point in arm.points.items():
+            print(name, point.joints)
         print(arm.points.path.read_text(encoding="utf-8"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import pkgutil
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -16,41 +17,33 @@ from tui.keys.keyboard import Keyboard
 from tui.keys.remap import load_keys
 from tui.log import LogScreen
 from tui.move import MoveScreen
-from tui.points import PointsScreen
 from tui.settings import memory_file
 from tui.terminal import draws_braille, forget_a_closed_terminal
 
-# What these need takes as long to load as the desk itself, so each is loaded when first shown:
-# setting up probes ports, theory has the textbook, programs have a parser.
 
+def _on_demand(place: str) -> Callable[[], DeskScreen]:
+    """Return a function that imports the screen at a place, `package.module:Name`, and makes one.
 
-def _setup() -> DeskScreen:
-    from tui.setup import SetupScreen
+    What such a screen needs takes as long to load as the desk itself: setting up probes ports,
+    theory has the textbook, programs and points have a parser.
+    """
 
-    return SetupScreen()
+    def made() -> DeskScreen:
+        screen: DeskScreen = pkgutil.resolve_name(place)()
+        return screen
 
-
-def _theory() -> DeskScreen:
-    from tui.theory import TheoryScreen
-
-    return TheoryScreen()
-
-
-def _program() -> DeskScreen:
-    from tui.program import ProgramScreen
-
-    return ProgramScreen()
+    return made
 
 
 SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
     {
         "jog": JogScreen,
         "move": MoveScreen,
-        "points": PointsScreen,
+        "points": _on_demand("tui.points:PointsScreen"),
         "log": LogScreen,
-        "setup": _setup,
-        "theory": _theory,
-        "program": _program,
+        "setup": _on_demand("tui.setup:SetupScreen"),
+        "theory": _on_demand("tui.theory:TheoryScreen"),
+        "program": _on_demand("tui.program:ProgramScreen"),
     }
 )
 """The screens of a desk by their ids."""

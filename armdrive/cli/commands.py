@@ -25,7 +25,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
     },
     "Program": {
         "run": ("program.run:run", "run or check a program"),
-        "teach": ("program", "record places by moving"),
+        "teach": ("program.teach:record", "record a program by moving"),
         "shell": ("program.shell:run", "type program words"),
         "pendant": ("drive", "copy the arm's program"),
         "demo": ("program.demo:run", "watch blocks being stacked"),
@@ -83,7 +83,6 @@ INSTEAD: Mapping[str, str] = MappingProxyType(
         "reference": "armdrive home",
         "setup": "armdrive config new",
         "simulate": "armdrive sim DIALECT",
-        "teach record": "armdrive teach follow SEQUENCE",
         "zero": "armdrive home",
     }
 )

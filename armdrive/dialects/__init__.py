@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from armdrive.dialects.controller import Controller
     from armdrive.dialects.recognition import Recognition
     from armdrive.dialects.words import Describer
-    from armdrive.storage.points import Point, StepList
     from firmware_protocol.frames import Unpacker
 
 
@@ -51,8 +50,7 @@ class PendantTools(Generic[P]):
     `from_words` decodes the words of every row; `row` creates the row of a motion to absolute
     registers at a share of the arm's speed. `text` returns a program as a file, with the time at
     which it was read and the meaning of each row; `parse` reads such a file of at most
-    `largest_bytes`; `view` returns it as plain data. `taught_by` creates points and a sequence with
-    a name and a note.
+    `largest_bytes`; `view` returns it as plain data, and `places` returns where its rows lead.
     """
 
     from_words: Callable[[Sequence[Sequence[int]], Origin], P]
@@ -60,7 +58,7 @@ class PendantTools(Generic[P]):
     parse: Callable[[str], P]
     text: Callable[[ArmConfig, P, str], str]
     view: Callable[[ArmConfig, P], dict[str, Any]]
-    taught_by: Callable[[ArmConfig, P, str, str], tuple[dict[str, Point], StepList]]
+    places: Callable[[ArmConfig, P], tuple[Any, ...]]
     largest_bytes: int
 
 

@@ -8,13 +8,13 @@ Which file decides what:
     interpreter       what each word does, as acts; the bounds of calls and values
     acts              what a program can ask of an arm
     running           acts carried out on an arm; the person
-    waits             delays of programs and sequences, and how pauses and stops affect them
+    waits             delays of programs, and how pauses and stops affect them
     rehearsal         the same acts on a simulated twin, its assumptions, and its time limit
     progress          the progress of a run, and its remaining time
     journal           the record of an interrupted run, and whether it may be resumed
     session, shell    lines typed at a prompt, and the prompt's own words
     scripts           Python scripts on the chosen arm; `script_rehearsal` on its twin
-    teaching/         sequences: recording, editing, stepping, exporting
+    teaching/         places of the arm written as lines of a program
     problems          mistakes in a program, shown below their line
 """
 

@@ -418,6 +418,17 @@ def checked_program(program: Program, problems: Iterable[Problem] = ()) -> Progr
 ENDING = ".arm"
 
 
+def program_path(word: str, example: str) -> Path:
+    """Return the path of a program file that a person names; `example` shows how."""
+    name = word.strip().strip('"')
+    if not name:
+        raise BadRequest(f"say which file: `{example}`")
+    path = Path(name)
+    if path.suffix.lower() != ENDING:
+        raise BadRequest(f"{path} is not a program file: its name must end in {ENDING}")
+    return path
+
+
 @dataclass(frozen=True)
 class ArmProgram:
     """A program and the arm that it is for."""
@@ -427,7 +438,7 @@ class ArmProgram:
 
     def machine(self) -> Machine:
         """Return a machine at the beginning, with the arm's present points."""
-        taught = points_of(self.config.name, self.config.model.arm).read().points
+        taught = points_of(self.config.name, self.config.model.arm).read()
         points = {name: point.joints.deg for name, point in taught.items()}
         names = self.config.model.arm.joint_names
         return self.program.machine(points, fk=self._fk, joint_names=names)

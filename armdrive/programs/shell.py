@@ -32,9 +32,9 @@ from armdrive.programs.language.words import (
 )
 from armdrive.programs.language.writing import unparse
 from armdrive.programs.program import (
-    ENDING,
     ArmProgram,
     Machine,
+    program_path,
     read_program,
     read_program_file,
 )
@@ -188,7 +188,7 @@ def _drop(shell: Shell, rest: str) -> Answers:
 def _save(shell: Shell, rest: str) -> Answers:
     name, _, over = rest.rpartition(" ")
     named, force = (name, True) if over.lower() == OVER and name else (rest, False)
-    path = _program_path(named, "save stack.arm")
+    path = program_path(named, "save stack.arm")
     lines = shell.save(path, over=force)
     yield Reply(
         {"event": "saved", "file": str(path), "lines": lines},
@@ -198,23 +198,13 @@ def _save(shell: Shell, rest: str) -> Answers:
 
 
 def _load(shell: Shell, rest: str) -> Answers:
-    path = _program_path(rest, "load stack.arm")
+    path = program_path(rest, "load stack.arm")
     program = read_program_file(path)
     yield shell.session.load(program, str(path))
     yield Reply(
         {"event": "loaded", "file": str(path)},
         f"the subprograms, points and values of {path} are known; `names` lists them",
     )
-
-
-def _program_path(word: str, example: str) -> Path:
-    name = word.strip().strip('"')
-    if not name:
-        raise BadRequest(f"say which file: `{example}`")
-    path = Path(name)
-    if path.suffix.lower() != ENDING:
-        raise BadRequest(f"{path} is not a program file: its name must end in {ENDING}")
-    return path
 
 
 def _new(shell: Shell, _: str) -> Answers:

@@ -8,7 +8,6 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
 
 from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
 from armdrive.errors.arguments import BASIC, Rule, checked_calls, known_attributes, made_of
@@ -18,11 +17,7 @@ from armdrive.storage import files as places
 from armdrive.storage.files import DISK, NotWanted, StateFiles, followed, replace_durably, stamp_of
 from armdrive.storage.points import (
     POINTS,
-    SEQUENCES,
     Point,
-    Step,
-    StepList,
-    Taught,
     check_name,
     parse_points,
 )
@@ -33,15 +28,15 @@ from kinematics.spaces import Joints, Pose
 
 # Writes a file of points that a person can read, compare and edit.
 #
-# A change rewrites only the tables of the points and sequences that changed, and leaves every other
-# line alone, comments included.
+# A change rewrites only the tables of the points that changed, and leaves every other line alone,
+# comments included.
 
 DECIMALS = 4  # of a degree: the tip of a table-top arm moves by less than 0.001 mm
 HEADER_WIDTH = 24  # column of the comment with the pose, after a point's header
 
 HEADING = """\
-# Points and sequences of {arm}, in degrees, mm and seconds. Edit them as you like: they are
-# checked before the arm moves. docs/how-to/points.md explains every key.
+# Points of {arm}, in degrees and mm. Edit them as you like: they are checked before the arm moves.
+# docs/how-to/points.md explains every key.
 {key} = {format}
 """
 
@@ -55,12 +50,14 @@ class PointWriter:
     arm: str
     fk: Callable[[Joints], Pose]
 
-    def document(self, taught: Taught) -> str:
+    def document(self, points: Mapping[str, Point]) -> str:
         """Return the text of a new file."""
         heading = HEADING.format(arm=self.arm, key=FORMAT_KEY, format=FORMAT)
-        return "\n".join([heading, *self._tables(taught).values()])
+        return "\n".join([heading, *self._tables(points).values()])
 
-    def edited(self, text: str, before: Taught, after: Taught) -> str | None:
+    def edited(
+        self, text: str, before: Mapping[str, Point], after: Mapping[str, Point]
+    ) -> str | None:
         """Return the text with the changed tables rewritten; None if its layout prevents that.
 
         A table keeps its place and the comment lines above it. New tables are appended.
@@ -81,10 +78,8 @@ class PointWriter:
                 made = f"{made.rstrip()}\n\n{table}"
         return made if _same(made, after) else None
 
-    def _tables(self, taught: Taught) -> dict[tuple[str, str], str]:
-        points = {(POINTS, name): self._point(name, each) for name, each in taught.points.items()}
-        lists = {(SEQUENCES, name): _lines(name, each) for name, each in taught.sequences.items()}
-        return points | lists
+    def _tables(self, points: Mapping[str, Point]) -> dict[tuple[str, ...], str]:
+        return {(POINTS, name): self._point(name, each) for name, each in points.items()}
 
     def _point(self, name: str, point: Point) -> str:
         angles = {joint: round(angle, DECIMALS) + 0.0 for joint, angle in point.joints.deg.items()}
@@ -99,12 +94,12 @@ class PointWriter:
         return "\n".join([*rows, ""])
 
 
-def rounded(taught: Taught) -> Taught:
+def rounded(points: Mapping[str, Point]) -> dict[str, Point]:
     """Return the values as a file stores them, with angles and openings rounded.
 
     Values about to be written can then be compared with values that were read.
     """
-    return Taught({name: _rounded(each) for name, each in taught.points.items()}, taught.sequences)
+    return {name: _rounded(each) for name, each in points.items()}
 
 
 def _rounded(point: Point) -> Point:
@@ -112,28 +107,6 @@ def _rounded(point: Point) -> Point:
     opening = None if point.opening_mm is None else round(point.opening_mm, DECIMALS) + 0.0
     taught = None if point.taught is None else point.taught.replace(microsecond=0)
     return Point(Joints(tuple(turned), point.joints.names), opening, point.note, taught)
-
-
-def _lines(name: str, steps: StepList) -> str:
-    rows = [f"[{SEQUENCES}.{key(name)}]"]
-    rows += [f"note = {value(steps.note)}"] * bool(steps.note)
-    rows += ["steps = [", *(f"  {value(_step_table(each))}," for each in steps.steps), "]", ""]
-    return "\n".join(rows)
-
-
-def _step_table(step: Step) -> dict[str, Any]:
-    table: dict[str, Any] = {}
-    if step.point:
-        table["point"] = step.point
-    if step.how != "joint":
-        table["how"] = step.how
-    if step.gripper is not None:
-        table["gripper"] = step.gripper
-    if step.wait_s is not None:
-        table["wait_s"] = step.wait_s
-    if step.speed < 1.0:
-        table["speed"] = step.speed
-    return table
 
 
 def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -192,9 +165,9 @@ def _below(block: str) -> str:
     return "\n" * (len(block) - len(block.rstrip("\n")) - 1)
 
 
-def _same(text: str, wanted: Taught) -> bool:
-    """Return whether a text parses to the wanted points and sequences."""
-    names = next((point.joints.names for point in wanted.points.values()), ())
+def _same(text: str, wanted: Mapping[str, Point]) -> bool:
+    """Return whether a text parses to the wanted points."""
+    names = next((point.joints.names for point in wanted.values()), ())
     try:
         return rounded(parse_points(text, names)) == rounded(wanted)
     except PointsFileError:
@@ -206,22 +179,17 @@ TRIES = 5  # attempts at a change while other programs change the file
 ASIDE = ".before"  # ending of the old file if its layout could not be kept
 
 
-# The named points and sequences of one arm as a mapping, for programs.
+# The named points of one arm as a mapping, for programs.
 #
 # Every query reads the file again, and a change rewrites only the tables concerned, so that edits
 # by a person or another program are kept.
-
-V = TypeVar("V")
-
 
 A_POINT = 'arm.points.teach("pick")'
 
 RULES: Mapping[str, Rule] = {
     **BASIC,
     "Point": made_of(Point, "a point", A_POINT),
-    "StepList": made_of(StepList, "a sequence"),
     "Mapping[str, Point]": made_of(Mapping, "points by their names"),
-    "Mapping[str, StepList]": made_of(Mapping, "sequences by their names"),
 }
 """The rules for the arguments of `Points`, by the annotation of the parameter."""
 
@@ -275,19 +243,23 @@ class Points(MutableMapping[str, Point]):
             raise PointsFileError(f"{self.path} is larger than {LARGEST_BYTES} bytes")
         return data
 
-    def _parsed(self, data: bytes) -> Taught:
+    def _parsed(self, data: bytes) -> dict[str, Point]:
         try:
             return parse_points(data.decode("utf-8"), self._names)
         except (PointsFileError, UnicodeDecodeError) as error:
             raise PointsFileError(f"{self.path}: {error}") from None
 
-    def _change(self, change: Callable[[Taught], Taught]) -> None:
+    def _change(self, change: Callable[[dict[str, Point]], dict[str, Point]]) -> None:
         """Apply a change to the file; start over if another program changes the file meanwhile."""
         for _ in range(TRIES):
             data = self._bytes()
             before = self._parsed(data)
+            after = {
+                check_name(name): replace(each, joints=in_order(each.joints, self._names))
+                for name, each in change(before).items()
+            }
             try:
-                self._write(data, before, rounded(self._in_order(change(before))))
+                self._write(data, before, rounded(after))
             except NotWanted:
                 continue
             except OSError as error:
@@ -296,15 +268,7 @@ class Points(MutableMapping[str, Point]):
             return
         raise PointsChanged(f"{self.path} is being written by another program: try again")
 
-    def _in_order(self, taught: Taught) -> Taught:
-        """Return the points with their joints in the arm's order."""
-        points = {
-            name: replace(each, joints=in_order(each.joints, self._names))
-            for name, each in taught.points.items()
-        }
-        return replace(taught, points=points)
-
-    def _write(self, data: bytes, before: Taught, after: Taught) -> None:
+    def _write(self, data: bytes, before: dict[str, Point], after: dict[str, Point]) -> None:
         # `data` is what the change is based on; `wanted` sees whether it is still in the file.
         text = self._writer.edited(data.decode("utf-8"), before, after)
         path = followed(self.path)
@@ -334,8 +298,8 @@ class Points(MutableMapping[str, Point]):
 
     # -- reading ------------------------------------------------------------------------------
 
-    def read(self) -> Taught:
-        """Return all points and sequences in the file now; none if there is no file."""
+    def read(self) -> dict[str, Point]:
+        """Return all points in the file now; none if there is no file."""
         return self._parsed(self._bytes())
 
     @property
@@ -344,22 +308,13 @@ class Points(MutableMapping[str, Point]):
         return stamp_of(self.path)
 
     def __getitem__(self, name: str) -> Point:
-        return _found(self.read().points, name, "point")
+        return _found(self.read(), name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.read().points)
+        return iter(self.read())
 
     def __len__(self) -> int:
-        return len(self.read().points)
-
-    @property
-    def sequences(self) -> Mapping[str, StepList]:
-        """The sequences in the file now, by name."""
-        return self.read().sequences
-
-    def sequence(self, name: str) -> StepList:
-        """Return a sequence by its name."""
-        return _found(self.read().sequences, name, "sequence")
+        return len(self.read())
 
     # -- changing -----------------------------------------------------------------------------
 
@@ -369,7 +324,7 @@ class Points(MutableMapping[str, Point]):
         Raises `NotReferenced` if the position is unknown.
         """
         point = replace(self._here(), note=note)
-        before = self.read().points.get(check_name(name))
+        before = self.read().get(check_name(name))
         if before is not None and not again:
             raise BadRequest(
                 f"there is a point {name!r} already: teach it again, or choose another name"
@@ -380,7 +335,7 @@ class Points(MutableMapping[str, Point]):
         return point
 
     def __setitem__(self, name: str, point: Point) -> None:
-        self._change(lambda taught: replace(taught, points={**taught.points, name: point}))
+        self._change(lambda points: {**points, name: point})
 
     def __delitem__(self, name: str) -> None:
         self.remove(name, instead_of=self[name])
@@ -390,71 +345,46 @@ class Points(MutableMapping[str, Point]):
 
         Raises `PointsChanged` if the file has changed there since.
         """
-        self._replace(POINTS, name, instead_of, point)
 
-    def remove(self, name: str, *, instead_of: Point | None) -> None:
-        """Remove a point; raises `BadRequest` while a sequence uses it."""
-        self._replace(POINTS, name, instead_of, None)
+        def change(points: dict[str, Point]) -> dict[str, Point]:
+            _require_unchanged(points, name, instead_of)
+            return {**points, name: point}
 
-    def put_sequence(self, name: str, steps: StepList, *, instead_of: StepList | None) -> None:
-        """Replace the sequence last seen under a name, or add one; see `put`."""
-        self._replace(SEQUENCES, name, instead_of, steps)
+        self._change(change)
 
-    def remove_sequence(self, name: str, *, instead_of: StepList | None) -> None:
-        """Remove a sequence; raises `PointsChanged` like `put`."""
-        self._replace(SEQUENCES, name, instead_of, None)
+    def remove(self, name: str, *, instead_of: Point) -> None:
+        """Remove the point last seen under a name; raises `PointsChanged` like `put`."""
 
-    def _replace(
-        self, kind: str, name: str, seen: Point | StepList | None, new: Point | StepList | None
-    ) -> None:
-        """Replace the entry last seen under a name; with None for `new`, remove it."""
-
-        def change(taught: Taught) -> Taught:
-            known: dict[str, Any] = dict(getattr(taught, kind))
-            now = known.get(check_name(name))
-            if now != seen:
-                what = "has gone" if now is None else "is new" if seen is None else "was changed"
-                raise PointsChanged(f"{name!r} {what} in the file meanwhile; nothing was written")
-            if new is not None:
-                return replace(taught, **{kind: known | {name: new}})
-            if kind == POINTS and (users := taught.users(name)):
-                raise BadRequest(f"the point {name!r} is used by {', '.join(users)}")
-            _found(known, name, kind.removesuffix("s"))
-            del known[name]
-            return replace(taught, **{kind: known})
+        def change(points: dict[str, Point]) -> dict[str, Point]:
+            _require_unchanged(points, name, instead_of)
+            return {each: point for each, point in points.items() if each != name}
 
         self._change(change)
 
     def rename(self, old: str, new: str) -> None:
-        """Rename a point, also in the sequences that use it."""
+        """Rename a point. Programs that name it have to be changed by hand."""
 
-        def change(taught: Taught) -> Taught:
-            _found(taught.points, old, "point")
-            if check_name(new) in taught.points:
+        def change(points: dict[str, Point]) -> dict[str, Point]:
+            _found(points, old)
+            if check_name(new) in points:
                 raise BadRequest(f"there is a point {new!r} already")
-            points = {new if name == old else name: each for name, each in taught.points.items()}
-            return Taught(
-                points, {name: _gone_to(each, old, new) for name, each in taught.sequences.items()}
-            )
+            return {new if name == old else name: each for name, each in points.items()}
 
         self._change(change)
 
-    def put_all(
-        self, points: Mapping[str, Point], sequences: Mapping[str, StepList], *, again: bool = False
-    ) -> None:
-        """Write points and sequences in one change; `again` allows replacing existing ones.
+    def put_all(self, points: Mapping[str, Point], *, again: bool = False) -> None:
+        """Write points in one change; `again` allows replacing existing ones.
 
         Otherwise raises `BadRequest` for a name that is taken, and writes nothing.
         """
 
-        def change(taught: Taught) -> Taught:
-            taken = [name for name in points if name in taught.points]
-            taken += [name for name in sequences if name in taught.sequences]
+        def change(before: dict[str, Point]) -> dict[str, Point]:
+            taken = [name for name in points if name in before]
             if taken and not again:
                 raise BadRequest(
                     f"there is {', '.join(taken)} already: choose another name, or add --again"
                 )
-            return Taught({**taught.points, **points}, {**taught.sequences, **sequences})
+            return {**before, **points}
 
         self._change(change)
 
@@ -464,13 +394,16 @@ def points_of(arm: str, geometry: ArmGeometry, here: Callable[[], Point] = not_c
     return Points(places.points_file(arm), arm, geometry.joint_names, geometry.fk, here)
 
 
-def _found(known: Mapping[str, V], name: str, what: str) -> V:
+def _found(known: Mapping[str, Point], name: str) -> Point:
     if name not in known:
-        listed = f"known are {', '.join(known)}" if known else f"no {what} has been saved yet"
-        raise UnknownPoint(f"there is no {what} {name!r}: {listed}{suggestion(name, known)}")
+        listed = f"known are {', '.join(known)}" if known else "no point has been saved yet"
+        raise UnknownPoint(f"there is no point {name!r}: {listed}{suggestion(name, known)}")
     return known[name]
 
 
-def _gone_to(steps: StepList, old: str, new: str) -> StepList:
-    renamed = (replace(each, point=new) if each.point == old else each for each in steps.steps)
-    return replace(steps, steps=tuple(renamed))
+def _require_unchanged(points: Mapping[str, Point], name: str, seen: Point | None) -> None:
+    """Raise `PointsChanged` unless the file has this point under a name, or none."""
+    now = points.get(check_name(name))
+    if now != seen:
+        what = "has gone" if now is None else "is new" if seen is None else "was changed"
+        raise PointsChanged(f"{name!r} {what} in the file meanwhile; nothing was written")

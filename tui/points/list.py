@@ -1,4 +1,4 @@
-"""The list of points and sequences as a person goes through it, and the name being typed."""
+"""The list of points as a person goes through it, and the text being typed."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from armdrive.errors import ArmError, BadRequest
-from armdrive.programs.teaching.steps import parse_step
-from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught
+from armdrive.programs.teaching.lines import GRIPS
+from armdrive.storage.points import NAME, Point
+from armdrive.text.numbers import number
 from tui.app import TypedText
 from tui.desk import Desk
 
@@ -23,26 +24,22 @@ PURPOSES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "teach": ("name of this place", _NO_NAME),
         "rename": ("new name", _NO_NAME),
-        "append": ("sequence to put it at the end of", _NO_NAME),
-        "to": ("point to go to", "not the name of a point"),
-        "gripper": (
-            "fingers: open, close, grasp, here, point, or mm",
-            "not an opening: type open, close, grasp, here, point, or mm",
+        "append": ("program to put it at the end of", _NO_NAME),
+        "fingers": (
+            "fingers: open, close, grasp, here, or mm",
+            "not an opening: type open, close, grasp, here, or mm",
         ),
         "wait": ("seconds to wait", "not a time: type seconds"),
     }
 )
 """For each kind of text: the prompt, and the complaint about other text."""
 
-STEPS = ("to", "gripper", "wait")
-"""The beginning of a step; the rest is typed, a name or a number."""
-
 HERE = "here"
 """Typed for an opening: as far as the fingers are open now."""
 
 
 class PointNaming:
-    """A name that is being typed, and what it is for: one of `PURPOSES`."""
+    """A name, an opening or a time that is being typed, and what it is for: one of `PURPOSES`."""
 
     def __init__(
         self,
@@ -51,150 +48,106 @@ class PointNaming:
         *,
         take: Callable[[PointNaming], None],
         offered: bool = False,
-        changes: bool = False,
     ) -> None:
-        """`take` uses the name once it is entered.
-
-        With `changes` the marked step becomes this one; else it is a further one.
-        """
+        """`take` uses the text once it is entered."""
         self.purpose = purpose
         self.take = take
-        self.changes = changes
-        letters = LETTERS | {"."} if purpose in STEPS else LETTERS
+        letters = LETTERS if self._is_name else LETTERS | {"."}
         self.line = TypedText(text, takes=letters.__contains__, offered=offered)
 
     @property
     def text(self) -> str:
-        """The name as it stands."""
+        """The text as it stands."""
         return self.line.text
 
     @property
     def good(self) -> bool:
-        """Whether the text is a valid name, or makes a step."""
-        if self.purpose not in STEPS:
+        """Whether the text is a valid name, an opening or a time."""
+        if self._is_name:
             return re.fullmatch(NAME, self.text) is not None
         try:
-            self.step(0.0)
+            _ = self.time_s if self.purpose == "wait" else self.grip(0.0)
         except BadRequest:
             return False
         return True
 
-    def step(self, opening_mm: float | None, speed: float = 1.0) -> Step:
-        """Return the step that was typed; `opening_mm` is how far the fingers are open now.
+    @property
+    def time_s(self) -> float:
+        """The time that was typed. Raises `BadRequest`."""
+        return number(self.text)
+
+    def grip(self, opening_mm: float | None) -> str | float:
+        """Return what the fingers shall do; `opening_mm` is how far they are open now.
 
         Raises `BadRequest`.
         """
-        if self.purpose == "gripper" and self.text == HERE:
+        if self.text == HERE:
             if opening_mm is None:
                 raise BadRequest("the opening of the fingers is unknown: reference the arm")
-            return Step(gripper=round(opening_mm, 1), speed=speed)
-        if wrong := self._no_number():
-            raise BadRequest(wrong)
-        word = "delay" if self.purpose == "wait" else self.purpose
-        step = parse_step(f"{word} {self.text}")
-        return step if step.wait_s is not None else replace(step, speed=speed)
+            return round(opening_mm, 1)
+        return self.text if self.text in GRIPS else number(self.text)
 
-    def _no_number(self) -> str:
-        """Say what is wrong with a word in the place of a number; nothing of all others."""
-        try:
-            float(self.text)
-        except ValueError:
-            if self.purpose == "wait" or (
-                self.purpose == "gripper" and self.text not in GRIPPER_WORDS
-            ):
-                return f"{self.text!r} is {PURPOSES[self.purpose][1]}"
-        return ""
+    @property
+    def _is_name(self) -> bool:
+        return self.purpose not in ("fingers", "wait")
 
 
 @dataclass(frozen=True, slots=True)
 class PointList:
-    """Points first, then sequences; `chosen` is a name, kept while the file changes around it."""
+    """The points by name; `chosen` is a name, kept while the file changes around it."""
 
-    taught: Taught = field(default_factory=Taught)
+    points: Mapping[str, Point] = field(default_factory=dict)
     chosen: str = ""
-    of_sequences: bool = False
 
     @property
-    def rows(self) -> tuple[tuple[bool, str], ...]:
-        """Every row: whether it is a sequence, and its name."""
-        points = tuple((False, name) for name in self.taught.points)
-        return (*points, *((True, name) for name in self.taught.sequences))
+    def names(self) -> tuple[str, ...]:
+        """Every name, in the order of the file."""
+        return tuple(self.points)
 
     @property
     def at(self) -> int:
         """The chosen row; the first one if the chosen name no longer exists."""
-        rows = self.rows
-        wanted = (self.of_sequences, self.chosen)
-        return rows.index(wanted) if wanted in rows else 0
+        return self.names.index(self.chosen) if self.chosen in self.points else 0
 
     @property
     def name(self) -> str:
         """The name of the chosen row; empty of an empty list."""
-        return self.rows[self.at][1] if self.rows else ""
+        return self.names[self.at] if self.points else ""
 
     @property
     def point(self) -> Point | None:
-        """The chosen point, None where a sequence or nothing is chosen."""
-        if not self.rows or self.rows[self.at][0]:
-            return None
-        return self.taught.points[self.name]
-
-    @property
-    def sequence(self) -> StepList | None:
-        """The chosen sequence, None where a point or nothing is chosen."""
-        if not self.rows or not self.rows[self.at][0]:
-            return None
-        return self.taught.sequences[self.name]
+        """The chosen point; None of an empty list."""
+        return self.points.get(self.name)
 
     def moved(self, by: int) -> PointList:
         """Go to another row."""
-        if not self.rows:
+        if not self.points:
             return self
-        sequence, name = self.rows[(self.at + by) % len(self.rows)]
-        return replace(self, chosen=name, of_sequences=sequence)
+        return replace(self, chosen=self.names[(self.at + by) % len(self.points)])
 
-    def with_taught(self, taught: Taught) -> PointList:
+    def with_points(self, points: Mapping[str, Point]) -> PointList:
         """Take what the file holds now; the chosen row stays chosen."""
-        return replace(self, taught=taught, chosen=self.name, of_sequences=self.point is None)
-
-    def choosing(self, name: str) -> PointList:
-        """Choose a point by its name."""
-        return replace(self, chosen=name, of_sequences=False)
+        return replace(self, points=points, chosen=self.name)
 
     def free_name(self) -> str:
         """Return a name that no point has: p1, p2 and so on."""
-        number = len(self.taught.points) + 1
-        while f"p{number}" in self.taught.points:
+        number = len(self.points) + 1
+        while f"p{number}" in self.points:
             number += 1
         return f"p{number}"
 
 
 class PointSelection:
-    """The chosen row and the marked step, which follow the file as it changes around them."""
+    """The chosen row, which follows the file as it changes around it."""
 
-    def __init__(self, desk: Desk, changed: Callable[[PointList], None]) -> None:
-        """`changed` is called with the list as it was before, when another one is shown."""
+    def __init__(self, desk: Desk, changed: Callable[[], None]) -> None:
+        """`changed` is called when something else is seen to be chosen."""
         self.listed = PointList()
         self.naming: PointNaming | None = None
-        """The name or number that is being typed."""
-        self.written: StepList | None = None
-        """The sequence as this desk last wrote it: its steps keep their marks."""
+        """The text that is being typed."""
         self._desk = desk
         self._changed = changed
         self._stamp: object = ()
-        self._marked: int | None = None
-
-    @property
-    def marked(self) -> int | None:
-        """The marked step, from 0; None while none is."""
-        steps = self.listed.sequence
-        if self._marked is None or steps is None or not steps.steps:
-            return None
-        return min(self._marked, len(steps.steps) - 1)
-
-    def mark(self, step: int | None) -> None:
-        """Mark a step, or none."""
-        self._marked = step
 
     def reread(self) -> None:
         """Show what stands in the file, when it has changed."""
@@ -203,23 +156,21 @@ class PointSelection:
             return
         self._stamp = stamp
         try:
-            self.show(self.listed.with_taught(points.read()))
+            self.show(self.listed.with_points(points.read()))
         except ArmError as error:
             self._desk.message = str(error)
 
     def show(self, listed: PointList) -> None:
         """Show another row, or the same one of another file."""
-        known = (self.listed.sequence, self.written)
-        if listed.name != self.listed.name or listed.sequence not in known:
-            self._marked = None  # what was marked is another step by now
         before, self.listed = self.listed, listed
-        self._changed(before)
+        if (before.name, before.point) != (listed.name, listed.point):
+            self._changed()
 
     def ask(self, naming: PointNaming) -> None:
-        """Ask for a name or a number. Whatever else was begun is taken back."""
+        """Ask for a text. Whatever else was begun is taken back."""
         self._desk.disarm("a name is asked for")
         self.naming = naming
 
     def choose_name(self, name: str) -> None:
         """Choose a point that was just written."""
-        self.listed = self.listed.choosing(name)
+        self.listed = replace(self.listed, chosen=name)

@@ -18,7 +18,6 @@ from armdrive.cli.options import (
     add_driven_arm_options,
     add_force_option,
     add_switches,
-    count,
 )
 from armdrive.errors import BadRequest
 from armdrive.runtime.overrides import LEAST_OVERRIDE
@@ -42,7 +41,7 @@ def _naming(*words: str, more: Declare | None = None) -> Declare:
 
 
 def _again(action: argparse.ArgumentParser) -> None:
-    add_switches(action, {"--again": "overwrite a point or sequence of that name"})
+    add_switches(action, {"--again": "overwrite a point of that name"})
 
 
 # --- disable
@@ -323,10 +322,11 @@ PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType({
                    "program.pendant:read", _naming("file", more=_into_file)),
     "write": Action("copy a file to the arm, and check it by reading it back",
                     "program.pendant:write", _naming("file", more=_into_arm)),
-    "points": Action("make points and a sequence from a file",
-                     "program.pendant:make_points", _naming("file", "name", more=_again)),
-    "make": Action("make a file from a taught sequence",
-                   "program.pendant:make_rows", _naming("name", "file", more=_into_file)),
+    "program": Action("make a program and its points from a file",
+                      "program.pendant:make_program",
+                      _naming("file", "program", more=add_force_option)),
+    "make": Action("make a file from a program of joint motions",
+                   "program.pendant:make_rows", _naming("program", "file", more=_into_file)),
 })  # fmt: skip
 """Every action of `pendant`."""
 
@@ -337,12 +337,12 @@ def _pendant(parser: argparse.ArgumentParser) -> None:
     Nothing moves. The file is text, which you can read, compare and edit.
 
     Examples:
-      armdrive pendant make stack stack.pendant          write a taught sequence to a file
+      armdrive pendant make stack.arm stack.pendant      make a file from a program
       armdrive pendant write stack.pendant               copy the file to the arm
       armdrive pendant show                              print the program in the arm
       armdrive pendant read monday.pendant               copy the program to a file
       armdrive pendant write monday.pendant --shift      and back, after the arm was homed again
-      armdrive pendant points monday.pendant tower       as points and a sequence `tower`
+      armdrive pendant program monday.pendant tower.arm  as a program and its points
 
     Every action prints JSON with --json.
 
@@ -358,13 +358,6 @@ def _point_go(action: argparse.ArgumentParser) -> None:
     add_switches(action, {"--line": "along a straight line"})
     action.add_argument("--speed", type=parse_speed, default=1.0, help=SPEED_HELP)
     add_switches(action, {"--preview": "show the motion; moves nothing"})
-
-
-def _point_run(action: argparse.ArgumentParser) -> None:
-    action.add_argument(
-        "--times", type=count, default=1, metavar="N", help="repeat N times (default 1)"
-    )
-    add_allow_restored(action)
 
 
 def _point_save(action: argparse.ArgumentParser) -> None:
@@ -393,34 +386,30 @@ def _offset(action: argparse.ArgumentParser) -> None:
 
 
 POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
-    "list": Action("list the points and sequences, and the file they are in",
+    "list": Action("list the points, and the file they are in",
                    "drive.points:list_points", _naming()),
-    "show": Action("show a point, or the steps of a sequence",
+    "show": Action("show a point",
                    "drive.points:show", _naming("name")),
     "save": Action("save the arm's present place under a name; moves nothing",
                    "drive.move:save_point", _naming("name", more=_point_save)),
     "go": Action("move the arm to a point",
                  "drive.move:go_to_point", _naming("name", more=_point_go)),
-    "run": Action("run a sequence",
-                  "program.teach:run_sequence", _naming("name", more=_point_run)),
-    "rename": Action("rename a point, also in the sequences that use it",
+    "rename": Action("rename a point",
                      "drive.points:rename", _naming("name", "new")),
-    "delete": Action("delete a point or a sequence",
+    "delete": Action("delete a point",
                      "drive.points:delete", _naming("name")),
-    "copy": Action("copy a point, or a sequence with its points",
-                   "program.teach:shape", _naming("name", "new", more=_again)),
-    "mirror": Action("copy a point or a sequence with left and right exchanged",
-                     "program.teach:shape", _naming("name", "new", more=_again)),
-    "export": Action("write a sequence as a program file",
-                     "program.teach:export", _naming("name", "file", more=add_force_option)),
-    "offset": Action("copy a point or a sequence to another place",
-                     "program.teach:shape", _naming("name", "new", more=_offset)),
+    "copy": Action("copy a point",
+                   "drive.points:derive", _naming("name", "new", more=_again)),
+    "mirror": Action("copy a point with left and right exchanged",
+                     "drive.points:derive", _naming("name", "new", more=_again)),
+    "offset": Action("copy a point to another place",
+                     "drive.points:derive", _naming("name", "new", more=_offset)),
 })  # fmt: skip
 """Every action of `points`."""
 
 
 def _points(parser: argparse.ArgumentParser) -> None:
-    """Save places by name, go to them, and run sequences of them.
+    """Save places by name, and go to them.
 
     Each arm has a file of points, which you may edit: docs/how-to/points.md describes it.
 
@@ -432,10 +421,8 @@ def _points(parser: argparse.ArgumentParser) -> None:
       armdrive points copy pick place
       armdrive points delete place
       armdrive points rename pick grip
-      armdrive points run stack
-      armdrive points mirror stack stack-left             the same on the other side
-      armdrive points offset stack stack2 --x 40 --turn 30
-      armdrive points export stack stack.arm              then: armdrive run stack.arm
+      armdrive points mirror grip grip_left               the same on the other side
+      armdrive points offset grip grip2 --x 40 --turn 30
 
     Every action prints JSON with --json.
 

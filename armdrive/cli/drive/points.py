@@ -1,52 +1,41 @@
-"""The file of an arm's saved points: list, show, rename and delete them."""
+"""The file of an arm's saved points: list, show, rename, delete and derive them."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from armdrive.cli.arm_files import chosen_points
 from armdrive.cli.presenter import Result
+from armdrive.config.arm import ArmConfig
+from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.status import pose_view
-from armdrive.storage.points import StepList, Taught, point_view
-from kinematics.text import counted
+from armdrive.storage.points import Point, check_name, point_view
 
 
 def list_points(options: argparse.Namespace) -> Result:
-    """List the points and sequences, and where their file is."""
+    """List the points, and where their file is."""
     _, book = chosen_points(options)
-    taught = book.read()
-    return Result(
-        {
-            "file": str(book.path),
-            "points": {name: point_view(each) for name, each in taught.points.items()},
-            "sequences": {name: _steps_view(each) for name, each in taught.sequences.items()},
-        },
-        _listed(book.path, taught),
-    )
+    points = book.read()
+    view = {"file": str(book.path), "points": {n: point_view(each) for n, each in points.items()}}
+    return Result(view, _listed(book.path, points))
 
 
-def _listed(path: Path, taught: Taught) -> Iterator[str]:
+def _listed(path: Path, points: Mapping[str, Point]) -> Iterator[str]:
     yield str(path)
-    width = max(map(len, [*taught.points, *taught.sequences]), default=0) + 2
-    for name, point in taught.points.items():
+    width = max(map(len, points), default=0) + 2
+    for name, point in points.items():
         yield f"  {name:<{width}}{point.joints}{f'   {point.note}' * bool(point.note)}"
-    for name, steps in taught.sequences.items():
-        note = f"   {steps.note}" * bool(steps.note)
-        yield f"  {name:<{width}}sequence of {counted(len(steps.steps), 'step')}{note}"
-    if not (taught.points or taught.sequences):
+    if not points:
         yield "  no points yet: `armdrive points save NAME` saves the place where the arm is"
 
 
 def show(options: argparse.Namespace) -> Result:
-    """Show a point, or the steps of a sequence."""
+    """Show a point."""
     config, book = chosen_points(options)
-    steps = book.read().sequences.get(options.name)
-    if steps is not None:
-        numbered = [f"{number:>3}  {step}" for number, step in enumerate(steps.steps, 1)]
-        return Result({"name": options.name, **_steps_view(steps)}, numbered)
     point = book[options.name]
     pose = config.model.arm.fk(point.joints)
     lines = [f"joints {point.joints}", f"tip {pose}"]
@@ -60,20 +49,16 @@ def show(options: argparse.Namespace) -> Result:
 
 
 def rename(options: argparse.Namespace) -> Result:
-    """Rename a point, also in sequences."""
+    """Rename a point."""
     _, book = chosen_points(options)
     book.rename(options.name, options.new)
     return _done(f"{options.name} is now {options.new}")
 
 
 def delete(options: argparse.Namespace) -> Result:
-    """Delete a point or a sequence."""
+    """Delete a point."""
     _, book = chosen_points(options)
-    taught = book.read()
-    if options.name in taught.sequences:
-        book.remove_sequence(options.name, instead_of=taught.sequences[options.name])
-    else:
-        del book[options.name]
+    del book[options.name]
     return _done(f"{options.name} is deleted")
 
 
@@ -81,5 +66,19 @@ def _done(text: str) -> Result:
     return Result({"done": text}, text)
 
 
-def _steps_view(steps: StepList) -> dict[str, Any]:
-    return {"note": steps.note, "steps": [str(step) for step in steps.steps]}
+def derive(options: argparse.Namespace) -> Result:
+    """Copy, mirror or offset a point; the new one is checked before it is written."""
+    config, book = chosen_points(options)
+    new = check_name(options.new)
+    made = _change(options, config).point(options.name, book[options.name])
+    book.put_all({new: made}, again=options.again)
+    return Result({"name": new, **point_view(made)}, f"{new}: {made.joints}")
+
+
+def _change(options: argparse.Namespace, config: ArmConfig) -> Reshape:
+    if options.action == "copy":
+        return Reshape(config, lambda joints: joints)
+    if options.action == "mirror":
+        return Reshape(config, partial(mirrored, config), f"{options.name} mirrored")
+    by = Offset(options.x, options.y, options.z, math.radians(options.turn))
+    return Reshape(config, partial(offset, config, by=by), f"{options.name} offset by {by}")

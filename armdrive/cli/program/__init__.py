@@ -7,7 +7,7 @@ Which file decides what:
     run_common   the user's input during a run: Enter, pauses, a second Ctrl-C
     run_output   what is printed while a program runs
     shell        reading and completing lines at a prompt
-    teach        recording, editing, running and exporting sequences
+    teach        a program recorded as another program moves the arm
     pendant      the program in an arm's own memory, and when it is overwritten
     demo         the demonstration
     arguments    the options of all of them, and the text of their help

@@ -8,23 +8,22 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.cli.options import (
-    Action,
+    ONLY_DRIVEN,
     Declare,
-    add_actions,
     add_allow_restored,
     add_arm_options,
+    add_driven_arm_options,
     add_force_option,
     add_json_option,
     add_pace_option,
     add_switches,
-    count,
     duration,
     positive,
 )
 from armdrive.errors import BadRequest
 from armdrive.moves import REST_S
 from armdrive.sim.world.table import TableBlock, block_of
-from armdrive.text.numbers import number, parse_speed
+from armdrive.text.numbers import parse_speed
 
 # --- demo
 
@@ -189,99 +188,30 @@ def _block(words: str) -> TableBlock:
 # --- teach
 
 
-def _sequence(*numbers: str, more: Declare | None = None) -> Declare:
-    """Return what declares a sequence, numbers of its steps, further options, and the arm."""
+def _teach(parser: argparse.ArgumentParser) -> None:
+    """Record a program as another program moves the arm.
 
-    def declare(action: argparse.ArgumentParser) -> None:
-        action.add_argument("name", metavar="SEQUENCE")
-        for word in numbers:
-            action.add_argument(word, type=count, metavar=word.upper())
-        if more is not None:
-            more(action)
-        add_arm_options(action)
+    Wherever the arm rests becomes a saved point, and the motion to it a line of the program, until
+    Ctrl-C or the end of the other program. Recording never moves the arm. The lines are those of
+    docs/reference/programs.md: edit them as you like.
 
-    return declare
+    Examples:
+      armdrive jog                              in one terminal: jog the arm
+      armdrive teach stack.arm                  in another: Ctrl-C ends the recording
+      armdrive teach stack.arm --line --speed 30%
+      armdrive run stack.arm --check            rehearse it; moves nothing
 
-
-def _step_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("step", nargs="+", metavar="WORD", help="the step, as `points show` has it")
-
-
-def _to_last(action: argparse.ArgumentParser) -> None:
-    action.add_argument("last", type=count, nargs="?", metavar="LAST", help="... up to this one")
-
-
-def _retime_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("first", type=count, nargs="?", metavar="FIRST", help="one step only ...")
-    _to_last(action)
-    action.add_argument("--speed", type=parse_speed, help="a new speed, 0.5 or 50%%")
-    action.add_argument("--factor", type=number, default=1.0, help="multiply the speeds")
-    action.add_argument("--wait", type=duration, metavar="SECONDS", help="set the waits")
-    action.add_argument("--wait-factor", type=number, default=1.0, help="multiply the waits")
-
-
-def _here_words(action: argparse.ArgumentParser) -> None:
-    add_allow_restored(action)
-    action.add_argument("--point", metavar="NAME", help="name of the point")
-    add_switches(action, {"--line": "go there along a straight line"})
-    action.add_argument("--speed", type=parse_speed, default=1.0, help="0.5 or 50%%")
-
-
-def _record_words(action: argparse.ArgumentParser) -> None:
-    add_switches(action, {"--line": "make every move a straight line"})
-    action.add_argument("--speed", type=parse_speed, default=1.0, help="of every move, 0.5 or 50%%")
-    add_switches(action, {"--waits": "record how long the arm rested"})
-    action.add_argument(
+    """
+    parser.add_argument("program", metavar="PROGRAM", help=f"a new {PROGRAM} file")
+    add_switches(parser, {"--line": "make every move a straight line"})
+    parser.add_argument("--speed", type=parse_speed, default=1.0, help="of every move, 0.5 or 50%%")
+    add_switches(parser, {"--waits": "record how long the arm rested"})
+    parser.add_argument(
         "--rest", type=duration, default=REST_S, metavar="SECONDS",
         help=f"how long the arm must rest at a place to record it (default {REST_S:g})",
     )  # fmt: skip
-    add_switches(action, {"--again": "overwrite an existing sequence"})
-
-
-def _reverse_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("new", metavar="NEW", help="name of the new sequence")
-
-
-TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
-    "follow": Action("add a step wherever another program lets the arm rest, until Ctrl-C",
-                     "program.teach:record", _sequence(more=_record_words)),
-    "here": Action("save the arm's present place as the next step",
-                   "program.teach:here", _sequence(more=_here_words)),
-    "add": Action("add a step at the end, or begin a new sequence",
-                  "program.teach:add", _sequence(more=_step_words)),
-    "insert": Action("put a step before another",
-                     "program.teach:insert", _sequence("at", more=_step_words)),
-    "remove": Action("remove steps",
-                     "program.teach:remove", _sequence("first", more=_to_last)),
-    "move": Action("move a step to another place",
-                   "program.teach:move", _sequence("old", "new")),
-    "retime": Action("change speeds and waits, of all steps or of some",
-                     "program.teach:retime", _sequence(more=_retime_words)),
-    "reverse": Action("make the reverse of a sequence",
-                      "program.teach:reverse", _sequence(more=_reverse_words)),
-})  # fmt: skip
-"""Every action of `teach`."""
-
-
-def _teach(parser: argparse.ArgumentParser) -> None:
-    """Make a sequence of places by moving the arm, and edit it step by step.
-
-    A sequence and its points are in the arm's file of points (docs/how-to/points.md).
-
-    Examples:
-      armdrive teach follow stack               jog the arm in another terminal; Ctrl-C here ends it
-      armdrive teach here stack                 save the arm's present place as the next step
-      armdrive teach add stack gripper grasp    a step at the end
-      armdrive teach insert stack 3 to above along a line at 30%
-      armdrive teach remove stack 4 6           steps 4 to 6
-      armdrive teach move stack 5 2             step 5 becomes step 2
-      armdrive teach retime stack --factor 0.5  half as fast, waits as they are
-      armdrive teach reverse stack unstack      reversed, under a new name
-
-    Every action prints JSON with --json.
-
-    """
-    add_actions(parser, TEACH_ACTIONS)
+    add_switches(parser, {"--force": "overwrite an existing file and its points"})
+    add_driven_arm_options(parser, ONLY_DRIVEN)
 
 
 ARGUMENTS: Mapping[str, Declare] = MappingProxyType(

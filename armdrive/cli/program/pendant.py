@@ -9,11 +9,14 @@ from pathlib import Path
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_points, chosen_target
 from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
+from armdrive.cli.program.teach import point_prefix
 from armdrive.cli.terminal_operator import ready_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OperatorNeeded, PendantFileError
+from armdrive.errors.printable import command_line
 from armdrive.motion.device import named_rows
-from armdrive.programs.teaching.export import rows_of
+from armdrive.programs.program import program_path, read_program_file
+from armdrive.programs.teaching.rows import program_of, rows_of
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.status import BELIEVED
@@ -114,33 +117,32 @@ def text_of(config: ArmConfig, program: PendantProgram) -> str:
     return pendant_of(config).text(config, program, f"{datetime.now():%Y-%m-%d %H:%M}")
 
 
-# From a pendant's rows to taught points, and back.
+# From a pendant's rows to a program, and back.
 
 
-def make_points(options: argparse.Namespace) -> Result:
-    """Make points and a sequence of a file's rows; the arm need not be there."""
+def make_program(options: argparse.Namespace) -> Result:
+    """Make a program and its points of a file's rows; the arm need not be there."""
+    path = program_path(options.program, "armdrive pendant program monday.pendant tower.arm")
+    require_free(path, overwrite=options.force, how="add --force")
     config, book = chosen_points(options)
-    program = from_file(Path(options.file), config)
-    note = f"from the arm's own program, {Path(options.file).name}"
-    points, steps = pendant_of(config).taught_by(config, program, options.name, note)
-    book.put_all(points, {options.name: steps}, again=options.again)
-    count = len(steps.steps)
+    rows = from_file(Path(options.file), config)
+    points, text = program_of(config, rows, point_prefix(path.stem))
+    book.put_all(points, again=options.force)
+    write_named(path, text.encode("utf-8"))
     return Result(
-        {"sequence": options.name, "points": list(points), "steps": count},
-        f"{options.name}: {counted(count, 'step')} over {counted(len(points), 'point')}, in "
-        f"{book.path}",
+        {"file": str(path), "points": list(points)},
+        f"{counted(len(points), 'point')}, in {book.path}; "
+        f"`{command_line('run', path, '--check')}` rehearses {path}",
     )
 
 
 def make_rows(options: argparse.Namespace) -> Result:
-    """Make a file of rows of a sequence, as the arm's registers count now."""
+    """Make a file of rows of a program, as the arm's registers count now."""
     require_free(Path(options.file), overwrite=options.force)
+    source = read_program_file(Path(options.program))
     with ready_arm(options) as arm:
-        steps, taught = arm.points.sequence(options.name), arm.points.read()
-        origin = arm.controller.read_program().origin
-        program = rows_of(arm.config, steps, taught.points, origin)
+        program = rows_of(arm, source, arm.controller.read_program().origin)
         into_file(Path(options.file), arm.config, program)
     view = {"file": options.file, "rows": len(program.rows)}
-    return Result(
-        view, f"{options.name} is {counted(len(program.rows), 'row')} in {options.file} now"
-    )
+    rows = counted(len(program.rows), "row")
+    return Result(view, f"{options.program} is {rows} in {options.file} now")

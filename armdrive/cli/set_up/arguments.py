@@ -24,7 +24,7 @@ from armdrive.setup.templates import available
 
 
 SHELLS = ("bash", "zsh", "fish")
-COMPLETED = ("arms", "places", "sequences")
+COMPLETED = ("arms", "points")
 """The names for which a completion script asks."""
 
 

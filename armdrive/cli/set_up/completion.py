@@ -31,7 +31,6 @@ from armdrive.errors.printable import command_line
 from armdrive.errors.table import ENTRIES
 from armdrive.registry.arm_files import arm_paths
 from armdrive.storage.point_file import points_of
-from armdrive.storage.points import Taught
 from kinematics.textbook.systems import MODEL_NAMES
 
 ALL: Mapping[str, Declare] = MappingProxyType({**DRIVE, **PROGRAM, **SET_UP, **LOOK, **LEARN})
@@ -102,18 +101,9 @@ def _arms() -> Iterable[str]:
     return [path.stem for path in arm_paths()]
 
 
-def _taught() -> Taught:
+def _points() -> Iterable[str]:
     config = find(default_arm()).config
-    return points_of(config.name, config.model.arm).read()
-
-
-def _places() -> Iterable[str]:
-    taught = _taught()
-    return (*taught.points, *taught.sequences)
-
-
-def _sequences() -> Iterable[str]:
-    return tuple(_taught().sequences)
+    return tuple(points_of(config.name, config.model.arm))
 
 
 def _quietly(names: Callable[[], Iterable[str]]) -> Callable[[], Iterable[str]]:
@@ -131,8 +121,7 @@ def _quietly(names: Callable[[], Iterable[str]]) -> Callable[[], Iterable[str]]:
 NAMES: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
     {
         "arms": _quietly(_arms),
-        "places": _quietly(_places),
-        "sequences": _quietly(_sequences),
+        "points": _quietly(_points),
     }
 )
 """What a script may ask for."""
@@ -157,9 +146,7 @@ _ASKED: Mapping[tuple[str, str], Any] = MappingProxyType(
         ("", "arm"): _ask("arms"),
         ("config", "name"): _ask("arms"),
         ("config", "arms"): _ask("arms"),
-        ("points", "name"): _ask("places"),
-        ("teach", "name"): _ask("sequences"),
-        ("pendant", "name"): _ask("sequences"),
+        ("points", "name"): _ask("points"),
     }
 )
 """What completes the values of an argument, by its command (any, where none is named)."""

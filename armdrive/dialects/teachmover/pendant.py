@@ -18,7 +18,6 @@ from armdrive.dialects.speed_table import SpeedTable
 from armdrive.errors import BadRequest, DeviceFault, PendantFileError, Refused
 from armdrive.errors.arguments import made_of, several
 from armdrive.status import joints_view
-from armdrive.storage.points import SAME_OPENING_MM, SLOWEST_STEP, Point, Step, StepList
 from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
 from firmware_protocol.teachmover.messages import MOVE_KIND
@@ -218,11 +217,14 @@ def _line(row: ProgramRow) -> str:
 #
 # Registers plus the program's origin are motor steps of the arm's model.
 
+SLOWEST = 0.01  # the lowest speed that a row is taken to have, as a share of the fastest
+
 
 @dataclass(frozen=True, slots=True)
 class RowPlace:
     """A row's target (joint angles, gripper opening), the busiest motor's rate, and the speed."""
 
+    number: int
     joints: Joints
     opening_mm: float
     rate_hz: float
@@ -243,7 +245,8 @@ def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> Row
     joints, opening_mm = transmission.to_joints(Motors(steps))
     rate = rate_hz(config, row)
     fastest = SpeedTable(config.device.speed_table).points[-1][1]
-    return RowPlace(joints, opening_mm, rate, min(max(round(rate / fastest, 2), SLOWEST_STEP), 1.0))
+    speed = min(max(round(rate / fastest, 2), SLOWEST), 1.0)
+    return RowPlace(row.number, joints, opening_mm, rate, speed)
 
 
 def meaning(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> str:
@@ -293,14 +296,10 @@ def move_row(
     return ProgramRow.move(number, table.setting(table.points[-1][1] * speed), positions)
 
 
-def taught_by(
-    config: ArmConfig, program: PendantProgram, name: str, note: str = ""
-) -> tuple[dict[str, Point], StepList]:
-    """Return points and a sequence that do the same as a pendant's program.
+def places(config: ArmConfig, program: PendantProgram) -> tuple[RowPlace, ...]:
+    """Return the targets of a program's rows, one after another.
 
-    Points are named after the sequence and their rows. A row that moves only the fingers becomes a
-    gripper step. For a row that moves both, the arm moves first. Raises `Refused` if the meaning of
-    the rows is unknown.
+    Raises `Refused` if the meaning of the rows is unknown, or if there are none.
     """
     if program.origin is None:
         raise Refused(
@@ -308,24 +307,15 @@ def taught_by(
             "read the program again"
         )
     if not program.rows:
-        raise Refused("the program has no rows: there is nothing to make points of")
+        raise Refused("the program has no rows")
     program.require_once()
-    points: dict[str, Point] = {}
-    steps: list[Step] = []
-    last: RowPlace | None = None
+    found = []
     for row in program.rows:
         place = place_of(config, program, row)
         if place is None:
             raise Refused(f"row {row.number} is of an unknown kind: take it out, or make it a move")
-        if last is None or place.joints != last.joints:
-            point = f"{name}-{row.number}"
-            points[point] = Point(place.joints, place.opening_mm, f"row {row.number}")
-            steps.append(Step(point, speed=place.speed))
-        if last is None or abs(place.opening_mm - last.opening_mm) >= SAME_OPENING_MM:
-            opening = round(max(place.opening_mm, 0.0), 1)
-            steps.append(Step(gripper=opening, speed=place.speed))
-        last = place
-    return points, StepList(tuple(steps), note or "from the arm's own program")
+        found.append(place)
+    return tuple(found)
 
 
 PENDANT = PendantTools(
@@ -334,7 +324,7 @@ PENDANT = PendantTools(
     parse=parse_pendant,
     text=text_of,
     view=view,
-    taught_by=taught_by,
+    places=places,
     largest_bytes=LARGEST_BYTES,
 )
 """The functions for a TeachMover's program memory, for the registry entry."""

@@ -1,4 +1,4 @@
-"""The words of programs, of the shell and of sequences: reading, checks, help and docs use them."""
+"""The words of programs and of the shell: reading, checks, help and docs use them."""
 
 from __future__ import annotations
 
@@ -216,17 +216,6 @@ SHELL = (
     WordForm("exit", "exit", "Leave, as `quit` does."),
 )
 """The words of the shell."""
-
-TEACH = (
-    WordForm("to", "to POINT [along a line] [at SPEED]", "Go to a saved point."),
-    WordForm(
-        "gripper",
-        "gripper open|close|grasp|point|MM [at SPEED]",
-        "Move the fingers; `point` brings them to the opening of the point.",
-    ),
-    WordForm("delay", "delay SECONDS", "Let time pass."),
-)
-"""The steps of a taught sequence, which only `armdrive teach` and the desk know."""
 
 SHAPES = (*(form.name for form in FORMS if form.name.isalpha()), "else")
 """The first words of the lines that shape a program."""

@@ -1,9 +1,9 @@
-"""Taught sequences: their steps, recording, stepping through them, shaping points, exporting.
+"""Teaching: places of the arm become points, and the lines of a program that goes to them.
 
 Which file decides what:
 
-    steps      how a step is typed, and how steps are edited
-    sequence   when a place at rest becomes a step, and stepping there and back
-    shape      points mirrored, shifted and turned
-    export     a sequence as a program, or as rows for an arm's own memory
+    lines        how a motion, the fingers and a delay are written as lines of a program
+    recording    when a place at rest becomes a line
+    shape        points mirrored, shifted and turned
+    rows         a program as rows for an arm's own memory, and back
 """

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import OutOfBounds, Refused, UnknownPoint
+from armdrive.errors import OutOfBounds, Refused
 from armdrive.motion.plan import guard_error, limit_error
-from armdrive.storage.points import Point, StepList, Taught
-from kinematics.errors import KinematicsError, suggestion
+from armdrive.storage.points import Point
+from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints, Pose
 
@@ -97,27 +97,8 @@ class Reshape:
         except (KinematicsError, Refused) as error:
             raise Refused(f"the point {name!r} cannot go there: {error}") from error
         _require_allowed(self.config, name, joints)
-        return Point(joints, old.opening_mm, self._noted(old.note))
-
-    def taught(self, name: str, new: str, known: Taught) -> Taught:
-        """Return the new points, and the new sequence, of the point or sequence `name`.
-
-        The points of a new sequence are called `NEW-OLD`. Raises `UnknownPoint` for an unknown
-        name.
-        """
-        if name not in known.points and name not in known.sequences:
-            hint = suggestion(name, [*known.points, *known.sequences])
-            raise UnknownPoint(f"there is no point and no sequence {name!r}{hint}")
-        steps = known.sequences.get(name)
-        names = {name: new} if steps is None else {old: f"{new}-{old}" for old in steps.points}
-        made = {after: self.point(old, known.points[old]) for old, after in names.items()}
-        if steps is None:
-            return Taught(made)
-        gone = (replace(step, point=names.get(step.point, "")) for step in steps.steps)
-        return Taught(made, {new: StepList(tuple(gone), self._noted(steps.note))})
-
-    def _noted(self, note: str) -> str:
-        return "; ".join(text for text in (note, self.note) if text)
+        note = "; ".join(text for text in (old.note, self.note) if text)
+        return Point(joints, old.opening_mm, note)
 
 
 def _require_allowed(config: ArmConfig, name: str, joints: Joints) -> None:
