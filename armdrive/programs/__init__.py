@@ -20,7 +20,7 @@ Which file decides what:
 
 TYPE_CHECKING = False  # as typing's
 if TYPE_CHECKING:
-    from armdrive.programs.program import Program, read_program, written_program
+    from armdrive.programs.program import Program, read_program
 else:
 
     def __getattr__(name: str) -> object:
@@ -32,4 +32,4 @@ else:
         return getattr(program, name)
 
 
-__all__ = ["Program", "read_program", "written_program"]
+__all__ = ["Program", "read_program"]

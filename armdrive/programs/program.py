@@ -47,7 +47,6 @@ from armdrive.programs.language.values import (
     truth,
 )
 from armdrive.programs.language.words import ValueKind
-from armdrive.programs.language.writing import unparse
 from armdrive.programs.problems import (
     Problem,
     ProgramError,
@@ -387,11 +386,6 @@ def _brought(act: Act, answer: Answer) -> Value:
 
 
 # Reading a program.
-
-
-def written_program(tree: Tree, file: str = "") -> Program:
-    """Write a tree down as text, and read that as a program."""
-    return read_program(unparse(tree), file)
 
 
 def read_program(text: str, file: str = "") -> Program:

@@ -114,8 +114,8 @@ async def test_a_simulated_arm_is_named_without_a_link_that_it_has_not():
 
 SILENT = [
     # where a key has nothing to do, and what it says then
-    ("f4 right", "choose a sequence"),
-    ("f4 home", "choose a sequence"),
+    ("f4 g", "a on a point begins a program"),
+    ("f4 backspace", "no line to take back"),
     ("f4 delete", "nothing to delete"),
     ("f5 left", "the first step"),
     ("f5 backspace", "nothing here for this key"),

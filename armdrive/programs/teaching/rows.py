@@ -41,7 +41,7 @@ def rows_of(arm: Arm, program: Program, origin: tuple[int, ...] | None) -> Penda
             line = "" if run.at is None else f"line {run.at.mark.line} "
             raise Refused(f"{line}cannot be a row: {error}") from error
     if not maker.rows:
-        raise Refused("the program moves nothing: there is nothing to make rows of")
+        raise Refused("the program has no `move`: there is nothing to make rows of")
     return PendantProgram(tuple(maker.rows), origin)
 
 
@@ -68,12 +68,12 @@ class RowMaker(Performer):
     def _add(self, move: object) -> None:
         if not isinstance(move, JointMove | PoseMove | GripperMove):
             raise Refused("the arm's memory has joint motions and openings of the fingers only")
-        if isinstance(move, GripperMove) and not self.rows:
-            raise Refused("a row is a posture of the whole arm: begin with a `move`")
         most = self.arm.abilities.program_rows
         if len(self.rows) >= most:
             raise Refused(f"the arm's memory holds {most} rows")
         self.arm.start(move, stops=self.waits.stops).wait()
+        if isinstance(move, GripperMove) and not self.rows:
+            return  # a row is a posture of the whole arm: the first one opens the fingers as well
         steps = self.arm.parts.core.position.acknowledged
         registers = tuple(at - zero for at, zero in zip(steps, self._origin, strict=True))
         number = len(self.rows) + 1

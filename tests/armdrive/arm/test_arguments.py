@@ -40,9 +40,6 @@ from armdrive import (
     Pose,
     Refused,
     SimulatedClock,
-    Step,
-    StepList,
-    Stepper,
     UnknownPoint,
     WaitTimeout,
 )
@@ -72,15 +69,12 @@ RIGHT = MappingProxyType(
         "Move": LineMove(A_POSE),
         "Joints | Pose": A_POSE,
         "Mapping[str, Point]": {},
-        "Mapping[str, StepList]": {},
         "PendantProgram": None,
         "Place": A_POSE,
         "Point": Point(Joints.of(0, 40, -60, -70, 0), None),
         "Point | None": None,
         "Pose": A_POSE,
         "Sequence[PathPart]": [LinePart(A_POSE)],
-        "StepList": None,
-        "StepList | None": None,
         "T | None": None,
         "TableBlock": None,
         "Task[T]": None,
@@ -96,7 +90,6 @@ WRONG = (object(), 1j, [object()], b"x", {"a": object()}, math.nan, math.inf, "\
 """Values of many kinds. A parameter is given those that its rule does not take."""
 
 HOME = Joints.of(0, 40, -60, -70, 0)
-STEPS = StepList((Step("pick"),))
 
 BELOW = frozenset({"known", "carry", "sync"})
 """Calls that take anything, and what carries the calls of an `AsyncArm`."""
@@ -321,11 +314,9 @@ def test_every_public_call_is_checked(kind):
 
 def others() -> dict[type, Callable[[], object]]:
     """Return how to make objects of the public classes that have no checked calls."""
-    steps = StepList((Step(point="pick"),))
     return {
         ArmWorld: ArmWorld,
         SimulatedClock: SimulatedClock,
-        Stepper: lambda: Stepper(bench(), steps, {}),
     }
 
 
@@ -494,19 +485,13 @@ def test_a_wrong_argument_is_a_type_error_as_well():
         (lambda: Point("pick"), "joints must be joint angles, not 'pick'"),
         (lambda: Point(HOME, note=5), "note must be text, not 5"),
         (lambda: Point(HOME, taught="now"), "taught must be a date and a time, not 'now'"),
-        (lambda: Step(5), "point must be text, not 5"),
-        (lambda: StepList("pick"), "steps must be a list of steps, not 'pick'"),
-        (lambda: StepList((Step("pick"), "pick")), r"steps\[1\] must be a step, not 'pick'"),
         (lambda: PendantProgram("rows"), "rows must be the rows of a program, not 'rows'"),
         (lambda: SimulatedClock("noon"), "now_s must be a finite number, not 'noon'"),
         (lambda: Point(HOME, "wide"), "opening_mm must be a finite number, not 'wide'"),
-        (lambda: Step(wait_s="long"), "wait_s must be a finite number, not 'long'"),
         (lambda: Arm.connect(""), "the name of the arm is empty: name one"),
         (lambda: Arm("bench"), r'parts of a connection, not .bench.; for example Arm.connect\("'),
         (lambda: AsyncArm("bench"), r'for example AsyncArm.connect\("'),
         (lambda: ArmWorld(5), "target must be the name of an arm, not 5"),
-        (lambda: Stepper(bench(), "stack", {}), "steps must be a sequence, not 'stack'"),
-        (lambda: Stepper(bench(), STEPS, None), "points must be points by their names, not None"),
     ],
 )
 def test_a_value_that_cannot_be_is_refused_where_it_is_made(made, said):

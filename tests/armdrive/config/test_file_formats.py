@@ -22,7 +22,7 @@ from armdrive.setup.interview import Describing
 from armdrive.setup.templates import available
 from armdrive.storage import files as places
 from armdrive.storage.point_file import PointWriter, points_of
-from armdrive.storage.points import Point, Step, StepList, Taught, parse_points
+from armdrive.storage.points import Point, parse_points
 from armdrive.text.toml import FORMAT, require_format
 from armdrive.text.toml_amend import Change, amended
 from armdrive.trace.files import texts_of
@@ -47,9 +47,6 @@ LINKS = "[[links]]\na_mm = 10\n"
 POINT = """\
 [points.a]               # where the blocks wait
 joints_deg = { base = 0, shoulder = 40, elbow = -80, wrist_pitch = -40, wrist_roll = 0 }
-
-[sequences.s]
-steps = [{ point = "a" }, { wait_s = 1 }]
 """
 FUTURE = 'model = 7\nlengths = "as measured"\npoints = 3\nlinks = 4\nwhatever = true\n'
 """Keys that no file of this format has: none of them is complained about where it is unknown."""
@@ -250,18 +247,9 @@ EDITS = [
     ("points", "save", "a", "--again"),
     ("points", "rename", "a", "b"),
     ("points", "delete", "a"),
-    ("points", "delete", "s"),
     ("points", "copy", "a", "b"),
-    ("points", "mirror", "s", "t"),
+    ("points", "mirror", "a", "t"),
     ("points", "offset", "a", "b", "--x", "1"),
-    ("teach", "here", "s"),
-    ("teach", "add", "s", "gripper", "open"),
-    ("teach", "add", "new", "gripper", "open"),
-    ("teach", "insert", "s", "1", "delay", "1"),
-    ("teach", "remove", "s", "1"),
-    ("teach", "move", "s", "1", "2"),
-    ("teach", "retime", "s", "--factor", "0.5"),
-    ("teach", "reverse", "s", "t"),
 ]
 
 
@@ -273,7 +261,7 @@ def test_no_command_writes_points_of_an_unknown_format(call, tmp_path):
     before = path.read_bytes()
     program = tmp_path / "p.arm"
     program.write_text("remember b\n", encoding="utf-8")
-    others = [("points", "list"), ("points", "go", "a"), ("points", "run", "s")]
+    others = [("points", "list"), ("points", "go", "a")]
     for words in (*EDITS, *others):
         said = call(*words)
         assert (said.code != 0, "format" in said.err) == (True, True), words
@@ -290,8 +278,6 @@ def test_each_edit_keeps_the_format_of_a_file(call, words):
     path = places.points_file("sim:teachmover")
     path.parent.mkdir(parents=True, exist_ok=True)
     text = f"format = 1\n{POINT}"
-    if words == ("points", "delete", "a"):
-        text = text.partition("[sequences")[0]
     path.write_text(text, encoding="utf-8")
     call(*words, code=0)
     after = path.read_text(encoding="utf-8")
@@ -312,9 +298,7 @@ def test_no_call_writes_points_of_an_unknown_format():
         lambda: book.put("b", HERE, instead_of=None),
         lambda: book.remove("a", instead_of=HERE),
         lambda: book.rename("a", "b"),
-        lambda: book.put_sequence("t", StepList((Step(wait_s=1.0),)), instead_of=None),
-        lambda: book.put_all({"b": HERE}, {}, again=True),
-        lambda: book.remove_sequence("s", instead_of=None),
+        lambda: book.put_all({"b": HERE}, again=True),
         book.clear,
     ):
         with pytest.raises(PointsFileError, match="Update armdrive"):
@@ -338,7 +322,7 @@ def test_a_new_file_of_points_says_its_format_first():
     book = points_at(places.points_file("bench"), HERE)
     book.teach("a")
     assert first_key(book.path.read_text(encoding="utf-8")) == "format"
-    text = PointWriter("bench", ARM.fk).document(Taught())
+    text = PointWriter("bench", ARM.fk).document({})
     assert tomllib.loads(text) == {"format": FORMAT}
     book.path.write_text(text, encoding="utf-8")
     book.teach("b")

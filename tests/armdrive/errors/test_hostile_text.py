@@ -150,8 +150,7 @@ def named_points(text):
     path = places.points_file("bench")
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(
-        f"[points.here]\njoints_deg = {angles}\nnote = {toml_text(text)}\n"
-        f"[sequences.stack]\nnote = {toml_text(text)}\nsteps = [{{ point = 'here' }}]\n",
+        f"[points.here]\njoints_deg = {angles}\nnote = {toml_text(text)}\n",
         encoding="utf-8",
     )
 
@@ -298,7 +297,6 @@ ARGUMENTS = {
     "a point": ("points", "show", "{}", *SIMULATED),
     "a point to save": ("points", "save", "{}", *SIMULATED),
     "a point to go to": ("points", "go", "{}", *SIMULATED),
-    "a sequence": ("points", "run", "{}", *SIMULATED),
     "a recording": ("log", "{}"),
     "a topic": ("log", "--only", "{}"),
     "a recording to replay": ("replay", "{}"),

@@ -34,9 +34,7 @@ from armdrive.programs.acts import (
 from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.progress import FOR_EVER
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
-from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Trust
-from armdrive.storage.points import Step, StepList
 from armdrive.tasks import never
 
 JOINTS = {"base": 10.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 5.0}
@@ -212,8 +210,7 @@ def test_while_the_arm_is_paused_no_act_begins_and_a_stop_ends_the_wait(arm, mon
     assert arm.status.outputs == 1
 
 
-@pytest.mark.parametrize("kind", ["program", "sequence"])
-def test_a_pause_lengthens_a_delay(arm, monkeypatch, kind):
+def test_a_pause_lengthens_a_delay(arm, monkeypatch):
     device, paused = arm.twin.device, []
 
     def breath(_):
@@ -224,10 +221,7 @@ def test_a_pause_lengthens_a_delay(arm, monkeypatch, kind):
     monkeypatch.setattr(waits.time, "sleep", breath)
     device.at(device.now_s + 0.3, arm.pause)
     began_s = arm.parts.pace.now_s()
-    if kind == "program":
-        performer(arm).perform(Delay(2.0))
-    else:
-        Stepper(arm, StepList((Step(wait_s=2.0),)), {}).run()
+    performer(arm).perform(Delay(2.0))
     assert arm.parts.pace.now_s() - began_s == pytest.approx(9.0, abs=0.1)
 
 

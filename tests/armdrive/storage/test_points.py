@@ -1,6 +1,5 @@
 """Named points: people and programs share the file, and no change is lost."""
 
-import dataclasses
 import math
 import re
 import tomllib
@@ -27,16 +26,12 @@ from armdrive.moves import LineMove, PoseMove
 from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles
 from armdrive.storage.point_file import Points, PointWriter, points_of, rounded
-from armdrive.storage.points import POINT_KEYS, Point, Step, StepList, Taught, parse_points
+from armdrive.storage.points import POINT_KEYS, Point, parse_points
 from kinematics import JOINT_NAMES, Joints, preset
 
 ARM = preset("teachmover").arm
 HERE = Point(OVER_THE_TABLE, 20.0, "", datetime(2026, 11, 22, 10, 30))
 THERE = Point(Joints.of(30.0, 50.0, -80.0, -40.0, 10.0), 5.0, "above the block")
-STACK = StepList(
-    (Step("pick", "line", 0.5), Step(gripper="grasp"), Step(wait_s=0.5), Step(gripper=12.0)),
-    "one block",
-)
 
 
 @pytest.fixture
@@ -62,7 +57,7 @@ def test_points_behave_like_a_mapping_and_are_read_from_the_file_each_time(book)
     book["place"] = HERE
     other = a_book(book.path)
     assert list(other) == ["pick", "place"]
-    assert other["pick"] == rounded(Taught({"pick": THERE})).points["pick"]
+    assert other["pick"] == rounded({"pick": THERE})["pick"]
     assert "pick" in other
     assert other.get("nowhere") is None
     del other["pick"]
@@ -74,8 +69,9 @@ def test_a_name_that_is_not_there_suggests_one(book):
     with pytest.raises(UnknownPoint, match=r"no point 'pik'.*did you mean 'pick'") as missed:
         book["pik"]
     assert isinstance(missed.value, KeyError)
-    with pytest.raises(UnknownPoint, match="no sequence has been saved yet"):
-        book.sequence("stack")
+    del book["pick"]
+    with pytest.raises(UnknownPoint, match="no point has been saved yet"):
+        book["pick"]
 
 
 @pytest.mark.parametrize("name", ["", "2nd", "a b", "a.b", "ä", "a" * 41, "a\n"])
@@ -133,18 +129,6 @@ WRONG = [
     (f'[points.a]\n{joints_line()}\ntaught = "today"\n', "a date and a time"),
     (f"[points.a]\n{joints_line()}\nnote = 3\n", "must be text"),
     (f'[points."a b"]\n{joints_line()}\n', "is not a valid name"),
-    ('[sequences.s]\nsteps = [{ point = "b" }]\n', "goes to the point 'b'"),
-    ('[sequences.s]\nsteps = [{ gripper = "shut" }]\n', "steps[1]: gripper is one of"),
-    ('[sequences.s]\nsteps = [{ gripper = "open", wait_s = 1 }]\n', "exactly one of point"),
-    ("[sequences.s]\nsteps = [{}]\n", "has exactly one of point, gripper and wait_s"),
-    ("[sequences.s]\nsteps = [{ wait_s = -1 }]\n", "wait_s is from 0"),
-    ("[sequences.s]\nsteps = [{ gripper = true }]\n", "must be text"),
-    ("[sequences.s]\nsteps = 3\n", "steps must be a list"),
-    ('[sequences.s]\nsteps = [{ wait_s = 1, how = "line" }]\n', "how belongs to"),
-    (f'[points.a]\n{joints_line()}\n[sequences.s]\nsteps = [{{ point = "a", speed = 2 }}]\n',
-     "speed is above 0"),
-    (f'[points.a]\n{joints_line()}\n[sequences.s]\nsteps = [{{ point = "a", how = "arc" }}]\n',
-     "how is one of"),
     ("[points\n", "line 1"),
     ("a = " + "[" * 3000, ""),
 ]  # fmt: skip
@@ -187,10 +171,8 @@ BY_HAND = f"""\
 {joints_line()}   # checked on Monday
 note = "x"
 
-[sequences.stack]   # the demo
-steps = [
-  {{ point = "pick" }},   # slowly
-]
+[points.last]   # the demo
+{joints_line(5)}   # slowly
 """
 
 
@@ -212,27 +194,19 @@ def test_a_change_leaves_every_other_line_as_a_person_wrote_it(book):
         assert line in text
     del book["old"]
     assert "1.23456789" not in book.path.read_text(encoding="utf-8")
-    assert list(book) == ["pick", "new"]
+    assert list(book) == ["pick", "last", "new"]
 
 
-def test_renaming_reaches_the_sequences(book):
+def test_a_point_is_renamed_unless_the_name_is_taken(book):
     write(book, BY_HAND)
+    before = book["pick"]
     book.rename("pick", "grip")
-    assert book.sequence("stack").points == ("grip",)
-    assert set(book) == {"old", "grip"}
+    assert book["grip"] == before
+    assert set(book) == {"old", "grip", "last"}
     with pytest.raises(BadRequest, match="already"):
         book.rename("grip", "old")
     with pytest.raises(UnknownPoint):
         book.rename("pick", "other")
-
-
-def test_a_point_that_a_sequence_goes_to_is_not_taken_away(book):
-    write(book, BY_HAND)
-    with pytest.raises(BadRequest, match="used by stack"):
-        del book["pick"]
-    book.remove_sequence("stack", instead_of=book.sequence("stack"))
-    del book["pick"]
-    assert list(book) == ["old"]
 
 
 def test_a_file_whose_layout_cannot_be_kept_is_rewritten_and_the_old_one_kept(book):
@@ -260,9 +234,6 @@ def test_a_change_by_another_program_is_not_overwritten(book):
     with pytest.raises(PointsChanged, match="has gone"):
         book.put("pick", THERE, instead_of=shown)
     assert not book
-    book.put_sequence("wait", StepList((Step(wait_s=1.0),)), instead_of=None)
-    with pytest.raises(PointsChanged):
-        book.put_sequence("wait", STACK, instead_of=None)
 
 
 class Meddler(StateFiles):
@@ -325,18 +296,7 @@ POINTS = st.builds(
     st.text(max_size=12),
     st.none() | st.datetimes(datetime(1990, 1, 1), datetime(2100, 1, 1)),
 )
-STEPS = st.one_of(
-    st.builds(Step, st.just("a"), st.sampled_from(["joint", "line"]), st.floats(0.01, 1.0)),
-    st.builds(lambda g: Step(gripper=g), st.sampled_from(["open", "close", "grasp", 12.5])),
-    st.builds(lambda s: Step(wait_s=s), st.floats(0.0, 100.0)),
-)
-LISTS = st.builds(StepList, st.lists(STEPS, max_size=4).map(tuple), st.text(max_size=8))
-TAUGHT = st.builds(
-    lambda first, points, lists: Taught({"a": first, **points}, lists),
-    POINTS,
-    st.dictionaries(NAMES, POINTS, max_size=4),
-    st.dictionaries(NAMES, LISTS, max_size=3),
-)
+TAUGHT = st.dictionaries(NAMES, POINTS, min_size=1, max_size=5)
 WRITER = PointWriter("bench", ARM.fk)
 
 
@@ -359,7 +319,7 @@ def test_every_change_of_our_own_layout_is_made_in_place(before, after):
     "sign", ["\x85", "\u2028", "\u2029", "\x1c", "\r\n", "\x0b", "\n[points.b]\n"]
 )
 def test_a_note_with_signs_that_part_lines_is_kept(sign):
-    taught = Taught({"a": replace(THERE, note=f"one{sign}two"), "b": THERE})
+    taught = {"a": replace(THERE, note=f"one{sign}two"), "b": THERE}
     text = WRITER.document(taught)
     assert WRITER.edited(text, rounded(taught), rounded(taught)) == text
 
@@ -460,17 +420,16 @@ def test_the_shown_file_reads_and_its_points_can_be_gone_to():
     text = PAGE.read_text(encoding="utf-8")
     taught = parse_points(re.search(r"```toml\n(.*?)```", text, re.DOTALL)[1], JOINT_NAMES)
     model = preset("teachmover")
-    assert list(taught.points) == ["pick", "above"]
-    for point in taught.points.values():
+    assert list(taught) == ["pick", "above"]
+    for point in taught.values():
         assert model.arm.violations(point.joints) == ()
         assert model.guards.violation(model.arm, point.joints) is None
-    pose = model.arm.fk(taught.points["pick"].joints)
+    pose = model.arm.fk(taught["pick"].joints)
     shown = f"x {pose.x_mm:.1f}, y {pose.y_mm:.1f}, z {pose.z_mm:.1f} mm"
     assert shown in text
-    assert len(taught.sequences["fetch"].steps) == 6
 
 
 def test_every_key_has_a_row():
     text = PAGE.read_text(encoding="utf-8")
-    for key in (*POINT_KEYS, *(field.name for field in dataclasses.fields(Step))):
+    for key in POINT_KEYS:
         assert f"| `{key}` |" in text

@@ -50,8 +50,8 @@ POINTS = """\
 [points.above]
 joints_deg = { base = 0, shoulder = 0, elbow = 0, wrist_pitch = 0, wrist_roll = 0 }
 taught = 2026-11-22T10:30:00
-[sequences.stack]
-steps = [{ point = "above", speed = 0.5 }, { gripper = "close" }, { wait_s = 1 }]
+gripper_mm = 40
+note = "over the block"
 """
 PROGRAM = """\
 define fetch(p)

@@ -1,11 +1,11 @@
-"""The points screen: places are named, gone to after two presses, and sequences stepped through."""
+"""The points screen: places are named, gone to after two presses, and written into a program."""
 
 import pytest
 from desk_planner import PlannerArm, at_rest
 from desk_session import AGAIN_S, Session
 
 from armdrive.status import State
-from armdrive.storage.points import Point, Step, StepList, Taught
+from armdrive.storage.points import Point
 from kinematics import Joints
 from tui.app import action_call
 from tui.keys.table import POINT_KEYS
@@ -15,15 +15,12 @@ LEFT = Point(Joints.of(30.0, 60.0, -80.0, -60.0, 0.0), 20.0, "by the wall")
 RIGHT = Point(Joints.of(-20.0, 60.0, -80.0, -60.0, 0.0))
 UP = Point(Joints.of(-20.0, 80.0, -80.0, -60.0, 0.0))
 BEYOND = Point(Joints.of(0.0, 300.0, -80.0, -60.0, 0.0))
-STACK = StepList((Step("left"), Step(gripper="open"), Step("right", "line", 0.25), Step("up")))
-TO_LEFT, OPEN, TO_RIGHT, TO_UP = STACK.steps
 
 
 def taught_arm():
     arm = PlannerArm()
     for name, point in {"left": LEFT, "right": RIGHT, "up": UP}.items():
         arm.points[name] = point
-    arm.points.put_sequence("stack", STACK, instead_of=None)
     return arm
 
 
@@ -52,18 +49,15 @@ class PointSession(Session):
     def base_deg(self, name):
         return self.point(name).joints.deg["base"]
 
-    def steps(self, name="stack"):
-        return self.arm.points.sequence(name).steps
 
-
-async def test_the_list_shows_points_and_sequences_and_what_is_chosen():
+async def test_the_list_shows_points_and_what_is_chosen():
     async with PointSession() as session:
         assert session.text("list").split("\n")[0].startswith("> left")
-        for name in ("right", "up", "stack", "sequence, 4 steps"):
+        for name in ("right", "up"):
             session.shows(name, list=name)
         session.shows("a point", chosen="base 30.0°", ahead="takes")
         session.shows("its note", chosen="by the wall")
-        await session.follow([("up", {"list": "> stack", "chosen": ">   1 to left"})])
+        await session.follow([("up", {"list": "> up", "chosen": "base -20.0°"})])
 
 
 async def test_a_point_is_gone_to_after_two_presses_and_no_held_key():
@@ -123,7 +117,6 @@ async def test_names_are_typed_taken_and_refused():
         assert session.point("up").joints.deg["shoulder"] == pytest.approx(80.0)
         await session.choose("up")
         await session.keys("r p enter")
-        assert session.arm.points.sequence("stack").points == ("left", "right", "upp")
         assert session.screen.selection.listed.name == "upp"
 
 
@@ -167,12 +160,6 @@ async def test_teaching_again_and_deleting_take_two_presses_of_one_key():
         assert session.base_deg("left") == pytest.approx(20.0)
         assert session.point("left").note == "by the wall"
         await session.twice("delete")
-        session.shows("a point of a sequence", messages="used by stack")
-        await session.choose("stack")
-        await session.twice("delete")
-        assert not session.arm.points.sequences
-        await session.choose("left")
-        await session.twice("delete")
         assert list(session.arm.points) == ["right", "up"]
 
 
@@ -197,22 +184,6 @@ async def test_what_another_program_changes_is_shown_and_not_overwritten():
         session.shows("a damaged file", messages="line 1", list="new")
 
 
-async def test_steps_that_another_program_has_changed_are_not_overwritten():
-    async with PointSession() as session:
-        await session.choose("stack")
-        await session.press("pagedown", "pagedown")
-        other = StepList((Step("up"), Step("left")))
-        session.arm.points.put_sequence("stack", other, instead_of=STACK)
-        await session.press("K")
-        assert session.arm.points.sequence("stack") == other
-        await session.settle()
-        assert session.screen.selection.marked is None, "what was marked is another step by now"
-        session.screen.sequence.going.busy = True
-        await session.press("pagedown", "J")
-        session.shows("under way", messages="the arm is moving")
-        assert session.arm.points.sequence("stack") == other
-
-
 async def test_points_of_a_newer_format_are_said_and_no_key_writes_them():
     async with PointSession() as session:
         path = session.arm.points.path
@@ -222,96 +193,77 @@ async def test_points_of_a_newer_format_are_said_and_no_key_writes_them():
         await session.settle()
         await session.settle()
         session.shows("a newer format", messages="Update armdrive")
-        for row, lines, confirmed in (
-            ("up", ("t n enter", "r p enter", "l a enter"), ("U", "delete")),
-            ("stack", ("pagedown K", "W 1 enter", "backspace"), ("D", "delete")),
-        ):
-            await session.choose(row)
-            for line in lines:
-                await session.keys(line)
-                assert path.read_bytes() == before, line
-            for key in confirmed:
-                await session.twice(key)
-                assert path.read_bytes() == before, key
+        await session.choose("up")
+        for line in ("t n enter", "r p enter"):
+            await session.keys(line)
+            assert path.read_bytes() == before, line
+        for key in ("U", "delete"):
+            await session.twice(key)
+            assert path.read_bytes() == before, key
         assert session.arm.asked_for == []
 
 
-async def test_points_are_put_into_a_sequence_and_taken_out():
-    async with PointSession() as session:
-        await session.choose("up")
-        await session.keys("l a enter")
-        assert session.steps("sequence") == (Step("up", "line", 0.5),)
-        await session.keys("a enter")
-        assert len(session.steps("sequence")) == 2
-        await session.choose("sequence")
-        await session.keys("backspace")
-        assert len(session.steps("sequence")) == 1
-        await session.press("backspace", "backspace")
-        session.shows("no step left", messages="has steps")
-        await session.settle()
-        session.shows(
-            "an empty sequence",
-            list="sequence, 0 steps",
-            chosen="no steps yet: a on a point appends it",
-        )
+# -- a program of points ------------------------------------------------------------------------
 
 
-SLOW_LEFT, FAST_LEFT = Step("left", "line", 0.5), Step("left", "line", 1.0)
-EDITS = [
-    # keys; the steps of the stack then; what the screen shows
-    ("D", STACK.steps, {"messages": "mark a step"}),
-    ("pagedown pagedown pagedown K", (TO_LEFT, TO_RIGHT, OPEN, TO_UP),
-     {"chosen": " *  2 to right"}),
-    ("pagedown pagedown pagedown K J", STACK.steps, {"chosen": " *  3 to right"}),
-    ("pageup J", STACK.steps, {"messages": "the last step of stack"}),
-    ("pagedown K", STACK.steps, {"messages": "the first step of stack"}),
-    ("g", STACK.steps, {"begin": "fingers: open, close, grasp, here, point, or mm: open_"}),
-    ("g enter W '1.5 enter", (*STACK.steps, OPEN, Step(wait_s=1.5)), {}),
-    ("g 'here enter", (*STACK.steps, Step(gripper=38.0)),
-     {"messages": "stack: step 5 is gripper 38 mm"}),
-    ("pagedown W 2 enter g 'close enter",
-     (TO_LEFT, Step(wait_s=2.0), Step(gripper="close"), *STACK.steps[1:]),
-     {"chosen": " *  3 gripper close"}),
-    ("pagedown pagedown E 'here enter", (TO_LEFT, Step(gripper=38.0), TO_RIGHT, TO_UP), {}),
-    ("pagedown pagedown E '12.5 enter", (TO_LEFT, Step(gripper=12.5), TO_RIGHT, TO_UP), {}),
-    ("pageup pageup E backspace backspace backspace backspace backspace 'up enter",
-     (TO_LEFT, OPEN, Step("up", "line", 0.25), TO_UP), {}),
-    ("pagedown l less_than_sign", (SLOW_LEFT, *STACK.steps[1:]), {}),
-    ("pagedown l less_than_sign greater_than_sign greater_than_sign",
-     (FAST_LEFT, *STACK.steps[1:]), {}),
-    ("pagedown pagedown l", STACK.steps,
-     {"messages": "how belongs to a step that leads to a point"}),
-    # what is no step can be corrected
-    ("pagedown g 'wide enter", STACK.steps,
-     {"messages": "'wide' is not an opening: type open, close, grasp, here, point, or mm"}),
-    ("pagedown g '1000 enter", STACK.steps,
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The current folder, where programs are."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+APPENDED = [
+    # keys; the lines that they append to the program, what the screen shows
+    ("a enter", ["speed 50%", "move up"], {"messages": "taught.arm, line 2: speed 50% / move up"}),
+    ("g", [], {"begin": "fingers: open, close, grasp, here, or mm: grasp_"}),
+    ("enter", ["grasp"], {"program": "grasp"}),
+    ("W '1.5 enter", ["delay 1.5"], {}),
+    ("g 'here enter", ["open_now 38"], {}),
+    ("l greater_than_sign a enter", ["speed 100%", "move_line up"], {}),
+    # what is no line can be corrected
+    ("g 'wide enter", [], {"messages": "'wide' is not a number", "begin": "not an opening"}),
+    ("escape g '1000 enter", [],
      {"messages": "the gripper opens from 0 to 76 mm, not to 1000 mm", "begin": "1000_"}),
-    ("pagedown W '-1 enter", STACK.steps, {"messages": "wait_s is from 0", "begin": "-1_"}),
-    ("pagedown W 'soon enter", STACK.steps, {"messages": "'soon' is not a time: type seconds"}),
-    ("pagedown E backspace backspace backspace backspace 'nowhere enter", STACK.steps,
-     {"messages": "which does not exist"}),
+    ("space W 'soon enter", [], {"messages": "'soon' is not a number", "begin": "not a time"}),
+    ("space", [], {"not_begin": "seconds"}),
 ]  # fmt: skip
 
 
-async def test_the_steps_of_a_sequence_are_changed():
+async def test_points_fingers_and_waits_are_appended_to_a_program(folder):
     async with PointSession() as session:
         await session.choose("up")
-        for key, said in (("pagedown", "has steps"), ("g", "choose a sequence")):
+        for key, said in (("g", "a on a point begins"), ("backspace", "no line to take back")):
             await session.keys(key)
             session.shows(key, messages=said)
-        await session.choose("stack")
-        for line, steps, shown in EDITS:
+        expected = []
+        for line, lines, shown in APPENDED:
             await session.burst(line)
-            assert session.steps() == steps, line
+            expected += lines
+            path = folder / "taught.arm"
+            assert path.read_text(encoding="utf-8").splitlines() == expected, line
             session.shows(line, **shown)
-            now = session.arm.points.sequence("stack")
-            session.arm.points.put_sequence("stack", STACK, instead_of=now)
-            await session.burst("space up down")
-            assert session.screen.typing is None, line
-            assert session.screen.selection.marked is None, line
-        assert session.arm.asked("stop")
+        await session.keys("backspace")
+        assert path.read_text(encoding="utf-8").splitlines() == expected[:-2]
+        await session.keys("backspace")
+        session.shows("a second one", messages="no line to take back")
         assert session.arm.asked_for == session.arm.asked("open") == []
-        assert (session.screen.motion.line, session.screen.motion.speed) == (False, 0.5)
+
+
+async def test_a_program_that_a_person_edits_meanwhile_is_followed_and_not_overwritten(folder):
+    async with PointSession() as session:
+        await session.choose("up")
+        await session.burst("a 'stack enter")
+        path = folder / "stack.arm"
+        path.write_text("# mine\nspeed 25%", encoding="utf-8")
+        await session.keys("backspace")
+        session.shows("backspace", messages="has changed meanwhile", program="mine")
+        await session.keys("a enter")
+        assert path.read_text(encoding="utf-8") == "# mine\nspeed 25%\nspeed 50%\nmove up\n"
+        path.write_text("mov up\n", encoding="utf-8")
+        await session.keys("a enter")
+        session.shows("a mistake", messages="'mov'")
+        assert path.read_text(encoding="utf-8") == "mov up\n"
 
 
 async def test_planned_moves_have_one_speed_on_both_screens_a_low_one_on_a_new_real_arm():
@@ -324,109 +276,6 @@ async def test_planned_moves_have_one_speed_on_both_screens_a_low_one_on_a_new_r
         session.shows("faster", how="speed 50%")
         await session.keys("f3")
         session.shows("the move screen", goal="speed 50%")
-
-
-async def test_a_marked_step_is_taken_out_by_two_presses():
-    async with PointSession() as session:
-        await session.choose("stack")
-        await session.press("pagedown", "pagedown", "D")
-        session.clock.now_s += 0.5
-        await session.settle()
-        assert session.steps() == STACK.steps, "one press takes nothing out"
-        session.shows("D", begin="D AGAIN removes step 2 (gripper open) from stack")
-        await session.press("pageup")
-        await session.twice("D")
-        assert session.steps() == STACK.steps[1:]
-        assert session.arm.asked_for == []
-
-
-# -- sequences --------------------------------------------------------------------------------
-
-
-async def test_stepping_forwards_and_backwards():
-    async with PointSession() as session:
-        await session.choose("stack")
-        await session.once("right")
-        assert session.arm.asked_for == []
-        session.shows("not stepping", messages="lets this key move")
-        await session.keys("s")
-        session.shows("s", chosen="STEPPING")
-        await session.once("right")
-        assert session.stands_at(session.point("left"))
-        session.shows("a step", messages="next: gripper open")
-        for _ in range(20):
-            await session.press("right", after_s=0.04)
-            await session.settle()
-        assert session.screen.sequence.stepper.at == 1, "a held key makes one step"
-        await session.once("right")
-        assert session.arm.asked("open")
-        await session.once("right")
-        assert session.stands_at(session.point("right"))
-        session.shows("a way back", chosen="back to left")
-        await session.once("left")
-        assert session.stands_at(session.point("left"))
-        await session.press("home")
-        assert session.screen.sequence.stepper.at == 0
-        await session.press("s")
-        await session.once("right")
-        assert session.screen.sequence.stepper.at == 0
-
-
-async def test_a_sequence_is_run_after_two_presses_and_named_in_the_title_meanwhile():
-    arm, seen = taught_arm(), []
-    async with PointSession(arm) as session:
-
-        def look(_):
-            session.desk.call_from_thread(session.desk.poll)
-            seen.append((session.text("title").split()[-2:], arm.program()["text"]))
-
-        arm.during = look
-        await session.choose("stack")
-        await session.press("enter")
-        session.clock.now_s += 1.0
-        await session.settle()
-        assert session.arm.asked_for == []
-        session.shows("one press", begin="AGAIN RUNS THE REMAINING")
-        await session.press("enter")
-        session.clock.now_s += 1.0
-        await session.settle()
-        await session.settle()
-        assert session.stands_at(session.point("up"))
-        session.shows("the end", messages="at its end", not_title="stack")
-        assert [move.speed for move in session.arm.asked_for] == [1.0, 0.25, 1.0]
-        assert seen == [
-            (["stack", "1/4"], "to left"),
-            (["stack", "3/4"], "to right along a line at 25%"),
-            (["stack", "4/4"], "to up"),
-        ]
-        assert arm.program is None
-
-
-async def test_a_stop_ends_a_run_and_the_step_is_the_next_one_again():
-    arm = taught_arm()
-    arm.during = lambda going: (arm.request_stop(), going.cancel())
-    async with PointSession(arm) as session:
-        await session.choose("stack")
-        await session.twice("enter")
-        session.shows("a stop", messages="stopped")
-        assert session.screen.sequence.stepper.at == 0
-        assert not session.screen.sequence.going.busy
-        assert len(arm.asked_for) == 1
-
-
-async def test_leaving_the_screen_ends_a_run_after_its_step_and_the_stepping():
-    arm = taught_arm()
-    async with PointSession(arm) as session:
-        arm.during = lambda _: session.desk.call_from_thread(session.desk.screens.show, "jog")
-        await session.choose("stack")
-        await session.press("s")
-        screen = session.screen
-        await session.twice("enter")
-        arm.during = lambda _: None
-        await session.settle()
-        assert screen.sequence.stepper.at == 1
-        assert len(arm.asked_for) == 1
-        assert not screen.sequence.stepping
 
 
 async def test_pausing_and_going_on_and_a_change_on_the_move_screen():
@@ -471,7 +320,7 @@ def test_the_points_screen(snap_compare):
     session = Session(taught_arm())
 
     assert snap_compare(
-        session.desk, press=["f4", "up", "s"], terminal_size=(80, 24), run_before=at_rest
+        session.desk, press=["f4", "up"], terminal_size=(80, 24), run_before=at_rest
     )
 
 
@@ -479,9 +328,9 @@ def test_the_points_screen(snap_compare):
 
 
 def test_what_is_chosen_stays_chosen_while_the_file_changes_around_it():
-    listed = PointList(Taught({"a": LEFT, "b": UP})).moved(1)
-    assert listed.with_taught(Taught({"aa": LEFT, "a": LEFT, "b": UP})).name == "b"
-    assert listed.with_taught(Taught({"a": LEFT})).name == "a"
+    listed = PointList({"a": LEFT, "b": UP}).moved(1)
+    assert listed.with_points({"aa": LEFT, "a": LEFT, "b": UP}).name == "b"
+    assert listed.with_points({"a": LEFT}).name == "a"
     assert PointList().moved(1).name == ""
 
 
@@ -489,4 +338,4 @@ def test_what_is_chosen_stays_chosen_while_the_file_changes_around_it():
     ("names", "free"), [(("p2", "p3"), "p4"), (("p1",), "p2"), (("x", "p2"), "p3")]
 )
 def test_a_free_name_is_free(names, free):
-    assert PointList(Taught(dict.fromkeys(names, LEFT))).free_name() == free
+    assert PointList(dict.fromkeys(names, LEFT)).free_name() == free

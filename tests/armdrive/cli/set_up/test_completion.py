@@ -51,13 +51,12 @@ def test_every_name_that_a_script_asks_for_is_given(call):
     assert call("completion", "--names", "arms", code=0).out == "bench\n"
     call("home", code=0)
     call("points", "save", "pick", code=0)
-    assert call("completion", "--names", "places", code=0).out == "pick\n"
-    assert call("completion", "--names", "sequences", code=0).out == ""
+    assert call("completion", "--names", "points", code=0).out == "pick\n"
 
 
 def test_a_file_that_cannot_be_read_completes_nothing(call, monkeypatch):
     monkeypatch.setenv("ARMDRIVE_ARM", "nowhere")
-    called = call("completion", "--names", "places", code=0)
+    called = call("completion", "--names", "points", code=0)
     assert (called.out, called.err) == ("", "")
 
 

@@ -17,7 +17,7 @@ from armdrive.dialects.teachmover.pendant import (
     PendantProgram,
     meaning,
     parse_pendant,
-    taught_by,
+    places,
     text_of,
 )
 from armdrive.errors import (
@@ -31,9 +31,9 @@ from armdrive.errors import (
     Stopped,
     WrongState,
 )
+from armdrive.programs.teaching.rows import program_of
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
-from armdrive.storage.points import Taught
 from firmware_protocol.teachmover import ProgramRow
 from kinematics import Joints
 
@@ -326,7 +326,7 @@ def test_a_row_that_is_there_twice_can_be_kept_but_not_used():
     program = parse_pendant(f"{FIRST_LINE}\norigin 0 0 0 0 0 131072\n{row}{row.replace('6', '7')}")
     assert parse_pendant(written(program)) == program
     with pytest.raises(BadRequest, match="row 1 is there twice"):
-        taught_by(CONFIG, program, "stack")
+        places(CONFIG, program)
     with pytest.raises(BadRequest, match="row 1 is there twice"):
         program.require_fitting(64)
 
@@ -340,7 +340,7 @@ def test_a_row_says_its_speed_posture_and_fingers_where_the_origin_is_known():
     assert meaning(CONFIG, PendantProgram((odd,), ZERO), odd) == "not a known move"
 
 
-def test_rows_become_points_and_steps_of_the_fingers():
+def test_rows_become_points_and_lines_of_a_program():
     up, down = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0), Joints.of(0.0, 30.0, -85.0, -35.0, 0.0)
     rows = (
         row_to(1, up, 40.0),
@@ -348,24 +348,20 @@ def test_rows_become_points_and_steps_of_the_fingers():
         row_to(3, down, 10.0),
         row_to(4, up, 10.0),
     )
-    points, steps = taught_by(CONFIG, PendantProgram(rows, ZERO), "stack")
-    assert list(points) == ["stack-1", "stack-2", "stack-4"]
-    assert [str(step) for step in steps.steps] == [
-        "to stack-1",
-        "gripper 40 mm",
-        "to stack-2 at 32%",
-        "gripper 10 mm",
-        "to stack-4",
-    ]
-    assert points["stack-1"].joints.deg["shoulder"] == pytest.approx(40.0, abs=0.1)
-    Taught(points, {"stack": steps})  # raises an error if a step's point does not exist
+    points, text = program_of(CONFIG, PendantProgram(rows, ZERO), "stack")
+    assert list(points) == ["stack_1", "stack_2", "stack_4"]
+    assert text.splitlines() == [
+        "move stack_1", "open_now 40", "speed 32%", "move stack_2", "speed 100%", "open_now 10",
+        "move stack_4",
+    ]  # fmt: skip
+    assert points["stack_1"].joints.deg["shoulder"] == pytest.approx(40.0, abs=0.1)
 
 
 def test_rows_that_nobody_understands_become_no_points():
     with pytest.raises(Refused, match="the program's origin is unknown"):
-        taught_by(CONFIG, PendantProgram(()), "stack")
+        places(CONFIG, PendantProgram(()))
     with pytest.raises(Refused, match="has no rows"):
-        taught_by(CONFIG, PendantProgram((), ZERO), "stack")
+        places(CONFIG, PendantProgram((), ZERO))
     odd = PendantProgram((ProgramRow(7, 240, ZERO, kind=9),), ZERO)
     with pytest.raises(Refused, match="row 7 is of an unknown kind"):
-        taught_by(CONFIG, odd, "stack")
+        places(CONFIG, odd)

@@ -14,7 +14,7 @@ from armdrive.errors import OutOfBounds, Refused
 from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import load_arm
-from armdrive.storage.points import Point, Step, StepList, Taught
+from armdrive.storage.points import Point
 from kinematics import Joints
 
 TEACHMOVER = find("sim:teachmover").config
@@ -104,31 +104,8 @@ def test_a_point_that_cannot_go_there_is_refused_by_its_name(by, error, why):
     assert error is Refused or caught.value.name == "base"
 
 
-def test_a_sequence_goes_over_new_points_and_keeps_all_else():
-    up, down = Joints.of(20.0, 40.0, -80.0, -40.0, 10.0), Joints.of(20.0, 30.0, -85.0, -35.0, 10.0)
-    points = {"above": Point(up, 40.0, "safe"), "pick": Point(down, 12.0)}
-    steps = StepList(
-        (
-            Step("above"),
-            Step(gripper="open"),
-            Step("pick", "line", 0.3),
-            Step(wait_s=0.5),
-            Step("above", "line"),
-        ),
-        "one block",
-    )
-    change = Reshape(TEACHMOVER, partial(mirrored, TEACHMOVER), "fetch mirrored")
-    found = change.taught("fetch", "left", Taught(points, {"fetch": steps}))
-    made, sequences = found.points, found.sequences
-    assert list(made) == ["left-above", "left-pick"]
-    assert made["left-above"].joints.deg["base"] == pytest.approx(-20.0)
-    assert made["left-above"].note == "safe; fetch mirrored"
-    assert made["left-pick"].opening_mm == 12.0
-    assert [str(step) for step in sequences["left"].steps] == [
-        "to left-above",
-        "gripper open",
-        "to left-pick along a line at 30%",
-        "delay 0.5 s",
-        "to left-above along a line",
-    ]
-    assert sequences["left"].note == "one block; fetch mirrored"
+def test_a_new_point_keeps_the_opening_and_its_note_says_where_it_comes_from():
+    point = Point(Joints.of(20.0, 40.0, -80.0, -40.0, 10.0), 40.0, "safe")
+    made = Reshape(TEACHMOVER, partial(mirrored, TEACHMOVER), "pick mirrored").point("pick", point)
+    assert made.joints.deg["base"] == pytest.approx(-20.0)
+    assert (made.opening_mm, made.note) == (40.0, "safe; pick mirrored")
