@@ -25,7 +25,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
     },
     "Program": {
         "run": ("program.run:run", "run or check a program"),
-        "teach": ("program.teach:record", "record a program by moving"),
+        "teach": ("program.teach:record", "record a taught program"),
         "shell": ("program.shell:run", "type program words"),
         "pendant": ("drive", "copy the arm's program"),
         "demo": ("program.demo:run", "watch blocks being stacked"),

@@ -10,7 +10,7 @@ A planned move goes through these files in this order:
     deviation   how far an uncoordinated burst may stray, and the order in which its motors turn
     context     what every task may do: requests, reading back and comparing, how long unread
 
-Other tasks:
+Other tasks and functions:
 
     jog/        a held jog and an increment: speed, bounds, end
     dead_man    which key repeats count as held, and how long a hold outlives the last one
@@ -18,5 +18,6 @@ Other tasks:
     reference   home, the confirmation of a posture, drift and its verdict
     connecting  whether a saved position is trusted, current on and off, reset, idle polls,
                 reconnecting
+    shape       points mirrored, shifted and turned
     device      settings, stored program and outputs of the controller
 """

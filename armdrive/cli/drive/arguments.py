@@ -399,11 +399,11 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "delete": Action("delete a point",
                      "drive.points:delete", _naming("name")),
     "copy": Action("copy a point",
-                   "drive.points:derive", _naming("name", "new", more=_again)),
+                   "drive.move:derive_point", _naming("name", "new", more=_again)),
     "mirror": Action("copy a point with left and right exchanged",
-                     "drive.points:derive", _naming("name", "new", more=_again)),
+                     "drive.move:derive_point", _naming("name", "new", more=_again)),
     "offset": Action("copy a point to another place",
-                     "drive.points:derive", _naming("name", "new", more=_offset)),
+                     "drive.move:derive_point", _naming("name", "new", more=_offset)),
 })  # fmt: skip
 """Every action of `points`."""
 

@@ -1,10 +1,12 @@
-"""Planned motion: `armdrive move`, and `armdrive points save` and `go`."""
+"""Planned motion: `armdrive move`, and the actions of `armdrive points` that make new ones."""
 
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from armdrive.arm import Arm
@@ -13,9 +15,11 @@ from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.presenter import Result
 from armdrive.cli.terminal_operator import confirm_simulated, ready_arm, settled_arm
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, WrongState
 from armdrive.motion.frames import require_frame
 from armdrive.motion.preview import preview_lines, preview_view
+from armdrive.motion.shape import Offset, Reshape, mirrored, offset
 from armdrive.moves import (
     BASE_FRAME,
     TOOL_FRAME,
@@ -180,3 +184,21 @@ def go_to_point(options: argparse.Namespace) -> Iterator[Result]:
     book[options.name]  # refused before anything is opened
     kind = LineMove if options.line else PoseMove
     return _moved(options, lambda _: kind(options.name, options.speed))
+
+
+def derive_point(options: argparse.Namespace) -> Result:
+    """Copy, mirror or offset a point; the new one is checked before it is written."""
+    config, book = chosen_points(options)
+    new = check_name(options.new)
+    made = _change(options, config).point(options.name, book[options.name])
+    book.put_all({new: made}, again=options.again)
+    return Result({"name": new, **point_view(made)}, f"{new}: {made.joints}")
+
+
+def _change(options: argparse.Namespace, config: ArmConfig) -> Reshape:
+    if options.action == "copy":
+        return Reshape(config, lambda joints: joints)
+    if options.action == "mirror":
+        return Reshape(config, partial(mirrored, config), f"{options.name} mirrored")
+    by = Offset(options.x, options.y, options.z, math.radians(options.turn))
+    return Reshape(config, partial(offset, config, by=by), f"{options.name} offset by {by}")

@@ -1,19 +1,15 @@
-"""The file of an arm's saved points: list, show, rename, delete and derive them."""
+"""The file of an arm's saved points: list, show, rename and delete them."""
 
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Iterator, Mapping
-from functools import partial
 from pathlib import Path
 
 from armdrive.cli.arm_files import chosen_points
 from armdrive.cli.presenter import Result
-from armdrive.config.arm import ArmConfig
-from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.status import pose_view
-from armdrive.storage.points import Point, check_name, point_view
+from armdrive.storage.points import Point, point_view
 
 
 def list_points(options: argparse.Namespace) -> Result:
@@ -64,21 +60,3 @@ def delete(options: argparse.Namespace) -> Result:
 
 def _done(text: str) -> Result:
     return Result({"done": text}, text)
-
-
-def derive(options: argparse.Namespace) -> Result:
-    """Copy, mirror or offset a point; the new one is checked before it is written."""
-    config, book = chosen_points(options)
-    new = check_name(options.new)
-    made = _change(options, config).point(options.name, book[options.name])
-    book.put_all({new: made}, again=options.again)
-    return Result({"name": new, **point_view(made)}, f"{new}: {made.joints}")
-
-
-def _change(options: argparse.Namespace, config: ArmConfig) -> Reshape:
-    if options.action == "copy":
-        return Reshape(config, lambda joints: joints)
-    if options.action == "mirror":
-        return Reshape(config, partial(mirrored, config), f"{options.name} mirrored")
-    by = Offset(options.x, options.y, options.z, math.radians(options.turn))
-    return Reshape(config, partial(offset, config, by=by), f"{options.name} offset by {by}")

@@ -4,6 +4,5 @@ Which file decides what:
 
     lines        how a motion, the fingers and a delay are written as lines of a program
     recording    when a place at rest becomes a line
-    shape        points mirrored, shifted and turned
     rows         a program as rows for an arm's own memory, and back
 """

@@ -366,8 +366,8 @@ EXAMPLE = re.compile(r"^ {2,}armdrive ((?:\S+ )*\S+)(?: {2,}.*)?$", re.MULTILINE
 BEFORE = {
     "move": ["home"],
     "verify": ["home"],
-    "points": ["home", "teach add stack gripper 20"],
-    "pendant": ["home", "points save pick", "teach add stack to pick"],
+    "points": ["home"],
+    "pendant": ["home", "points save pick"],
 }
 """Commands that come before the examples of a command."""
 
@@ -430,9 +430,10 @@ def test_help_fits_the_terminal_and_breaks_no_word(name, columns, monkeypatch):
 
 @pytest.fixture
 def here(capsys, tmp_path, monkeypatch):
-    """Return what calls commands in a folder of their own."""
+    """Return what calls commands in a folder of their own, with a program in it."""
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / "home"))
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "stack.arm").write_text("move pick\n", encoding="utf-8")
     return Caller(capsys)
 
 
@@ -475,6 +476,7 @@ def held_arm():
     [
         *((command, "every arm that your programs are driving") for command in sorted(OF_A_HOLDER)),
         ("watch", "the only arm that your programs are driving"),
+        ("teach", "the only arm that your programs are driving"),
     ],
 )
 def test_the_help_of_a_command_to_a_driving_program_says_which_arm_it_means(

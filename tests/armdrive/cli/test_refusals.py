@@ -53,7 +53,7 @@ REFUSED = [
     ("home --declare base=0 shoulder=200 elbow=0 wrist_pitch=0 wrist_roll=0", 3, "shoulder"),
     ("points save pick --fresh", 3, "[E203]"),
     ("pendant show --sim mks --json", 3, "keeps no program"),
-    ("teach follow tour", 1, "no program of yours is driving"),
+    ("teach tour.arm", 1, "no program of yours is driving"),
     ("demo --sim grbl", 2, "there is no option --sim"),
     # a desk, and a model with no arm
     ("jog", 2, "needs a terminal"),

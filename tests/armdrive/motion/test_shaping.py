@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from armdrive.connect.target import find
 from armdrive.errors import OutOfBounds, Refused
-from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
+from armdrive.motion.shape import Offset, Reshape, mirrored, offset
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import load_arm
 from armdrive.storage.points import Point
