@@ -157,6 +157,7 @@ async def of(arm: Arm, keys: tuple[str, ...], memory: Path | None = None) -> str
     app = Desk(arm, screens=SCREENS, braille=True, clock=clock, memory=memory)
     app.input.suspended_s = app.input.starved_s = math.inf  # however busy this computer is
     app.input.person_s = 0.0  # keys act at once, but jog keys wait for another one all the same
+    app.programs = Path(os.environ["ARMDRIVE_HOME"])  # what is taught is written there
     return await keyed(app, keys, pass_by)
 
 
@@ -235,7 +236,7 @@ PICTURES: Mapping[str, Callable[[], Coroutine[Any, Any, str]]] = MappingProxyTyp
     {
         "jog": partial(desk, "enter", "m", "e", "e", "w"),
         "move": partial(desk, "f3", *_typed("220"), "down", *_typed("-120"), "down", *_typed("80")),
-        "points": partial(desk, "f4", "down"),
+        "points": partial(desk, "f4", "a", "enter", "l", "down", "a", "enter", "g", "enter"),
         "setup": partial(desk, "f5", "down", "down", "down", "enter", "t"),
         "theory": partial(desk, "f6"),
         "log": partial(desk, "f7"),

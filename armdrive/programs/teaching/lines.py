@@ -16,7 +16,7 @@ from armdrive.programs.language.syntax import (
     every,
     names_of,
 )
-from armdrive.programs.language.words import RESERVED
+from armdrive.programs.language.words import FUNCTIONS, RESERVED
 from armdrive.programs.language.writing import unparse
 from armdrive.programs.program import read_program
 
@@ -73,8 +73,8 @@ class TaughtLines:
             self._speed = speed
 
     def _place(self, point: str) -> Expression:
-        low = point.lower()
-        plain = NAME.fullmatch(point) and low not in RESERVED and low not in self._own
+        other = (RESERVED - FUNCTIONS.keys()) | self._own  # a function has brackets behind it
+        plain = NAME.fullmatch(point) and point.lower() not in other
         return Name(point) if plain else Use("taught", (TextValue(point),))
 
 

@@ -34,8 +34,8 @@ WRITTEN = {
          ("delay", 1.5)],
         ["grasp", "open_now 25.5", "close_now", "close_now", "delay 1.5"]),
     "names that a program cannot have": (
-        [("go", "pick-1"), ("go", "MOVE"), ("go", "pick_1")],
-        ['move taught("pick-1")', 'move taught("MOVE")', "move pick_1"]),
+        [("go", "pick-1"), ("go", "MOVE"), ("go", "pick_1"), ("go", "above")],
+        ['move taught("pick-1")', 'move taught("MOVE")', "move pick_1", "move above"]),
 }  # fmt: skip
 
 
