@@ -14,7 +14,7 @@ from armdrive.motion.plan import audit_opening
 from armdrive.programs.program import ENDING
 from armdrive.programs.teaching.lines import TaughtLines
 from armdrive.storage.files import DISK, NotWanted, replace_durably, stamp_of
-from armdrive.storage.points import Point
+from armdrive.storage.points import Point, check_name
 from armdrive.text.reading import is_there, read_text
 from tui.desk import Desk
 from tui.points.list import PointNaming, PointSelection
@@ -210,7 +210,8 @@ class PointEdits:
     def _append(self, naming: PointNaming) -> None:
         point, motion = self._selection.listed.name, self._motion
         self._write(
-            naming.text, lambda lines: lines.go(point, line=motion.line, speed=motion.speed)
+            check_name(naming.text),
+            lambda lines: lines.go(point, line=motion.line, speed=motion.speed),
         )
 
     def _append_fingers(self, naming: PointNaming) -> None:

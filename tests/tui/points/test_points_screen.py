@@ -225,6 +225,7 @@ APPENDED = [
     ("g 'wide enter", [], {"messages": "'wide' is not a number", "begin": "not an opening"}),
     ("escape g '1000 enter", [],
      {"messages": "the gripper opens from 0 to 76 mm, not to 1000 mm", "begin": "1000_"}),
+    ("space a backspace enter", [], {"messages": "is not a valid name"}),
     ("space W 'soon enter", [], {"messages": "'soon' is not a number", "begin": "not a time"}),
     ("space", [], {"not_begin": "seconds"}),
 ]  # fmt: skip
