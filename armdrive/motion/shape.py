@@ -82,23 +82,18 @@ def offset(config: ArmConfig, joints: Joints, by: Offset) -> Joints:
     return arm.ik(there, turned)
 
 
-@dataclass(frozen=True, slots=True)
-class Reshape:
-    """A change of an arm's postures; `note` says so in the notes of what it makes."""
+def derived(config: ArmConfig, name: str, point: Point, shape: Shape, note: str = "") -> Point:
+    """Return the point that a shape makes of another, called `name`; the note says where from.
 
-    config: ArmConfig
-    shape: Shape
-    note: str = ""
-
-    def point(self, name: str, old: Point) -> Point:
-        """Return the new point. Raises `OutOfBounds` or `Refused` with the old one's name."""
-        try:
-            joints = self.shape(old.joints)
-        except (KinematicsError, Refused) as error:
-            raise Refused(f"the point {name!r} cannot go there: {error}") from error
-        _require_allowed(self.config, name, joints)
-        note = "; ".join(text for text in (old.note, self.note) if text)
-        return Point(joints, old.opening_mm, note)
+    Raises `OutOfBounds` or `Refused` with that name.
+    """
+    try:
+        joints = shape(point.joints)
+    except (KinematicsError, Refused) as error:
+        raise Refused(f"the point {name!r} cannot go there: {error}") from error
+    _require_allowed(config, name, joints)
+    notes = "; ".join(text for text in (point.note, note) if text)
+    return Point(joints, point.opening_mm, notes)
 
 
 def _require_allowed(config: ArmConfig, name: str, joints: Joints) -> None:

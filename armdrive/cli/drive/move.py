@@ -19,7 +19,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, WrongState
 from armdrive.motion.frames import require_frame
 from armdrive.motion.preview import preview_lines, preview_view
-from armdrive.motion.shape import Offset, Reshape, mirrored, offset
+from armdrive.motion.shape import Offset, Shape, derived, mirrored, offset
 from armdrive.moves import (
     BASE_FRAME,
     TOOL_FRAME,
@@ -190,15 +190,17 @@ def derive_point(options: argparse.Namespace) -> Result:
     """Copy, mirror or offset a point; the new one is checked before it is written."""
     config, book = chosen_points(options)
     new = check_name(options.new)
-    made = _change(options, config).point(options.name, book[options.name])
+    shape, note = _shape(options, config)
+    made = derived(config, options.name, book[options.name], shape, note)
     book.put_all({new: made}, again=options.again)
     return Result({"name": new, **point_view(made)}, f"{new}: {made.joints}")
 
 
-def _change(options: argparse.Namespace, config: ArmConfig) -> Reshape:
+def _shape(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]:
+    """Return what an action makes of a posture, and the note about it."""
     if options.action == "copy":
-        return Reshape(config, lambda joints: joints)
+        return lambda joints: joints, ""
     if options.action == "mirror":
-        return Reshape(config, partial(mirrored, config), f"{options.name} mirrored")
+        return partial(mirrored, config), f"{options.name} mirrored"
     by = Offset(options.x, options.y, options.z, math.radians(options.turn))
-    return Reshape(config, partial(offset, config, by=by), f"{options.name} offset by {by}")
+    return partial(offset, config, by=by), f"{options.name} offset by {by}"

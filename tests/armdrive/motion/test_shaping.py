@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from armdrive.connect.target import find
 from armdrive.errors import OutOfBounds, Refused
-from armdrive.motion.shape import Offset, Reshape, mirrored, offset
+from armdrive.motion.shape import Offset, derived, mirrored, offset
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import load_arm
 from armdrive.storage.points import Point
@@ -100,12 +100,12 @@ def test_a_turn_turns_the_base_alone(joints, turn_deg):
 def test_a_point_that_cannot_go_there_is_refused_by_its_name(by, error, why):
     point = Point(Joints.of(80.0, 40.0, -80.0, -40.0, 0.0))
     with pytest.raises(error, match=f"the point 'pick' cannot go there: .*{why}") as caught:
-        Reshape(TEACHMOVER, partial(offset, TEACHMOVER, by=by)).point("pick", point)
+        derived(TEACHMOVER, "pick", point, partial(offset, TEACHMOVER, by=by))
     assert error is Refused or caught.value.name == "base"
 
 
 def test_a_new_point_keeps_the_opening_and_its_note_says_where_it_comes_from():
     point = Point(Joints.of(20.0, 40.0, -80.0, -40.0, 10.0), 40.0, "safe")
-    made = Reshape(TEACHMOVER, partial(mirrored, TEACHMOVER), "pick mirrored").point("pick", point)
+    made = derived(TEACHMOVER, "pick", point, partial(mirrored, TEACHMOVER), "pick mirrored")
     assert made.joints.deg["base"] == pytest.approx(-20.0)
     assert (made.opening_mm, made.note) == (40.0, "safe; pick mirrored")
