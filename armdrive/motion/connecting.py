@@ -239,12 +239,12 @@ def recover(context: MotionContext, lost_s: float, lost_link: str) -> TaskBody[N
     `lost_link` describes the old link; the error names the new one if it differs.
     """
     core = context.core
-    stands_s = lost_s + core.stop_bound().silent_time_s
+    stands_s = lost_s + core.stops.sent_s(core.controller)
     while context.now_s < stands_s and not context.stopping:  # the device finishes what it was sent
         yield SleepUntil(stands_s)
     core.notify("")
     registers = yield from _meet(context)
-    core.stops.cut_off_s = 0.0
+    core.stops.found()
     was = core.before_loss
     if was is not State.DISABLED or core.readings.current is not Current.OFF:
         core.readings.current = Current.UNKNOWN
