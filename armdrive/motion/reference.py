@@ -54,13 +54,11 @@ def home_device(
         raise context.stopped("homing was stopped before it began")
     core.happen(Event.HOME)
     core.readings.current = Current.HELD
-    groups = tuple(tuple(motor - 1 for motor in group) for group in homing.groups)
     try:
-        for index, group in enumerate(groups):
-            yield from _home_group(context, HomeDevice((group,)))
-            report(index)
-        if not groups:
-            yield from _home_group(context, HomeDevice())
+        for index, request in enumerate(homing.requests()):
+            yield from _home_group(context, request)
+            if homing.groups:
+                report(index)
     except ArmError:
         core.position.believe_registers()  # it has left its posture: show where it was seen last
         raise

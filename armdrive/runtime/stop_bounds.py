@@ -23,9 +23,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import HomingSettings
 from armdrive.dialects.controller import OVERTRAVEL, Controller, StopPart, Stopping
 from armdrive.runtime.position import MotionSegment
 from armdrive.tasks import HomeDevice
@@ -108,6 +109,15 @@ def homing_run_on(
     return replace(
         stop, silent_time_s=search.time_s, silent_turns=Turns(tuple(each), stop.turns.extra)
     )
+
+
+def homing_bound(config: ArmConfig, controller: Controller, homing: HomingSettings) -> StopBound:
+    """Return the bound for the controller's own homing: that of its worst group, in any posture."""
+    found = [
+        homing_run_on(config, controller, config.motion.jog_burst_s, request).bound(config, None)
+        for request in homing.requests()
+    ]
+    return StopBound(*(max(each) for each in zip(*map(astuple, found), strict=True)))
 
 
 def stop_bound(

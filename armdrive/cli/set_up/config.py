@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.abilities import Budget
+from armdrive.arm.reference import homes_by_switches
 from armdrive.cli.arm_files import choose_default, default_arm, path_of, read
 from armdrive.cli.commands import USAGE
 from armdrive.cli.presenter import Result
@@ -20,7 +21,7 @@ from armdrive.connect.target import SIM, simulated_config
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import dialect
 from armdrive.registry.arm_files import arm_paths, arm_problems, load_arm, parse_arm
-from armdrive.runtime.stop_bounds import stop_bound
+from armdrive.runtime.stop_bounds import homing_bound, stop_bound
 from armdrive.status import pose_view, rounded_up
 from armdrive.storage import files as places
 from kinematics.errors import KinematicsError
@@ -157,7 +158,7 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
         "speeds_deg_s": dict(zip(names, speeds, strict=True)),
         "motors": [] if model.transmission is None else _motors(model.transmission),
         "gripper": config.gripper.kind,
-        "homes_by_itself": config.homing is not None,
+        "homes_by_itself": homes_by_switches(config),
         "reference": None if model.reference is None else pose_view(model.reference.pose),
         "park": pose_view(config.park),
         "tool": asdict(config.tool) if config.tool else None,
@@ -207,19 +208,23 @@ def _wire(config: ArmConfig) -> dict[str, float]:
 
 
 def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
-    """Return the stop bounds, with the arm stretched out, while jogging and in planned motion."""
-    controller = dialect(config.connection.dialect).controller(config)
-    found = {}
-    motion = config.motion
-    for name, burst_s in (("jog", motion.jog_burst_s), ("planned", motion.planned_burst_s)):
-        bound = stop_bound(config, controller, None, burst_s)
-        found[name] = {
+    """Return the stop bounds with the arm stretched out: jogging, moving as planned, homing."""
+    controller, motion = dialect(config.connection.dialect).controller(config), config.motion
+    found = {
+        "jog": stop_bound(config, controller, None, motion.jog_burst_s),
+        "planned": stop_bound(config, controller, None, motion.planned_burst_s),
+    }
+    if config.homing is not None and homes_by_switches(config):
+        found["homing"] = homing_bound(config, controller, config.homing)
+    return {
+        name: {
             "time_s": rounded_up(bound.time_s, 3),
             "distance_mm": rounded_up(bound.distance_mm, 1),
             "silent_time_s": rounded_up(bound.silent_time_s, 3),
             "silent_distance_mm": rounded_up(bound.silent_distance_mm, 1),
         }
-    return found
+        for name, bound in found.items()
+    }
 
 
 def arm_lines(view: dict[str, Any]) -> list[str]:
@@ -250,7 +255,7 @@ def arm_lines(view: dict[str, Any]) -> list[str]:
     return [*lines, f"notes: {view['notes']}"] if view["notes"] else lines
 
 
-_WHILE = {"jog": "jogging", "planned": "moving as planned"}
+_WHILE = {"jog": "jogging", "planned": "moving as planned", "homing": "homing by its switches"}
 
 
 def _motor_line(motor: dict[str, Any]) -> str:
