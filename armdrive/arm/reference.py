@@ -93,11 +93,11 @@ class ArmReference(ArmPart):
     @property
     def homing_words(self) -> str:
         """What `home` makes the controller do, and its bound; empty for an arm without switches."""
-        if self._config.homing is None or not self.homes_by_switches:
+        bound = homing_bound(self._config, self._core.controller)
+        if bound is None:
             return ""
         named = ", then ".join(" and ".join(group) for group in self.homing_groups)
         order = f"the switches of {named}" if named else "its switches, in its own order"
-        bound = homing_bound(self._config, self._core.controller, self._config.homing)
         silent = bound_words(bound.silent_time_s, bound.silent_distance_mm)
         return (
             f"THE ARM WILL MOVE: its controller seeks {order}. If this program dies or the link is "

@@ -26,7 +26,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass, replace
 
 from armdrive.config.arm import ArmConfig
-from armdrive.config.sections import HomingSettings
 from armdrive.dialects.controller import OVERTRAVEL, Controller, StopPart, Stopping
 from armdrive.runtime.position import MotionSegment
 from armdrive.tasks import HomeDevice
@@ -111,11 +110,16 @@ def homing_run_on(
     )
 
 
-def homing_bound(config: ArmConfig, controller: Controller, homing: HomingSettings) -> StopBound:
-    """Return the bound for the controller's own homing: that of its worst group, in any posture."""
+def homing_bound(config: ArmConfig, controller: Controller) -> StopBound | None:
+    """Return the bound for the worst group of the controller's own homing, in any posture.
+
+    None if the arm has no such homing.
+    """
+    if config.homing is None or not controller.abilities.own_homing:
+        return None
     found = [
         homing_run_on(config, controller, config.motion.jog_burst_s, request).bound(config, None)
-        for request in homing.requests()
+        for request in config.homing.requests()
     ]
     return StopBound(*(max(each) for each in zip(*map(astuple, found), strict=True)))
 

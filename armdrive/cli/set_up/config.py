@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.abilities import Budget
-from armdrive.arm.reference import homes_by_switches
 from armdrive.cli.arm_files import choose_default, default_arm, path_of, read
 from armdrive.cli.commands import USAGE
 from armdrive.cli.presenter import Result
@@ -158,7 +157,7 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
         "speeds_deg_s": dict(zip(names, speeds, strict=True)),
         "motors": [] if model.transmission is None else _motors(model.transmission),
         "gripper": config.gripper.kind,
-        "homes_by_itself": homes_by_switches(config),
+        "homes_by_itself": config.homing is not None,
         "reference": None if model.reference is None else pose_view(model.reference.pose),
         "park": pose_view(config.park),
         "tool": asdict(config.tool) if config.tool else None,
@@ -214,8 +213,8 @@ def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
         "jog": stop_bound(config, controller, None, motion.jog_burst_s),
         "planned": stop_bound(config, controller, None, motion.planned_burst_s),
     }
-    if config.homing is not None and homes_by_switches(config):
-        found["homing"] = homing_bound(config, controller, config.homing)
+    if (homing := homing_bound(config, controller)) is not None:
+        found["homing"] = homing
     return {
         name: {
             "time_s": rounded_up(bound.time_s, 3),
