@@ -207,8 +207,8 @@ class ArmControl:
         self._desk.link.require(Needs.MOTORS)  # the set-up screen asks for it, too
         home = partial(self._arm.home, stops=self._arm.stops)
         if self._arm.reference.homes_by_switches:
-            done = "homed by its own switches"
-            self._ask(self._arm.reference.homing_words, self._present, home, done, asked="Is the way clear?")
+            text, done = self._arm.reference.homing_words, "homed by its own switches"
+            self._ask(text, self._present, home, done, asked="Is the way clear?")
         elif self._desk.link.status.simulated:
             self._desk.disarm("the simulated operator is at work")
             self._desk.say("the simulated operator brings the arm to its reference posture ...")

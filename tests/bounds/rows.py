@@ -26,7 +26,7 @@ from .stand import OPENING_MM, Stand, StopResult
 HOST_S = 0.03
 """How long this computer or an adapter may hold back a message; every bound allows for it."""
 RESTS_S = 2.0
-"""Every arm stands within this time; it is longer than all bounds that are measured here."""
+"""Every arm stands within this time, and at the latest this long after its bound."""
 SUSPENDED_S = 4.0
 LONGEST_S = 3.0
 """Every motion is under way within this time."""
@@ -286,7 +286,7 @@ def measure(row: Row, after_s: float) -> StopResult:
         arm.sleep(restored_s)
     stand.link.late_s, stand.link.loses = row.late_s, row.loses()
     bound = stand.mark()
-    end(stand, row.cause, max(RESTS_S, bound.silent_time_s))
+    end(stand, row.cause, RESTS_S + bound.silent_time_s)
     found = stand.stopped(bound)
     return found.silent if row.cause in SILENT else found
 

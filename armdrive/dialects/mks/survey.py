@@ -169,8 +169,8 @@ def known(io: MksExchange, node: int) -> MksScript[KnownDrive | None]:
 _SETTINGS = (Code.MODE, Code.CURRENT, Code.MICROSTEPS, Code.REPLIES, Code.WATCHDOG)
 
 
-# Whether drives share an id. Then each question has more than one answer, unless equal answers begin
-# in the same bit: those look like one on the bus.
+# Whether drives share an id. Then each question has more than one answer, unless equal answers
+# begin in the same bit: those look like one on the bus.
 
 TELLTALES: tuple[Read, ...] = (ReadEncoder(), ReadRawEncoder(), ReadAngleError())
 """Readings that hardly ever agree in two drives, because encoders tremble."""
