@@ -182,6 +182,7 @@ def reset(context: MotionContext) -> TaskBody[None]:
     switched = core.controller.abilities.current is Switching.BOTH
     off = switched and core.readings.current is not Current.HELD
     core.happen(Event.RESET_SWITCHED if off else Event.RESET)
+    core.stops.found()
     core.still_since_s = context.now_s
 
 

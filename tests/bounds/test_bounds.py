@@ -114,3 +114,20 @@ def test_while_the_device_homes_the_bound_holds_for_any_posture() -> None:
     assert bounds[0] == bounds[1]
     stand.arm.stop()
     assert core.stop_bound().distance_mm < bounds[0].distance_mm
+
+
+def test_drives_that_fall_silent_while_homing_keep_its_bound_until_they_answer_a_reset() -> None:
+    stand = stand_of("cia402", Begin.HOMING)
+    core = stand.arm.parts.core
+    at_rest = core.stop_bound()
+    begin(stand, Begin.HOMING, 0.0, 1.0)
+    stand.arm.sleep(0.3)
+    homing = core.stop_bound()
+    assert homing != at_rest
+    stand.arm.twin.faults.add("mute")
+    stand.arm.sleep(3.0)
+    assert core.state is State.ERROR_STOP
+    assert core.stop_bound() == homing
+    stand.arm.twin.faults.end()
+    stand.arm.reset()
+    assert core.stop_bound().silent_time_s == at_rest.silent_time_s

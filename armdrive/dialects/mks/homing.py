@@ -119,9 +119,10 @@ class MksHoming:
         if not self._io.can(Ability.READ_SETTINGS):
             return
         found = yield from self._io.read(ReadSetting(Code.HOMING), drives)
-        speeds = [setting_of(found.get(drive)) for drive in drives]
-        if all(isinstance(each, SetHoming) for each in speeds):
-            self.rate_hz = max(each.speed_rpm for each in speeds) * COUNTS_S_PER_RPM
+        settings = [setting_of(each) for each in found.values()]
+        speeds_rpm = [each.speed_rpm for each in settings if isinstance(each, SetHoming)]
+        if len(speeds_rpm) == len(drives):
+            self.rate_hz = max(speeds_rpm) * COUNTS_S_PER_RPM
 
 
 class Searching:
