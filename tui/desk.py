@@ -207,8 +207,7 @@ class ArmControl:
         self._desk.link.require(Needs.MOTORS)  # the set-up screen asks for it, too
         home = partial(self._arm.home, stops=self._arm.stops)
         if self._arm.reference.homes_by_switches:
-            text = "THE ARM WILL MOVE: its controller seeks its switches."
-            done = "homed by its own switches"
+            text, done = self._arm.reference.homing_words, "homed by its own switches"
             self._ask(text, self._present, home, done, asked="Is the way clear?")
         elif self._desk.link.status.simulated:
             self._desk.disarm("the simulated operator is at work")

@@ -87,6 +87,9 @@ class AsyncReference(AsyncCalls[ArmReference]):
     def homing_groups(self) -> tuple[tuple[str, ...], ...]:
         """The motor names of each homing group, in order; empty if the device decides."""
     @property
+    def homing_words(self) -> str:
+        """What `home` makes the controller do, and its bound; empty for an arm without switches."""
+    @property
     def unconfirmed(self) -> bool:
         """Whether planned motion has to wait until an operator confirms the restored position."""
     def request(self) -> PostureRequest:

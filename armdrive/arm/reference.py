@@ -32,7 +32,8 @@ from armdrive.moves import ParkMove, in_order
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event
-from armdrive.status import Evidence, State, Trust
+from armdrive.runtime.stop_bounds import homing_bound
+from armdrive.status import Evidence, State, Trust, bound_words
 from armdrive.storage.record import last_entry, write_down
 from armdrive.trace.recorder import traced
 from kinematics.errors import finite
@@ -88,6 +89,20 @@ class ArmReference(ArmPart):
         names = [motor.name for motor in self._core.transmission.motors]
         groups = () if self._config.homing is None else self._config.homing.groups
         return tuple(tuple(names[motor - 1] for motor in group) for group in groups)
+
+    @property
+    def homing_words(self) -> str:
+        """What `home` makes the controller do, and its bound; empty for an arm without switches."""
+        bound = homing_bound(self._config, self._core.controller)
+        if bound is None:
+            return ""
+        named = ", then ".join(" and ".join(group) for group in self.homing_groups)
+        order = f"the switches of {named}" if named else "its switches, in its own order"
+        silent = bound_words(bound.silent_time_s, bound.silent_distance_mm)
+        return (
+            f"THE ARM WILL MOVE: its controller seeks {order}. If this program dies or the link is "
+            f"lost, it goes on for at most {silent}."
+        )
 
     @property
     def unconfirmed(self) -> bool:

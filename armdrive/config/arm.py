@@ -91,6 +91,18 @@ class ArmConfig:
         return self.untooled or self.model
 
     @property
+    def motor_ranges(self) -> tuple[float, ...]:
+        """How far each motor turns between its joints' limits, in steps; empty if not known."""
+        model, transmission = self.model, self.model.transmission
+        low_mm, high_mm = model.gripper_range_mm
+        spans = [one.high_rad - one.low_rad for one in model.arm.limits]
+        spans.append(high_mm - low_mm)
+        return tuple(
+            math.fsum(abs(share * span) for share, span in zip(row, spans, strict=False))
+            for row in (() if transmission is None else transmission.matrix)
+        )
+
+    @property
     def calibration(self) -> str:
         """A fingerprint of the numbers that give steps their meaning.
 

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.errors import ArmFileError
+from armdrive.tasks import HomeDevice
 from armdrive.text.toml import (
     TomlTable,
     between,
@@ -244,6 +245,11 @@ class HomingSettings:
     joints: Joints
     opening_mm: float = 0.0
     groups: tuple[tuple[int, ...], ...] = ()
+
+    def requests(self) -> list[HomeDevice]:
+        """Return what is asked of the device, one request after the other."""
+        groups = (tuple(motor - 1 for motor in group) for group in self.groups)
+        return [HomeDevice((group,)) for group in groups] or [HomeDevice()]
 
 
 def read_frames(table: TomlTable) -> Mapping[str, UserFrame]:

@@ -319,7 +319,7 @@ class Reconnector:
         absent.close()
         core.notify(f"found {link.description}: checking whether the arm answers")
         # a motion that was sent before the loss may still be running: wait for its end first
-        runs_s = max(self._lost_s + core.stop_bound().silent_time_s - self._engine.now_s, 0.0)
+        runs_s = max(self._lost_s + core.stops.sent_s(core.controller) - self._engine.now_s, 0.0)
         self._engine.start(self._resume(), within_s=runs_s + self._engine.call_limit_s)
 
     def _resume(self) -> TaskBody[None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from typing import Any, Generic, TypeAlias
 
 from armdrive.abilities import Abilities
 from armdrive.dialects.exchange import Codec, H, Script, ScriptIO, ScriptLoop
-from armdrive.tasks import Event, Reply, Request
+from armdrive.tasks import Event, HomeDevice, Reply, Request
 from kinematics.spaces import Motors
 
 HOST_DELAY_S = 0.03
@@ -18,6 +19,22 @@ HOST_DELAY_S = 0.03
 FRESH_POSITION_S = 0.3
 """A driver starts a motion only from a position that it read no longer ago than this. The driver's
 caller looks again sooner (`FRESH_S` in `motion.context`)."""
+
+
+OVERTRAVEL = 1.1
+"""A motor that homes turns by at most this share of its range. One that turns farther finds no
+switch."""
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """How long a device goes on homing after the host has fallen silent.
+
+    `most_steps` is how far any of its motors turns meanwhile; infinite if its speed is not known.
+    """
+
+    time_s: float
+    most_steps: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +161,13 @@ class ScriptRunner(ABC, Generic[H]):
         self.give_up()
 
     # -- what most dialects share -------------------------------------------------------------
+
+    def search(self, request: HomeDevice) -> Search:  # noqa: ARG002
+        """Bound how long the device's own homing goes on if the host falls silent during it.
+
+        The switches have to work. By default a device does not home by itself.
+        """
+        return Search(0.0, 0.0)
 
     @property
     def opening_reset(self) -> bool:

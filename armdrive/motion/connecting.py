@@ -182,6 +182,7 @@ def reset(context: MotionContext) -> TaskBody[None]:
     switched = core.controller.abilities.current is Switching.BOTH
     off = switched and core.readings.current is not Current.HELD
     core.happen(Event.RESET_SWITCHED if off else Event.RESET)
+    core.stops.found()
     core.still_since_s = context.now_s
 
 
@@ -239,12 +240,12 @@ def recover(context: MotionContext, lost_s: float, lost_link: str) -> TaskBody[N
     `lost_link` describes the old link; the error names the new one if it differs.
     """
     core = context.core
-    stands_s = lost_s + core.stop_bound().silent_time_s
+    stands_s = lost_s + core.stops.sent_s(core.controller)
     while context.now_s < stands_s and not context.stopping:  # the device finishes what it was sent
         yield SleepUntil(stands_s)
     core.notify("")
     registers = yield from _meet(context)
-    core.stops.cut_off_s = 0.0
+    core.stops.found()
     was = core.before_loss
     if was is not State.DISABLED or core.readings.current is not Current.OFF:
         core.readings.current = Current.UNKNOWN

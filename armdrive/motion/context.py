@@ -255,7 +255,7 @@ class MotionContext:
         """Send one burst and wait for its end; return False if a stop ended it early."""
         core = self.core
         core.position.sends(burst.steps)
-        reply = yield from self._driven(burst)
+        reply = yield from self.driven(burst)
         if isinstance(reply, Halted | Interrupted):
             # anywhere from the start to the target is where a halt may leave a motor, and a device
             # that brakes with its own ramps may overshoot the target a little
@@ -274,7 +274,7 @@ class MotionContext:
             yield from self.verify(midway=True)
         return True
 
-    def _driven(self, request: MoveBy | MoveAlong) -> TaskBody[Reply]:
+    def driven(self, request: MoveBy | MoveAlong | HomeDevice) -> TaskBody[Reply]:
         """Send a motion and return the reply; the loss of the link counts as lost in motion."""
         try:
             return (yield from self.request(request))
@@ -304,7 +304,7 @@ class MotionContext:
         if not (yield from self._may_begin(request.released)):
             return False
         core.position.stands()
-        reply = yield from self._driven(request)
+        reply = yield from self.driven(request)
         self.straying_mm = max(self.straying_mm, course.straying_mm)
         self.slow_s, self.total_s = self.slow_s + course.slow_s, self.total_s + course.total_s
         if isinstance(reply, Halted | Interrupted):

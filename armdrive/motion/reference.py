@@ -13,7 +13,7 @@ from enum import Enum
 from typing import Any
 
 from armdrive.config.sections import HomingSettings
-from armdrive.errors import ArmError, DeviceFault, LinkLost, NotReferenced
+from armdrive.errors import ArmError, DeviceFault, NotReferenced
 from armdrive.motion.context import (
     MotionContext,
     be_remembered,
@@ -54,16 +54,12 @@ def home_device(
         raise context.stopped("homing was stopped before it began")
     core.happen(Event.HOME)
     core.readings.current = Current.HELD
-    groups = tuple(tuple(motor - 1 for motor in group) for group in homing.groups)
     try:
-        for index, group in enumerate(groups):
-            yield from _home_group(context, HomeDevice((group,)))
-            report(index)
-        if not groups:
-            yield from _home_group(context, HomeDevice())
-    except ArmError as error:
-        if isinstance(error, LinkLost):
-            core.learn(Evidence.LOST_IN_MOTION, context.now_s)
+        for index, request in enumerate(homing.requests()):
+            yield from _home_group(context, request)
+            if homing.groups:
+                report(index)
+    except ArmError:
         core.position.believe_registers()  # it has left its posture: show where it was seen last
         raise
     registers = yield from context.ask_registers()
@@ -86,7 +82,9 @@ def _settled(context: MotionContext) -> TaskBody[None]:
 def _home_group(context: MotionContext, request: HomeDevice) -> TaskBody[None]:
     """Home some of the motors; if homing ends early, nothing is referenced."""
     core, began_s = context.core, context.now_s
-    reply = yield from context.request(request)
+    core.stops.home(request)
+    reply = yield from context.driven(request)
+    core.stops.end()
     if isinstance(reply, Done) and not context.stopping:
         _require_no_fault(context)
         return

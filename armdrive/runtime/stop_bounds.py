@@ -14,17 +14,21 @@ The distance of the tip is bounded in two ways, and the smaller bound is announc
   the arm turns, at most at the rate given by the levers; half of that change is added.
 
 Without a known posture, the first bound is used with the arm stretched out.
+
+While a device homes by itself, each motor that homes may turn as long as the controller says, but
+no farther than to its switch, which stands within its joints' range.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, replace
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.controller import Controller, StopPart, Stopping
+from armdrive.dialects.controller import OVERTRAVEL, Controller, StopPart, Stopping
 from armdrive.runtime.position import MotionSegment
+from armdrive.tasks import HomeDevice
 from kinematics.frames.vectors import Vector
 from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints
@@ -90,6 +94,36 @@ class RunOn:
         return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)
 
 
+def homing_run_on(
+    config: ArmConfig, controller: Controller, burst_s: float, request: HomeDevice
+) -> RunOn:
+    """Return how an arm moves on while its device homes by itself: after a stop, as always."""
+    stop, search = run_on(config, controller, burst_s), controller.search(request)
+    homing = {motor for group in request.groups for motor in group}
+    rows, each = _inverse(config), []
+    for motor, range_steps in enumerate(config.motor_ranges):
+        if motor in homing or not homing:
+            steps = min(OVERTRAVEL * range_steps, search.most_steps)
+            each.append(_times(tuple(row[motor] for row in rows), steps))
+    return replace(
+        stop, silent_time_s=search.time_s, silent_turns=Turns(tuple(each), stop.turns.extra)
+    )
+
+
+def homing_bound(config: ArmConfig, controller: Controller) -> StopBound | None:
+    """Return the bound for the worst group of the controller's own homing, in any posture.
+
+    None if the arm has no such homing.
+    """
+    if config.homing is None or not controller.abilities.own_homing:
+        return None
+    found = [
+        homing_run_on(config, controller, config.motion.jog_burst_s, request).bound(config, None)
+        for request in config.homing.requests()
+    ]
+    return StopBound(*(max(each) for each in zip(*map(astuple, found), strict=True)))
+
+
 def stop_bound(
     config: ArmConfig, controller: Controller, joints: Joints | None, burst_s: float
 ) -> StopBound:
@@ -108,8 +142,10 @@ class StopForecast:
         self.cut_off_s = 0.0
         """The longest motion that the device may still have held when the link was lost."""
         self._planned: RunOn | None = None
-        self._unplanned: tuple[tuple[float, Stopping], RunOn] | None = None
-        """The run-on of an arbitrary command, cached with its inputs."""
+        self._homing: HomeDevice | None = None
+        """The homing that the device carries out by itself."""
+        self._unplanned: tuple[object, RunOn] | None = None
+        """The run-on of an arbitrary command or of homing, cached with its inputs."""
         self._bound: tuple[RunOn, Joints | None, StopBound] | None = None
         """The latest bound, cached because most polls find the arm at rest."""
 
@@ -119,29 +155,51 @@ class StopForecast:
         found = stretches(self._transmission, legs)
         self._planned = run_on(self._config, controller, burst_s, found) if found else None
 
+    def home(self, request: HomeDevice) -> None:
+        """Base the bound on the device's own homing until `end`, or until it is found again."""
+        self._homing = request
+
     def end(self) -> None:
         """Base the bound on arbitrary commands."""
         self.burst_s = self._config.motion.jog_burst_s
-        self._planned = None
+        self._planned = self._homing = None
 
     def cut_off(self) -> None:
         """Handle the loss of the link during a motion: the device finishes what it was sent."""
         self.cut_off_s = max(self.cut_off_s, self.burst_s)
+
+    def found(self) -> None:
+        """Handle a device that was found again: what it was sent has ended, and so has homing."""
+        self.cut_off_s, self._homing = 0.0, None
+
+    def sent_s(self, controller: Controller) -> float:
+        """Return how long a cut-off device drives what it was sent, if it does not home.
+
+        To find a device again ends its homing on most boards, so that is not waited for.
+        """
+        return controller.stopping(max(self.burst_s, self.cut_off_s)).silent_s
 
     def bound(
         self, controller: Controller, joints: Joints | None, *, lost: bool, slowed: bool
     ) -> StopBound:
         """Return how long and how far the tip moves on; for the worst posture if it is unknown.
 
-        The plan no longer applies to a motion that was `slowed` or whose link is `lost`.
+        The plan no longer applies to a motion that was `slowed` or whose link is `lost`. While the
+        device homes, the arm leaves its known posture.
         """
+        if self._homing is not None:
+            joints = None
         burst_s = max(self.burst_s, self.cut_off_s) if lost else self.burst_s
         planned = None if lost or slowed else self._planned
         if planned is None:
-            key = burst_s, controller.stopping(burst_s)
-            # `stopping` changes as the controller measures the device: it is part of the key
+            homing = self._homing
+            search = None if homing is None else controller.search(homing)
+            # both change as the controller learns about the device: they are part of the key
+            key = burst_s, controller.stopping(burst_s), homing, search
             if self._unplanned is None or self._unplanned[0] != key:
-                self._unplanned = key, run_on(self._config, controller, burst_s)
+                inputs = self._config, controller, burst_s
+                found = run_on(*inputs) if homing is None else homing_run_on(*inputs, homing)
+                self._unplanned = key, found
             planned = self._unplanned[1]
         if self._bound is None or self._bound[0] is not planned or self._bound[1] != joints:
             self._bound = planned, joints, planned.bound(self._config, joints)
@@ -312,7 +370,9 @@ def _by_levers_mm(
         list(zip(each_rad, levers_mm, longest_mm, strict=True))
     ):
         if lever_mm > 0.0:
-            way_mm += turn_rad * min(lever_mm + way_mm, most_mm)
+            # the chord: a tip that is turned far comes back on the other side
+            half = math.sin(min(turn_rad, math.pi) / 2.0)
+            way_mm += 2.0 * half * min(lever_mm + way_mm, most_mm)
     return way_mm
 
 

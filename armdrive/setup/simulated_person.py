@@ -59,13 +59,21 @@ class SimulatedPerson:
         """Do what the question asks for; return the answer if there is only one."""
         match asked.about:
             case About.CONNECT:
-                self._plug(asked.motor, on=True)
+                self._plug_alone(asked.motor)
             case About.PRESS:
                 return "pressed" if self._press(asked.motor, SwitchState.CLOSED) else "none"
             case About.RELEASE:
                 self._press(asked.motor, SwitchState.FREE)
                 return "released"
         return ""
+
+    def _plug_alone(self, motor: int) -> None:
+        """Plug a drive in, and pull the cable of those that have its id."""
+        board: Any = self._twin.board
+        drives = board.details().get("drives", ())
+        for other, drive in enumerate(drives):
+            if drive["id"] == drives[motor]["id"]:
+                self._plug(other, on=other == motor)
 
     def _plug(self, motor: int, *, on: bool) -> None:
         board: Any = self._twin.board

@@ -28,7 +28,7 @@ from armdrive.transports.can_health import (
     of_error_frame,
     of_status,
 )
-from armdrive.transports.link import Bell, Link
+from armdrive.transports.link import Bell, Link, lost_link
 from armdrive.transports.ports import gone_words, number_of
 from firmware_protocol.frames import DATA_MAX, Frame, Unpacker, pack
 
@@ -494,7 +494,4 @@ class CanLink(Link):
         if self._closed:
             raise LinkLost(f"the wire {self._name} is closed: call `connect()` again")
         if self._watch.lost:
-            raise LinkLost(
-                f"the CAN bus on {self._name} was lost: {self._watch.lost}. The arm stands once "
-                "its last motion has ended, homing too; then call `connect()` again"
-            )
+            raise lost_link(f"the CAN bus on {self._name}", self._watch.lost, "wait for its end")

@@ -49,6 +49,14 @@ class Link(Protocol):
         """Release the link. May be called twice."""
 
 
+def lost_link(wire: str, why: str, todo: str) -> LinkLost:
+    """Return the error for a lost `wire`, such as "the connection on COM3"; `todo` comes first."""
+    return LinkLost(
+        f"{wire} was lost ({why}). The arm moves on for at most the time and distance that its "
+        f"status announces; {todo}, then call `connect()` again"
+    )
+
+
 _CHUNK = 4096
 
 

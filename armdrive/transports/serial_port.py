@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from armdrive.errors import LinkLost, PortUnavailable
 from armdrive.errors.printable import reason_of
 from armdrive.transports.address import TCP_SCHEMES, host_and_port, scheme
-from armdrive.transports.link import Bell, Link
+from armdrive.transports.link import Bell, Link, lost_link
 from armdrive.transports.ports import no_connection, refusal, require_no_terminal
 
 if sys.platform != "win32":
@@ -152,11 +152,7 @@ class SerialLink(Link):
 
     def _lost(self, error: object) -> LinkLost:
         todo = "check the network" if self._scheme in TCP_SCHEMES else "plug the cable in"
-        why = reason_of(error)
-        return LinkLost(
-            f"the connection on {self._name} was lost ({why}). The arm finishes what it was "
-            f"sent, homing too; {todo} and call `connect()` again"
-        )
+        return lost_link(f"the connection on {self._name}", reason_of(error), todo)
 
 
 def clear_hupcl(fileno: int) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 
 from armdrive.errors import LinkLost
-from armdrive.transports.link import Bell, Link
+from armdrive.transports.link import Bell, Link, lost_link
 from armdrive.transports.ports import no_connection
 
 LONGEST_BYTES = 65507  # most data in one datagram over IPv4
@@ -83,10 +83,7 @@ class UdpLink(Link):
             why = "no program listens there"
         else:
             why = str(error)
-        return LinkLost(
-            f"the connection to {self._name} was lost ({why}). The arm finishes what it was sent, "
-            "homing too; check that the controller is on and call `connect()` again"
-        )
+        return lost_link(f"the connection to {self._name}", why, "check that the controller is on")
 
 
 def _connected(family: int, kind: int, protocol: int, address: tuple[object, ...]) -> socket.socket:

@@ -7,24 +7,26 @@ the simulated device cannot.
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 
 from armdrive import Jog
 from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import HomingSettings
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError
+from armdrive.motion.reference import home_device
 from armdrive.sim.device import Value
 from armdrive.sim.faults import parse_words
 from kinematics import Joints, Motors
 
-from .stand import Stand, StopResult
+from .stand import OPENING_MM, Stand, StopResult
 
 HOST_S = 0.03
 """How long this computer or an adapter may hold back a message; every bound allows for it."""
 RESTS_S = 2.0
-"""Every arm stands within this time; it is longer than all bounds that are measured here."""
+"""Every arm stands within this time, and at the latest this long after its bound."""
 SUSPENDED_S = 4.0
 LONGEST_S = 3.0
 """Every motion is under way within this time."""
@@ -69,6 +71,27 @@ class Begin(Enum):
     UPWARDS = "the same without the base, which moves the tip at right angles to the other joints"
     JOG = "a held jog of all joints at full speed"
     SLOW_JOG = "a held jog of the base, as slowly as the board turns a motor"
+    HOMING = "the controller's own homing of the base, from the other end of its range"
+
+
+STRETCHED_DEG = (0.0, 0.0, 0.0, 0.0, 0.0)
+HOMES: Mapping[str, Mapping[str, object]] = MappingProxyType(
+    {"grbl": {"homing": True}, "mks": {}, "cia402": {"homing_methods": (18,) * 6}}
+)
+"""What the arm file says of a controller that homes by itself, by dialect."""
+
+
+def stand_of(dialect: str, how: Begin, **options: Value) -> Stand:
+    """Return an arm where a motion begins; before homing, the base is at its range's other end."""
+    config, start = simulated_config(dialect), start_of(dialect)
+    if how is Begin.HOMING:
+        base = config.model.arm.limits[0]
+        switch, start = (
+            Joints.of(*STRETCHED_DEG).replace(base=each) for each in (base.high_rad, base.low_rad)
+        )
+        homing = HomingSettings(switch, OPENING_MM, groups=((1,),))
+        config = replace(config, homing=homing, device=replace(config.device, **HOMES[dialect]))
+    return Stand(config, start, **options)
 
 
 def begin(stand: Stand, how: Begin, for_s: float, speed: float) -> None:
@@ -89,6 +112,10 @@ def begin(stand: Stand, how: Begin, for_s: float, speed: float) -> None:
             if speed
         }
         arm.move_j(wait=False, **goal)
+        return
+    if how is Begin.HOMING:
+        assert arm.config.homing is not None
+        arm.parts.runner.submit(home_device(arm.parts.context, arm.config.homing), alone=True)
         return
     if how is Begin.SLOW_JOG:
         axes = {"base": 1.0}
@@ -122,7 +149,7 @@ SILENT = (Cause.PAUSE, Cause.KILLED, Cause.PULLED, Cause.SUSPENDED)
 """The causes for which the bound of a silent host holds."""
 
 
-def end(stand: Stand, cause: Cause) -> None:
+def end(stand: Stand, cause: Cause, rests_s: float = RESTS_S) -> None:
     """End the motion, and wait until the arm stands."""
     arm = stand.arm
     match cause:
@@ -138,10 +165,10 @@ def end(stand: Stand, cause: Cause) -> None:
             arm.pause()
         case Cause.PULLED:
             arm.twin.faults.ask(parse_words(["unplug"]))
-            stand.abandon(RESTS_S)
+            stand.abandon(rests_s)
             return
         case Cause.KILLED:
-            stand.abandon(RESTS_S)
+            stand.abandon(rests_s)
             return
         case Cause.SUSPENDED:
             stand.abandon(SUSPENDED_S)
@@ -225,8 +252,7 @@ BURSTS: Mapping[str, Callable[[bytes], bool]] = MappingProxyType(
 
 def measure(row: Row, after_s: float) -> StopResult:
     """Begin a motion, end it, and return how the arm stopped."""
-    config = simulated_config(row.dialect)
-    stand = Stand(config, start_of(row.dialect), **row.options)
+    stand = stand_of(row.dialect, row.begin, **row.options)
     arm = stand.arm
     if row.burst:  # the driver first learns how fast the motors are
         for angle in (WARM_UP_DEG, 0.0):
@@ -260,7 +286,7 @@ def measure(row: Row, after_s: float) -> StopResult:
         arm.sleep(restored_s)
     stand.link.late_s, stand.link.loses = row.late_s, row.loses()
     bound = stand.mark()
-    end(stand, row.cause)
+    end(stand, row.cause, RESTS_S + bound.silent_time_s)
     found = stand.stopped(bound)
     return found.silent if row.cause in SILENT else found
 
@@ -310,6 +336,16 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
             "Drives may catch up after lost orders, and the bound allows for that. A jog is held "
             "back as soon as no drive replies for 0.06 s, so a drive has little to catch up.",
         ),
+        "homing ramp": Reason(
+            0.4,
+            "On which ramp a homing drive brakes is not known. The bound allows for as long as "
+            "from the arm's full speed.",
+        ),
+        "as declared": Reason(
+            0.1,
+            "Neither these drives nor this board tell how long they home, so the bound is the "
+            "longest homing that the arm file allows.",
+        ),
     }
 )
 
@@ -318,9 +354,12 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
 _P, _U, _J, _S = Begin.PLANNED, Begin.UPWARDS, Begin.JOG, Begin.SLOW_JOG
 _RUN_ON: Mapping[str, Value] = MappingProxyType({"hold_after_loss": "extrapolate"})
 _328P: Mapping[str, Value] = MappingProxyType({"firmware": "grbl"})
+_FLUIDNC: Mapping[str, Value] = MappingProxyType({"firmware": "fluidnc"})
+_UNWATCHED: Mapping[str, Value] = MappingProxyType({"firmware": "1.0.6"})
 _STOPS = (Cause.STOP, Cause.EMERGENCY)
 _ENDS = (Cause.RELEASE, Cause.EXPIRY)
 _DEATHS = (Cause.KILLED, Cause.SUSPENDED)
+_LOST = (Cause.KILLED, Cause.PULLED)
 
 
 def _burst_rows() -> tuple[Row, ...]:
@@ -393,4 +432,15 @@ def _bus_rows() -> tuple[Row, ...]:
     )
 
 
-ROWS = (*_burst_rows(), *_grbl_rows(), *_bus_rows())
+def _homing_rows() -> tuple[Row, ...]:
+    """Return the rows of controllers that home by themselves: they go on without a program."""
+    return (
+        *(Row("grbl", Begin.HOMING, cause, (0.1,)) for cause in _LOST),
+        *(Row("cia402", Begin.HOMING, cause, (0.3,)) for cause in _LOST),
+        *(Row("mks", Begin.HOMING, cause, (0.31,), way="homing ramp") for cause in _LOST),
+        Row("mks", Begin.HOMING, Cause.PULLED, (0.1,), options=_UNWATCHED, time="as declared"),
+        Row("grbl", Begin.HOMING, Cause.PULLED, (0.1,), options=_FLUIDNC, time="as declared"),
+    )
+
+
+ROWS = (*_burst_rows(), *_grbl_rows(), *_bus_rows(), *_homing_rows())

@@ -12,7 +12,7 @@ from armdrive.registry import DIALECTS
 from armdrive.runtime.stop_bounds import StopForecast
 from armdrive.status import State
 
-from .rows import HALF, REASONS, ROWS, Begin, Cause, Row, begin, measure, start_of
+from .rows import HALF, REASONS, ROWS, Begin, Cause, Row, begin, measure, stand_of, start_of
 from .stand import Stand
 
 
@@ -99,3 +99,35 @@ def test_a_slowed_motion_has_the_bound_of_any_motion(dialect: str) -> None:
     assert stand.arm.parts.core.stop_bound().time_s >= anything.time_s
     stand.arm.speed_override = 1.0  # the slow motion that was sent before still runs
     assert stand.arm.parts.core.stop_bound().time_s >= anything.time_s
+
+
+def test_while_the_device_homes_the_bound_holds_for_any_posture() -> None:
+    stand = stand_of("mks", Begin.HOMING)
+    core = stand.arm.parts.core
+    begin(stand, Begin.HOMING, 0.0, 1.0)
+    stand.arm.sleep(0.3)
+    folded = core.position.coordinates.joints.replace(shoulder=1.5, elbow=-1.5)
+    bounds = [
+        core.stops.bound(core.controller, joints, lost=False, slowed=False)
+        for joints in (folded, None)
+    ]
+    assert bounds[0] == bounds[1]
+    stand.arm.stop()
+    assert core.stop_bound().distance_mm < bounds[0].distance_mm
+
+
+def test_drives_that_fall_silent_while_homing_keep_its_bound_until_they_answer_a_reset() -> None:
+    stand = stand_of("cia402", Begin.HOMING)
+    core = stand.arm.parts.core
+    at_rest = core.stop_bound()
+    begin(stand, Begin.HOMING, 0.0, 1.0)
+    stand.arm.sleep(0.3)
+    homing = core.stop_bound()
+    assert homing != at_rest
+    stand.arm.twin.faults.add("mute")
+    stand.arm.sleep(3.0)
+    assert core.state is State.ERROR_STOP
+    assert core.stop_bound() == homing
+    stand.arm.twin.faults.end()
+    stand.arm.reset()
+    assert core.stop_bound().silent_time_s == at_rest.silent_time_s

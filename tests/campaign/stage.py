@@ -7,7 +7,7 @@ motors and confirms postures. The stage also keeps what the faults excuse, and t
 import math
 import random
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -29,13 +29,16 @@ from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.armdroid import BOARDS as ARMDROIDS
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.cia402.node import Cia402Node
-from armdrive.sim.device import SimDevice, chosen
+from armdrive.sim.cia402.quirks import Cia402Quirks
+from armdrive.sim.device import SimDevice, Value, chosen
 from armdrive.sim.grbl.firmware import FIRMWARES
+from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import MemoryLink
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
 from armdrive.storage.record import RecordFile
+from armdrive.text.toml import rule_of
 from firmware_protocol.canopen import DriveState
 from firmware_protocol.mks import COUNTS_S_PER_RPM
 from kinematics import Joints, Motors
@@ -73,17 +76,43 @@ def config_of(name: str, variant: int) -> ArmConfig:
     return replace(config, motion=motion, model=model)
 
 
+NUMBERS = {"flash_ms": 200.0}
+"""The values of quirks that are numbers."""
+LEFT_OUT: Mapping[str, str] = MappingProxyType(
+    {
+        "e_series": "armdrive refuses these drives",
+        "retarget_creeps": "the arm file has to say `segment_s = 0`",
+        "speed_unit": "the arm file has to name the unit",
+        "ramp_unit": "the arm file has to name the unit",
+    }
+)
+"""The quirks that missions cannot have, and why."""
+
+
+def quirks(kind: type) -> Iterable[dict[str, Value]]:
+    """Yield the options of usual drives, and of drives with one quirk: each of its other values."""
+    yield {}
+    for each in fields(kind):
+        rule = rule_of(each)
+        if rule.source and each.name not in LEFT_OUT:
+            values = (True, False) if isinstance(each.default, bool) else rule.words
+            values = values or (NUMBERS[each.name],)
+            yield from ({each.name: value} for value in values if value != each.default)
+
+
 VARIANTS = 8
-BOARDS: Mapping[str, tuple[dict[str, str], ...]] = MappingProxyType(
+BOARDS: Mapping[str, tuple[dict[str, Value], ...]] = MappingProxyType(
     {
         "grbl": tuple({"firmware": name} for name in FIRMWARES),
         "armdroid": tuple({"board": name} for name in ARMDROIDS),
+        "mks": tuple(quirks(MksQuirks)),
+        "cia402": tuple(quirks(Cia402Quirks)),
     }
 )
 """The options of the simulated devices of a dialect that has several, each in every variant."""
 
 
-def board_of(name: str, variant: int) -> dict[str, str]:
+def board_of(name: str, variant: int) -> dict[str, Value]:
     """Return the options of the simulated device in a variant."""
     boards = BOARDS.get(name, ({},))
     return boards[variant // VARIANTS]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from armdrive.arm import Arm
-from armdrive.errors import DeviceFault, Stopped
-from armdrive.status import State, Trust
+from armdrive.errors import DeviceFault, LinkLost, Stopped
+from armdrive.status import State, Status, Trust
 from kinematics import Motors
 
 from .behaviour import IN_SIMULATION, Behaviour, limit_switches, own_homing
@@ -17,6 +17,7 @@ from .bench import Bench
 from .motions import check_refused
 from .observation import ON_THE_STEP, Observation, check
 from .rows_moving import check_moves
+from .rows_stopping import check_within_bound
 
 TRAVEL, SEARCH_S, TURN = 400, 2.0, 16384
 """Drives reach their switches in one second. The search for a switch that never closes is longer,
@@ -56,6 +57,7 @@ SEARCHES: Mapping[str, Search] = MappingProxyType(
 ORDER = ((3,), (2,), (1,), (4, 5))
 STUCK = 2
 STOPPED_AFTER_S = 0.25
+RESTS_S = 5.0
 
 
 def arm_with_switches(
@@ -181,6 +183,38 @@ def a_stop_ends_homing(bench: Bench) -> None:
     check_homing(bench, arm, goal)
 
 
+def a_lost_wire_while_homing_keeps_its_bound(bench: Bench) -> None:
+    """The driver is gone as if its program had died: the controller decides how far it goes on."""
+    arm, goal = arm_with_switches(bench)
+    at_rest_s = arm.status.silent_time_s
+    seen: list[tuple[Status, Observation]] = []
+
+    def pull() -> None:
+        seen.append((arm.status, bench.look()))
+        bench.fault("unplug")
+
+    start = bench.look()
+    bench.call_later(STOPPED_AFTER_S, pull)
+    check_refused(arm.home, LinkLost, "homing whose wire was lost")
+    (status, before), lost = seen[0], arm.status
+    check(before.motors not in (start.motors, goal), "the wire was not lost on its way")
+    rest = bench.rest(before, status.silent_time_s + RESTS_S)
+    check_within_bound(bench, status, rest, "unplugged while homing", silent=True)
+    for announced in ("silent_time_s", "silent_distance_mm"):
+        check(
+            getattr(lost, announced) >= getattr(status, announced),
+            f"less {announced} is announced once the wire is lost",
+        )
+    bench.heal()
+    arm.reconnect()
+    check(arm.status.trust is not Trust.REFERENCED, "its wire was lost in homing: referenced")
+    arm.reset()
+    bench.switch_on(arm)
+    found = arm.status.silent_time_s
+    check(found == at_rest_s, f"found again, it would go on for {found} s, not {at_rest_s}")
+    check_homing(bench, arm, goal)
+
+
 def _row(name: str, run: Callable[[Bench], None]) -> Behaviour:
     return Behaviour(
         name, "homing by switches", run, needs=(own_homing, limit_switches),
@@ -193,4 +227,5 @@ ROWS = (
     _row("a switch that sticks closed ends homing", a_switch_that_sticks_ends_homing),
     _row("a switch that never closes ends homing", a_switch_that_never_closes_ends_homing),
     _row("a stop ends homing, and nothing is referenced", a_stop_ends_homing),
+    _row("a lost wire while homing keeps its bound", a_lost_wire_while_homing_keeps_its_bound),
 )

@@ -98,10 +98,7 @@ def _in_the_desk(arm: Arm) -> None:
 
 
 def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
-    groups = arm.reference.homing_groups
-    named = ", then ".join(" and ".join(group) for group in groups)
-    order = f"the switches of {named}" if named else "its switches, in its own order"
-    tell(options, f"THE ARM WILL MOVE: its controller seeks {order}.")
+    tell(options, arm.reference.homing_words)
     sure = options.switches or arm.simulated
     if not sure and (as_json(options) or not agreed(WAY_CLEAR)):
         raise OperatorNeeded("not confirmed, so nothing moved: answer yes, or give --switches")

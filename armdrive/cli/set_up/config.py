@@ -20,7 +20,7 @@ from armdrive.connect.target import SIM, simulated_config
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import dialect
 from armdrive.registry.arm_files import arm_paths, arm_problems, load_arm, parse_arm
-from armdrive.runtime.stop_bounds import stop_bound
+from armdrive.runtime.stop_bounds import homing_bound, stop_bound
 from armdrive.status import pose_view, rounded_up
 from armdrive.storage import files as places
 from kinematics.errors import KinematicsError
@@ -207,19 +207,23 @@ def _wire(config: ArmConfig) -> dict[str, float]:
 
 
 def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
-    """Return the stop bounds, with the arm stretched out, while jogging and in planned motion."""
-    controller = dialect(config.connection.dialect).controller(config)
-    found = {}
-    motion = config.motion
-    for name, burst_s in (("jog", motion.jog_burst_s), ("planned", motion.planned_burst_s)):
-        bound = stop_bound(config, controller, None, burst_s)
-        found[name] = {
+    """Return the stop bounds with the arm stretched out: jogging, moving as planned, homing."""
+    controller, motion = dialect(config.connection.dialect).controller(config), config.motion
+    found = {
+        "jog": stop_bound(config, controller, None, motion.jog_burst_s),
+        "planned": stop_bound(config, controller, None, motion.planned_burst_s),
+    }
+    if (homing := homing_bound(config, controller)) is not None:
+        found["homing"] = homing
+    return {
+        name: {
             "time_s": rounded_up(bound.time_s, 3),
             "distance_mm": rounded_up(bound.distance_mm, 1),
             "silent_time_s": rounded_up(bound.silent_time_s, 3),
             "silent_distance_mm": rounded_up(bound.silent_distance_mm, 1),
         }
-    return found
+        for name, bound in found.items()
+    }
 
 
 def arm_lines(view: dict[str, Any]) -> list[str]:
@@ -250,7 +254,7 @@ def arm_lines(view: dict[str, Any]) -> list[str]:
     return [*lines, f"notes: {view['notes']}"] if view["notes"] else lines
 
 
-_WHILE = {"jog": "jogging", "planned": "moving as planned"}
+_WHILE = {"jog": "jogging", "planned": "moving as planned", "homing": "homing by its switches"}
 
 
 def _motor_line(motor: dict[str, Any]) -> str:

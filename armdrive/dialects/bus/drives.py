@@ -184,16 +184,8 @@ def bus_motors(config: ArmConfig, section: str, ids: Sequence[int]) -> BusMotors
             f"{counted(len(names), 'motor')}"
         )
     speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
-    spans = [one.high_rad - one.low_rad for one in config.model.arm.limits]
-    low_mm, high_mm = config.model.gripper_range_mm
-    spans.append(high_mm - low_mm)
-    return BusMotors(
-        names,
-        max(_sum(row, speeds) for row in transmission.matrix),
-        tuple(_sum(row, spans) for row in transmission.matrix),
+    fastest_hz = max(
+        math.fsum(abs(share * speed) for share, speed in zip(row, speeds, strict=False))
+        for row in transmission.matrix
     )
-
-
-def _sum(row: Sequence[float], of_joints: Sequence[float]) -> float:
-    """Return the sum of all joints' shares in a motor."""
-    return math.fsum(abs(share * each) for share, each in zip(row, of_joints, strict=False))
+    return BusMotors(names, fastest_hz, config.motor_ranges)

@@ -15,6 +15,7 @@ from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.controller import OVERTRAVEL
 from armdrive.dialects.exchange import ListenedTime, Script, ScriptIO
 from armdrive.tasks import Done, Reply, RequestRejected, Timeout, never
 
@@ -236,10 +237,6 @@ def end_earlier_motion(
         if listened.s > began_s + EARLIER_MOTION_S and math.isinf(stopped_s):
             yield from stop(drives)
             stopped_s = listened.s
-
-
-OVERTRAVEL = 1.1
-"""A search that covers more than this share of a motor's whole range will find no switch."""
 
 
 class HomingStatus(Enum):

@@ -34,7 +34,7 @@ from armdrive.dialects.cia402.leading import MotionLead
 from armdrive.dialects.cia402.measuring import UnitMeasurement
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
-from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, Search, StopPart, Stopping
 from armdrive.errors import Refused
 from armdrive.errors.printable import command_line
 from armdrive.tasks import (
@@ -239,14 +239,18 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         """Return how long a number of steps takes from rest to rest."""
         return self.limits.lasts_s(steps, self.usable_rate_hz(rate_hz))
 
+    @property
+    def _unwatched_s(self) -> float:
+        """How long after the host has fallen silent drives that watch its heartbeat notice that."""
+        return HOST_DELAY_S + (self.settings.heartbeat_ms + self.settings.beat_ms) / 1000.0
+
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Bound a stop by the quick stop and its delay; without a host, by the heartbeat too."""
         rate_hz = max((part.rate_hz for part in parts), default=self.limits.fastest_hz)
         share = min(rate_hz / self.limits.fastest_hz, 1.0)
         ramp_s = self.settings.quick_stop_s * share
         begun_s = HOST_DELAY_S + 2.0 * self.limits.cycle_s
-        beats_ms = self.settings.heartbeat_ms + self.settings.beat_ms
-        silent_s, confirm_cycles = HOST_DELAY_S + beats_ms / 1000.0, CONFIRM_CYCLES
+        silent_s, confirm_cycles = self._unwatched_s, CONFIRM_CYCLES
         if self.abilities.queued_segments:  # a pause ends with the last segment
             smooth_s = self.settings.smoothing_ms / 1000.0
             eases_s = self.settings.ramp_s * share
@@ -262,6 +266,14 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             silent_s + ramp_s / 2.0,
             begun_s + ramp_s + confirm_cycles * self.limits.cycle_s,
         )
+
+    def search(self, request: HomeDevice) -> Search:  # noqa: ARG002
+        """Bound the drives' own homing: by their heartbeat watch, else by a group's time."""
+        if not self.group.watches:
+            return Search(self.settings.homing_s)
+        rate_hz, silent_s = self._homing.rate_hz, self._unwatched_s
+        ramp_s = min(rate_hz / self.limits.fastest_hz, 1.0) * self.settings.quick_stop_s
+        return Search(silent_s + ramp_s, (silent_s + ramp_s / 2.0) * rate_hz)
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Bound each drive's deviation from the straight path, due to rounding in bursts."""

@@ -339,6 +339,8 @@ class Cia402Homing:
     group: Sequence[Cia402Drive] = ()
     stale: set[Cia402Drive] = field(default_factory=set)
     cycles: int = 0
+    rate_hz: float = math.inf
+    """The fastest homing speed that was read from the drives, in increments a second."""
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[Reply]:
         """Home group after group; without groups, one drive after the other."""
@@ -347,6 +349,7 @@ class Cia402Homing:
 
     def _home_group(self, group: Sequence[Cia402Drive]) -> Script[Reply]:
         yield from self.lead.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
+        yield from self._read_speeds(group)
         yield from self.lead.states.take_mode(group, self.MODE)
         self.lead.io.last_command = "HOME"
         ranges = dict(zip(self.lead.io.group.drives, self.limits.ranges, strict=True))
@@ -376,6 +379,16 @@ class Cia402Homing:
             if speed:
                 jobs.append(canopen.Write(place, canopen.DataType.U32, drive.speed(speed)))
         return tuple(jobs)
+
+    def _read_speeds(self, group: Sequence[Cia402Drive]) -> Script[None]:
+        """Learn how fast drives home, from those that report it."""
+        places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
+        found = yield from self.lead.transfers.obtain({drive.node: places for drive in group})
+        self.rate_hz = max(
+            found[drive.node].values.get(place, math.inf) * drive.speed_unit_hz
+            for drive in group
+            for place in places
+        )
 
     def _send_search(self) -> float:
         """Let the drives of the group search; the others stay in their resting mode."""

@@ -19,7 +19,7 @@ from dataclasses import replace
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, Search, StopPart, Stopping
 from armdrive.dialects.exchange import Script
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.contact import GrblContact
@@ -79,6 +79,7 @@ class GrblController(ScriptRunner[HostEvent]):
     """The driver's view of one GRBL board; it passes each request to a collaborator.
 
     `limits` are the limits of the axes: the arm file's until the board's settings have been read.
+    `searches_s` are how long each motor homes at most, in s, if these settings say so.
     """
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
@@ -93,6 +94,7 @@ class GrblController(ScriptRunner[HostEvent]):
         self.settings = settings
         self.axes = axes
         self.limits = axes.expected(settings)
+        self.searches_s: tuple[float, ...] = ()
         self.byte_s = BITS_A_BYTE / config.connection.baud
         self.board = board = BoardState(host, settings, axes)
         self.exchange = exchange = GrblExchange(self.io, host, board, settings, self.byte_s)
@@ -173,7 +175,7 @@ class GrblController(ScriptRunner[HostEvent]):
         found = Comparison(
             self.settings, self.axes, self.board.letters, dict(reported), behaviour, key
         )
-        self.limits = found.limits()
+        self.limits, self.searches_s = found.limits(), found.searches_s()
         return DeviceSettings(tuple(found.differences()), self.board.firmware_words())
 
     def unsolicited(self, message: HostEvent) -> None:
@@ -212,6 +214,17 @@ class GrblController(ScriptRunner[HostEvent]):
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Bound how long motion continues after a stop or after the host falls silent."""
         return self.bounds.stopping(burst_s, parts)
+
+    def search(self, request: HomeDevice) -> Search:
+        """Bound the homing command under way: it goes on to its end, whatever the host does."""
+        if not self.searches_s:
+            return Search(self.settings.homing_s)
+        letters = (command.axes for command in self.homing.commands(request.groups))
+        found = [
+            [self.searches_s[self.axes.letters.index(axis)] for axis in each] for each in letters
+        ]
+        # one axis after the other if a command names none
+        return Search(max(math.fsum(each or self.searches_s) for each in found) + HOST_DELAY_S)
 
 
 DRIVER = Driver(GrblSettings, GrblController)

@@ -337,7 +337,7 @@ class GrblHoming:
             )
         yield from self.exchange.clean_line()
         before = self.board.alarm  # any other one is reported, and stays
-        for command in self._commands(groups):
+        for command in self.commands(groups):
             self.exchange.speak(command)
             message = yield from self._answer()
             if message is None:
@@ -353,7 +353,7 @@ class GrblHoming:
             return (yield from self.contact.clear())
         return Done()
 
-    def _commands(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:
+    def commands(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:
         """Return the homing commands: for all axes, or for each one after the other."""
         if not groups and self.board.behaviour.homes_all:
             return [Home()]

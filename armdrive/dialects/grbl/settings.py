@@ -12,11 +12,16 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.planner import Limits, MotorPath
 from armdrive.dialects.grbl.variants import (
     ACCELERATIONS,
+    DEBOUNCE_MS,
     HARD_LIMITS,
     HOMING,
+    HOMING_FEED,
+    HOMING_SEEK,
     IDLE,
     INCHES,
     JUNCTION,
+    LOCATIONS,
+    PULL_OFF,
     RATES,
     REPORT,
     SLEEP,
@@ -293,6 +298,8 @@ ReportedSettings = Mapping[int | str, str]
 """A board's settings by key, as the board reports them."""
 
 ALWAYS_ON = 255
+SEARCH_TRAVELS, LOCATE_PULL_OFFS = 1.5, 10.0
+"""How far homing seeks a switch, in travels ($130), and how far it approaches it, in pull-offs."""
 SETTING_TOLERANCE = 1e-3
 """Settings are reported with three decimals."""
 RATE_TOLERANCE = 0.02
@@ -388,6 +395,28 @@ class Comparison:
             ),
             junction=self.number(JUNCTION) or expected.junction,
         )
+
+    def searches_s(self) -> tuple[float, ...]:
+        """Return how long each motor homes at most, in s; nothing if the board does not say.
+
+        It seeks its switch, backs off, approaches it slowly, and backs off again. Sources:
+        gnea/grbl grbl/limits.c (limits_go_home), grblHAL/core machine_limits.c, whose approach is
+        the longer one and may be repeated ($43).
+        """
+        feed, seek, off = map(self.number, (HOMING_FEED, HOMING_SEEK, PULL_OFF))
+        pauses_s = (self.number(DEBOUNCE_MS) or 0.0) / 1000.0
+        limits = self.limits()
+        found = []
+        for index, slope in enumerate(limits.accelerations):
+            travel = self._of_axis(TRAVEL, index)
+            if not (feed and seek and off and travel):
+                return ()
+            approaches = 1.0 + (self.number(LOCATIONS) or 1.0)
+            seek_s = (SEARCH_TRAVELS * travel + approaches * off) / seek * 60.0
+            locate_s = (approaches - 1.0) * LOCATE_PULL_OFFS * off / feed * 60.0
+            ramps_s = 2.0 * approaches * max(seek, feed) / 60.0 / slope
+            found.append(seek_s + locate_s + ramps_s + 2.0 * approaches * pauses_s)
+        return tuple(found)
 
     def differences(self) -> Iterator[Difference]:
         """Yield each difference from the arm file, with the line that corrects it."""

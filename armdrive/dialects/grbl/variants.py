@@ -15,6 +15,7 @@ from firmware_protocol.grbl import Variant
 # The numbers of settings; those from 100 on are followed by the axis.
 IDLE, REPORT, JUNCTION, INCHES = 1, 10, 11, 13
 SOFT_LIMITS, HARD_LIMITS, HOMING, SLEEP = 20, 21, 22, 62
+HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF, LOCATIONS = 24, 25, 26, 27, 43
 STEPS_PER_UNIT, RATES, ACCELERATIONS, TRAVEL = 100, 110, 120, 130
 
 SLOWEST_HZ = 16e6 / (8 * 65535)

@@ -15,7 +15,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
-from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, Search, StopPart, Stopping
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, mend
 from armdrive.dialects.mks.contact import MksContact, MksInquiry
@@ -190,6 +190,15 @@ class MksController(ScriptRunner[Event]):
             asked[1],
             silent[1],
         )
+
+    def search(self, request: HomeDevice) -> Search:  # noqa: ARG002
+        """Bound the drives' own homing: by their watchdogs if all have them, else by a group's."""
+        if not self.watched:
+            return Search(self.settings.homing_s)
+        rate_hz, silent_s = self._homing.rate_hz, self.settings.watchdog_s + HOST_DELAY_S
+        # on which ramp is not known: it takes no longer than from the arm's full speed
+        brakes_s = self.ramp_s if math.isinf(rate_hz) else max(self.ramp_s, rate_hz / self._slope)
+        return Search(silent_s + brakes_s, (silent_s + brakes_s / 2.0) * rate_hz)
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound each drive's deviation from the straight path; steered drives stay on it."""

@@ -5,6 +5,7 @@ A drive that has found it counts from zero there by itself. Nothing here sets a 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.drives import NONE_HEARD, absent_words
@@ -19,18 +20,23 @@ from armdrive.dialects.bus.phases import (
     home_in_groups,
     run_phases,
 )
-from armdrive.dialects.mks.exchange import MksExchange, Script
+from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, setting_of
 from armdrive.dialects.mks.stops import MksStops
 from armdrive.tasks import Done, Halted, Progress, RequestRejected
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
+    COUNTS_S_PER_RPM,
+    Ability,
+    Code,
     Failed,
     Home,
     HomingState,
     MotorState,
     ReadEncoder,
     ReadHoming,
+    ReadSetting,
     ReadState,
+    SetHoming,
 )
 from firmware_protocol.mks import Done as Ended
 from kinematics.text import counted
@@ -57,6 +63,8 @@ class MksHoming:
         self._io, self._stops = io, stops
         self._ranges = dict(zip(io.drives, ranges, strict=True))
         """How far each motor turns, in counts, between its joints' limits."""
+        self.rate_hz = math.inf
+        """The fastest homing speed that was read from the drives, in counts a second."""
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script:
         """Home group after group; without groups, one drive after the other."""
@@ -64,6 +72,7 @@ class MksHoming:
 
     def _home_group(self, drives: tuple[ObservedDrive, ...]) -> Script:
         io = self._io
+        yield from self._read_speeds(drives)
         io.observer.watch()
         answers = yield from io.ask(dict.fromkeys(drives, Home()), tries=1, text="HOME")
         for drive in drives:
@@ -103,6 +112,17 @@ class MksHoming:
             io.two_zeros = two_zeros_words(off[0])
             return RequestRejected(io.two_zeros)
         return Done()
+
+    def _read_speeds(self, drives: tuple[ObservedDrive, ...]) -> MksScript[None]:
+        """Learn how fast drives home, from those that report their settings."""
+        self.rate_hz = math.inf
+        if not self._io.can(Ability.READ_SETTINGS):
+            return
+        found = yield from self._io.read(ReadSetting(Code.HOMING), drives)
+        settings = [setting_of(each) for each in found.values()]
+        speeds_rpm = [each.speed_rpm for each in settings if isinstance(each, SetHoming)]
+        if len(speeds_rpm) == len(drives):
+            self.rate_hz = max(speeds_rpm) * COUNTS_S_PER_RPM
 
 
 class Searching:

@@ -169,8 +169,8 @@ def known(io: MksExchange, node: int) -> MksScript[KnownDrive | None]:
 _SETTINGS = (Code.MODE, Code.CURRENT, Code.MICROSTEPS, Code.REPLIES, Code.WATCHDOG)
 
 
-# Whether two drives share an id. Then both answer each question, which shows only if their answers
-# differ: two equal frames look like one on the bus.
+# Whether drives share an id. Then each question has more than one answer, unless equal answers
+# begin in the same bit: those look like one on the bus.
 
 TELLTALES: tuple[Read, ...] = (ReadEncoder(), ReadRawEncoder(), ReadAngleError())
 """Readings that hardly ever agree in two drives, because encoders tremble."""
@@ -179,7 +179,7 @@ TELLTALE_READS = 3
 
 
 def is_shared(io: MksExchange, node: int) -> MksScript[bool]:
-    """Find out whether two drives answer to an id, unless all their answers agree."""
+    """Find out whether several drives answer to an id, as far as the bus shows it."""
     for message in TELLTALES:
         io.surplus.clear()
         for _ in range(TELLTALE_READS):
@@ -267,7 +267,7 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
     if drive.doubled:
         found.append(
             problem(
-                f"{name}: two drives have this id",
+                f"{name}: more than one drive has this id",
                 f"plug in one at a time: `{setup}`",
             )
         )

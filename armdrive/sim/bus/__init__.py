@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.line import BusLine, Outbox
+from armdrive.sim.bus.line import BusLine, Outbox, ReadyFrame
 from armdrive.sim.bus.node import BusNode, switch_power
 from armdrive.sim.device import Board
 from armdrive.sim.mechanics.motors import SwitchState
@@ -41,7 +41,7 @@ class DrivesBoard(Board, Generic[N]):
         self.nodes = tuple(nodes)
         self.input_bits = len(self.nodes)
         self._shafts = shafts
-        self._outbox = Outbox()
+        self._outbox = Outbox(bits_s)
         self._dues = [math.inf for _ in self.nodes]
         self._nodes_due_s = self._due_s = math.inf
         """When a drive acts next or its shaft is due; and the same, or when a frame is ready."""
@@ -140,7 +140,7 @@ class DrivesBoard(Board, Generic[N]):
             self._dues[index] = node.due_s()
             if port.outgoing:
                 for frame in port.outgoing:
-                    self._outbox.put(self.now_s + port.answer_s, (index, frame))
+                    self._outbox.put(self.now_s + port.answer_s, ReadyFrame(index, frame))
                 port.outgoing.clear()
         self._nodes_due_s = min(*self._dues, self._shafts.look_s)
         self._due_s = min(self._nodes_due_s, self._outbox.next_s)

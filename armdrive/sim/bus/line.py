@@ -10,7 +10,7 @@ import heapq
 import itertools
 import math
 from collections import defaultdict, deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
 
@@ -232,16 +232,32 @@ class BusLine(DeviceLine):
 
 # --- Frames on their way from the drives to the bus ----------------------------------------------
 #
-# Several drives of one id answer at the same moment. Equal frames overlap bit by bit, and the host
-# receives one. Different frames destroy each other until one drive's controller has counted enough
-# errors to yield; then both come, late and one after the other.
+# Several drives of one id answer the same question, some microseconds apart: longer than a bit (a
+# guess; no two firmwares were measured side by side). So the first one's frame passes alone. The
+# others wait for its end and begin in the very same bit (Bosch, CAN 2.0 B, 3.2.5: a pending message
+# is started in the first bit after intermission). Arbitration sees only ids, so they overlap. Equal
+# frames pass as one. Different frames destroy each other until one drive's controller has counted
+# enough errors to yield; then they come late and one after the other.
 
 COLLISION_S = 0.004
 """Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1)."""
 
 
-class Outbox(TimeQueue[tuple[int, Frame]]):
-    """Drives and their frames, by the time at which each is ready."""
+@dataclass(frozen=True, slots=True)
+class ReadyFrame:
+    """A frame that a drive has ready; it may have `waited` for the same id to pass."""
+
+    drive: int
+    frame: Frame
+    waited: bool = False
+
+
+class Outbox(TimeQueue[ReadyFrame]):
+    """The frames of drives, by the time at which each is ready."""
+
+    def __init__(self, bits_s: int) -> None:
+        super().__init__()
+        self._bits_s = bits_s
 
     def take(self, now_s: float) -> list[Frame]:
         """Return the frames that are ready by now."""
@@ -250,22 +266,27 @@ class Outbox(TimeQueue[tuple[int, Frame]]):
             together = [self.pop()]
             while self.next_s == ready_s:
                 together.append(self.pop())
-            ready += [together[0][1]] if len(together) == 1 else self._sorted_out(together, now_s)
+            ready += [together[0].frame] if len(together) == 1 else self._passing(together, now_s)
         return ready
 
-    def _sorted_out(self, together: list[tuple[int, Frame]], now_s: float) -> list[Frame]:
+    def _passing(self, together: list[ReadyFrame], now_s: float) -> list[Frame]:
         """Return the frames that pass, out of several that are ready at once."""
-        by_id: defaultdict[int, defaultdict[int, list[Frame]]]
+        by_id: defaultdict[int, defaultdict[int, list[ReadyFrame]]]
         by_id = defaultdict(lambda: defaultdict(list))
-        for drive, frame in together:
-            by_id[frame.can_id][drive].append(frame)
+        for one in together:
+            by_id[one.frame.can_id][one.drive].append(one)
         ready: list[Frame] = []
-        for drives in by_id.values():
-            first, *others = drives.values()
-            if all(other == first for other in others):
-                ready += first
-                continue
-            for number, (drive, frames) in enumerate(drives.items(), 1):
-                for frame in frames:
-                    self.put(now_s + number * COLLISION_S, (drive, frame))
+        for first, *others in (list(drives.values()) for drives in by_id.values()):
+            frames = [one.frame for one in first]
+            if not all(one.waited for one in first):
+                ready += frames
+                ends_s = now_s + sum(map(frame_bits, frames)) / self._bits_s
+                for one in itertools.chain(*others):
+                    self.put(ends_s, replace(one, waited=True))
+            elif all([one.frame for one in other] == frames for other in others):
+                ready += frames
+            else:
+                for number, each in enumerate((first, *others), 1):
+                    for one in each:
+                        self.put(now_s + number * COLLISION_S, one)
         return ready

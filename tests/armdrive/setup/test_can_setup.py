@@ -222,16 +222,18 @@ def test_an_arm_without_such_drives_is_refused():
 # Which drives are on the bus: old firmware, two at once, none, another program.
 
 
-def test_two_new_drives_at_once_are_found_out_and_explained():
-    bench = Bench(keeps_angle=True)  # so that their encoders say different things
+@pytest.mark.parametrize("others", [(2,), (0, 2, 3, 4, 5)])
+def test_new_drives_at_once_are_found_out_and_explained(others):
+    bench = Bench()
     plugged: list[int] = []
 
-    def two_then_one() -> str:
-        bench.board.node(2).port.plugged = not plugged
+    def all_then_one() -> str:
+        for motor in others:
+            bench.board.node(motor).port.plugged = not plugged
         plugged.append(1)
         return "yes"
 
-    bench.person.says["drive of the shoulder plugged"] = two_then_one
+    bench.person.says["drive of the shoulder plugged"] = all_then_one
     assert bench.one()
     assert "More than one drive answers as id 1" in bench.person.text
     assert "plug in one new drive at a time" in bench.person.text

@@ -393,12 +393,17 @@ def test_a_drives_problem_is_reported_with_its_remedy():
     assert told.count("problem") == 3
 
 
-def test_two_drives_with_one_id_are_reported_and_a_late_answer_is_not():
-    on = bus_bench(keeps_angle=True)
-    on.device.board.set_id(4, 2)
+@pytest.mark.parametrize("more", [(4,), (2, 3, 4, 5)])
+def test_drives_with_one_id_are_reported(more):
+    on = bus_bench()
+    for motor in more:
+        on.device.board.set_id(motor, 2)
     found = on.survey((1, 2))
     assert [each.doubled for each in found.nodes] == [False, True]
-    assert "two drives have this id" in words(mks.of_answers(found, BusHealth()))
+    assert "more than one drive has this id" in words(mks.of_answers(found, BusHealth()))
+
+
+def test_a_late_answer_is_not_that_of_a_second_drive():
     late = bus_bench()
     late.twin.faults.add("duplicate", 0.02, seed=3)
     assert not any(each.doubled for each in late.survey((1, 2, 3)).nodes)

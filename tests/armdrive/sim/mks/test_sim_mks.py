@@ -424,10 +424,10 @@ class TestDrives:
         bench.twin.faults.end()
         assert said(bench.ask(3, mks.MoveAbsoluteAxis(10, 60, 0))) == CARRIED_OUT
 
-    def test_two_of_one_id_are_heard_as_one_where_they_agree_and_else_both(self, bench):
+    def test_two_of_one_id_both_answer(self, bench):
         bench.ask(2, mks.MoveAbsoluteAxis(500, 60, 0), 0.5)
         bench.twin.faults.add("drive-id", 2, 1)
-        assert said(bench.ask(1, mks.ReadVersion())) == [mks.Answered]
+        assert said(bench.ask(1, mks.ReadVersion())) == [mks.Answered, mks.Stray]
         heard = bench.ask(1, mks.ReadEncoder(), 0.1)
         assert said(heard) == [mks.Answered, mks.Stray]
         assert [heard[0].answer.counts, heard[1].answer.counts] == [0, 500]
@@ -438,6 +438,23 @@ class TestDrives:
         bench.twin.faults.end()
         bench.host.forget(2)
         assert bench.counts(2) == 900
+
+    @pytest.mark.parametrize(
+        ("counts", "at_once", "in_all"),
+        [
+            pytest.param((0, 0, 0), 2, 2, id="equal ones that wait overlap"),
+            pytest.param((0, 7, 7), 2, 2, id="so do two that differ from the first"),
+            pytest.param((0, 0, 7), 1, 3, id="different ones that wait destroy each other"),
+        ],
+    )
+    def test_of_answers_with_one_id_the_first_passes_alone(self, bench, counts, at_once, in_all):
+        for motor, count in enumerate(counts):
+            bench.board.nodes[motor].motor.count_from(count)
+            bench.board.set_id(motor, 1)
+        heard = bench.ask(1, mks.ReadEncoder(), 0.003)
+        assert [each.answer.counts for each in heard] == list(counts[:at_once])
+        heard += bench.run(0.02)
+        assert [each.answer.counts for each in heard] == list(counts[:in_all])
 
     def test_one_that_is_given_two_ids_in_turn_has_its_own_in_the_end(self, bench):
         bench.twin.faults.add("drive-id", 2, 9, for_s=1.0)
