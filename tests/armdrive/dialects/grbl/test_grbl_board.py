@@ -409,7 +409,7 @@ def test_no_line_that_waits_in_a_hold_is_carried_out_when_an_arm_connects(firmwa
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("later_s", [0.0, 0.01, 0.015, 0.02, 0.03])
+@pytest.mark.parametrize("later_s", [0.0, 0.015, 0.03])
 def test_a_stop_key_that_is_pressed_as_a_line_arrives_stops_the_arm_for_good(firmware, later_s):
     arm = ready(firmware=firmware)
     begin_line(arm)
@@ -653,7 +653,7 @@ def to_the_switch_s(firmware):
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("waited_s", [0.0, 0.1, 0.2, 0.23])
+@pytest.mark.parametrize("waited_s", [0.0, 0.2])
 def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s):
     arm, task = homing(firmware)
     arm.sleep(to_the_switch_s(firmware) - 0.01)
