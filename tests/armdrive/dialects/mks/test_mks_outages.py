@@ -120,7 +120,7 @@ LATE_ANSWERS = [
     (0.8, "too slow|answer|did not store its order"),
 ]
 """How late every answer comes, and how the motion ends."""
-SLOW_SETTINGS = [{}, {"poll_s": 0.05}, BURSTS]
+SLOW_SETTINGS = [{}, {"segment_s": 0.1}, {"poll_s": 0.2}, BURSTS]
 
 
 @in_pairs("late, after_s, settings", LATE_ANSWERS, [0.0, 0.5], SLOW_SETTINGS)
