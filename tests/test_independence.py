@@ -44,7 +44,6 @@ ALLOWED = {
     "firmware/avr_bench.py": BENCH,
     "firmware/grbl_setup.py": BENCH,
     "firmware/native.py": BENCH,
-    "armdrive/dialects/mks/can_kernel_bus.py": DEVICE,
     "armdrive/transports/can_served.py": DEVICE,
     "armdrive/sim/cia402/test_sim_cia402_master.py": DEVICE,
     "armdrive/mortal_host.py": "dies at a random time for `benchmarks/kill_everywhere.py`",

@@ -33,15 +33,15 @@ from .mission import Outcome, Result, run_mission
 from .run import main, story, table_of, tasks
 from .stage import Stage
 
-SAMPLE = {"mks": 4, "cia402": 3, "teachmover": 20}
-"""Missions of an everyday run; 8 of those that take neither so long nor so little."""
+SAMPLE = {"mks": 2, "cia402": 2, "teachmover": 8}
+"""Missions of an everyday run; 4 of those that take neither so long nor so little."""
 ENOUGH = 60
 """This many missions find each of the faulty drivers below."""
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_no_promise_is_broken_in_a_sample(dialect):
-    for seed in range(amount(SAMPLE.get(dialect, 8), 25)):
+    for seed in range(amount(SAMPLE.get(dialect, 4), 25)):
         result = run_mission(dialect, seed)
         assert result.outcome is not Outcome.VIOLATION, story(result)
 
@@ -57,7 +57,7 @@ def test_every_grbl_firmware_takes_part():
     assert {stage.twin.board.firmware.name for stage in stages} == set(FIRMWARES)
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("dialect", ["grbl", "mks"])  # one with a board of its own, one on a bus
 def test_a_seed_repeats_its_mission(dialect):
     first, second = (run_mission(dialect, 0, keep_log=True) for _ in range(2))
     assert first == second
@@ -87,7 +87,7 @@ def test_limits_that_are_three_degrees_too_wide_are_found_out(monkeypatch):
 def test_a_speed_override_that_is_ignored_is_found_out(monkeypatch):
     only(monkeypatch, "pause")
     monkeypatch.setattr(SpeedOverride, "slowed_s", lambda _, duration_s: duration_s)
-    assert "degrees a second" in found_by_the_campaign("grbl")
+    assert "degrees a second" in found_by_the_campaign("grbl", first=2)
 
 
 def test_a_jog_that_is_clipped_and_does_not_say_so_is_found_out(monkeypatch):
@@ -98,7 +98,7 @@ def test_a_jog_that_is_clipped_and_does_not_say_so_is_found_out(monkeypatch):
 
 def test_a_driver_that_sends_all_at_once_is_found_out(monkeypatch):
     monkeypatch.setattr(motion, "next_share", lambda _context, _leg, _burst_s, done: 1.0 - done)
-    assert found_by_the_campaign(first=3)
+    assert found_by_the_campaign(first=4)
 
 
 def ignoring(monkeypatch, *ignored):
@@ -113,12 +113,10 @@ def ignoring(monkeypatch, *ignored):
 
 def test_a_driver_that_keeps_its_trust_is_found_out(monkeypatch):
     ignoring(monkeypatch, Evidence.ANSWER_LOST, Evidence.READ_BACK_DIFFERS, Evidence.SILENT)
-    assert found_by_the_campaign(first=3)
+    assert found_by_the_campaign(first=27)
 
 
-@pytest.mark.parametrize(
-    ("dialect", "first"), [("teachmover", 4), ("robko01", 5), ("armdroid", 8), ("grbl", 5)]
-)
+@pytest.mark.parametrize(("dialect", "first"), [("teachmover", 6), ("robko01", 8)])
 def test_a_driver_that_trusts_a_board_that_was_reset_is_found_out(monkeypatch, dialect, first):
     ignoring(monkeypatch, Evidence.RESTARTED, Evidence.CONTROLLER_RESTARTED, Evidence.SILENT)
     index = next(i for i, each in enumerate(FAULTS) if each.name == "brown-out")
@@ -198,7 +196,7 @@ def test_an_arm_that_is_recovered_and_never_moves_is_found_out(monkeypatch):
 
     monkeypatch.setattr(Core, "fault", remembered)
     with_legs(monkeypatch, lambda context, legs: () if id(context.core) in faulty else legs)
-    assert "ended well, but" in found_by_the_campaign(first=3)
+    assert "ended well, but" in found_by_the_campaign(first=5)
 
 
 def test_a_final_motion_that_is_refused_is_found_out(monkeypatch):
@@ -209,8 +207,9 @@ def test_a_final_motion_that_is_refused_is_found_out(monkeypatch):
     assert "nothing forbids was refused" in found_by_the_campaign()
 
 
-@pytest.mark.parametrize("more_s", [0.6, math.inf])
-@pytest.mark.parametrize("dialect", ["teachmover", "grbl", "mks"])
+@pytest.mark.parametrize(
+    ("dialect", "more_s"), [("teachmover", 0.6), ("grbl", math.inf), ("mks", 0.6)]
+)
 def test_a_hold_that_expires_late_or_never_is_found_out(monkeypatch, dialect, more_s):
     def held(context):
         hold = context.core.hold

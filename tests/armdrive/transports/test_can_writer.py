@@ -59,11 +59,15 @@ class TestWriter:
         assert [each.arbitration_id for each in bus.sent] == [1, 2]
         assert link.read(0.0) == b""
 
-    def test_an_adapter_that_refuses_is_a_loss_in_its_words(self, failing):
+    @pytest.mark.parametrize(
+        ("error", "words"),
+        [(("device unplugged",), "device unplugged"), (("x", errno.ENETDOWN), "interface is down")],
+    )
+    def test_an_adapter_that_refuses_is_a_loss_in_its_words(self, failing, error, words):
         bus, link = failing
-        bus.sending.append(can.CanOperationError("device unplugged"))
+        bus.sending.append(can.CanOperationError(*error))
         link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
-        assert "device unplugged" in until_lost(link)
+        assert words in until_lost(link)
         link.close()
         assert bus.sent == []
 

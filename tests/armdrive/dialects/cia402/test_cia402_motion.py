@@ -130,7 +130,7 @@ def test_a_motion_slows_down_for_a_moment_of_silence_and_does_not_jump_ahead(fai
         pytest.param(lambda frame, _: frame.can_id == 0x80, 7, id="every SYNC"),
     ],
 )
-@pytest.mark.parametrize("lasts_s", [0.03, 0.08, 0.15])
+@pytest.mark.parametrize("lasts_s", [0.08, 0.15])
 def test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few(
     lost, turns, lasts_s
 ):
@@ -152,7 +152,7 @@ def test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few
 
 
 @pytest.mark.parametrize("fault", ["alone", "mute"])
-@pytest.mark.parametrize("lasts_s", [0.04, 0.12, 0.15, 0.25])
+@pytest.mark.parametrize("lasts_s", [0.04, 0.15, 0.25])
 def test_drives_that_were_cut_off_for_a_moment_do_not_jump_far(fault, lasts_s):
     """At most over what they were told, and did not hear, until that was noticed."""
     rig = Rig().ready()
@@ -384,7 +384,7 @@ WAITED_IN = (0.04, 0.12, MUTE_S + 0.005)
 """The motion itself waits, since that drive is not heard."""
 
 
-@pytest.mark.parametrize("pause_s", [-0.02, 0.0, *WAITED_IN, MUTE_S + 0.05])
+@pytest.mark.parametrize("pause_s", [0.0, *WAITED_IN, MUTE_S + 0.05])
 def test_a_paused_arm_stands_within_the_announced_time_and_resumes(pause_s):
     pause = Pause(pause_s)
     rig, stood = pause.rig, pause.rig.positions

@@ -21,10 +21,15 @@ RPM_HZ = 10_000 / 60
 FAST = MoveBy(steps(30_000), 20_000.0)
 
 
+def rig_with(settings: dict | None = None, **options) -> Rig:
+    """Return a bench with half as many cycles as usual, because slow turns take their time."""
+    return Rig({"period_ms": 20} | (settings or {}), **options)
+
+
 @pytest.mark.parametrize(("unit", "unit_hz"), [(RPM, RPM_HZ), (TENTH_OF_RPM, RPM_HZ / 10)])
 @pytest.mark.parametrize("strategy", ["cyclic", "profile"])
 def test_speeds_and_ramps_are_given_in_the_drives_own_unit(unit, unit_hz, strategy):
-    rig = Rig({"strategy": strategy}, constant=f"60A9:00={unit}").ready()
+    rig = rig_with({"strategy": strategy}, constant=f"60A9:00={unit}").ready()
     check_speed(rig, unit_hz, unit_hz)
 
 
@@ -32,7 +37,9 @@ def test_speeds_and_ramps_are_given_in_the_drives_own_unit(unit, unit_hz, strate
 @pytest.mark.parametrize("strategy", ["cyclic", "profile"])
 def test_units_that_the_arm_file_states_count(speed, ramp, strategy):
     stated = {"strategy": strategy, "speed_units": (speed,) * 6, "ramp_units": (ramp,) * 6}
-    check_speed(Rig(stated, missing="60A9", speed_unit=speed, ramp_unit=ramp).ready(), speed, ramp)
+    check_speed(
+        rig_with(stated, missing="60A9", speed_unit=speed, ramp_unit=ramp).ready(), speed, ramp
+    )
 
 
 def check_speed(rig, unit_hz, ramp_hz_s):
@@ -58,14 +65,14 @@ UNTOLD = ({"missing": "60A9"}, {"constant": f"60A9:00={DEGREES}"})
 @pytest.mark.parametrize("request_", [FAST, MoveAlong(iter([FAST]), 0.3), HomeDevice()])
 @pytest.mark.parametrize("options", UNTOLD, ids=["missing", "degrees"])
 def test_without_a_known_unit_the_motors_hold_and_nothing_moves(options, request_):
-    rig = Rig(**options).ready()
+    rig = rig_with(**options).ready()
     before = rig.positions
     reply = rig.do(request_)
     assert isinstance(reply, RequestRejected)
     assert not reply.moved
     assert "drive 1 (base) does not report its unit of speed (object 60A9)" in reply.reason
     assert "armdrive can setup" in reply.reason
-    assert isinstance(rig.do(ReadPosition()), type(Rig().do(ReadPosition())))
+    assert isinstance(rig.do(ReadPosition()), type(rig_with().do(ReadPosition())))
     assert rig.positions == before
 
 
@@ -85,7 +92,7 @@ UNITS = [
     [(*row, ("cyclic", "profile")[number % 2]) for number, row in enumerate(UNITS)],
 )
 def test_units_are_measured_by_slow_turns_of_one_motor(speed, ramp, words, strategy):
-    rig = Rig({"strategy": strategy}, missing="60A9", speed_unit=speed, ramp_unit=ramp).ready()
+    rig = rig_with({"strategy": strategy}, missing="60A9", speed_unit=speed, ramp_unit=ramp).ready()
     before, most, seen = rig.positions, 0.0, []
     rig.begin(MeasureUnits(1, 2778))
     while (reply := rig.reply()) is None and rig.now_s < 120.0:
@@ -106,14 +113,14 @@ def test_units_are_measured_by_slow_turns_of_one_motor(speed, ramp, words, strat
 
 
 def test_a_unit_that_the_drive_tells_is_measured_too():
-    rig = Rig(constant=f"60A9:00={RPM}").ready()
+    rig = rig_with(constant=f"60A9:00={RPM}").ready()
     assert rig.do(MeasureUnits(0, 2000), 60.0).reported
-    rig = Rig(constant=f"60A9:00={RPM}", speed_unit=RPM_HZ / 10).ready()
+    rig = rig_with(constant=f"60A9:00={RPM}", speed_unit=RPM_HZ / 10).ready()
     assert not rig.do(MeasureUnits(0, 2000), 60.0).reported
 
 
 def test_a_stop_ends_a_measurement():
-    rig = Rig(missing="60A9").ready()
+    rig = rig_with(missing="60A9").ready()
     rig.begin(MeasureUnits(0, 2000))
     rig.run(2.0)
     rig.stop()
@@ -122,7 +129,7 @@ def test_a_stop_ends_a_measurement():
 
 
 def test_ramps_that_are_no_accelerations_are_said_to_be_unusable():
-    rig = Rig(missing="60A9", ramp_unit=1e6).ready()
+    rig = rig_with(missing="60A9", ramp_unit=1e6).ready()
     reply = rig.do(MeasureUnits(0, 300), 60.0)
     assert "drive 1 (base) does not gain speed as a ramp of increments/s² does" in reply.reason
     rig.check_stands()
@@ -130,14 +137,14 @@ def test_ramps_that_are_no_accelerations_are_said_to_be_unusable():
 
 
 def test_a_speed_that_cannot_be_timed_is_left_to_the_manual():
-    rig = Rig(missing="60A9", speed_unit=1e5).ready()
+    rig = rig_with(missing="60A9", speed_unit=1e5).ready()
     reply = rig.do(MeasureUnits(0, 300), 60.0)
     assert "too fast to be timed" in reply.reason
     assert "cia402.speed_units" in reply.reason
 
 
 def test_a_motor_that_cannot_turn_is_named():
-    rig = Rig(missing="60A9").ready()
+    rig = rig_with(missing="60A9").ready()
     rig.twin.world.stalled.add(0)
     reply = rig.do(MeasureUnits(0, 2000), 60.0)
     assert "drive 1 (base) does not turn whatever speed it gets" in reply.reason
@@ -146,7 +153,7 @@ def test_a_motor_that_cannot_turn_is_named():
 
 
 def test_a_drive_that_falls_silent_while_it_is_measured_is_named():
-    rig = Rig(missing="60A9").ready()
+    rig = rig_with(missing="60A9").ready()
     rig.begin(MeasureUnits(0, 2000))
     rig.run(2.0)
     rig.device.board.node(0).port.plugged = False

@@ -372,7 +372,11 @@ def test_a_locked_board_stays_locked_until_a_reset_and_forgets_a_half_line(half)
 )
 def test_no_half_line_is_carried_out_and_position_current_and_state_are_kept(firmware, half):
     said = ["$X\n", "G1G91X7F600\n", half]
-    arm, before = left(config(), said, firmware=firmware, homing=True)
+    check_kept(*left(config(), said, firmware=firmware, homing=True))
+
+
+def check_kept(arm, before):
+    """Check that contact has carried out nothing that was left in the board, and that it moves."""
     arm.sleep(3.0)
     assert now(arm) == before
     assert before[2][0] == 7
@@ -399,17 +403,11 @@ GRIPPERS = [
 @pytest.mark.parametrize("hold", ["!", "\x84"])
 def test_no_line_that_waits_in_a_hold_is_carried_out_when_an_arm_connects(firmware, hold):
     said = ["G1G91X7F600\n", hold, "G1G91X10F300\nG1G91X20F300\n"]
-    arm, before = left(config(), said, firmware=firmware)
-    arm.sleep(3.0)
-    assert now(arm) == before
-    assert before[2][0] == 7
-    assert arm.status.state is State.STANDBY
-    arm.move_motors(3, 0, 0, 0, 0, 0)
-    assert arm.twin.device.registers[0] == 10
+    check_kept(*left(config(), said, firmware=firmware))
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("later_s", [0.0, 0.01, 0.015, 0.02, 0.03])
+@pytest.mark.parametrize("later_s", [0.0, 0.015, 0.03])
 def test_a_stop_key_that_is_pressed_as_a_line_arrives_stops_the_arm_for_good(firmware, later_s):
     arm = ready(firmware=firmware)
     begin_line(arm)
@@ -653,7 +651,7 @@ def to_the_switch_s(firmware):
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("waited_s", [0.0, 0.1, 0.2, 0.23])
+@pytest.mark.parametrize("waited_s", [0.0, 0.2])
 def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s):
     arm, task = homing(firmware)
     arm.sleep(to_the_switch_s(firmware) - 0.01)

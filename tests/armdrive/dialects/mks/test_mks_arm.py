@@ -14,7 +14,9 @@ from armdrive.errors import ArmError, DeviceFault, LinkLost, Stopped
 from armdrive.motion.context import refused_motion
 from armdrive.status import Evidence, Trust
 from armdrive.tasks import RequestRejected
-from kinematics import Joints, Pose
+from kinematics import Joints
+from tests.conformance.observation import place
+from tests.conformance.rows_moving import off_line_mm
 
 LOOK_S = 0.02
 
@@ -34,14 +36,6 @@ def watched(arm, handle, look):
     return most
 
 
-def beside_line_mm(start: Pose, end: Pose, at) -> float:
-    ends = [(each.x_mm, each.y_mm, each.z_mm) for each in (start, end)]
-    way = [b - a for a, b in zip(*ends, strict=True)]
-    here = [b - a for a, b in zip(ends[0], at, strict=True)]
-    share = sum(a * b for a, b in zip(way, here, strict=True)) / sum(a * a for a in way)
-    return math.dist(here, [share * one for one in way])
-
-
 STRATEGIES = {
     "steered": ({}, 0.5),
     "bursts": ({"segment_s": 0.0}, 1.5),
@@ -56,7 +50,7 @@ def test_a_line_is_straight_in_motion_whatever_the_firmware(name):
     start = arm.pose
     end = replace(start, y_mm=start.y_mm + 80.0)
     handle = arm.move_l(end, wait=False)
-    look = lambda: beside_line_mm(start, end, arm.twin.world.tip)  # noqa: E731
+    look = lambda: off_line_mm(arm.twin.world.tip, place(start), place(end))  # noqa: E731
     assert watched(arm, handle, look) < most_mm
     assert arm.twin.world.motors == arm.status.acknowledged
 

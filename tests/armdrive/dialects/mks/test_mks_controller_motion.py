@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import random
 import re
 from itertools import pairwise
 
@@ -212,19 +211,6 @@ def test_a_motion_that_is_stopped_ends_within_the_bound_and_reports_where(end, a
     assert bench.do(ReadPosition()) == Registers(here)
     bench.check_stands(1.0)
     assert bool(requests(bench, mks.EmergencyStop)) == (end == "hard stop")
-
-
-@pytest.mark.parametrize("seed", [4, 18, 31])
-def test_lost_frames_delay_nothing_and_lose_nothing(seed):
-    starts = Motors([50_000] * 6)  # near zero a drive that was gone may have begun anew
-    bench = MksBench(starts=tuple(starts)).ready()
-    dice = random.Random(seed)
-    bench.loses = lambda frame, host: dice.random() < 0.1
-    moves = straight()
-    assert isinstance(bench.do(along(moves)), Done)
-    assert (
-        bench.positions - starts - total(moves)
-    ).largest <= bench.controller.settings.rest_counts
 
 
 def test_a_bus_that_falls_silent_is_silence():

@@ -92,7 +92,7 @@ def test_a_drive_that_is_blocked_during_an_outage_is_found():
     assert bench.now_s < 2.5
 
 
-@in_pairs("start, dead_s, after_s", [50_000, -2000, 900, 0], [0.15, 0.3, 0.7], [0.1, 0.3, 0.55])
+@in_pairs("start, dead_s, after_s", [50_000, -2000, 0], [0.15, 0.7], [0.1, 0.55])
 def test_a_supply_of_all_drives_that_fails_for_a_moment_is_no_outage(after_s, dead_s, start):
     way = (6000, 3000, 1500, 0, 700, 20) if abs(start) > 2000 else (2500, 400, 0, 0, 0, 0)
     bench = MksBench(starts=(start,) * 6).ready()
@@ -120,7 +120,7 @@ LATE_ANSWERS = [
     (0.8, "too slow|answer|did not store its order"),
 ]
 """How late every answer comes, and how the motion ends."""
-SLOW_SETTINGS = [{}, {"segment_s": 0.1}, {"poll_s": 0.05}, {"poll_s": 0.2}, BURSTS]
+SLOW_SETTINGS = [{}, {"segment_s": 0.1}, {"poll_s": 0.2}, BURSTS]
 
 
 @in_pairs("late, after_s, settings", LATE_ANSWERS, [0.0, 0.5], SLOW_SETTINGS)
@@ -144,7 +144,7 @@ def test_a_motion_on_a_bus_that_is_always_slow_ends_by_itself_and_blames_no_driv
 TO_AND_FRO = segments(*([(5000, -4000, 300, 0, 700, 40)] * 4 + [(-5000, 4000, -300, 0, 0, 0)] * 4))
 
 
-@in_pairs("late_s, late_host, start", [0.055, 0.065, 0.08], [True, False], [-2000, 0, 300])
+@in_pairs("late_s, late_host, start", [0.055, 0.08], [True, False], [-2000, 0, 300])
 def test_near_zero_a_link_that_is_slow_from_the_beginning_blames_no_drive(late_s, late_host, start):
     """Where a drive that had no power would count the same, and always owes a reply."""
     bench = MksBench(starts=(start,) * 6)

@@ -64,11 +64,11 @@ UNNOTICED_S = 0.05
 @pytest.mark.parametrize(
     ("motor", "acts"),
     [
-        *((motor, ("stop", after_s, "block")) for motor in (1, 2, 3) for after_s in (0.0, 0.04)),
+        *((motor, ("stop", after_s, "block")) for motor in (1, 3) for after_s in (0.0, 0.04)),
         *((motor, ("block", UNNOTICED_S, "estop")) for motor in (2, 3)),
         # an emergency stop behind a stop may fall into what the first one does
         *((2 + index % 2, ("block", UNNOTICED_S, "stop", again_s, "estop"))
-          for index, again_s in enumerate((0.02, 0.1, 0.2, 0.25, 0.3, 0.35, 0.4))),
+          for index, again_s in enumerate((0.02, 0.1, 0.25, 0.4))),
     ],
 )  # fmt: skip
 def test_a_shaft_that_is_blocked_around_a_stop_does_not_spring_when_it_is_free(motor, acts):

@@ -15,6 +15,7 @@ from can_fault_bench import check_recovery, fail_in_motion
 from faults import arm_config, driven
 from mks_bench import (
     BURSTS,
+    FAR_FROM_ZERO,
     MksBench,
     along,
     begun,
@@ -25,6 +26,7 @@ from mks_bench import (
     restart,
     segments,
     straight,
+    total,
 )
 
 from armdrive.dialects.mks.exchange import GIVE
@@ -80,9 +82,9 @@ def test_a_short_restart_is_found_and_the_drive_goes_no_farther_than_sent(
 
 @in_pairs(
     "start, after_s, dead_s",
-    [-20_000, -450, 0, 20_000],
-    [0.47, 0.49, 0.5, 0.52],
-    [0.1, 0.15, 0.4],
+    [-20_000, 0, 20_000],
+    [0.47, 0.49, 0.52],
+    [0.1, 0.4],
 )
 def test_a_drive_that_restarts_gets_no_order_from_its_new_zero(start, after_s, dead_s):
     bench = moving(start, 9000, after_s)
@@ -216,18 +218,27 @@ def test_a_drive_that_was_mute_for_long_is_called_reset_only_if_no_order_took_it
 
 
 @pytest.mark.parametrize("seed", range(amount(4, 8)))
-@pytest.mark.parametrize("stopped", [False, True])
-def test_lost_frames_are_no_restart(seed, stopped):
-    dice, starts = random.Random(seed), (-300, 0, 0, 0, 0, 0)
-    bench = MksBench(starts=starts if stopped else (-9000, 60_000, 20_000, 0, 0, 0)).ready()
-    bench.loses = lambda _frame, _host: dice.random() < (0.1 if stopped else 0.05)
-    if stopped:
-        bench.begin(along(straight(20, ALONE)))
-        bench.run(0.11)
-        check_halted(bench)
-    else:
-        bench.begin(along(straight(10, (3000, 1500, -700, 0, 0, 0))))
-        check_done(bench)
+@pytest.mark.parametrize(
+    ("starts", "lost"), [((-9000, 60_000, 20_000, 0, 0, 0), 0.05), (FAR_FROM_ZERO, 0.1)]
+)
+def test_lost_frames_are_no_restart_and_lose_no_steps(seed, starts, lost):
+    dice, moves = random.Random(seed), straight(10, (3000, 1500, -700, 0, 0, 0))
+    bench = MksBench(starts=starts).ready()
+    bench.loses = lambda _frame, _host: dice.random() < lost
+    bench.begin(along(moves))
+    check_done(bench)
+    off = bench.positions - Motors(starts) - total(moves)
+    assert off.largest <= bench.controller.settings.rest_counts
+
+
+@pytest.mark.parametrize("seed", range(amount(4, 8)))
+def test_frames_that_are_lost_around_a_stop_are_no_restart(seed):
+    dice = random.Random(seed)
+    bench = others_at_zero(-300)
+    bench.loses = lambda _frame, _host: dice.random() < 0.1
+    bench.begin(along(straight(20, ALONE)))
+    bench.run(0.11)
+    check_halted(bench)
 
 
 @pytest.mark.parametrize("start", [0, -2000, 900])
@@ -285,7 +296,7 @@ def test_a_shaft_that_slips_a_little_near_zero_is_no_restart():
     check_done(bench)
 
 
-@in_pairs("start, slow, after_s", [0, -900], [60, 150], [0.16, 0.19, 0.22, 0.25])
+@in_pairs("start, slow, after_s", [0, -900], [60, 150], [0.16, 0.22])
 def test_a_restart_of_a_fast_drive_that_is_slow_afterwards_is_found(start, slow, after_s):
     bench = others_at_zero(start)
     fast, later = (700, 300, 0, 0, 0, 0), (slow, slow, 0, 0, 0, 0)
@@ -352,7 +363,7 @@ def test_an_outage_after_a_stop_near_zero_blames_no_drive(for_s):
 
 @pytest.mark.parametrize(
     ("fault", "base_deg"),
-    [("brown-out", -3.0), ("brown-out", 0.0), ("reset", -1.0), ("reset", 0.5)],
+    [("brown-out", -3.0), ("reset", 0.5)],
 )
 def test_all_drives_that_lose_their_power_near_zero_are_found_out(fault, base_deg):
     arm = driven(arm_config("mks"), at=Joints.of(base_deg, 0.0, 0.0, 0.0, 0.0))
@@ -364,7 +375,7 @@ def test_all_drives_that_lose_their_power_near_zero_are_found_out(fault, base_de
 
 @pytest.mark.parametrize(
     ("drive", "goal"),
-    [(1, {"shoulder_deg": 60}), (3, {"base_deg": 60}), (6, {"base_deg": 60})],
+    [(1, {"shoulder_deg": 60}), (6, {"base_deg": 60})],
 )
 def test_a_drive_that_does_not_move_and_is_reset_meanwhile_is_named(drive, goal):
     """Its firmware keeps the angle within a turn, so that it does not count from zero."""

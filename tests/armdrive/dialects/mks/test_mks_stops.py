@@ -133,7 +133,7 @@ def test_the_stop_because_of_a_silent_drive_is_repeated_to_one_that_missed_it():
     assert stops_of(bench, 1)[1] < lost[0] + 2.0 * STOP_POLL_S
 
 
-@pytest.mark.parametrize("after_s", [0.42, 0.45, 0.48, 0.485, 0.49, 0.495, 0.5, 0.505])
+@pytest.mark.parametrize("after_s", [0.42, 0.48, 0.49, 0.5])
 def test_a_stop_near_the_end_of_a_motion_takes_no_drive_past_it(after_s):
     """A drive that brakes at its target already brakes no gentler after a stop."""
     way = (6000, -3000, 1500, 0, 700, 20)
@@ -183,8 +183,8 @@ SLOW_AT_THE_END = [segments(*([FAST] * 5 + [SLOW] * tail)) for tail in (0, 1, 4)
 
 @in_pairs(
     "later_s, lost, moves",
-    [0.02, 0.06, 0.12, 0.25],
-    [(0.02, 0.4), (0.2, 0.65), (0.45, 0.62), (0.5, 0.75)],
+    [0.02, 0.12, 0.25],
+    [(0.02, 0.4), (0.2, 0.65), (0.5, 0.75)],
     [*SLOW_AT_THE_END, FASTER_THAN_SLOW],
 )
 def test_a_drive_that_lost_orders_stops_as_soon_as_announced(moves, lost, later_s):
