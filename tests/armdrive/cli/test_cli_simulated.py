@@ -223,7 +223,10 @@ def test_a_place_is_taught_only_once_the_arm_is_known_to_stand_there(call, serve
 @pytest.mark.parametrize("served", ["armdroid"], indirect=True)  # its motors can be switched
 def test_motors_stay_off_in_a_preview_and_until_the_person_has_confirmed(call, served, monkeypatch):
     bench = ("--arm", "bench")
-    motions = (("move", "--base", "1", *bench), ("points", "go", "reference", *bench))
+    motions = (
+        ("move", "--base", "1", "--speed", "1", *bench),
+        ("points", "go", "reference", "--speed", "1", *bench),
+    )
     call("home", *bench, "--yes", code=0)
     call("points", "save", "reference", "--allow-restored", *bench, code=0)
     call("move", "--base", "0.5", "--allow-restored", *bench, code=0)
