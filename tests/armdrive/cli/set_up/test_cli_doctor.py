@@ -398,7 +398,7 @@ def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, serv
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.4))
     with another_program(served.beside, encode(2, ReadEncoder())):
         for _ in looks("the other program was never heard"):  # it may be kept from its work
-            called = call("doctor", "--can", served.port)
+            called = call("doctor", "--can", served.port, "--dialect", "mks")
             if "nothing passed" not in called.out:
                 break
     assert called.code == 1
