@@ -11,12 +11,15 @@ from uart import Receiver
 
 from armdrive.connect.port import recogniser
 from armdrive.connect.target import simulated_config
-from armdrive.registry import simulate_device
+from armdrive.registry import simulate, simulate_device
 from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
+from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.prober import Examination, examine
 from armdrive.sim.device import SimDevice
 from armdrive.sim.wire import DeviceLine
+from armdrive.transports import opening
+from armdrive.transports.can_health import BusHealth
 from armdrive.transports.link import Link
 from firmware_protocol.robko01 import Axes, Enable, Host, MoveRelative
 
@@ -204,6 +207,15 @@ def lead(monkeypatch, port: object, device) -> list[int]:
     monkeypatch.setattr(carrying, "_opened", open_it)
     monkeypatch.setattr(dialog_runner, "RealClock", lambda: sim)
     return opened
+
+
+def lead_to_bus(monkeypatch, config) -> None:
+    """Put an arm's simulated drives behind every adapter, in simulated time."""
+    link, clock = simulate(config).link, DialogClock()
+    link.health = BusHealth()
+    monkeypatch.setattr(link, "close", lambda: None)  # the doctor opens it several times
+    monkeypatch.setattr(opening, "open_can_link", lambda port: link)
+    monkeypatch.setattr(dialog_runner, "RealClock", lambda: clock)
 
 
 class ScriptedDevice(Link):

@@ -2,17 +2,12 @@
 
 import re
 import sys
-from functools import partial
 
 import pytest
 from pages import PAGES, ROOT
 from typed_pages import FENCE, Typist, fits, parts, renewed
 
 from armdrive.cli.commands import COMMANDS
-from armdrive.dialects.bus import tools
-from armdrive.dialects.cia402 import survey as cia402_survey
-from armdrive.dialects.mks import survey as mks_survey
-from armdrive.setup import prober
 
 TYPED_ELSEWHERE = {"adding-a-controller": "tests/test_adding_a_controller.py"}
 """Pages whose blocks change the project itself, and their tests."""
@@ -23,11 +18,6 @@ SHOWN = [path for path in PAGES if path.stem not in TYPED_ELSEWHERE]
 @pytest.mark.parametrize("path", SHOWN, ids=lambda path: path.stem)
 def test_everything_on_a_page_is_as_it_says(path, call, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    # no simulated device restarts when its port is opened, and no other program is on its bus
-    monkeypatch.setattr(prober, "LISTEN_S", 0.1)
-    monkeypatch.setattr(tools, "listen", partial(tools.listen, seconds=0.1))
-    monkeypatch.setattr(cia402_survey, "ANSWER_S", 2.0)  # however late a busy computer answers
-    monkeypatch.setattr(mks_survey, "ANSWER_S", 2.0)
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # the reader may have other plugins
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")  # an arm of the page's is its simulated device
     (tmp_path / "examples").symlink_to(ROOT / "examples")

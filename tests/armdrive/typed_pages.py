@@ -12,8 +12,9 @@ A page is worked through from its top to its end, in one world of simulated arms
   are in the page's folder instead.
 - `<!-- setup: COMMAND -->` types a command that the reader is not shown.
 - `<!-- port: PORT is DIALECT -->` puts a simulated controller behind a port of the reader's. From
-  there on the page's arms are real ones: they are driven in real time through their ports. With
-  `none` for both they are simulated twins again, which takes less time.
+  there on the page's arms are real ones: they are driven in real time through their ports, except
+  that `armdrive doctor` finds a new controller there in simulated time. With `none` for both they
+  are simulated twins again, which takes less time.
 - `<!-- answers: LINE / LINE -->` types these lines at the questions of the next block.
 - `<!-- not typed: REASON -->` above a block leaves it out, for one of the `REASONS`.
 
@@ -35,12 +36,14 @@ from typing import Any, Self
 
 import pytest
 from cli_calls import TRACEBACK, Called
+from doctor_bench import lead, lead_to_bus, made
 from pages import ROOT
 from served import Served
 from waiting import LONG_S
 
 from armdrive.config.sections import is_model_file
-from armdrive.connect.target import FORCE_SIM
+from armdrive.connect.target import FORCE_SIM, simulated_config
+from armdrive.registry import DIALECTS
 from armdrive.storage import files as places
 
 REASONS = frozenset(
@@ -155,6 +158,7 @@ class Typist:
         self._places = {"/tmp/": f"{folder}/"}
         self._names: dict[str, Any] = {"__name__": "page"}
         self._serving: list[Served | ServedApart] = []
+        self._behind: dict[str, str] = {}  # the dialects by their ports
         self.printed: str | None = None
         """What the last program printed, None where the last block was none."""
         self.typed = 0
@@ -199,7 +203,18 @@ class Typist:
             path = self._folder / Path(port).name
             self._serving.append(Served(dialect, pty=path))
             self._places[port] = str(path)
+            self._behind[str(path)] = dialect
         os.environ.pop(FORCE_SIM, None)
+
+    def _doctor(self, *words: str) -> Called:
+        """Have the doctor look at a new controller, since its waits take seconds in real time."""
+        with pytest.MonkeyPatch.context() as patch:
+            for port, dialect in self._behind.items():
+                if DIALECTS[dialect].can:
+                    lead_to_bus(patch, simulated_config(dialect))
+                else:
+                    lead(patch, port, made(dialect))
+            return self._call(*words)
 
     def _serve(self, *words: str) -> Called:
         process = ServedApart(*words)
@@ -254,7 +269,7 @@ class Typist:
         if program == "armdrive":
             if words[0] == "sim" and "--list" not in words:
                 return self._serve(*words)
-            return self._call(*words)
+            return (self._doctor if words[0] == "doctor" else self._call)(*words)
         module, cwd = (words[1], ROOT) if program == "python" else (program, self._folder)
         options = words[2:] if program == "python" else [*words, *AS_INSTALLED]
         ran = subprocess.run(

@@ -55,31 +55,23 @@ COLOUR = re.compile(rb"\x1b\[(?:[0-9;]*;)?(?:3[0-8]|4[0-8]|9[0-7]|10[0-7])[;m]")
 
 @pytest.mark.skipif(not hasattr(os, "setsid"), reason="needs a controlling terminal")
 @pytest.mark.parametrize(("said", "colours"), [({"NO_COLOR": "1"}, False), ({}, True)])
-def test_without_colours_none_are_sent(tmp_path, said, colours):
-    ours, child = _desk_on_a_terminal(tmp_path / "notes", said)
+def test_a_desk_has_the_colours_asked_for_and_stops_the_arm_when_its_terminal_closes(
+    tmp_path, said, colours
+):
+    notes = tmp_path / "notes"
+    ours, theirs = pty.openpty()
+    child = _desk_on(theirs, notes, said)
+    os.close(theirs)
     try:
         seen = _read_until(ours, b"understood")
         os.write(ours, b"\r")
         seen += _read_until(ours, b"STOP")
-    finally:
-        os.close(ours)
-    assert child.wait(LONG_S) == 129
-    assert bool(COLOUR.search(seen)) == colours
-
-
-@pytest.mark.skipif(not hasattr(os, "setsid"), reason="needs a controlling terminal")
-def test_closing_the_terminal_stops_and_closes_the_arm(tmp_path):
-    notes = tmp_path / "notes"
-    ours, child = _desk_on_a_terminal(notes, {})
-    try:
-        _read_until(ours, b"understood")
-        os.write(ours, b"\r")
-        _read_until(ours, b"STOP")
         _arm(ours)
     finally:
         os.close(ours)
     assert child.wait(LONG_S) == 129
     assert notes.read_text().split()[:2] == ["stop", "close"]
+    assert bool(COLOUR.search(seen)) == colours
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGCONT"), reason="needs signals of Unix")
@@ -156,14 +148,6 @@ def test_whoever_paints_a_closed_terminal_is_not_kept_waiting():
     painting.start()
     painting.join(LONG_S)
     assert not painting.is_alive()
-
-
-def _desk_on_a_terminal(notes, said):
-    """Start a desk on a terminal of its own; return our end of that, and the process."""
-    ours, theirs = pty.openpty()
-    child = _desk_on(theirs, notes, said)
-    os.close(theirs)
-    return ours, child
 
 
 def _desk_on(theirs, notes, said):

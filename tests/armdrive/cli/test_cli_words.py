@@ -258,13 +258,11 @@ DRIVING = (
             *OF_OTHERS, "armdrive.programs.rehearsal", "lark",
             "armdrive.sim.device", "firmware_protocol.teachmover",
         )),
-        ("ports", ("can",)),
-        ("points list", (
+        ("ports; doctor", ("armdrive.arm", "armdrive.connect.parts", "armdrive.sim", "can")),
+        ("points list; config check; log", (
             *DRIVING, "armdrive.motion", "armdrive.programs", "armdrive.sim", "multiprocessing",
+            "tomlkit",
         )),
-        ("config check", (*DRIVING, "tomlkit")),
-        ("log", (*DRIVING, "armdrive.sim")),
-        ("doctor", ("armdrive.arm", "armdrive.connect.parts", "armdrive.sim")),
         ("explain", ("armdrive.config", "armdrive.status", "kinematics.chains.arm", "socket")),
         ("fk 0 0 0 0 0", ("armdrive.storage", "socket")),
         ("stop", ("armdrive.config", "armdrive.dialects.recognition", "armdrive.status")),

@@ -198,14 +198,14 @@ def test_every_axis_of_either_mode_has_a_pair():
 
 
 @pytest.mark.parametrize("place", [entry.id for entry in SCREENS])
-@pytest.mark.parametrize("width", [12, 40, 80, 120, 300])
-async def test_the_line_of_keys_begins_with_the_stop_and_never_runs_over(place, width):
+async def test_the_line_of_keys_begins_with_the_stop_and_never_runs_over(place):
     rows = DEFAULT_KEYS.next_keys(place)
     assert len(rows) <= KEYS_OFFERED
     line = KeyLine(id="keys")
-    line.show_keys(rows, width)
-    assert line.shown.startswith("space STOP")
-    assert len(line.shown.rstrip()) <= width
+    for width in (12, 40, 80, 120, 300):
+        line.show_keys(rows, width)
+        assert line.shown.startswith("space STOP")
+        assert len(line.shown.rstrip()) <= width
 
 
 @pytest.mark.parametrize("place", [entry.id for entry in SCREENS])

@@ -1,17 +1,14 @@
 """`armdrive shell` on a terminal: the prompt, Ctrl-C, other terminals, a wire that is cut."""
 
 import sys
-from pathlib import Path
 
 import pytest
 
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
 
+from served import Served
 from shell_bench import CTRL_D, MORE, Prompt
-
-sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks"))
-from sim_process import SimProcess
 
 FAST = "20"
 LONG_WAY = "move at(250, -150, 120, -90)"
@@ -121,20 +118,19 @@ def test_a_pause_and_a_hold_wait_for_the_person_and_take_no_entry_away(begin, ca
 
 def test_a_real_arm_asks_at_the_prompt_and_one_that_is_gone_leaves_the_program(begin, tmp_path):
     path = tmp_path / "typed.arm"
-    with SimProcess(tmp_path / "arm") as sim:
-        prompt = begin("--port", sim.port, "--dialect", "teachmover")
-        prompt.enter("home", until="Type yes: ")
-        prompt.interrupt()
-        assert "not confirmed" in prompt.until()
-        prompt.enter("home", until="Type yes: ")
-        assert "armdrive" not in prompt.enter("yes")
-        assert "armdrive" not in prompt.enter("delay 0")
-        sim.process.kill()
-        sim.process.wait()
-        said = prompt.enter("draw 0, 0, 20")
-        assert "type `reconnect`" in said
-        assert "the arm is disconnected: " in said
-        assert "armdrive: [E4" in prompt.enter("reconnect")
+    sim = Served("teachmover", pty=tmp_path / "arm")
+    prompt = begin("--port", sim.port, "--dialect", "teachmover")
+    prompt.enter("home", until="Type yes: ")
+    prompt.interrupt()
+    assert "not confirmed" in prompt.until()
+    prompt.enter("home", until="Type yes: ")
+    assert "armdrive" not in prompt.enter("yes")
+    assert "armdrive" not in prompt.enter("delay 0")
+    sim.end()
+    said = prompt.enter("draw 0, 0, 20")
+    assert "type `reconnect`" in said
+    assert "the arm is disconnected: " in said
+    assert "armdrive: [E4" in prompt.enter("reconnect")
     assert "are in" in prompt.enter(f"save {path}")
     assert path.read_text(encoding="utf-8") == "home\ndelay 0\n"
     prompt.type(CTRL_D)

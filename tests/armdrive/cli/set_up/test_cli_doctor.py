@@ -6,7 +6,6 @@ import sys
 import threading
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import pytest
 from can_setup_bench import ServedBus, another_program
@@ -21,6 +20,7 @@ from doctor_bench import (
     made,
     plug,
 )
+from served import Served
 from waiting import looks
 
 from armdrive.arm.device import ControllerMemory
@@ -196,11 +196,6 @@ def test_a_port_that_fails_in_the_opening_says_why_and_is_free_again(call, port,
 # -- settings compared and mended -----------------------------------------------------------------
 
 
-if sys.platform != "win32":
-    sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks"))
-    from sim_process import SimProcess
-
-
 @pytest.fixture
 def bench(port, lead_to, monkeypatch):
     """An arm file, its arm at the port, and a connection that is made in this process."""
@@ -315,15 +310,14 @@ def test_the_doctor_explains_a_board_with_too_few_axes(call, port, lead_to, monk
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 @pytest.mark.parametrize("kind", ["pty", "tcp"])
-def test_a_simulated_arm_in_another_process_is_found_and_does_not_move(
-    call, tmp_path, monkeypatch, kind
-):
+def test_a_served_arm_is_found_and_does_not_move(call, tmp_path, monkeypatch, kind):
     monkeypatch.setattr(probing, "LISTEN_S", 0.1)
-    with SimProcess(tmp_path / "arm" if kind == "pty" else None, "robko01") as sim:
-        before = sim.state()["motors"]
+    where = {"pty": tmp_path / "arm"} if kind == "pty" else {"tcp": "127.0.0.1:0"}
+    with Served("robko01", **where) as sim:
+        before = sim.watch.motors
         seen = call("doctor", sim.port, "--baud", "115200", "--yes", "--json", code=0).json
         assert seen["dialect"] == "robko01"
-        assert sim.state()["motors"] == before
+        assert sim.watch.motors == before
 
 
 def test_a_robko_answers_over_udp(call):
@@ -377,10 +371,7 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
             break
     assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
     assert called.json["bus"]["state"] == "active"
-    named = served.port.removeprefix("can:")
     ids = ("--ids", "1-6")
-    said = call("doctor", "--can", named, "--dialect", "mks", *ids, code=0).out
-    assert "every drive of the arm file answers" in said
     write_arm_file("bench", ARM.format(port=served.port))
     served.tell("fault drive-mode 3 2")
     said = call("doctor", "--arm", "bench", *ids, code=1).out
@@ -407,7 +398,7 @@ def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, serv
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.4))
     with another_program(served.beside, encode(2, ReadEncoder())):
         for _ in looks("the other program was never heard"):  # it may be kept from its work
-            called = call("doctor", "--can", served.port)
+            called = call("doctor", "--can", served.port, "--dialect", "mks")
             if "nothing passed" not in called.out:
                 break
     assert called.code == 1

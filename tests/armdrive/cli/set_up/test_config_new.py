@@ -56,6 +56,7 @@ def test_an_interview_by_a_pipe_writes_a_file_that_drives_the_twin(call, typing,
     typing("bench", "teachmover", "The one", *DEFAULTS[1:], "skip", "yes")
     said = call("config", "new", code=0)
     assert "Which port leads to it?" in said.out
+    assert re.search(r"A title\?.* The one\n", said.out)  # what came by the pipe is shown
     assert f"written: {arm_path('bench')}" in said.out
     assert "armdrive config check bench" in said.out
     assert load_arm(arm_path("bench")).title == "The one"
