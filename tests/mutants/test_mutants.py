@@ -104,7 +104,6 @@ def toy(tmp_path, monkeypatch):
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # a quicker start
     monkeypatch.setenv("PYTEST_PLUGINS", "xdist.plugin")  # the only plugin that is needed: for `-n`
     monkeypatch.setattr(copies, "LIBRARIES", ())
-    monkeypatch.setattr(copies, "PURE", ("toy",))  # imported before it is changed
     (tmp_path / "toy").mkdir()
     (tmp_path / "toy" / "__init__.py").write_text(CODE, encoding="utf-8")
     (tmp_path / "test_toy.py").write_text(TESTS, encoding="utf-8")
