@@ -54,7 +54,7 @@ def main(modules: list[str]) -> int:
 
 
 def import_all(names: list[str]) -> dict[str, set[str]]:
-    """Import modules; return which ones each module was imported by, not counting later imports."""
+    """Import modules; return which modules have imported each one while they were imported."""
     importers = defaultdict(set)
     original = builtins.__import__
 
@@ -62,8 +62,11 @@ def import_all(names: list[str]) -> dict[str, set[str]]:
         if len(how) == 4:  # as a statement imports
             scope, _, parts, level = how
             module = resolve_name("." * level + name, scope.get("__package__"))
+            frame = sys._getframe(1)
+            while frame and frame.f_code.co_name != "<module>":  # a module may call another's code
+                frame = frame.f_back
             for each in (module, *(f"{module}.{part}" for part in parts or ())):
-                importers[each].add(scope.get("__name__"))
+                importers[each].add(frame.f_globals["__name__"] if frame else "")
         return original(name, *how, **options)
 
     builtins.__import__ = recorded
