@@ -39,9 +39,6 @@ LIBRARIES = (
     "xdist.plugin",
 )
 """What many tests import and no mutant is in: imported once for all of them."""
-PURE = ("firmware_protocol", "kinematics")
-"""Packages that import no other one of the project and do nothing when they are imported. They too
-are imported once for all mutants but their own."""
 SERVER = Path(__file__).with_name("pytest_server.py")
 HUNG = "a test that hung"
 """In place of a test's name, which pytest does not tell then."""
@@ -103,10 +100,15 @@ def environment(folder: Path) -> dict[str, str]:
     return {**kept, "PYTHONPATH": str(folder), "HYPOTHESIS_PROFILE": "unshrunk"}
 
 
+def module_of(path: Path | str) -> str:
+    """Return the name of the module that is in a file, relative to the project's root."""
+    return ".".join(Path(path).with_suffix("").parts).removesuffix(".__init__")
+
+
 def modules_of(folder: Path, package: str) -> list[str]:
-    """Return the names of a package's modules."""
-    names = (path.relative_to(folder).with_suffix("") for path in folder.glob(f"{package}/**/*.py"))
-    return sorted(".".join(name.parts).removesuffix(".__init__") for name in names)
+    """Return the names of a package's modules, but for those that do something when imported."""
+    names = (module_of(path.relative_to(folder)) for path in folder.glob(f"{package}/**/*.py"))
+    return sorted(name for name in names if not name.endswith("__main__"))
 
 
 def require_imported(folder: Path, packages: Sequence[str]) -> None:
@@ -131,9 +133,9 @@ class Copy:
         self.folder = folder
         self._output = folder.with_name(f"{folder.name}.txt")
         self._temporary = folder.with_name(f"{folder.name}-temporary")
-        pure = [name for package in PURE for name in modules_of(folder, package)]
+        modules = [name for package in packages for name in modules_of(folder, package)]
         self._server = subprocess.Popen(
-            [sys.executable, "-P", str(SERVER), *LIBRARIES, *pure],
+            [sys.executable, "-P", str(SERVER), *LIBRARIES, *modules],
             cwd=folder,
             env=environment(folder),
             stdin=subprocess.PIPE,
@@ -148,7 +150,7 @@ class Copy:
     def run_tests(
         self, tests: Sequence[str], *, changed: str = "", workers: int = 0, first: bool = True
     ) -> Run:
-        """Run tests in this copy, of which one package may have `changed` since it was made.
+        """Run tests in this copy, of which one module may have `changed` since it was made.
 
         `first` ends the run at the first failure.
         """

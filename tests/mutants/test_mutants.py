@@ -76,6 +76,8 @@ def multiply(a, b):
 def forgotten(a, b):
     return a / b
 """
+IMPORTS = "from .sums import add, multiply\n"
+"""Of the package, which is imported before the module in it is changed."""
 TESTS = """from toy import add, multiply
 
 
@@ -96,7 +98,7 @@ ADDS, ADDS_NOTHING, MULTIPLIES = (
 
 
 def mutant(name, old, new, *tests, survives=""):
-    return Mutant(name, "the toy does sums", "toy/__init__.py", old, new, tests, survives)
+    return Mutant(name, "the toy does sums", "toy/sums.py", old, new, tests, survives)
 
 
 @pytest.fixture
@@ -104,9 +106,9 @@ def toy(tmp_path, monkeypatch):
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # a quicker start
     monkeypatch.setenv("PYTEST_PLUGINS", "xdist.plugin")  # the only plugin that is needed: for `-n`
     monkeypatch.setattr(copies, "LIBRARIES", ())
-    monkeypatch.setattr(copies, "PURE", ("toy",))  # imported before it is changed
     (tmp_path / "toy").mkdir()
-    (tmp_path / "toy" / "__init__.py").write_text(CODE, encoding="utf-8")
+    (tmp_path / "toy" / "__init__.py").write_text(IMPORTS, encoding="utf-8")
+    (tmp_path / "toy" / "sums.py").write_text(CODE, encoding="utf-8")
     (tmp_path / "test_toy.py").write_text(TESTS, encoding="utf-8")
     return tmp_path
 
@@ -156,7 +158,7 @@ def test_each_mutant_gets_its_verdict(tried, toy):
     said = {trial["name"]: trial["words"] for trial in trials}
     assert (said["subtracts"], said["multiplies"]) == (ADDS, ADDS_NOTHING)
     assert code == 1
-    assert (toy / "toy" / "__init__.py").read_text(encoding="utf-8") == CODE
+    assert (toy / "toy" / "sums.py").read_text(encoding="utf-8") == CODE
 
 
 def test_everything_finds_the_test_that_notices(tried):
@@ -214,4 +216,5 @@ def test_a_project_in_git_is_copied_without_what_git_ignores(toy):
     (toy / "rubbish").mkdir()
     (toy / "rubbish" / "big").write_text("big", encoding="utf-8")
     named = {str(path) for path in project_files(toy)}
-    assert named == {".gitignore", "test_toy.py", str(Path("toy") / "__init__.py")}
+    modules = {str(Path("toy") / name) for name in ("__init__.py", "sums.py")}
+    assert named == {".gitignore", "test_toy.py", *modules}

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from .copies import FAILED, PASSED, Copy, Run, copy_project
+from .copies import FAILED, PASSED, Copy, Run, copy_project, module_of
 from .mutant import Mutant, applied
 
 ALL_OTHERS = "--ignore=tests/mutants"
@@ -101,12 +101,12 @@ def try_all(
 
 def try_one(copies: Copies, mutant: Mutant, stamp: int, *, everything: bool = False) -> Trial:
     """Try one mutant. With `everything`, run the whole suite if its own tests all pass."""
-    package = mutant.path.partition("/")[0]
+    changed = module_of(mutant.path)
     try:
         with copies.borrowed() as copy, applied(mutant, copy.folder, stamp):
-            run = copy.run_tests(mutant.tests, changed=package)
+            run = copy.run_tests(mutant.tests, changed=changed)
             if run.code == PASSED and everything:
-                run = copy.run_tests((ALL_OTHERS,), changed=package)
+                run = copy.run_tests((ALL_OTHERS,), changed=changed)
     except ValueError as error:
         return Trial(mutant, Verdict.BROKEN, str(error), 0.0)
     return Trial(mutant, *_verdict(mutant, run), run.took_s)

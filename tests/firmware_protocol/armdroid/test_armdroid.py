@@ -215,11 +215,6 @@ def test_numbers_out_of_range_are_refused_by_name(build, field):
     assert refusal.value.field == field
 
 
-def test_a_list_of_steps_becomes_a_value():
-    assert DriveAll([1, 2, 3, 4, 5, 6]) == DriveAll((1, 2, 3, 4, 5, 6))
-    assert hash(OffsetsReported([0] * 6)) == hash(OffsetsReported((0,) * 6))
-
-
 # -- The device ------------------------------------------------------------------------------------
 
 ZEROS = (0,) * 5

@@ -42,10 +42,6 @@ from firmware_protocol.frames import Frame, Unpacker, pack
 # -- The host --------------------------------------------------------------------------------------
 
 
-def test_a_request_is_a_record_of_its_frame():
-    assert mks.Host(DRIVES).send(3, mks.ReadEncoder()) == pack(mks.encode(3, mks.ReadEncoder()))
-
-
 def test_an_answer_belongs_to_the_request_of_its_drive_and_code():
     host = mks.Host(DRIVES)
     for node in DRIVES:
@@ -503,6 +499,9 @@ def test_a_motion_starts_and_ends():
     assert events(host, said(1, DONE)) == [mks.Stray(1, DONE)]
 
 
+COURSE = (mks.Outcome.STARTED, mks.Outcome.FAILED, mks.Outcome.DONE)
+
+
 @pytest.mark.parametrize(
     ("sent", "replies", "heard"),
     [
@@ -541,23 +540,22 @@ def test_a_motion_starts_and_ends():
             [STARTED, STARTED, DONE, FAILED],
             [mks.Started(1, ONE), mks.Started(1, TWO), mks.Done(1, TWO), mks.Failed(1, THREE)],
         ),
+        # another motion than F5 is refused, and supersedes nothing
+        (
+            [BY, BY],
+            [outcome(each, BY.code) for each in COURSE],
+            [mks.Started(1, BY), mks.Failed(1, BY), mks.Done(1, BY)],
+        ),
+        (
+            [mks.Home()],
+            [outcome(each, mks.Code.HOME) for each in (mks.Outcome.STARTED, mks.Outcome.DONE)],
+            [mks.Started(1, mks.Home()), mks.Done(1, mks.Home())],
+        ),
+        ([ONE], [STORED, STORED], [mks.StoredForStart(1, ONE), mks.Stray(1, STORED)]),
     ],
 )
 def test_replies_belong_to_motions_in_their_order(sent, replies, heard):
     assert events(asked(*sent), said(1, *replies)) == heard
-
-
-def test_another_motion_than_f5_is_refused_and_does_not_supersede():
-    host = asked(BY, BY)
-    replies = [
-        outcome(what, BY.code)
-        for what in (mks.Outcome.STARTED, mks.Outcome.FAILED, mks.Outcome.DONE)
-    ]
-    assert events(host, said(1, *replies)) == [
-        mks.Started(1, BY),
-        mks.Failed(1, BY),
-        mks.Done(1, BY),
-    ]
 
 
 def test_what_is_known_to_be_over_is_not_superseded():
@@ -566,18 +564,6 @@ def test_what_is_known_to_be_over_is_not_superseded():
     host.settle(1)
     host.send(1, TWO)
     assert events(host, said(1, FAILED)) == [mks.Failed(1, TWO)]
-
-
-def test_homing_starts_and_ends():
-    host = asked(mks.Home())
-    replies = [mks.Status(mks.Code.HOME, what) for what in (mks.Outcome.STARTED, mks.Outcome.DONE)]
-    assert events(host, said(1, *replies)) == [mks.Started(1, mks.Home()), mks.Done(1, mks.Home())]
-
-
-def test_a_stored_motion_is_said_to_be():
-    host = asked(ONE)
-    assert events(host, said(1, STORED)) == [mks.StoredForStart(1, ONE)]
-    assert host.unanswered(1) == ()
 
 
 @given(st.lists(st.one_of(MOTIONS, REQUESTS), max_size=8), st.data())

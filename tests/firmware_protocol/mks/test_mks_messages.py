@@ -299,11 +299,6 @@ def test_every_request_can_be_read(node, request_):
     assert mks.decode_request(mks.encode(node, request_)) == request_
 
 
-@given(NODES, READINGS)
-def test_every_reading_can_be_read(node, reading):
-    assert mks.decode_answer(mks.encode(node, reading)) == reading
-
-
 @given(NODES, SETTINGS)
 def test_a_setting_that_is_read_back_is_what_was_set(node, setting):
     told = mks.SettingRead(setting.code, setting.payload)

@@ -10,7 +10,7 @@ from kinematics_cases import Dual
 from systems_cases import postures, same_goal, same_joints
 
 from kinematics.chains.links import JointKind
-from kinematics.errors import BadNumber, KinematicsError, OutOfReach, UnknownSystem
+from kinematics.errors import KinematicsError, OutOfReach, UnknownSystem
 from kinematics.frames.transforms import position_of
 from kinematics.textbook.systems import (
     CYLINDRICAL,
@@ -173,21 +173,6 @@ def test_the_derivation_tells_forward_and_inverse(one):
     assert any(name in text for name in (one.joint_names[0], "theta1", "d1"))
     assert one.notes.source
     assert one.name in SYSTEMS
-
-
-@EACH
-def test_what_is_no_goal_and_no_posture_is_refused_by_name(one):
-    size, joints = len(one.coordinates), len(one.joint_names)
-    with pytest.raises(KinematicsError, match=one.coordinates[0]):
-        one.ik((1.0,) * (size + 1))
-    with pytest.raises(BadNumber, match=one.coordinates[-1]):
-        one.ik((*(1.0,) * (size - 1), math.nan))
-    with pytest.raises(KinematicsError, match=one.joint_names[0]):
-        one.fk((1.0,) * (joints + 1))
-    with pytest.raises(BadNumber, match=one.joint_names[-1]):
-        one.fk((*(1.0,) * (joints - 1), math.inf))
-    with pytest.raises(KinematicsError, match="has no branch 'sideways'"):
-        one.solution((1.0,) * size, "sideways")
 
 
 def test_a_system_is_found_by_its_name_or_a_likely_one_is_suggested():
