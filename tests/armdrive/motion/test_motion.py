@@ -38,9 +38,7 @@ def step_travel_mm(arm):
     return sum(math.tau / steps * length_mm for steps, length_mm in turned_mm)
 
 
-@pytest.mark.parametrize(
-    "way_mm", [(0, 150, 0), (-90, 90, 40), (40, -160, 60), (-60, 0, 90), (0, 0, -60)]
-)
+@pytest.mark.parametrize("way_mm", [(0, 150, 0), (40, -160, 60), (-60, 0, 90)])
 @pytest.mark.parametrize("speed_error", [0.0, 0.7])
 def test_the_physical_tip_stays_on_the_straight_line(way_mm, speed_error):
     arm = ready_arm(sim_config(planned_burst_s=0.4), speed_error=speed_error)

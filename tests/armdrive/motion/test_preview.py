@@ -7,7 +7,7 @@ from itertools import combinations, pairwise
 import pytest
 from chain_files import connected, five_joints
 from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.config.sections import MotionSettings
@@ -213,7 +213,6 @@ def test_a_preview_works_for_an_arm_of_a_model_file(tmp_path):
         assert preview.end == arm.parts.core.position.coordinates.joints
 
 
-@settings(max_examples=25)
 @given(
     st.floats(-300, 450), st.floats(-300, 300), st.floats(-80, 450), st.floats(-120, 60),
     st.booleans(),
