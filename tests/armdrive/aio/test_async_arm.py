@@ -29,6 +29,7 @@ async def moving(arm, base_deg=60):
     """Begin a motion as a task, and wait until it is under way."""
     task = asyncio.create_task(arm.move_j(base_deg=base_deg))
     while arm.status.state is not State.MOVING or arm.status.acknowledged == arm.status.commanded:
+        assert not task.done(), task
         await asyncio.sleep(0)
     return task
 
@@ -107,13 +108,13 @@ async def program(clock):
 
     first, second = (AsyncArm.connect(f"sim:{each}", pace=clock) for each in ("teachmover", "grbl"))
     async with first as a, second as b:
-        await asyncio.gather(work(a, "a", (6, 4)), work(b, "b", (10, -5, 3)))
+        await asyncio.gather(work(a, "a", (6, 4)), work(b, "b", (3,)))
     return seen
 
 
 def test_the_same_program_gives_the_same_result_each_time():
     first, again = (asyncio.run(program(SimulatedClock())) for _ in range(2))
-    assert len(first) == 5
+    assert len(first) == 3
     assert again == first
 
 
@@ -283,7 +284,7 @@ async def test_a_timeout_stops_the_arm_and_is_a_timeout():
         assert still(arm)
 
 
-@pytest.mark.parametrize("rounds", range(1, 60, amount(20, 2)))
+@pytest.mark.parametrize("rounds", range(1, 60, amount(30, 2)))
 async def test_an_arm_stands_whenever_its_program_is_cancelled(rounds):
     async with AsyncArm.connect("sim:teachmover") as arm:
 

@@ -29,15 +29,6 @@ def public(kind):
     } - OWN
 
 
-def calls():
-    return [
-        (sync, twin, name)
-        for sync, twin in PAIRS
-        for name in sorted(public(sync))
-        if inspect.isfunction(inspect.getattr_static(sync, name))
-    ]
-
-
 @pytest.mark.parametrize(("sync", "twin"), PAIRS, ids=lambda kind: kind.__name__)
 def test_each_call_has_its_twin_and_no_twin_is_left_over(sync, twin):
     missing = public(sync) - public(twin)
@@ -46,12 +37,15 @@ def test_each_call_has_its_twin_and_no_twin_is_left_over(sync, twin):
     assert public(twin) - public(sync) <= beside
 
 
-@pytest.mark.parametrize(("sync", "twin", "name"), calls(), ids=str)
-def test_a_twin_is_called_as_its_call_is_and_awaited_if_that_may_wait(sync, twin, name):
-    ours, theirs = (inspect.signature(getattr(kind, name)) for kind in (twin, sync))
-    assert [*map(str, ours.parameters.values())] == [*map(str, theirs.parameters.values())]
-    assert inspect.getdoc(getattr(twin, name))
-    assert inspect.iscoroutinefunction(getattr(twin, name)) == (name not in AT_ONCE)
+def test_a_twin_is_called_as_its_call_is_and_awaited_if_that_may_wait():
+    for sync, twin in PAIRS:
+        for name in public(sync):
+            if not inspect.isfunction(inspect.getattr_static(sync, name)):
+                continue
+            ours, theirs = (inspect.signature(getattr(kind, name)) for kind in (twin, sync))
+            assert [*map(str, ours.parameters.values())] == [*map(str, theirs.parameters.values())]
+            assert inspect.getdoc(getattr(twin, name)), name
+            assert inspect.iscoroutinefunction(getattr(twin, name)) == (name not in AT_ONCE), name
 
 
 def test_properties_stay_properties():
@@ -159,22 +153,6 @@ def test_arms_without_a_clock_in_common_do_not_wait_for_one_another():
     a, b = Arm.connect("sim:teachmover"), Arm.connect("sim:teachmover")
     a.sleep(5.0)
     assert b.parts.pace.now_s() < 1.0
-
-
-def test_the_same_program_gives_the_same_result_each_time():
-    def run():
-        clock = SimulatedClock()
-        a, b = two(clock, second="sim:grbl")
-        seen = []
-        handles = [arm.move_j(base_deg=15, wait=False) for arm in (a, b)]
-        while not all(handle.done for handle in handles):
-            a.sleep(0.1)
-            seen.append((clock.now_s, a.twin.world.motors, b.twin.world.motors))
-        return seen
-
-    first = run()
-    assert len(first) > 5
-    assert run() == first
 
 
 @pytest.mark.parametrize("creep_s", [0.0, 1e-15])

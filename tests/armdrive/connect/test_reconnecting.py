@@ -364,15 +364,12 @@ def test_a_wire_in_the_process_is_taken_up_again_only_while_it_is_plugged_in(con
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
-@pytest.mark.parametrize("moving", [False, True])
-def test_a_pulled_cable_is_seen_within_a_second(connected, dialect, moving):
+def test_a_pulled_cable_is_seen_within_a_second_by_a_standing_arm(connected, dialect):
     arm = connected(dialect)
-    handle = arm.move_j(shoulder_deg=70, wait=False) if moving else None
     arm.sleep(0.4)
     arm.twin.faults.add("unplug")
     arm.sleep(1.0)
     assert arm.status.state is State.DISCONNECTED
-    assert handle is None or handle.done
 
 
 # -- how soon a silent arm is given up ------------------------------------------------------------
@@ -388,8 +385,9 @@ GIVEN_UP_AFTER_S = {
 """From the first look that a standing arm does not answer."""
 
 
-@pytest.mark.parametrize("after_s", [2.0, 2.6])
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize(
+    ("dialect", "after_s"), [*((dialect, 2.0) for dialect in DIALECTS), ("teachmover", 2.6)]
+)
 def test_a_standing_arm_that_falls_silent_is_given_up_as_soon_as_the_page_says(dialect, after_s):
     with Arm.connect(f"sim:{dialect}") as arm:
         arm.sleep(after_s)

@@ -202,19 +202,8 @@ def test_a_suspension_is_noticed_wherever_it_falls(place, asleep_s, monkeypatch)
         assert (2 in sleeper.waits) == (place == "wait")
 
 
-def test_bytes_prepared_before_a_suspension_are_not_sent_after_it():
-    arm = ready_arm()
-    handle = arm.move_j(base_deg=40, wait=False)
-    arm.sleep(0.5)
-    before = len(arm.twin.link.named(b"@STEP"))
-    arm.parts.engine.asleep_s = lambda: 1.5
-    with pytest.raises(Stopped, match="was suspended"):
-        handle.wait()
-    assert len(arm.twin.link.named(b"@STEP")) <= before + 1
-
-
-@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "armdroid", "grbl"])
-def test_a_suspension_between_a_thought_and_its_word_leaves_the_word_unsaid(dialect):
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+def test_bytes_prepared_before_a_suspension_are_not_sent_after_it(dialect):
     with Arm.connect(f"sim:{dialect}") as arm:
         arm.enable()
         as_it_stands(arm)
@@ -348,7 +337,7 @@ class LateClock(SimulatedClock):
 
 
 LATE_MOTIONS = [
-    *((dialect, seed) for dialect in LATE_S for seed in range(amount(2, 4))),
+    *((dialect, seed) for dialect in LATE_S for seed in range(amount(1, 4))),
     *(("mks", seed) for seed in (103, 127, 195)),
 ]
 """The last: drives were read a while before their motion was resumed."""
@@ -458,7 +447,7 @@ def jogged_deg(arm, twin, direction):
     return abs(twin.world.joints.deg[first] - before)
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl", "mks"])
 def test_a_motion_does_not_go_on_when_its_program_wakes_and_the_arm_is_no_slower(dialect):
     arm, twin = connected(dialect)
     jogged_deg(arm, twin, 1.0)
@@ -486,12 +475,12 @@ def test_a_lost_answer_makes_a_robko_no_slower():
     twin = simulate(config)
     with Arm(connect_simulated(config, twin=twin)) as arm:
         as_it_stands(arm)
-        arm.move_j(base_deg=30.0)
+        arm.move_j(base_deg=15.0)
         arm.move_j(base_deg=0.0)
-        as_before_s = arm.move_j(base_deg=30.0).duration_s
+        as_before_s = arm.move_j(base_deg=15.0).duration_s
         twin.faults.add("drop", 0.005, side="device", seed=1, for_s=5.0)
         arm.move_j(base_deg=0.0)
-        assert arm.move_j(base_deg=30.0).duration_s == pytest.approx(as_before_s, rel=0.05)
+        assert arm.move_j(base_deg=15.0).duration_s == pytest.approx(as_before_s, rel=0.05)
 
 
 # -- orders that were prepared before a suspension ------------------------------------------------

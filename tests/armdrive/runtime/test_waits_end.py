@@ -438,18 +438,6 @@ class SimulatedRealPace(RealPace):
             self.clock.remove(engine)
 
 
-class NotedPace(SimulatedPace):
-    """Simulated time that notes how long it is waited for."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.waits: list[float] = []
-
-    def wait(self, done, timeout_s):
-        self.waits.append(timeout_s)
-        return super().wait(done, timeout_s)
-
-
 CALLS = {
     "move_j": lambda arm: arm.move_j(base_deg=3.0),
     "move_to": lambda arm: arm.move_to(arm.pose),
@@ -486,17 +474,16 @@ def referenced(pace) -> Arm:
     return as_it_stands(Arm(connect_simulated(simulated_config("teachmover"), pace=pace)))
 
 
-def noted(monkeypatch, kind):
-    """Return a connected arm whose pace is of a kind."""
-    made = kind()
+def noted(monkeypatch):
+    """Return a connected arm, and its pace, which notes how long it is waited for."""
+    made = SimulatedRealPace()
     monkeypatch.setattr("armdrive.connect.parts.pace_of", lambda _: made)
     return referenced(None), made
 
 
 @pytest.mark.parametrize("call", CALLS)
-@pytest.mark.parametrize("kind", [NotedPace, SimulatedRealPace])
-def test_every_wait_of_a_call_has_an_end(monkeypatch, kind, call):
-    arm, pace = noted(monkeypatch, kind)
+def test_every_wait_of_a_call_has_an_end(monkeypatch, call):
+    arm, pace = noted(monkeypatch)
     pace.waits.clear()
     with contextlib.suppress(ArmError):
         CALLS[call](arm)
@@ -505,7 +492,7 @@ def test_every_wait_of_a_call_has_an_end(monkeypatch, kind, call):
 
 
 def test_only_a_wait_for_an_input_without_a_deadline_is_for_as_long_as_that_takes(monkeypatch):
-    arm, pace = noted(monkeypatch, SimulatedRealPace)
+    arm, pace = noted(monkeypatch)
     arm.twin.device.at(pace.now_s() + 30.0, arm.request_stop)
     pace.waits.clear()
     with pytest.raises(ArmError, match="stop"):
@@ -515,7 +502,7 @@ def test_only_a_wait_for_an_input_without_a_deadline_is_for_as_long_as_that_take
 
 
 def test_a_pause_in_real_time_costs_a_waiting_call_nothing(monkeypatch):
-    arm, pace = noted(monkeypatch, SimulatedRealPace)
+    arm, pace = noted(monkeypatch)
     arm.pause()
     arm.twin.device.at(pace.now_s() + 400.0, arm.resume)
     handle = arm.move_j(base_deg=5.0, wait=False)
@@ -527,7 +514,7 @@ def test_a_pause_in_real_time_costs_a_waiting_call_nothing(monkeypatch):
 
 def test_an_endless_pause_in_real_time_gives_up_the_motion_and_stays_paused(monkeypatch):
     monkeypatch.setattr(pausing, "LONGEST_PAUSE_S", 300.0)
-    arm, pace = noted(monkeypatch, SimulatedRealPace)
+    arm, pace = noted(monkeypatch)
     arm.pause()
     began_s, stood = pace.now_s(), arm.twin.world.motors
     with pytest.raises(WrongState, match=r"paused for 300 s.*`resume\(\)`.*`armdrive resume`"):
