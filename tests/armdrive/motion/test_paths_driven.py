@@ -266,12 +266,6 @@ def test_a_tool_is_driven_to_where_its_point_is_wanted():
         assert math.dist(place(arm.twin.world.pose), place(goal)) < STEP_MM
 
 
-@pytest.mark.parametrize("name", ["tool", "base", "two words"])
-def test_a_frame_needs_a_name_of_its_own(name):
-    with pytest.raises(ArmFileError, match="one word"):
-        parse_arm({"model": "teachmover", "frames": {name: {}}}, name="x")
-
-
 def test_links_that_guards_look_at_are_one_more_with_a_tool():
     guards = {"radii_mm": [35.0, 30.0, 25.0], "base_radius_mm": 60.0, "base_top_mm": 150.0}
     table = TABLE | {"guards": guards}
