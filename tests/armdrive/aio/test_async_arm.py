@@ -106,7 +106,9 @@ async def program(clock):
             seen.append((name, clock.now_s, arm.twin.world.motors))
             await arm.sleep(0.3)
 
-    first, second = (AsyncArm.connect(f"sim:{each}", pace=clock) for each in ("teachmover", "grbl"))
+    first, second = (
+        AsyncArm.connect(f"sim:{each}", pace=clock) for each in ("teachmover", "armdroid")
+    )
     async with first as a, second as b:
         await asyncio.gather(work(a, "a", (6, 4)), work(b, "b", (3,)))
     return seen
@@ -119,7 +121,7 @@ def test_the_same_program_gives_the_same_result_each_time():
 
 
 async def test_the_call_after_a_gather_begins_when_the_gather_ends():
-    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
+    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:armdroid") as b:
         await asyncio.gather(a.home(), b.home())
         mover = asyncio.create_task(b.move_j(base_deg=15, speed=0.2))
 
@@ -199,7 +201,7 @@ async def test_an_operators_work_takes_time_for_every_arm_of_the_loop():
         seen.append(request.arm.parts.pace.now_s() - began_s)
         return True
 
-    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
+    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:armdroid") as b:
         await b.home()
         mover = asyncio.create_task(b.move_j(base_deg=10))
         await a.home(operator=operator)
@@ -220,7 +222,7 @@ async def test_no_thread_is_started_in_simulated_time(monkeypatch):
 
 
 async def test_a_lost_wire_is_the_loss_of_one_arm():
-    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
+    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:armdroid") as b:
         await asyncio.gather(a.home(), b.home())
         mover = await moving(a)
         other = asyncio.create_task(b.move_j(base_deg=10))

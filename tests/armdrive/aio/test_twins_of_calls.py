@@ -74,9 +74,9 @@ def test_a_call_that_neither_waits_nor_begins_a_motion_has_to_be_in_a_table(monk
 # -- One clock -------------------------------------------------------------------------------------
 
 
-def two(clock, first="sim:teachmover", second="sim:teachmover"):
+def two(clock):
     """Return two referenced arms on one clock."""
-    arms = Arm.connect(first, pace=clock), Arm.connect(second, pace=clock)
+    arms = [Arm.connect("sim:teachmover", pace=clock) for _ in range(2)]
     for arm in arms:
         arm.enable()
         arm.home()
@@ -159,7 +159,7 @@ def test_arms_without_a_clock_in_common_do_not_wait_for_one_another():
 def test_of_several_arms_the_one_is_named_that_lets_no_time_pass(creep_s, monkeypatch):
     monkeypatch.setattr("armdrive.runtime.clock.STUCK_TURNS", 200)
     clock = SimulatedClock()
-    a, b = two(clock, second="sim:grbl")
+    a, b = (Arm.connect(f"sim:{each}", pace=clock) for each in ("teachmover", "grbl"))
     link, inner_s = a.twin.link, a.twin.link.next_s
     link.next_s = lambda: min(inner_s(), clock.now_s + creep_s)
     with pytest.raises(ArmError, match="time is stuck") as raised:
