@@ -37,8 +37,6 @@ def connected():
     def connect(dialect: str = "teachmover", **options) -> Arm:
         arm = Arm.connect(f"sim:{dialect}", **options)
         arms.append(arm)
-        if arm.status.state is State.DISABLED:
-            arm.enable()
         return as_it_stands(arm)
 
     yield connect

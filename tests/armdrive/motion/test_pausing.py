@@ -6,7 +6,7 @@ import random
 from functools import partial
 
 import pytest
-from faults import as_it_stands
+from faults import standing
 from waiting import soon
 
 from armdrive import Arm, Jog
@@ -31,12 +31,6 @@ SETTLES_S = 1.5
 """The longest of all dialects goes on for so long at most: a burst, or what was sent ahead."""
 
 
-def raised(dialect: str) -> Arm:
-    arm = Arm.connect(f"sim:{dialect}")
-    arm.enable()
-    return as_it_stands(arm)
-
-
 def moving(arm: Arm, after_s: float = 0.4):
     handle = arm.move_j(base_deg=WAY_DEG, speed=0.7, wait=False)
     arm.sleep(after_s)
@@ -57,7 +51,7 @@ def paused(arm: Arm, after_s: float = 0.4):
 @pytest.mark.parametrize("dialect", ["armdroid", "grbl", "mks"])
 def test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced(dialect):
     """By whole bursts, in what a board has queued, and in what drives on a bus were sent ahead."""
-    arm = raised(dialect)
+    arm = standing(dialect)
     world, handle = arm.twin.world, arm.move_j(base_deg=50.0, speed=0.7, wait=False)
     for after_s in (0.4, 0.02, 0.05, 0.09, 0.13, 0.21, 0.3):
         arm.sleep(after_s)
@@ -76,7 +70,7 @@ def test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced(dialec
 
 
 def test_a_pause_drops_a_burst_that_is_still_being_prepared():
-    arm = raised("armdroid")  # its board repeats the numbers before it is told to go
+    arm = standing("armdroid")  # its board repeats the numbers before it is told to go
     world = arm.twin.world
     stood, handle = world.motors, arm.move_j(base_deg=WAY_DEG, wait=False)
     arm.sleep(0.1)
@@ -92,7 +86,7 @@ def test_a_pause_drops_a_burst_that_is_still_being_prepared():
 
 @pytest.mark.parametrize("pause_first", [True, False])
 def test_a_board_restart_during_a_dropped_burst_ends_the_motion(pause_first):
-    arm = raised("armdroid")
+    arm = standing("armdroid")
     handle = arm.move_j(base_deg=WAY_DEG, wait=False)
     arm.sleep(0.05)
     for act in (arm.pause, arm.twin.board.reset)[:: 1 if pause_first else -1]:
@@ -108,7 +102,7 @@ def test_a_board_restart_during_a_dropped_burst_ends_the_motion(pause_first):
 
 
 def test_a_motion_that_is_asked_for_in_a_pause_waits_for_its_end():
-    arm = raised(BY_BURSTS)
+    arm = standing(BY_BURSTS)
     arm.pause()
     before = arm.twin.world.motors
     handle = arm.move_j(base_deg=10.0, wait=False)
@@ -126,7 +120,7 @@ def test_a_motion_that_is_asked_for_in_a_pause_waits_for_its_end():
 )
 @two_kinds
 def test_nothing_goes_on_after_what_ended_the_motion_in_a_pause(dialect, end, error):
-    arm = raised(dialect)
+    arm = standing(dialect)
     handle, stood = paused(arm)
     end(arm)
     arm.resume()
@@ -141,7 +135,7 @@ def test_nothing_goes_on_after_what_ended_the_motion_in_a_pause(dialect, end, er
 
 
 def test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on():
-    arm = raised(BY_BURSTS)
+    arm = standing(BY_BURSTS)
     handle, _ = paused(arm)
     arm.twin.device.jog((50, 0, 0, 0, 0, 0))
     moved = arm.twin.world.motors
@@ -152,7 +146,7 @@ def test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on():
 
 
 def test_a_paused_increment_reports_that_it_fell_short():
-    arm = raised(BY_BURSTS)
+    arm = standing(BY_BURSTS)
     arm.jogging.nudge(Jog.joint(base=20.0), speed=0.3)
     arm.sleep(0.5)
     arm.pause()
@@ -169,7 +163,7 @@ def test_a_paused_increment_reports_that_it_fell_short():
 
 @two_kinds
 def test_an_override_makes_a_motion_last_as_much_longer_and_end_on_the_same_step(dialect):
-    arm = raised(dialect)
+    arm = standing(dialect)
     took_s, ends = [], []
     for share in (1.0, 0.25, 0.1):
         arm.move_j(base_deg=0.0)
@@ -184,7 +178,7 @@ def test_an_override_makes_a_motion_last_as_much_longer_and_end_on_the_same_step
 
 @two_kinds
 def test_an_override_holds_for_held_jogs(dialect):
-    arm = raised(dialect)
+    arm = standing(dialect)
     arm.speed_override = 0.1
     assert "slowed to 10%" in str(arm.status)
     before = arm.joints.deg["base"]
@@ -193,7 +187,7 @@ def test_an_override_holds_for_held_jogs(dialect):
 
 
 def test_a_paused_script_on_simulated_time_waits_for_a_resume():
-    arm = raised(BY_BURSTS)
+    arm = standing(BY_BURSTS)
     arm.pause()
     soon(arm.resume)
     arm.move_j(base_deg=10.0)
@@ -202,7 +196,7 @@ def test_a_paused_script_on_simulated_time_waits_for_a_resume():
 
 def test_time_in_a_pause_does_not_count_towards_a_motions_timeout(monkeypatch):
     monkeypatch.setattr(overrides, "NAP_S", 0.0)  # no other thread resumes it
-    arm = raised(BY_BURSTS)
+    arm = standing(BY_BURSTS)
     handle, _ = paused(arm)
     handle._timeout_s = 3.0
     arm.twin.device.at(arm.twin.device.now_s + 4.0 * handle._timeout_s, arm.resume)
@@ -247,7 +241,7 @@ def ask(arm: Arm, what: str, chance: random.Random) -> None:
 @pytest.mark.parametrize("seed", range(4))
 @two_kinds
 def test_in_any_order_of_calls_a_paused_arm_stands_and_its_position_is_right(dialect, seed):
-    chance, arm = random.Random(seed), raised(dialect)
+    chance, arm = random.Random(seed), standing(dialect)
     for _ in range(20):
         with contextlib.suppress(WrongState, NotReferenced):
             ask(arm, chance.choice(ASKED), chance)

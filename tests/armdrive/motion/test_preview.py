@@ -82,8 +82,10 @@ def test_the_motion_does_what_its_preview_showed(arm, goal, how):
 def test_a_preview_gives_the_motions_refusal_and_a_pose_that_can_be_reached(arm, goal, how, kind):
     preview = foreseen(arm, goal, **how)
     assert isinstance(preview.refusal, kind)
+    sent = len(arm.twin.link.sent)
     with pytest.raises(kind) as refused:
         asked(arm, goal, **how)
+    assert len(arm.twin.link.sent) == sent
     assert str(preview.refusal) == str(refused.value)
     assert preview.plan is None
     assert preview.nearest is not None

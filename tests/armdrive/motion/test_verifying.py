@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from amounts import in_pairs
-from faults import arm_config, as_it_stands, driven
+from faults import arm_config, driven, standing
 
 from armdrive import Arm, Jog, MarkRequest, Verdict
 from armdrive.arm.connected import Handle
@@ -352,12 +352,6 @@ def nothing_was_referenced(arm: Arm) -> None:
 # -- counts that fall to zero, on a device that does not greet ------------------------------------
 
 
-def at_zeros(dialect):
-    arm = Arm.connect(f"sim:{dialect}")
-    arm.enable()
-    return as_it_stands(arm)
-
-
 def seen_in_motion(arm, base_deg):
     """Begin to move; return when the driver has been told that the counts have changed."""
     start = arm.status.read_back
@@ -370,7 +364,7 @@ def seen_in_motion(arm, base_deg):
 
 @pytest.mark.parametrize("base_deg", [30.0, -30.0])
 def test_counts_that_return_to_their_start_are_those_of_a_restarted_device(base_deg):
-    arm = at_zeros("robko01")
+    arm = standing("robko01")
     seen_in_motion(arm, base_deg)
     arm.twin.faults.add("brown-out", for_s=0.1)
     arm.sleep(0.02)
@@ -383,7 +377,7 @@ def test_counts_that_return_to_their_start_are_those_of_a_restarted_device(base_
 
 @pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "mks"])
 def test_a_motion_back_to_zero_that_is_stopped_keeps_its_position(dialect):
-    arm = at_zeros(dialect)
+    arm = standing(dialect)
     there = arm.joints.deg["base"]
     arm.move_j(base_deg=there + 10.0)
     for after_s in (0.1, 0.4):

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from amounts import amount
-from faults import as_it_stands, ready_arm, sim_arm
+from faults import as_it_stands, ready_arm, sim_arm, standing
 from hypothesis import given
 from hypothesis import strategies as st
 from waiting import returns, until
@@ -204,9 +204,7 @@ def test_a_suspension_is_noticed_wherever_it_falls(place, asleep_s, monkeypatch)
 
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 def test_bytes_prepared_before_a_suspension_are_not_sent_after_it(dialect):
-    with Arm.connect(f"sim:{dialect}") as arm:
-        arm.enable()
-        as_it_stands(arm)
+    with standing(dialect) as arm:
         handle = arm.move_j(base_deg=40, wait=False)
         arm.sleep(0.5)
         engine, think = arm.parts.engine, arm.parts.engine.controller.advance
@@ -350,8 +348,6 @@ def test_every_motion_ends_as_it_was_asked_to(dialect, seed):
     clock = LateClock(seed, LATE_S[dialect])
     pace = SimulatedPace(clock)
     with Arm(assemble(config, twin.link, pace, simulated=True, operator=twin.operator)) as arm:
-        if arm.status.state is State.DISABLED:
-            arm.enable()
         arm.twin = twin
         as_it_stands(arm)
         first = arm.model.arm.joint_names[0]
@@ -435,8 +431,6 @@ def connected(dialect):
     twin = simulate(config)
     arm = Arm(assemble(config, twin.link, SleepyPace(), simulated=True, operator=twin.operator))
     arm.twin = twin
-    if arm.status.state is State.DISABLED:
-        arm.enable()
     return as_it_stands(arm), twin
 
 
@@ -471,14 +465,11 @@ def test_a_motion_does_not_go_on_when_its_program_wakes_and_the_arm_is_no_slower
 
 
 def test_a_lost_answer_makes_a_robko_no_slower():
-    config = simulated_config("robko01")
-    twin = simulate(config)
-    with Arm(connect_simulated(config, twin=twin)) as arm:
-        as_it_stands(arm)
+    with standing("robko01") as arm:
         arm.move_j(base_deg=15.0)
         arm.move_j(base_deg=0.0)
         as_before_s = arm.move_j(base_deg=15.0).duration_s
-        twin.faults.add("drop", 0.005, side="device", seed=1, for_s=5.0)
+        arm.twin.faults.add("drop", 0.005, side="device", seed=1, for_s=5.0)
         arm.move_j(base_deg=0.0)
         assert arm.move_j(base_deg=15.0).duration_s == pytest.approx(as_before_s, rel=0.05)
 
@@ -488,8 +479,8 @@ def test_a_lost_answer_makes_a_robko_no_slower():
 
 @pytest.fixture
 def arm() -> Iterator[Arm]:
-    with Arm.connect("sim:cia402") as arm:
-        yield as_it_stands(arm)
+    with standing("cia402") as arm:
+        yield arm
 
 
 def moving(arm: Arm) -> Handle:

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 from amounts import in_pairs
-from faults import as_it_stands, ready_arm
+from faults import as_it_stands, ready_arm, standing
 
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
@@ -214,11 +214,7 @@ FOUND = re.compile(
 def ready(dialect: str) -> tuple[Arm, Pace]:
     """Return an arm in standby whose position is known, on a wire that behaves."""
     wire, pace = wire_to(dialect)
-    arm = connected(dialect, wire, pace)
-    arm.enable()
-    world = wire.twin.world
-    arm.reference.declare(world.joints, opening_mm=world.opening_mm)
-    return arm, pace
+    return as_it_stands(connected(dialect, wire, pace)), pace
 
 
 def latched(arm: Arm) -> None:
@@ -300,10 +296,8 @@ def comes_back(arm: Arm) -> bool:
     arm.sleep(3.0)
     if arm.status.state is State.ERROR_STOP:
         arm.reset()
-    if arm.status.state is State.DISABLED:
-        arm.enable()
-    assert arm.status.state is State.STANDBY
     as_it_stands(arm)
+    assert arm.status.state is State.STANDBY
     try:
         arm.move_j(base_deg=arm.joints.deg["base"] + 3.0)
     except DeviceFault:
@@ -536,9 +530,7 @@ def test_a_pause_on_simulated_time_that_cannot_end_does_not_hang(monkeypatch, di
     breaths = []
     monkeypatch.setattr(overrides, "LONGEST_SIMULATED_WAIT_S", 60.0)
     monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", breaths.append)
-    arm = Arm.connect(f"sim:{dialect}")
-    arm.enable()
-    as_it_stands(arm)
+    arm = standing(dialect)
     handle = arm.move_j(base_deg=30.0, wait=False)
     arm.sleep(0.5)
     arm.pause()
