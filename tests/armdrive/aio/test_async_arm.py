@@ -263,7 +263,7 @@ def test_an_arm_may_be_used_from_one_loop_after_another():
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 async def test_a_cancelled_motion_has_stopped_when_the_cancelling_goes_on(dialect):
     async with AsyncArm.connect(f"sim:{dialect}") as arm:
-        await arm.home()
+        await arm.reference.declare(arm.twin.world.joints)
         task = await moving(arm)
         await cancelled(task)
         assert arm.status.state is State.STANDBY

@@ -158,7 +158,7 @@ def test_a_stop_by_another_program_is_seen_at_rest_and_named_by_a_motion():
 @pytest.mark.parametrize("by_switches", [False, True])
 def test_a_decision_after_another_programs_stop_is_not_refused(by_switches):
     """With a person in between, or with the count of the stops that were known."""
-    config = simulated_config("grbl")
+    config = simulated_config("grbl" if by_switches else "teachmover")
     if by_switches:
         homing = HomingSettings(config.model.arm.ik(config.model.reference.pose))
         config = replace(config, homing=homing, device=replace(config.device, homing=True))
