@@ -479,7 +479,7 @@ class TestRealTime:
     async def test_the_loop_goes_on_while_an_arm_moves(self):
         async with homed(pace=30.0) as arm:
             rounds = 0
-            task = asyncio.create_task(arm.move_j(base_deg=60))
+            task = asyncio.create_task(arm.move_j(base_deg=15))
             while not task.done():
                 await asyncio.sleep(0)
                 rounds += 1

@@ -66,7 +66,7 @@ def beside_line_mm(arm):
     for goal in (replace(pose, y_mm=35.0), pose):
         handle = arm.move_l(goal, wait=False)
         while not handle.done:
-            arm.sleep(0.01)
+            arm.sleep(0.02)
             x_mm, _, z_mm = arm.twin.world.tip
             worst_mm = max(worst_mm, math.hypot(x_mm - 300, z_mm - 120))
         moved = handle.wait()
@@ -135,7 +135,7 @@ def test_a_pause_during_backlash_compensation_stops_and_resumes_there(dialect):
         arm.pause()
         arm.sleep(bound_s + 0.02)
         registers = arm.twin.device.registers
-        arm.sleep(1.0)
+        arm.sleep(0.5)
         assert arm.twin.device.registers == registers
         arm.resume()
         handle.wait()

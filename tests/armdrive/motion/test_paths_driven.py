@@ -7,11 +7,8 @@ from itertools import pairwise
 
 import pytest
 from faults import OVER_THE_TABLE, arm_config, driven, ready_arm, sim_config
-from grbl_arm import config
-from grbl_arm import ready as ready_board
 from hypothesis import given
 from hypothesis import strategies as st
-from robko_bench import ready_robko, robko_config
 
 from armdrive import Arm, BadRequest, Jog, JointPart, LinePart, NoArc, OutOfBounds, Pose, PosePart
 from armdrive.connect.target import simulated_config
@@ -372,7 +369,7 @@ def test_a_jog_is_audited_although_it_keeps_to_its_bounds_by_itself(flawed_jog, 
 
 @pytest.mark.parametrize("speed", [1.0, 0.2])
 def test_an_arm_that_runs_on_while_it_stops_is_slowed_before_a_guard(speed):
-    arm = ready_robko(walled(robko_config()))
+    arm = driven(walled(arm_config("robko01")))
     arm.move_to(over(30))
     runs_on_s = arm.parts.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
     assert runs_on_s > 0.0
@@ -391,7 +388,7 @@ def test_an_arm_that_runs_on_while_it_stops_is_slowed_before_a_guard(speed):
 
 def test_an_arm_that_drives_on_from_leg_to_leg_could_stop_before_a_guard_at_any_moment():
     """The jog's own ramp is too short for that: it is slowed for as long as its device runs on."""
-    arm = ready_board(walled(config(jog_ramp_s=0.02)))
+    arm = driven(walled(arm_config("grbl", jog_ramp_s=0.02)))
     arm.move_to(over(25))
     runs_on_s = arm.parts.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
     before_mm = arm.twin.world.pose.y_mm

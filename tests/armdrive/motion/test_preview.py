@@ -5,9 +5,10 @@ from dataclasses import replace
 from itertools import combinations, pairwise
 
 import pytest
+from amounts import amount
 from chain_files import connected, five_joints
 from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armdrive.config.sections import MotionSettings
@@ -215,6 +216,7 @@ def test_a_preview_works_for_an_arm_of_a_model_file(tmp_path):
         assert preview.end == arm.parts.core.position.coordinates.joints
 
 
+@settings(max_examples=amount(12, 1000))
 @given(
     st.floats(-300, 450), st.floats(-300, 300), st.floats(-80, 450), st.floats(-120, 60),
     st.booleans(),

@@ -3,8 +3,9 @@
 import math
 
 import pytest
+from amounts import amount
 from faults import OVER_THE_TABLE, ready_arm
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pages import blocks, page
 
@@ -92,6 +93,7 @@ def test_the_program_sends_the_very_bytes_of_the_sequence():
     assert len(sent) > 20
 
 
+@settings(max_examples=amount(8, 1000))
 @given(
     st.lists(
         st.one_of(
