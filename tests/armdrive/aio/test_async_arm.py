@@ -306,7 +306,7 @@ async def test_an_arm_stands_whenever_its_program_is_cancelled(rounds):
         assert still(arm)
 
 
-async def test_whoever_cancels_again_meanwhile_does_not_hurry_it():
+async def test_cancelling_again_does_not_cut_the_stop_short():
     async with homed() as arm:
         task = await moving(arm)
         for _ in range(5):
@@ -391,7 +391,7 @@ async def test_a_cancelled_connection_leaves_nothing_connected(monkeypatch):
     assert runner.pace.clock.engines == ()
 
 
-async def test_a_close_is_carried_out_whoever_cancels_it():
+async def test_a_cancelled_close_is_carried_out():
     arm = await AsyncArm.connect("sim:teachmover")
     await arm.home()
     mover = await moving(arm)

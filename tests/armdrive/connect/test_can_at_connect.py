@@ -260,7 +260,7 @@ def test_a_wrong_setting_is_reported_at_reconnecting_and_the_arm_moves_once_it_i
     [mks.SilenceWatchdog(60), mks.SilenceWatchdog(0), mks.SetReplies(mks.ReplyMode.IMMEDIATE)],
     ids=str,
 )
-def test_a_drive_that_is_set_up_otherwise_and_can_be_driven_all_the_same_is(setting):
+def test_a_drive_with_other_settings_that_do_no_harm_is_driven(setting):
     bus = Bus("mks")
     flashed(setting)(bus)
     arm = bus.connect()

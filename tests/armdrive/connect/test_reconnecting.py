@@ -292,7 +292,7 @@ def test_waiting_tasks_do_not_survive_a_fault(connected, fault):
     assert arm.parts.core.hold is None
 
 
-def test_by_hand_a_wire_is_looked_for_once(connected):
+def test_a_manual_reconnect_tries_once(connected):
     arm = connected()
     with pytest.raises(WrongState, match="nothing to reconnect"):
         arm.reconnect()
@@ -669,7 +669,7 @@ def looking(port):
     return reconnector
 
 
-def test_the_old_wire_is_waited_for(port):
+def test_reconnecting_waits_until_the_old_link_has_released_its_port(port):
     reconnector = looking(port)
     assert not port.tried.wait(0.05)
     port.may_close.set()
@@ -679,7 +679,7 @@ def test_the_old_wire_is_waited_for(port):
     assert "nobody is there" in str(reconnector.trouble)
 
 
-def test_an_old_wire_that_never_lets_go_is_waited_for_no_longer_than_that(port, monkeypatch):
+def test_the_wait_for_an_old_link_to_release_its_port_has_a_limit(port, monkeypatch):
     monkeypatch.setattr(mending, "LET_GO_S", 0.01)
     reconnector = looking(port)
     assert port.tried.wait(LONG_S)

@@ -147,7 +147,7 @@ def test_a_difference_larger_than_any_loss_of_steps_is_not_drift():
     assert judge(small, Evidence.DECLARED.value) is Verdict.ROUNDING
 
 
-def test_without_a_position_and_without_an_operator_nothing_is_verified_and_nothing_moves():
+def test_a_verification_needs_a_position_and_an_operator():
     unknown, alone = Arm.connect("sim:teachmover"), homed()
     alone.operator = None
     for arm, error, words in (

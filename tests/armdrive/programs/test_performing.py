@@ -95,7 +95,7 @@ def test_a_program_references_only_an_unreferenced_arm(arm, does, monkeypatch):
     assert arm.status.trust is Trust.REFERENCED
 
 
-def test_it_looks_and_remembers(arm, does):
+def test_a_program_reads_and_saves_the_position(arm, does):
     seen = does(Look())
     assert isinstance(seen, PlaceValue)
     assert seen.pose == arm.pose

@@ -86,7 +86,7 @@ def placed(arm):
     return there and arm.twin.world.scene.held is None and not arm.twin.world.incidents
 
 
-def test_uninterrupted_it_leaves_no_journal(arm, path):
+def test_an_uninterrupted_program_leaves_no_journal(arm, path):
     begin(arm, Script(PICK_AND_PLACE), path)
     assert placed(arm)
     assert not journal_file(arm.config.name).exists()
@@ -289,7 +289,7 @@ def run(tmp_path):
 
 
 @pytest.mark.parametrize("dialect", DIALECTS if THOROUGH else ["robko01", "grbl", "mks"])
-def test_killed_or_stopped_it_goes_on_and_ends_where_it_should(dialect, run):
+def test_a_program_that_was_killed_or_stopped_resumes_and_reaches_its_goal(dialect, run):
     arm = homed(dialect)
     end = arm.model.arm.ik(down(145, -15, 30)).angles_rad
     for number, resume in ((2, False), (5, True)):  # the second counts from the first

@@ -111,7 +111,7 @@ def test_an_arm_of_a_link_table_gets_its_numbers_where_its_motors_are(walked):
     assert gripper["steps_per_mm"] == 2400
 
 
-def test_who_says_no_to_everything_has_nothing_written_and_nothing_turned():
+def test_after_no_to_every_question_nothing_is_written_or_turned():
     bench = Bench()
     bench.person.says[About.AGREEMENT] = bench.person.says[About.CONNECT] = "no"
     flashes, motors = bench.flashes(), bench.twin.world.motors
@@ -164,7 +164,7 @@ def leaves() -> str:
     raise Leaves
 
 
-def test_left_in_the_middle_and_taken_up_again_it_goes_on_there():
+def test_a_setup_that_was_left_in_the_middle_resumes_there():
     bench = Bench()
     bench.person.says["Try the watchdog?"] = leaves
     with pytest.raises(Leaves):
@@ -266,7 +266,7 @@ def test_a_drive_without_power_is_looked_for_with_what_to_check():
     assert "120 ohm" in bench.person.text
 
 
-def test_at_last_all_are_asked_together_and_who_is_missing_is_named():
+def test_in_the_end_all_drives_are_queried_and_missing_ones_are_named():
     bench = Bench(factory=False)
     for motor in (0, 1, 2, 3, 5):
         bench.board.node(motor).port.plugged = True
@@ -331,7 +331,7 @@ def test_a_drive_of_the_e_series_is_named_and_nothing_is_written(factory):
     assert not [each for _, each in bench.said if isinstance(each, mks.Setting)]
 
 
-def test_beside_another_program_that_commands_drives_nothing_is_asked():
+def test_no_drive_is_queried_while_another_program_commands_drives():
     bench, spoken = Bench(), pack(mks.encode(2, mks.ReadEncoder()))
     bench.at_first_wait(lambda: bench.twin.link.line.say(spoken, 0.0))
     outcome = bench.walk()
