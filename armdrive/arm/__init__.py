@@ -604,7 +604,7 @@ class Arm:
         """
         runner = self._parts.runner
         absences, stops = runner.absences(), runner.known_stops
-        await runner.wait(lambda: runner.stops != stops, time_s)
+        await runner.wait(lambda: runner.interrupted(stops, absences), time_s)
         runner.require_present(absences)
         runner.require_no_stop(stops, "while the program slept")
 

@@ -106,7 +106,7 @@ class InputsOutputs(ArmPart):
             absences = runner.absences()
 
         def ended() -> bool:
-            if runner.stops != stops or core.state in _NOT_POLLED:
+            if runner.interrupted(stops, absences) or core.state in _NOT_POLLED:
                 return True
             bits = core.readings.inputs or 0
             return core.readings.sensed != seen and bits & want == want and not bits & shun

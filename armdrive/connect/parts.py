@@ -214,6 +214,10 @@ class TaskRunner:
         with self.pace.lock:
             return self.engine.suspend_count
 
+    def interrupted(self, stops: int, absences: int) -> bool:
+        """Return whether a stop or a suspension has come since these counts were taken."""
+        return self.stops != stops or self.absences() != absences
+
     def require_present(self, absences: int) -> None:
         """Raise `Stopped` if this program was suspended since that count was taken."""
         if self.absences() != absences:

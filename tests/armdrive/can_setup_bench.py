@@ -124,6 +124,11 @@ class Bench:
         notes = self.kept if notes is None else notes
         return one(self.dialog, self.plan, drive, notes, again=False)
 
+    def set_up(self) -> None:
+        """Run the dialog about the shoulder's drive with a motor that is not built in yet."""
+        self.person.says[About.MOUNTED] = "no"
+        assert not self.one()
+
     @property
     def dialog(self) -> DriveDialog:
         """A new dialog with the person."""

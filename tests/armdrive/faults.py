@@ -275,10 +275,17 @@ def honest(arm: Arm) -> bool:
 
 
 def as_it_stands(arm: Arm) -> Arm:
-    """Reference an arm where its world has it, which takes no homing."""
+    """Switch an arm on, and reference it where its world has it, which takes no homing."""
+    if arm.status.state is State.DISABLED:
+        arm.enable()
     world = arm.twin.world
     arm.reference.declare(world.joints, opening_mm=world.opening_mm)
     return arm
+
+
+def standing(dialect: str) -> Arm:
+    """Return a simulated arm of a dialect, referenced where it stands."""
+    return as_it_stands(Arm.connect(f"sim:{dialect}"))
 
 
 def stand_still_s(arm, look_s=0.005, quiet_s=1.0):

@@ -61,10 +61,14 @@ class Served(ServedDevice):
         pty: Path | None = None,
         tcp: str | None = None,
         udp: str | None = None,
+        **settings: Any,
     ) -> None:
-        device = simulate_device(simulated_config(dialect))
+        device = simulate_device(simulated_config(dialect), settings=settings)
         can = DIALECTS[dialect].can
-        server = make_server(slcan=pty) if can else make_server(pty=pty, tcp=tcp, udp=udp)
+        if can:
+            server = make_server(slcan=pty, bits_s=device.board.bits_s)
+        else:
+            server = make_server(pty=pty, tcp=tcp, udp=udp)
         super().__init__(server, device)
         self.port = str(server.can_addresses[0] if can else server.address)
         """What a driver opens."""

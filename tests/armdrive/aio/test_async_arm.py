@@ -29,6 +29,7 @@ async def moving(arm, base_deg=60):
     """Begin a motion as a task, and wait until it is under way."""
     task = asyncio.create_task(arm.move_j(base_deg=base_deg))
     while arm.status.state is not State.MOVING or arm.status.acknowledged == arm.status.commanded:
+        assert not task.done(), task
         await asyncio.sleep(0)
     return task
 
@@ -105,20 +106,22 @@ async def program(clock):
             seen.append((name, clock.now_s, arm.twin.world.motors))
             await arm.sleep(0.3)
 
-    first, second = (AsyncArm.connect(f"sim:{each}", pace=clock) for each in ("teachmover", "grbl"))
+    first, second = (
+        AsyncArm.connect(f"sim:{each}", pace=clock) for each in ("teachmover", "armdroid")
+    )
     async with first as a, second as b:
-        await asyncio.gather(work(a, "a", (6, 4)), work(b, "b", (10, -5, 3)))
+        await asyncio.gather(work(a, "a", (6, 4)), work(b, "b", (3,)))
     return seen
 
 
 def test_the_same_program_gives_the_same_result_each_time():
     first, again = (asyncio.run(program(SimulatedClock())) for _ in range(2))
-    assert len(first) == 5
+    assert len(first) == 3
     assert again == first
 
 
 async def test_the_call_after_a_gather_begins_when_the_gather_ends():
-    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
+    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:armdroid") as b:
         await asyncio.gather(a.home(), b.home())
         mover = asyncio.create_task(b.move_j(base_deg=15, speed=0.2))
 
@@ -198,7 +201,7 @@ async def test_an_operators_work_takes_time_for_every_arm_of_the_loop():
         seen.append(request.arm.parts.pace.now_s() - began_s)
         return True
 
-    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
+    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:armdroid") as b:
         await b.home()
         mover = asyncio.create_task(b.move_j(base_deg=10))
         await a.home(operator=operator)
@@ -219,7 +222,7 @@ async def test_no_thread_is_started_in_simulated_time(monkeypatch):
 
 
 async def test_a_lost_wire_is_the_loss_of_one_arm():
-    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
+    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:armdroid") as b:
         await asyncio.gather(a.home(), b.home())
         mover = await moving(a)
         other = asyncio.create_task(b.move_j(base_deg=10))
@@ -260,7 +263,7 @@ def test_an_arm_may_be_used_from_one_loop_after_another():
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 async def test_a_cancelled_motion_has_stopped_when_the_cancelling_goes_on(dialect):
     async with AsyncArm.connect(f"sim:{dialect}") as arm:
-        await arm.home()
+        await arm.reference.declare(arm.twin.world.joints)
         task = await moving(arm)
         await cancelled(task)
         assert arm.status.state is State.STANDBY
@@ -283,7 +286,7 @@ async def test_a_timeout_stops_the_arm_and_is_a_timeout():
         assert still(arm)
 
 
-@pytest.mark.parametrize("rounds", range(1, 60, amount(20, 2)))
+@pytest.mark.parametrize("rounds", range(1, 60, amount(30, 2)))
 async def test_an_arm_stands_whenever_its_program_is_cancelled(rounds):
     async with AsyncArm.connect("sim:teachmover") as arm:
 
@@ -303,7 +306,7 @@ async def test_an_arm_stands_whenever_its_program_is_cancelled(rounds):
         assert still(arm)
 
 
-async def test_whoever_cancels_again_meanwhile_does_not_hurry_it():
+async def test_cancelling_again_does_not_cut_the_stop_short():
     async with homed() as arm:
         task = await moving(arm)
         for _ in range(5):
@@ -388,7 +391,7 @@ async def test_a_cancelled_connection_leaves_nothing_connected(monkeypatch):
     assert runner.pace.clock.engines == ()
 
 
-async def test_a_close_is_carried_out_whoever_cancels_it():
+async def test_a_cancelled_close_is_carried_out():
     arm = await AsyncArm.connect("sim:teachmover")
     await arm.home()
     mover = await moving(arm)
@@ -476,7 +479,7 @@ class TestRealTime:
     async def test_the_loop_goes_on_while_an_arm_moves(self):
         async with homed(pace=30.0) as arm:
             rounds = 0
-            task = asyncio.create_task(arm.move_j(base_deg=60))
+            task = asyncio.create_task(arm.move_j(base_deg=15))
             while not task.done():
                 await asyncio.sleep(0)
                 rounds += 1

@@ -17,7 +17,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from faults import ready_arm
+from faults import as_it_stands, ready_arm
 
 import kinematics as mathematics
 from armdrive import (
@@ -629,7 +629,7 @@ def test_an_arm_at_the_prompt_shows_its_name_state_and_trust():
     with Arm.connect("sim:grbl") as arm:
         twin = AsyncArm(arm)
         assert repr(arm) == "<Arm sim:grbl, SIMULATED: standby, position unknown>"
-        arm.home()
+        as_it_stands(arm)
         handle = arm.move_j(base_deg=5, wait=False)
         assert repr(handle) == "<Handle: under way>"
         handle.wait()

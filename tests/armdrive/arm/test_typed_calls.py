@@ -138,7 +138,7 @@ def test_the_two_forms_of_a_call_with_wait_are_the_call_itself():
         assert ast.unparse(waited.args) == ast.unparse(begun.args) == ast.unparse(call.args)
 
 
-def test_every_public_call_is_told_and_no_name_is_left_out_that_is_none_any_more():
+def test_the_reference_page_has_every_public_call():
     names = set(dir(armdrive.Arm))
     calls = {name for name in names - reference.INNER if not name.startswith("_")}
     page = reference.page()
@@ -167,7 +167,7 @@ def test_an_input_is_seen_within_two_looks_of_its_coming(dialect):
         assert 0.0 <= late_s <= 2 * INPUTS_POLL_S + 0.1
 
 
-def test_several_are_waited_for_together_high_and_low():
+def test_several_inputs_are_waited_for_together():
     arm = ready_arm()
     device = arm.twin.device
     device.set_input(4, True)
@@ -180,7 +180,7 @@ def test_several_are_waited_for_together_high_and_low():
     assert arm.parts.pace.now_s() - began_s > 1.9
 
 
-def test_an_old_reading_answers_nothing():
+def test_a_wait_ignores_readings_from_before_it():
     arm = ready_arm()
     arm.twin.device.set_input(2, True)
     arm.io.read()
@@ -202,14 +202,15 @@ def test_an_input_timeout_names_the_missing_inputs_and_the_present_ones():
 
 
 @pytest.mark.parametrize("within_s", [None, math.inf, 1e300])
-def test_on_simulated_time_a_wait_for_ever_ends(within_s, monkeypatch):
+def test_an_endless_wait_ends_in_simulated_time(within_s, monkeypatch):
     monkeypatch.setattr(signalling, "LONGEST_SIMULATED_WAIT_S", 5.0)
     with pytest.raises(InputTimeout, match="waited 5 s"):
         ready_arm().io.wait(high=1, within_s=within_s)
 
 
-def test_a_pause_does_not_count_towards_the_deadline_and_an_input_in_it_does():
+def test_a_pause_does_not_count_towards_the_deadline_and_an_input_in_it_does(monkeypatch):
     """A person who pauses the arm to mend the feeder must not end the script."""
+    monkeypatch.setattr(overrides, "NAP_S", 0.0)  # no other thread resumes it
     arm = ready_arm()
     later(arm, 1.0, arm.pause)
     later(arm, 11.0, arm.resume)
@@ -246,7 +247,7 @@ def test_a_lost_wire_ends_the_wait():
         arm.io.wait(high=1, within_s=60.0)
 
 
-def test_inputs_are_not_awaited_where_they_are_not_read():
+def test_a_wait_for_inputs_is_refused_where_they_are_not_read():
     with Arm.connect("sim:grbl") as arm:
         arm.disable()
         with pytest.raises(WrongState, match="enable"):
@@ -257,7 +258,7 @@ def test_inputs_are_not_awaited_where_they_are_not_read():
             arm.io.wait(high=1, within_s=1.0)
 
 
-def test_the_arm_may_move_meanwhile_and_is_not_held_up():
+def test_the_arm_moves_while_a_call_waits_for_inputs():
     arm = ready_arm(pace=30.0)
     handle = arm.move_j(base_deg=40, wait=False)
     later(arm, 1.0, lambda: arm.twin.device.set_input(1, True))

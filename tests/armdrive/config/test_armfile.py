@@ -378,6 +378,8 @@ PROBLEMS = [
     ("[homing]\ngroups = [[3], [1, 5, 6]]",
      ["joints_deg] is missing", "2, 4 would seek no switch"]),
     ("frames.tool.x_mm = 1\nframes.a.x = 1\ntool.along_mm = 1e9", ["along", "tool:", "'x'"]),
+    ("frames.base.x_mm = 1", ["one word"]),
+    ('frames."two words".x_mm = 1', ["one word"]),
     # backlash
     ("[backlash_deg]\nbase = -1\nwrist = 1", ["'wrist'", "base must be from 0 to 10, not -1"]),
     ('[backlash_deg]\nbase = "much"\ngripper = 1', ["'gripper'", "backlash_deg.base"]),

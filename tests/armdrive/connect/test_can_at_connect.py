@@ -8,10 +8,10 @@ import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import pytest
 from can_fault_bench import SETTLED_S, Bus, check_works_again
+from served import Served
 from waiting import at_last
 
 from armdrive import Arm
@@ -20,9 +20,6 @@ from armdrive.sim.cia402.objects import varied
 from armdrive.status import State, Trust
 from firmware_protocol import mks
 from firmware_protocol.canopen import DEVICE_TYPE, Nmt, NmtCommand
-
-sys.path.insert(0, str(Path(__file__).parents[3] / "benchmarks"))
-from sim_process import SimProcess
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
@@ -260,7 +257,7 @@ def test_a_wrong_setting_is_reported_at_reconnecting_and_the_arm_moves_once_it_i
     [mks.SilenceWatchdog(60), mks.SilenceWatchdog(0), mks.SetReplies(mks.ReplyMode.IMMEDIATE)],
     ids=str,
 )
-def test_a_drive_that_is_set_up_otherwise_and_can_be_driven_all_the_same_is(setting):
+def test_a_drive_with_other_settings_that_do_no_harm_is_driven(setting):
     bus = Bus("mks")
     flashed(setting)(bus)
     arm = bus.connect()
@@ -298,19 +295,19 @@ def test_a_node_that_another_master_stopped_is_started_again():
 def test_a_wrong_bit_rate_is_reported_and_the_right_one_works(tmp_path):
     path = tmp_path / "can0"
     wrong, right = (f"can:slcan:{path}?bitrate={rate}000" for rate in (500, 250))
-    with SimProcess(path, "mks", "--set", "bitrate=250000") as bus:
-        stood = bus.state()["motors"]
-        # the adapter, in a process of its own, tells of it before or after the drives are late
+    with Served("mks", pty=path, bitrate=250_000) as bus:
+        stood = bus.watch.motors
+        # the adapter, in a thread of its own, tells of it before or after the drives are late
         with pytest.raises((LinkLost, NoAnswer), match=r"power.*120 ohm.*bit rate") as failed:
             Arm.connect(wrong, dialect="mks")
         assert failed.value.code == (LOST if isinstance(failed.value, LinkLost) else SILENT)
         if failed.value.code == LOST:
             assert f"armdrive doctor --can '{wrong.removeprefix('can:')}'" in str(failed.value)
-        assert bus.state()["motors"] == stood
+        assert bus.watch.motors == stood
         # what failed to connect gives the adapter back in a thread of its own, perhaps late
         late = (PortInUse, NoAnswer)
         with at_last(lambda: Arm.connect(right, dialect="mks"), lambda: None, late) as arm:
-            assert bus.state()["motors"] == stood
+            assert bus.watch.motors == stood
             assert arm.status.state is State.STANDBY
             at_last(lambda: arm.jog_j(base_deg=-1.0), arm.reset, (DeviceFault, NoAnswer))
-        assert bus.state()["motors"] != stood
+        assert bus.watch.motors != stood

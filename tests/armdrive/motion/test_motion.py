@@ -19,7 +19,7 @@ from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import Current, State, Trust, status_view
 from armdrive.tasks import ReadPosition, Registers
-from kinematics import PRESETS, Joints, KinematicsError, Motors, PathBroken, Pose, Unreachable
+from kinematics import PRESETS, Joints, KinematicsError, Motors, Pose, Unreachable
 from kinematics.chains.arm import ChainArm
 from kinematics.errors import BadNumber
 from tests.conformance.rows_moving import off_line_mm
@@ -38,9 +38,7 @@ def step_travel_mm(arm):
     return sum(math.tau / steps * length_mm for steps, length_mm in turned_mm)
 
 
-@pytest.mark.parametrize(
-    "way_mm", [(0, 150, 0), (-90, 90, 40), (40, -160, 60), (-60, 0, 90), (0, 0, -60)]
-)
+@pytest.mark.parametrize("way_mm", [(0, 150, 0), (40, -160, 60), (-60, 0, 90)])
 @pytest.mark.parametrize("speed_error", [0.0, 0.7])
 def test_the_physical_tip_stays_on_the_straight_line(way_mm, speed_error):
     arm = ready_arm(sim_config(planned_burst_s=0.4), speed_error=speed_error)
@@ -208,14 +206,6 @@ def test_a_pose_takes_numbers_alone(bad):
         Pose(bad, 0.0, 100.0, 0.0)
 
 
-def test_a_line_out_of_the_reach_breaks_before_it_begins():
-    arm = ready_arm()
-    sent = len(arm.twin.link.sent)
-    with pytest.raises((PathBroken, Refused, KinematicsError)):
-        arm.move_l(Pose.of(x_mm=-300, y_mm=5, z_mm=150, pitch_deg=-60))
-    assert len(arm.twin.link.sent) == sent
-
-
 def test_an_arm_that_stands_beyond_a_guard_may_leave_it_but_not_go_deeper():
     low = Joints.of(0.0, -20.0, -30.0, -20.0, 0.0)
     arm = ready_arm()
@@ -338,6 +328,8 @@ def test_six_joints_move_by_name(six):
     assert six.twin.world.joints.deg["bend"] == pytest.approx(60, abs=0.03)
     with pytest.raises(BadRequest, match="waist_deg"):
         six.move_j(base_deg=10)
+    with pytest.raises(OutOfBounds, match="bend would turn to 120"):
+        six.move_j(bend_deg=120)
 
 
 def test_six_joints_follow_a_straight_line_and_turn_the_hand_on_the_way(six):
@@ -410,11 +402,6 @@ def test_an_arm_without_a_gripper_motor_says_so(six):
     ):
         with pytest.raises(Refused, match="no gripper motor"):
             call()
-
-
-def test_a_joint_beyond_its_limit_is_refused_by_its_own_name(six):
-    with pytest.raises(OutOfBounds, match="bend would turn to 120"):
-        six.move_j(bend_deg=120)
 
 
 def test_an_unpowered_arm_of_any_build_comes_down(six):

@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import combinations, pairwise
 
 import pytest
+from amounts import amount
 from chain_files import connected, five_joints
 from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
 from hypothesis import given, settings
@@ -82,8 +83,10 @@ def test_the_motion_does_what_its_preview_showed(arm, goal, how):
 def test_a_preview_gives_the_motions_refusal_and_a_pose_that_can_be_reached(arm, goal, how, kind):
     preview = foreseen(arm, goal, **how)
     assert isinstance(preview.refusal, kind)
+    sent = len(arm.twin.link.sent)
     with pytest.raises(kind) as refused:
         asked(arm, goal, **how)
+    assert len(arm.twin.link.sent) == sent
     assert str(preview.refusal) == str(refused.value)
     assert preview.plan is None
     assert preview.nearest is not None
@@ -213,7 +216,7 @@ def test_a_preview_works_for_an_arm_of_a_model_file(tmp_path):
         assert preview.end == arm.parts.core.position.coordinates.joints
 
 
-@settings(max_examples=25)
+@settings(max_examples=amount(12, 1000))
 @given(
     st.floats(-300, 450), st.floats(-300, 300), st.floats(-80, 450), st.floats(-120, 60),
     st.booleans(),

@@ -81,7 +81,7 @@ def test_a_stop_in_the_middle_of_a_burst_is_understood_to_the_step(widths, steps
 
 
 @given(SLACKS, st.lists(VECTORS.filter(any), min_size=1, max_size=6), st.floats(0, 1), st.data())
-def test_a_stop_behind_reversals_is_understood_by_the_way_that_was_sent(widths, moves, share, data):
+def test_a_stop_after_reversals_is_understood_by_what_was_sent(widths, moves, share, data):
     """One that was reported in every piece, as a board that queues reports many times in each."""
     slack, play = beside_a_play(widths)
     last = data.draw(st.integers(0, len(moves) - 1))
@@ -100,7 +100,7 @@ def test_a_stop_behind_reversals_is_understood_by_the_way_that_was_sent(widths, 
     assert tuple(slack.taken) == tuple(play.ahead)
 
 
-def test_the_end_of_a_way_is_seen_there_as_often_as_one_looks():
+def test_the_end_of_a_motion_is_seen_there_at_every_look():
     slack, play = beside_a_play((12, 5, 0))
     made = driven = Motors([0, 0, 0])
     for steps in (Motors((-9, 2, 4)), Motors((3, -7, 4)), Motors((0, 0, 6))):
@@ -126,7 +126,7 @@ def test_a_stop_near_a_reversal_is_reported_as_ambiguous():
     assert not slack.vague
 
 
-def test_a_very_long_way_is_remembered_as_far_as_it_can_still_be_under_way():
+def test_a_long_motion_is_remembered_as_far_as_it_can_still_be_under_way():
     slack, play = beside_a_play((7, 0, 3))
     made = driven = Motors([0, 0, 0])
     for number in range(3000):

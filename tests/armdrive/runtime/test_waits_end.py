@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 from amounts import in_pairs
-from faults import as_it_stands, ready_arm
+from faults import as_it_stands, ready_arm, standing
 
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
@@ -214,11 +214,7 @@ FOUND = re.compile(
 def ready(dialect: str) -> tuple[Arm, Pace]:
     """Return an arm in standby whose position is known, on a wire that behaves."""
     wire, pace = wire_to(dialect)
-    arm = connected(dialect, wire, pace)
-    arm.enable()
-    world = wire.twin.world
-    arm.reference.declare(world.joints, opening_mm=world.opening_mm)
-    return arm, pace
+    return as_it_stands(connected(dialect, wire, pace)), pace
 
 
 def latched(arm: Arm) -> None:
@@ -300,10 +296,8 @@ def comes_back(arm: Arm) -> bool:
     arm.sleep(3.0)
     if arm.status.state is State.ERROR_STOP:
         arm.reset()
-    if arm.status.state is State.DISABLED:
-        arm.enable()
-    assert arm.status.state is State.STANDBY
     as_it_stands(arm)
+    assert arm.status.state is State.STANDBY
     try:
         arm.move_j(base_deg=arm.joints.deg["base"] + 3.0)
     except DeviceFault:
@@ -392,12 +386,13 @@ def test_homing_by_switches_ends_on_time_and_quotes_what_was_received(kind):
     wire, pace = wire_to("grbl")
     config = simulated_config("grbl")
     joints = config.model.arm.ik(config.model.reference.pose)
-    config = replace(config, homing=HomingSettings(joints=joints))
+    device = replace(config.device, homing_s=20.0)
+    config = replace(config, homing=HomingSettings(joints=joints), device=device)
     arm = Arm(assemble(config, wire, pace, simulated=True, operator=wire.twin.operator))
     arm.enable()
     wire.spoil(kind)
     began_s = pace.now_s()
-    with pytest.raises(DeviceFault, match=r"not ended after 1\d\d s, .*received"):
+    with pytest.raises(DeviceFault, match=r"not ended after 3\d s, .*received"):
         arm.home()
     assert pace.now_s() - began_s <= config.device.homing_s + CALL_LIMIT_S
 
@@ -438,18 +433,6 @@ class SimulatedRealPace(RealPace):
             self.clock.remove(engine)
 
 
-class NotedPace(SimulatedPace):
-    """Simulated time that notes how long it is waited for."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.waits: list[float] = []
-
-    def wait(self, done, timeout_s):
-        self.waits.append(timeout_s)
-        return super().wait(done, timeout_s)
-
-
 CALLS = {
     "move_j": lambda arm: arm.move_j(base_deg=3.0),
     "move_to": lambda arm: arm.move_to(arm.pose),
@@ -486,17 +469,16 @@ def referenced(pace) -> Arm:
     return as_it_stands(Arm(connect_simulated(simulated_config("teachmover"), pace=pace)))
 
 
-def noted(monkeypatch, kind):
-    """Return a connected arm whose pace is of a kind."""
-    made = kind()
+def noted(monkeypatch):
+    """Return a connected arm, and its pace, which notes how long it is waited for."""
+    made = SimulatedRealPace()
     monkeypatch.setattr("armdrive.connect.parts.pace_of", lambda _: made)
     return referenced(None), made
 
 
 @pytest.mark.parametrize("call", CALLS)
-@pytest.mark.parametrize("kind", [NotedPace, SimulatedRealPace])
-def test_every_wait_of_a_call_has_an_end(monkeypatch, kind, call):
-    arm, pace = noted(monkeypatch, kind)
+def test_every_wait_of_a_call_has_an_end(monkeypatch, call):
+    arm, pace = noted(monkeypatch)
     pace.waits.clear()
     with contextlib.suppress(ArmError):
         CALLS[call](arm)
@@ -505,7 +487,7 @@ def test_every_wait_of_a_call_has_an_end(monkeypatch, kind, call):
 
 
 def test_only_a_wait_for_an_input_without_a_deadline_is_for_as_long_as_that_takes(monkeypatch):
-    arm, pace = noted(monkeypatch, SimulatedRealPace)
+    arm, pace = noted(monkeypatch)
     arm.twin.device.at(pace.now_s() + 30.0, arm.request_stop)
     pace.waits.clear()
     with pytest.raises(ArmError, match="stop"):
@@ -515,7 +497,7 @@ def test_only_a_wait_for_an_input_without_a_deadline_is_for_as_long_as_that_take
 
 
 def test_a_pause_in_real_time_costs_a_waiting_call_nothing(monkeypatch):
-    arm, pace = noted(monkeypatch, SimulatedRealPace)
+    arm, pace = noted(monkeypatch)
     arm.pause()
     arm.twin.device.at(pace.now_s() + 400.0, arm.resume)
     handle = arm.move_j(base_deg=5.0, wait=False)
@@ -527,7 +509,7 @@ def test_a_pause_in_real_time_costs_a_waiting_call_nothing(monkeypatch):
 
 def test_an_endless_pause_in_real_time_gives_up_the_motion_and_stays_paused(monkeypatch):
     monkeypatch.setattr(pausing, "LONGEST_PAUSE_S", 300.0)
-    arm, pace = noted(monkeypatch, SimulatedRealPace)
+    arm, pace = noted(monkeypatch)
     arm.pause()
     began_s, stood = pace.now_s(), arm.twin.world.motors
     with pytest.raises(WrongState, match=r"paused for 300 s.*`resume\(\)`.*`armdrive resume`"):
@@ -549,9 +531,7 @@ def test_a_pause_on_simulated_time_that_cannot_end_does_not_hang(monkeypatch, di
     breaths = []
     monkeypatch.setattr(overrides, "LONGEST_SIMULATED_WAIT_S", 60.0)
     monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", breaths.append)
-    arm = Arm.connect(f"sim:{dialect}")
-    arm.enable()
-    as_it_stands(arm)
+    arm = standing(dialect)
     handle = arm.move_j(base_deg=30.0, wait=False)
     arm.sleep(0.5)
     arm.pause()

@@ -217,17 +217,6 @@ def test_nothing_is_sent_before_the_answer_to_what_went_before(calls):
     assert honest(arm)
 
 
-def test_connecting_homing_resetting_and_closing_send_no_reset():
-    arm = sim_arm()
-    arm.home()
-    arm.estop()
-    arm.reset()
-    arm.home()
-    arm.close()
-    assert arm.twin.link.named(b"@STEP")
-    assert not arm.twin.link.named(b"@RESET")
-
-
 def test_connect_estop_reset_and_the_start_of_homing_move_nothing():
     arm = sim_arm()
     arm.estop()
@@ -236,6 +225,7 @@ def test_connect_estop_reset_and_the_start_of_homing_move_nothing():
         arm.home(operator=lambda request: arm.request_stop() or arm.sleep(0.1) or True)
     arm.close()
     assert not arm.twin.link.named(b"@STEP")
+    assert not arm.twin.link.named(b"@RESET")
 
 
 def test_registers_that_are_not_zero_at_first_do_not_make_the_first_jog_a_leap():

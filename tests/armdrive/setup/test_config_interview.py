@@ -101,7 +101,7 @@ def test_measured_lengths_go_into_the_model_file_with_its_comments(tmp_path):
     assert loaded(tmp_path, "printed-six", answers).model.verified
 
 
-def test_an_arm_that_was_measured_is_one_no_more(tmp_path):
+def test_an_arm_that_was_measured_is_no_template(tmp_path):
     gears = {f"gear.{motor}": "30:1" for motor in (*FIVE[:3], "right wrist", "left wrist")}
     answers = {"measured": "yes", **gears, "fingers.mm_per_turn": "8"}
     text = files("armdroid1", answers).arm

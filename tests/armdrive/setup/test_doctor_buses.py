@@ -106,7 +106,7 @@ def told(*devices, heard=None, health=None):
 # A CANopen bus.
 
 
-def test_nothing_but_objects_are_read_and_everybody_is_found():
+def test_a_canopen_survey_finds_every_node_and_only_reads_objects():
     bus = NodesBus(*(drive(number) for number in (1, 2, 5)))
     before = [each.store.value(POSITION) for each in bus.devices]
     found = survey(bus)
@@ -322,7 +322,7 @@ def test_listening_knows_the_masters_beat():
 # Against an arm file, and as plain data.
 
 
-def test_an_arm_files_drives_are_compared_with_who_answers():
+def test_canopen_nodes_that_answer_are_compared_with_the_arm_file():
     found = survey(NodesBus(drive(1), drive(2, kind=0x0191)), (1, 2))
     said = words(canopen.of_arm((1, 2), found))
     assert "problem node 2 of the arm file is not a CiA 402 drive (CiA 401, an I/O module)" in said
@@ -365,7 +365,7 @@ def bus_bench(**settings):
     return found
 
 
-def test_nothing_but_readings_is_ever_sent_and_everybody_is_found():
+def test_an_mks_survey_finds_every_drive_and_only_sends_readings():
     on = bus_bench()
     motors, flashes = on.twin.world.motors, on.flashes()
     found = on.survey()
@@ -436,7 +436,7 @@ def test_answers_of_an_mks_drive_that_are_only_late_do_not_point_to_the_wiring(n
     assert [each.missed for each in on.survey((1, 2, 3)).nodes] == [0, 0, 0]
 
 
-def test_who_answers_for_mks_drives_is_compared_with_the_arm_file():
+def test_mks_drives_that_answer_are_compared_with_the_arm_file():
     on = bus_bench()
     there = [each.node for each in on.survey().nodes]
     assert "and no other" in words(can_findings.of_arm((1, 2, 3, 4, 5, 6), there, "bench"))

@@ -63,7 +63,7 @@ from firmware_protocol.canopen import DEVICE_TYPE, INCREMENTS_A_SECOND, SPEED_UN
         (b"rst:0x1 (POWERON_RESET)\r\n", "", "an ESP32 whose firmware has sent nothing yet", False),
     ],
 )
-def test_each_is_known_by_what_it_says(heard, dialect, firmware, greeted):
+def test_a_device_is_recognised_by_what_it_sends(heard, dialect, firmware, greeted):
     assert WHO.recognise(heard) == Identity(dialect, firmware, greeted)
 
 
@@ -71,12 +71,12 @@ def test_each_is_known_by_what_it_says(heard, dialect, firmware, greeted):
     "heard",
     [b"", b"ok\r\n", b"0\r", b"1\r", b"1\r1,2,3", b"Gr", b"offsets = 1,2", b"\xaa\x02\x02\x01\x01"],
 )
-def test_too_little_is_nobody(heard):
+def test_too_few_bytes_recognise_no_device(heard):
     assert WHO.recognise(heard) is None
 
 
 @given(st.binary(max_size=200))
-def test_no_bytes_whatever_make_it_fail(heard):
+def test_recognition_fails_on_no_bytes(heard):
     WHO.recognise(heard)
     excerpt(heard)
 

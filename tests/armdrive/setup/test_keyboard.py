@@ -127,7 +127,7 @@ def test_a_terminal_that_answers_nothing_is_no_reason_to_hang():
     assert found.works
 
 
-def test_nobody_presses_anything():
+def test_without_a_key_press_the_examination_says_that_holding_does_not_work():
     found = examined(times=[])
     assert found.press.events == 0
     assert not found.works

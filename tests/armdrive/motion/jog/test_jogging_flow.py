@@ -10,17 +10,8 @@ from jog_bench import Ground, trials
 from armdrive import Arm, Jog
 from armdrive.errors import BadRequest, NotReferenced, OutOfBounds, WrongState
 from armdrive.moves import JogMove, JointMove
-from armdrive.registry.arm_files import parse_arm
 from armdrive.status import State, Trust
 from kinematics import Joints
-
-
-def test_an_increment_moves_its_distance_and_reports_where_it_ended():
-    arm = ready_arm()
-    jogged = arm.jog_j(base_deg=7.0, speed=1.0)
-    assert jogged.note == ""
-    assert jogged.joints.deg["base"] == pytest.approx(7.0, abs=0.03)
-    assert arm.twin.world.joints.deg["base"] == pytest.approx(7.0, abs=0.03)
 
 
 def test_increments_out_and_back_end_on_the_same_steps():
@@ -115,18 +106,32 @@ def test_a_jog_slides_up_to_its_limit_and_stops_there_without_an_error():
     assert arm.status.state is State.STANDBY
     assert arm.joints.deg["base"] == pytest.approx(90.0, abs=0.03)
     assert arm.joints.deg["wrist_roll"] > 5.0
-    jogged = arm.jog_j(base_deg=5)
-    assert "limit" in jogged.note
+    for _ in range(3):
+        arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.3)
+        arm.sleep(0.1)
+    assert "limit" in arm.status.notice
+    arm.jogging.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.5)
+    arm.sleep(0.4)
+    assert arm.status.notice == ""  # it leads back
+    arm.sleep(1.0)
+    assert "limit" in arm.jog_j(base_deg=50).note
     arm.jog_j(base_deg=-5)
     assert arm.joints.deg["base"] == pytest.approx(85.0, abs=0.03)
 
 
-def test_a_cartesian_jog_comes_close_to_the_table_and_no_further():
+def test_a_cartesian_jog_comes_close_to_the_table_and_does_not_creep_on_when_held():
     arm = ready_arm()
     jogged = arm.jog_l(z=-1.0, speed=1.0, duration_s=8.0)
     assert jogged.note
     assert -1.5 < arm.twin.world.pose.z_mm < 6.0
+    motors = arm.twin.world.motors
+    for _ in range(20):
+        arm.jogging.hold(Jog.cartesian(z=-1.0), speed=1.0, for_s=0.3)
+        arm.sleep(0.1)
+    assert arm.twin.world.motors == motors
+    assert "table" in arm.status.notice
     assert not [one for one in arm.twin.world.incidents if "table" in one.sentence]
+    arm.sleep(1.0)
     arm.jog_l(z_mm=20)
 
 
@@ -227,7 +232,7 @@ def wait_for_motion(arm: Arm) -> None:
         arm.sleep(LOOK_S)
 
 
-@pytest.fixture(params=["teachmover", "robko01", "armdroid", "grbl"])
+@pytest.fixture(params=["teachmover", "grbl"])
 def arm(request):
     with Arm.connect(f"sim:{request.param}") as made:
         made.enable()
@@ -342,42 +347,6 @@ def test_fingers_at_the_end_of_their_range_leave_the_tip_alone():
     assert arm.twin.world.tip[2] > before[2] + 30.0
 
 
-def test_a_held_jog_that_has_ended_at_a_bound_does_not_creep_on():
-    arm = ready_arm()
-    arm.jog_l(z=-1.0, speed=1.0, duration_s=8.0)
-    motors = arm.twin.world.motors
-    for _ in range(20):
-        arm.jogging.hold(Jog.cartesian(z=-1.0), speed=1.0, for_s=0.3)
-        arm.sleep(0.1)
-    assert arm.twin.world.motors == motors
-    assert "table" in arm.status.notice
-
-
-def test_the_note_of_a_bound_disappears_when_the_jog_leads_back():
-    arm = ready_arm()
-    arm.move_j(base_deg=86.0)
-    for _ in range(12):
-        arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.3)
-        arm.sleep(0.1)
-    assert "limit" in arm.status.notice
-    arm.jogging.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.5)
-    arm.sleep(0.4)
-    assert arm.status.notice == ""
-
-
-def test_a_pens_tip_is_jogged_along_its_own_line():
-    config = parse_arm(
-        {"model": "teachmover", "tool": {"along_mm": 60.0, "up_mm": 12.0}}, name="with a pen"
-    )
-    arm = ready_arm(config)
-    before = arm.pose
-    arm.jog_l(x=1.0, speed=1.0, duration_s=0.8)
-    after = arm.pose
-    assert after.x_mm > before.x_mm + 8.0
-    assert (after.y_mm, after.z_mm) == pytest.approx((before.y_mm, before.z_mm), abs=0.5)
-    assert "table" in arm.jog_l(z_mm=-400.0).note
-
-
 TOO_FAR = [
     pytest.param(lambda arm: arm.jog_j(base_deg=1e6), "base", 1e6, 180.0, id="increment"),
     pytest.param(lambda arm: arm.jog_j(base_deg=-181.0), "base", -181.0, 180.0, id="just too far"),
@@ -426,7 +395,7 @@ def test_a_jogs_notice_is_cleared_by_the_next_motion():
 # -- a sample of the jogs of benchmarks/jog_limits.py ---------------------------------------------
 
 SEED = 22
-COUNTS = {"teachmover": 4, "robko01": amount(1, 2), "armdroid": amount(1, 2), "grbl": amount(1, 3)}
+COUNTS = {"teachmover": 2, "robko01": amount(1, 2), "armdroid": amount(1, 2), "grbl": amount(1, 3)}
 LATER_S = 0.2
 NEAR_STEPS = 3.0
 
