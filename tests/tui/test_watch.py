@@ -182,6 +182,14 @@ async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
         assert "NOT WATCHED" in session.text("state")
         assert "no stop reaches the arm" in session.text("stopping")
         assert "shoulder" in session.text("watched")
+        assert session.text("footer").strip() == "^q quit"
+        assert session.text("messages") == ""
+        await session.press("p")
+        await session.press("minus")
+        assert session.text("messages").startswith("no key but ctrl+q does anything: ")
+        assert session.holder.asked == []
+        await session.press("space")
+        assert session.holder.asked == [("stop", {})]
 
 
 async def test_leaving_stops_nothing():

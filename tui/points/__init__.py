@@ -203,7 +203,7 @@ def _step_keys(stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: bool
     if not stepping:
         yield f"{switch} goes through it step by step"
         return
-    yield f"STEPPING [{switch}]  {keys.label('points-forward')} next step"
+    yield f"{switch}: STEPPING   {keys.label('points-forward')}: next step"
     if stepper.before is not None:
         yield f"{keys.label('points-backward')} back to {stepper.before[1]}"
 
@@ -212,7 +212,7 @@ def how_text(*, line: bool, speed: float, keys: Keyboard) -> str:
     """Say how the arm goes to a point."""
     way = "straight line" if line else "joint motion"
     slower, faster = keys.label("points-slower"), keys.label("points-faster")
-    return f"{way} [{keys.label('points-line')}]  speed {speed:.0%} [{slower} {faster}]"
+    return f"{keys.label('points-line')}: {way}   {slower} {faster}: speed {speed:.0%}"
 
 
 def naming_text(naming: PointNaming, keys: Keyboard) -> str:
@@ -306,7 +306,8 @@ class PointsScreen(DeskScreen):
         self.text("chosen").show_lines(self._chosen_lines())
         self.text("chosen").display = bool(self.text("chosen").shown)
         self.show_panel("how", self._how_text())
-        ahead = short_text(fresh) if fresh is not None else ""
+        told = bool(self.desk.link.hindrance(Needs.POSITION))
+        ahead = short_text(fresh, told=told) if fresh is not None else ""
         self.show_panel("ahead", self.desk.spoken(ahead))
         self.show_panel("begin", self._begin_text(status, fresh is not None))
 
