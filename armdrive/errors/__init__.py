@@ -72,6 +72,14 @@ class ArmError(Exception):
     def __str__(self) -> str:
         return as_message(super().__str__())
 
+    @property
+    def __notes__(self) -> list[str]:  # type: ignore[override] # `add_note` appends to it
+        """What a traceback shows below the message: code, effect on the arm, what to do."""
+        from armdrive.errors.table import advice  # read for the few errors that are printed so
+
+        notes: list[str] = vars(self).setdefault("notes", [advice(self)])
+        return notes
+
     def __reduce__(self) -> tuple[Any, ...]:
         return remade, (type(self), self.args, vars(self))
 

@@ -128,6 +128,12 @@ def tagged(error: BaseException) -> str:
     return f"[{entry(error).code}] {error}"
 
 
+def advice(error: BaseException) -> str:
+    """Return an error's code, what it did to the arm, and what to do."""
+    row = entry(error)
+    return _plain(f"[{row.code}] {row.effect} {row.remedy}")
+
+
 def error_view(error: BaseException) -> dict[str, str]:
     """Return an error as plain data: what `--json` prints."""
     row = entry(error)

@@ -10,6 +10,7 @@ import pkgutil
 import re
 import signal
 import sys
+import traceback
 from pathlib import Path
 
 import pytest
@@ -68,6 +69,16 @@ def test_every_error_can_be_copied_and_sent_to_another_process():
         error.add_note("by whom")
         for again in (pickle.loads(pickle.dumps(error)), copy.copy(error), copy.deepcopy(error)):
             assert (type(again), again.args, vars(again)) == (kind, error.args, vars(error))
+
+
+def test_a_traceback_ends_with_the_code_the_effect_on_the_arm_and_the_remedy():
+    with Arm.connect("sim:teachmover") as arm, pytest.raises(NotReferenced) as refusal:
+        arm.move_j(base_deg=20)
+    *_, message, advice = traceback.format_exception(refusal.value)
+    assert message.startswith("armdrive.errors.NotReferenced: planned motion needs")
+    assert advice.startswith("[E203] Nothing was sent, nothing moved. Look at the arm, then call")
+    refusal.value.add_note("in the second loop")
+    assert traceback.format_exception(refusal.value)[-1] == "in the second loop\n"
 
 
 def test_every_error_of_armdrive_has_the_code_of_its_row():
