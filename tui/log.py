@@ -431,7 +431,7 @@ GLANCE_S = 0.2
 
 A key has its effect at once."""
 
-STYLES = {Topic.ERRORS: "bold $text-error", Topic.INTENTS: "bold", Topic.REQUESTS: "dim"}
+STYLES = {Topic.ERRORS: "bold $text-error", Topic.CALLS: "bold", Topic.REQUESTS: "dim"}
 """In addition to the marks and words that say the same."""
 
 

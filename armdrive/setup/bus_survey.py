@@ -240,7 +240,7 @@ def _other(row: BusTools, dialect: str) -> Finding:
 
 
 def _counters(health: BusHealth) -> dict[str, int]:
-    names = ("sent", "heard", "refused", "error_frames", "read_errors", "overrun")
+    names = ("sent", "received", "refused", "error_frames", "read_errors", "overrun")
     return {name: getattr(health, name) for name in names}
 
 

@@ -213,7 +213,7 @@ def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding
 def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
     """Return the findings of the state of the bus's adapter."""
     counters = (
-        f"sent {health.sent}, received {health.heard}, refused {health.refused}, error frames "
+        f"sent {health.sent}, received {health.received}, refused {health.refused}, error frames "
         f"{health.error_frames}"
     )
     state = f"the adapter is {health.state.value} ({counters})"
