@@ -117,7 +117,7 @@ def _together(moved: Sequence[Moved]) -> Moved:
         last.rounding_mm,
         math.fsum(each.duration_s for each in moved),
         sum(each.bursts for each in moved),
-        max(each.straying_mm for each in moved),
+        max(each.deviation_mm for each in moved),
         "; ".join(filter(None, (each.note for each in moved))),
     )
 

@@ -76,7 +76,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         own = {name: getattr(settings, name)[: motors.count] for name in names}
         self.settings = settings = replace(settings, **own)
         self.limits = limits = DriveLimits.of(settings, motors, config.connection.baud)
-        order_s = (settings.heartbeat_ms - settings.beat_ms) / 1000.0
+        order_s = (settings.heartbeat_timeout_ms - settings.heartbeat_period_ms) / 1000.0
         self._exchange = io = Cia402Exchange(
             settings, motors.names, limits.cycle_s, self.unsolicited
         )
@@ -90,7 +90,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self._profile = ProfileMotion(lead, limits)
         self._homing = Cia402Homing(lead, limits)
         self._measurement = UnitMeasurement(lead)
-        self._silent_s = BEATS_LOST * settings.drive_beat_ms / 1000.0
+        self._silent_s = BEATS_LOST * settings.drive_heartbeat_ms / 1000.0
         self.abilities = replace(
             self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
         )
@@ -245,7 +245,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         share = min(rate_hz / self.limits.fastest_hz, 1.0)
         ramp_s = self.settings.quick_stop_s * share
         begun_s = HOST_DELAY_S + 2.0 * self.limits.cycle_s
-        beats_ms = self.settings.heartbeat_ms + self.settings.beat_ms
+        beats_ms = self.settings.heartbeat_timeout_ms + self.settings.heartbeat_period_ms
         silent_s, confirm_cycles = HOST_DELAY_S + beats_ms / 1000.0, CONFIRM_CYCLES
         if self.abilities.queued_segments:  # a pause ends with the last segment
             smooth_s = self.settings.smoothing_ms / 1000.0
@@ -263,7 +263,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             begun_s + ramp_s + confirm_cycles * self.limits.cycle_s,
         )
 
-    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
+    def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Bound each drive's deviation from the straight path, due to rounding in bursts."""
         if self.abilities.queued_segments:
             return (0.0,) * len(steps)

@@ -149,7 +149,7 @@ class GrblController(ScriptRunner[HostEvent]):
         """Return a motion from where the board stands."""
         bounds, settings, board = self.bounds, self.settings, self.board
         start = board.registers().positions
-        lines = InFlightLines(start, bounds.limits, settings.corridor_steps, bounds.segments)
+        lines = InFlightLines(start, bounds.limits, settings.following_error_steps, bounds.segments)
         return GrblMotion(
             self.io, self.exchange, board, self.stops, settings, self.axes, bounds, request, lines
         )

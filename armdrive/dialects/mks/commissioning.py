@@ -187,7 +187,7 @@ class MksDriveAtHand:
             watchdog_s=0.0,
             acceleration=ACC,
             segment_s=0.0,
-            rest_counts=REACHED,
+            in_position_counts=REACHED,
         )
         return _one_motor(replace(self.arm, device=device), self.drive.name, COUNTS_PER_TURN)
 

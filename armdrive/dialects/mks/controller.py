@@ -178,7 +178,7 @@ class MksController(ScriptRunner[Event]):
         rate_hz = max((part.rate_hz for part in parts), default=self._fastest_hz)
         fastest_hz = catch_up_rpm(rate_hz / COUNTS_S_PER_RPM) * COUNTS_S_PER_RPM
         brakes_s = fastest_hz / self._slope
-        corridor = self.settings.corridor_counts
+        corridor = self.settings.following_error_counts
         asked = catch_up_travel(begun_s + brakes_s / 2.0, rate_hz, corridor)
         silent = catch_up_travel(silent_s + brakes_s / 2.0, rate_hz, corridor)
         return Stopping(
@@ -191,7 +191,7 @@ class MksController(ScriptRunner[Event]):
             silent[1],
         )
 
-    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
+    def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound each drive's deviation from the straight path; steered drives stay on it."""
         if self.abilities.queued_segments:
             return (0.0,) * len(steps)

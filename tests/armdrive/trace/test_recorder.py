@@ -297,7 +297,11 @@ def test_the_beginning_the_end_and_settings_that_last_are_there(run, sealed_afte
 def test_a_gap_stands_where_something_went():
     run = [TraceEntry(float(t), EntryKind.REPLY, "done") for t in range(100)]
     kept = filled(run, 1, longest_s=10.0).entries()
-    assert [each.kind for each in kept[:3]] == [EntryKind.REPLY, EntryKind.DROPPED, EntryKind.DROPPED]
+    assert [each.kind for each in kept[:3]] == [
+        EntryKind.REPLY,
+        EntryKind.DROPPED,
+        EntryKind.DROPPED,
+    ]
     assert kept[3].time_s == 89.0
 
 
