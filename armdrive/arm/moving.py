@@ -255,7 +255,7 @@ class Moving:
         try:
             self._require(move)
             self._core.require_settings()
-            # last: switching the motors on mends just this
+            # last: switching the motors on fixes just this
             self._parts.runner.require(Event.MOVE)
         except (Refused, LinkLost) as refusal:
             return refusal

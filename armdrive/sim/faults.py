@@ -458,7 +458,7 @@ def ailing_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     yield None
     drives.ail(at, code)
     yield None
-    drives.mend(at, code)
+    drives.fix(at, code)
 
 
 def warning_drive(bench: FaultBench, request: FaultRequest) -> Fault:

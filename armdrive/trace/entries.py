@@ -109,7 +109,7 @@ MOST_BYTES = 4_000_000  # beyond this size the oldest entries are dropped
 MOST_OPENING_BYTES = 250_000  # the start of the connection and the lasting settings together
 ENTRY_BYTES = 130  # memory of an entry apart from its text: a tuple, a float, a string header
 
-LASTING = ("SwitchOn", "DropCurrent", "SetOutputs", "SetGripper", "ClearFault", "MendSetting")
+LASTING = ("SwitchOn", "DropCurrent", "SetOutputs", "SetGripper", "ClearFault", "FixSetting")
 """Requests with a lasting effect that move no motor."""
 EXCHANGE = frozenset((EntryKind.REQUEST, *TRAFFIC))
 POSITION = frozenset((EntryKind.OFFSET, EntryKind.TRUST))

@@ -28,8 +28,8 @@ from armdrive.tasks import (
     DeviceSettings,
     Done,
     DropCurrent,
+    FixSetting,
     Halted,
-    MendSetting,
     MoveBy,
     ProtocolWarning,
     ReadPosition,
@@ -165,7 +165,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 return self._answered(
                     self._board.settle(), lambda _: DeviceSettings(firmware=self._board.firmware)
                 )
-            case MendSetting():
+            case FixSetting():
                 raise Refused("an Armdroid's board has no settings that can be written")
         raise Refused(f"an Armdroid's board knows no {type(request).__name__}")
 

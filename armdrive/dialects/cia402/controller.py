@@ -21,7 +21,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
-from armdrive.dialects.cia402.compare import compare, mend
+from armdrive.dialects.cia402.compare import compare, fix
 from armdrive.dialects.cia402.contact import Cia402Contact
 from armdrive.dialects.cia402.exchange import (
     BEATS_LOST,
@@ -41,9 +41,9 @@ from armdrive.tasks import (
     Alert,
     AlertKind,
     DropCurrent,
+    FixSetting,
     HomeDevice,
     MeasureUnits,
-    MendSetting,
     MoveAlong,
     MoveBy,
     ReadPosition,
@@ -152,8 +152,8 @@ class Cia402Controller(ScriptRunner[HostEvent]):
                 return (yield from self._contact.read())
             case ReadSettings():
                 return (yield from compare(self._transfers, self.settings))
-            case MendSetting(line):
-                return (yield from mend(self._transfers, line))
+            case FixSetting(line):
+                return (yield from fix(self._transfers, line))
             case SwitchOn():
                 return (yield from self._contact.switch_on())
             case DropCurrent():

@@ -17,7 +17,7 @@ from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.mks.bursts import MksBursts
-from armdrive.dialects.mks.compare import compare, mend
+from armdrive.dialects.mks.compare import compare, fix
 from armdrive.dialects.mks.contact import MksContact, MksInquiry
 from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.homing import MksHoming
@@ -29,8 +29,8 @@ from armdrive.errors import Refused
 from armdrive.tasks import (
     Done,
     DropCurrent,
+    FixSetting,
     HomeDevice,
-    MendSetting,
     MoveAlong,
     MoveBy,
     ReadPosition,
@@ -107,8 +107,8 @@ class MksController(ScriptRunner[Event]):
                     return (yield from contact.read())
                 case ReadSettings():
                     return (yield from compare(self._exchange, contact.firmware))
-                case MendSetting(line):
-                    return (yield from mend(self._exchange, line))
+                case FixSetting(line):
+                    return (yield from fix(self._exchange, line))
                 case SwitchOn():
                     return (yield from contact.switch_on())
                 case DropCurrent():

@@ -29,7 +29,7 @@ from armdrive.tasks import (
     DeviceSettings,
     Done,
     DropCurrent,
-    MendSetting,
+    FixSetting,
     MoveBy,
     ProtocolWarning,
     ReadPosition,
@@ -102,7 +102,7 @@ class RobkoController(ScriptRunner[HostEvent]):
                 return DeviceSettings()
             case ClearFault():
                 return Done()  # the board has no alarm to clear
-            case MendSetting():
+            case FixSetting():
                 raise Refused("a Robko 01 has no settings that can be written")
             case _:
                 raise Refused(f"a Robko 01 knows no {type(request).__name__}")

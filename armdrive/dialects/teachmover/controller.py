@@ -23,8 +23,8 @@ from armdrive.tasks import (
     DeviceSettings,
     Done,
     DropCurrent,
+    FixSetting,
     Interrupted,
-    MendSetting,
     MoveBy,
     ProtocolWarning,
     ReadPosition,
@@ -270,7 +270,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
                 return Reset()
             case WriteRow(words):
                 return QWrite(ProgramRow.from_words(words))
-            case MendSetting():
+            case FixSetting():
                 raise Refused("a TeachMover has no settings that can be written")
             case _:
                 raise Refused(f"a TeachMover cannot carry out {type(request).__name__}")

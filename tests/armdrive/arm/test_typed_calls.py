@@ -209,7 +209,7 @@ def test_on_simulated_time_a_wait_for_ever_ends(within_s, monkeypatch):
 
 
 def test_a_pause_does_not_count_towards_the_deadline_and_an_input_in_it_does():
-    """A person who pauses the arm to mend the feeder must not end the script."""
+    """A person who pauses the arm to fix the feeder must not end the script."""
     arm = ready_arm()
     later(arm, 1.0, arm.pause)
     later(arm, 11.0, arm.resume)

@@ -20,7 +20,7 @@ from armdrive.dialects.teachmover.controller import FIRST_LINE
 from armdrive.dialects.words import plain
 from armdrive.errors.table import found
 from armdrive.registry import DIALECTS
-from armdrive.tasks import MendSetting, MoveBy, ReadPosition, SetOutputs
+from armdrive.tasks import FixSetting, MoveBy, ReadPosition, SetOutputs
 from armdrive.trace.entries import (
     ENTRY_BYTES,
     EntryKind,
@@ -377,7 +377,7 @@ def test_a_call_is_told_in_words(name, arguments, named, words):
 WORDED_REQUESTS = [
     (ReadPosition(), "read position"),
     (SetOutputs(3), "set outputs bits 3"),
-    (MendSetting("$110=500 (mm)"), "mend setting line $110=500 (mm)"),
+    (FixSetting("$110=500 (mm)"), "fix setting line $110=500 (mm)"),
     (MoveBy(Motors((37, 0, -4)), 219.5), "move by 37 0 -4; 219.5 steps/s"),
 ]
 

@@ -101,7 +101,7 @@ def test_a_bus_is_looked_at_and_connected_to_and_nothing_changes(call, tmp_path,
         said = looked_at(call, "--arm", "bench", "--ids", "1-6").out
         assert "every drive of the arm file answers" in said
         assert bus.look()[1] == before
-        said = looked_at(call, "--arm", "bench", "--ids", "1-6", "--mend", "--yes").out
+        said = looked_at(call, "--arm", "bench", "--ids", "1-6", "--fix", "--yes").out
         assert "the controller's settings are what the arm file expects" in said
         with Arm.connect(port, dialect="cia402") as arm:
             assert arm.status.state is State.STANDBY

@@ -444,7 +444,7 @@ def test_a_fault_at_rest_is_reported_in_words_and_cleared_by_reset():
     refused = rig.do(ClearFault())
     assert isinstance(refused, RequestRejected)
     assert "does not leave it" in refused.reason
-    rig.device.board.mend(1, 0x4310)
+    rig.device.board.fix(1, 0x4310)
     assert rig.do(ClearFault()) == Done()
     assert rig.node(2).states.state is canopen.DriveState.DISABLED
     rig.ready()

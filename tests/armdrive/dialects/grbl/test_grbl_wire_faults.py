@@ -99,7 +99,7 @@ def test_a_refused_motion_spoils_no_later_one(firmware):
     stands(arm)
     arm.move_j(base_deg=5)
     with pytest.raises(ArmError, match="error 3"):
-        arm.controller.mend_settings(["$99=1"])
+        arm.controller.fix_settings(["$99=1"])
     arm.move_j(base_deg=10)
     assert arm.twin.world.motors == arm.status.acknowledged
 

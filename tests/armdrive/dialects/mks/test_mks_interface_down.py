@@ -1,4 +1,4 @@
-"""The way to the drives ends in mid-motion: it is said, the arm stands, it is mended on the spot.
+"""The way to the drives ends in mid-motion: it is said, the arm stands, it is fixed on the spot.
 
 In real time, by the links of real adapters: an interface of the kernel, and an adapter with slcan
 firmware.
@@ -85,17 +85,17 @@ def goes_on(arm, device, stood):
         arm.reference.declare(world.joints, opening_mm=world.opening_mm)
         arm.move_j(base_deg=arm.joints.deg["base"] + 2.0)
 
-    def mend():
+    def fix():
         arm.reset()
         comes_to_rest(device)
 
-    at_last(move, mend, (DeviceFault, NoAnswer))
+    at_last(move, fix, (DeviceFault, NoAnswer))
     assert world.motors != stood
     assert (comes_to_rest(device) - arm.status.acknowledged).largest <= 8
     assert arm.status.trust is Trust.REFERENCED
 
 
-def check_ends_and_goes_on(port, device, fail, error, words, mend, refused=""):
+def check_ends_and_goes_on(port, device, fail, error, words, fix, refused=""):
     """Check that a motion ends, and that the same program goes on once the bus is there again."""
     with Arm.connect(port, dialect="mks") as arm:
         stood = fails_and_ends(arm, device, fail, error, words)
@@ -103,7 +103,7 @@ def check_ends_and_goes_on(port, device, fail, error, words, mend, refused=""):
             with pytest.raises(PortUnavailable, match=refused):
                 arm.reconnect()
             assert arm.status.state is State.DISCONNECTED
-        mend()
+        fix()
         goes_on(arm, device, stood)
 
 
@@ -177,7 +177,7 @@ def be_alone(bus):
     bus.tell("fault alone")
 
 
-def mend(bus):
+def fix(bus):
     """Plug the adapter in again, or have it answer and its frames acknowledged again."""
     bus.tell("fault replug")
     bus.tell("fault off")
@@ -199,7 +199,7 @@ def test_a_serial_adapter_that_fails_ends_a_motion_and_goes_on_when_it_is_well(
     bus, fail, error, words, refused
 ):
     check_ends_and_goes_on(
-        bus.port, bus.device, lambda: fail(bus), error, words, lambda: mend(bus), refused
+        bus.port, bus.device, lambda: fail(bus), error, words, lambda: fix(bus), refused
     )
 
 
