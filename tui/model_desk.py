@@ -16,7 +16,6 @@ from kinematics.textbook.study import Study, Subject, example_posture, study
 from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
-from tui.keys.remap import checked
 from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, words
 from tui.settings import INCREMENTS, neighbour
 from tui.terminal import draws_braille
@@ -51,12 +50,8 @@ class ModelKeyboard(Keyboard):
 
 
 def model_keys(keys: Keyboard = DEFAULT_KEYS) -> ModelKeyboard:
-    """Return the rows of a keyboard that a model has, with the keys that they have there.
-
-    Raises `KeyFileError` where a file of keys gives one key to two of them: on the desk they may
-    be far apart.
-    """
-    return checked(ModelKeyboard(tuple(_rows(keys))), "with a model")
+    """Return the rows of a keyboard that a model has, with the keys that they have there."""
+    return ModelKeyboard(tuple(_rows(keys)))
 
 
 def _rows(keys: Keyboard) -> Iterator[DeskKey]:

@@ -30,7 +30,7 @@ from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
-from tui.keys.remap import load_keys
+from tui.keys.layouts import keyboard_of
 from tui.keys.table import STOP
 from tui.safety import (
     DOTS,
@@ -379,7 +379,8 @@ def run_watch(name: str, model: ArmModel, *, ascii_only: bool = False) -> int:
     Nothing here moves the arm, and leaving does not stop it.
     """
     braille = draws_braille(ascii_only=ascii_only)
-    look = recall(memory_file()).look
-    app = Watching(name, model, HeldArm(name), braille=braille, keys=load_keys(None), look=look)
+    left = recall(memory_file())
+    keys = keyboard_of(left.layout)
+    app = Watching(name, model, HeldArm(name), braille=braille, keys=keys, look=left.look)
     app.run_or_raise()
     return app.return_code or 0

@@ -32,7 +32,6 @@
     +-- PendantFileError          2   a pendant program that cannot be used
     +-- StateFileError            1   a state file that cannot be used
     +-- RecordingError            2   a recording that cannot be used
-    +-- KeyFileError              2   a file of the desk's keys that cannot be used
     +-- ProgramError              2   a program that cannot be read or cannot continue
 
 programs/problems.py defines `ProgramError`. Which file decides what:
@@ -317,10 +316,3 @@ class RecordingError(ArmError):
 
     exit_code = 2
     code = "E107"
-
-
-class KeyFileError(ArmError):
-    """A file of the desk's keys that cannot be used; the message names the row or the key."""
-
-    exit_code = 2
-    code = "E111"
