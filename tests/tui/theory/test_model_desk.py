@@ -38,7 +38,7 @@ async def test_the_screen_says_that_there_is_no_arm_and_a_stop_key_only_closes_t
         assert "STOP" not in everything
         assert "trust" not in everything
         await session.press("left_square_bracket", "left_square_bracket", "right_square_bracket")
-        assert "step 2°/mm" in session.text("messages")
+        assert "one step is 2° or 2 mm" in session.text("messages")
         for key in ("space", "escape"):
             await session.press("question_mark")
             assert len(session.desk.screen_stack) == 2
