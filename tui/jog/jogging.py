@@ -24,7 +24,7 @@ from armdrive.motion.dead_man import (
 )
 from armdrive.moves import Jog
 from tui.app import HoldAlarm
-from tui.keys.presses import StaleInput
+from tui.keys.presses import BURST, StaleInput
 from tui.settings import JogSettings
 
 STOPPED = "the arm was stopped"
@@ -184,7 +184,8 @@ class DeskJogging:
 
     def disarm(self, reason: str) -> None:
         """End what is held, and let no key have effect."""
-        self._press_s = self._clock()  # the keys that follow may be those that it is about
+        if self.armed or reason == BURST:
+            self._press_s = self._clock()  # the keys that follow may be those that it is about
         self.lift()
         self._apply(self._deadman.disarm(reason))
 
