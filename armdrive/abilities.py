@@ -157,6 +157,7 @@ class Abilities:
     - `ramp_s`, `jerk_s`: the default ramps of planned motion.
     - `program_rows`: the most rows of a program that the device can store; 0 if it stores none.
     - `inputs`, `outputs`: the number of digital inputs that it reports, and of outputs it switches.
+    - `encoders`: whether its registers are measured at the motors, so that a blocked one shows.
     - `beats`: whether the device sends heartbeats. Its line is then never quiet, but each of its
       replies names its request.
     - `order_s`: how long a prepared command stays valid; later, the device may have stopped by
@@ -182,5 +183,6 @@ class Abilities:
     program_rows: int = 0
     inputs: int = 0
     outputs: int = 0
+    encoders: bool = False
     beats: bool = False
     order_s: float = math.inf

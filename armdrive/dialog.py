@@ -345,11 +345,11 @@ class Finding:
 
     grade: Grade
     what: str
-    mend: str = ""
+    fix: str = ""
 
     def view(self) -> dict[str, str]:
         """Return it as plain data."""
-        return {"grade": self.grade.value, "what": self.what, "mend": self.mend}
+        return {"grade": self.grade.value, "what": self.what, "fix": self.fix}
 
 
 def ok(what: str) -> Finding:
@@ -357,14 +357,14 @@ def ok(what: str) -> Finding:
     return Finding(Grade.OK, what)
 
 
-def note(what: str, mend: str = "") -> Finding:
+def note(what: str, fix: str = "") -> Finding:
     """Return a finding that is good to know."""
-    return Finding(Grade.NOTE, what, mend)
+    return Finding(Grade.NOTE, what, fix)
 
 
-def problem(what: str, mend: str) -> Finding:
+def problem(what: str, fix: str) -> Finding:
     """Return a finding that needs a remedy."""
-    return Finding(Grade.PROBLEM, what, mend)
+    return Finding(Grade.PROBLEM, what, fix)
 
 
 def parted(error: str) -> tuple[str, str]:

@@ -40,7 +40,7 @@ class LinkStats:
     """Bytes sent and received since the connection was opened, and the wire's rate in baud."""
 
     sent: int = 0
-    heard: int = 0
+    received: int = 0
     baud: int = 0
 
     def load(self, earlier: LinkStats, for_s: float) -> float | None:
@@ -51,7 +51,7 @@ class LinkStats:
         """
         if self.baud <= 0 or for_s <= 0.0:
             return None
-        busier = max(self.sent - earlier.sent, self.heard - earlier.heard)
+        busier = max(self.sent - earlier.sent, self.received - earlier.received)
         return max(busier, 0) * BITS_A_BYTE / (self.baud * for_s)
 
 

@@ -64,11 +64,11 @@ class Difference:
     setting: str
     found: str
     expected: str
-    mend: str
+    fix: str
     must: bool = True
 
     def __str__(self) -> str:
-        send = f": send `{self.mend}`" if self.mend else ""
+        send = f": send `{self.fix}`" if self.fix else ""
         return f"{self.setting} is {self.found}, expected {self.expected}{send}"
 
 
@@ -205,7 +205,7 @@ class ReadSettings(_PlainRequest):
 
 
 @dataclass(frozen=True, slots=True)
-class MendSetting:
+class FixSetting:
     """Write one line that corrects a setting. Sent only on a person's request."""
 
     line: str
@@ -224,7 +224,7 @@ class MeasureUnits:
 
 Request = (
     MoveBy | MoveAlong | ReadPosition | SetOutputs | SetGripper | DropCurrent | SwitchOn
-    | ClearFault | HomeDevice | ReadSettings | MendSetting | ReadProgram | WriteRow
+    | ClearFault | HomeDevice | ReadSettings | FixSetting | ReadProgram | WriteRow
     | MeasureUnits
 )  # fmt: skip
 

@@ -6,7 +6,7 @@ On simulated time, the drives' shafts are looked at every 4 ms. For each strateg
 straight in joint space, as far as the tip leaves that way and a joint its proportion; and lines and
 arcs of every kind, as far as the tip leaves them. Promised are `motion.line_tolerance_mm`, what a
 count of each drive is worth, and where the arm announces that its motors are not coordinated,
-`straying_mm` of the move. Beside them a plain program that coordinates nothing: each drive is sent
+`deviation_mm` of the move. Beside them a plain program that coordinates nothing: each drive is sent
 to its target at the same speed. Exit code 1 where a bound is broken.
 """
 
@@ -118,7 +118,7 @@ def joint_motions(bench: DenseMemoryBench, times: int) -> list[tuple[Beside, flo
         moved = handle.wait()
         beside = _worst(StraightWay(bench, before, bench.look().motors), seen)
         step_mm = bench.step_mm(before)
-        found.append((beside, line_allowance_mm(bench.config, step_mm, moved.straying_mm)))
+        found.append((beside, line_allowance_mm(bench.config, step_mm, moved.deviation_mm)))
     return found
 
 

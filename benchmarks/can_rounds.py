@@ -116,7 +116,7 @@ class SyncRounds(Rounds):
     @staticmethod
     def longest_s(arm: Arm) -> float:
         """Return after how long drives miss the heartbeat of a program that does nothing."""
-        return float(arm.config.device.heartbeat_ms) / 1e3
+        return float(arm.config.device.heartbeat_timeout_ms) / 1e3
 
 
 ROUNDS: Mapping[str, type[Rounds]] = MappingProxyType({"mks": MksRounds, "cia402": SyncRounds})

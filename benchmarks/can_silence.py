@@ -53,7 +53,7 @@ class Guard:
     habits: tuple[str, ...] = ()
 
 
-SHORTER = "heartbeat_ms = 100\nbeat_ms = 25\n"
+SHORTER = "heartbeat_timeout_ms = 100\nheartbeat_period_ms = 25\n"
 RUN_ON = ("hold_after_loss=extrapolate",)
 
 GUARDS: dict[str, tuple[Guard, ...]] = {

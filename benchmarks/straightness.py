@@ -2,7 +2,7 @@
 
 On simulated time, the physical tip is looked at every 4 ms, at the ends of bursts and between
 them. Promised are `motion.line_tolerance_mm` and what a motor step is worth at that place; on a
-device that does not coordinate its motors also `straying_mm` of the move, between bursts. Exit
+device that does not coordinate its motors also `deviation_mm` of the move, between bursts. Exit
 code 1 where the tip was further off.
 """
 
@@ -44,15 +44,15 @@ def drawn(bench: DenseMemoryBench, way: Way, speed: float) -> Drawn:
         if each.motors == arm.parts.core.position.acknowledged:
             ends.add(each.motors)
     moved = handle.wait()
-    return Drawn(_worst(bench, way, ends, 0.0), _worst(bench, way, seen, moved.straying_mm))
+    return Drawn(_worst(bench, way, ends, 0.0), _worst(bench, way, seen, moved.deviation_mm))
 
 
-def _worst(bench: DenseMemoryBench, way: Way, places: set[Motors], straying_mm: float) -> Measured:
+def _worst(bench: DenseMemoryBench, way: Way, places: set[Motors], deviation_mm: float) -> Measured:
     """Return the place that uses most of what is allowed there."""
     found = (
         Measured(
             way.off_mm(bench.tip(motors)),
-            line_allowance_mm(bench.config, bench.step_mm(motors), straying_mm),
+            line_allowance_mm(bench.config, bench.step_mm(motors), deviation_mm),
         )
         for motors in places
     )

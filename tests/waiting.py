@@ -70,10 +70,10 @@ def tried(
 
 def at_last(
     attempt: Callable[[], T],
-    mend: Callable[[], object],
+    fix: Callable[[], object],
     late: type[BaseException] | tuple[type[BaseException], ...],
 ) -> T:
-    """Repeat an attempt until it succeeds, and return its result; call `mend` before each new one.
+    """Repeat an attempt until it succeeds, and return its result; call `fix` before each new one.
 
     Use it for real-time conversations with a simulated device: a busy computer may delay one side
     for longer than the other one rightly waits.
@@ -82,7 +82,7 @@ def at_last(
     for _ in looks("it never succeeded"):
         try:
             if failed:
-                mend()
+                fix()
             return attempt()
         except late:
             failed = True

@@ -489,7 +489,7 @@ class KeyApp(App[int], inherit_bindings=False):
 
     The framework passes printable keys, priority or not, to the text field being typed into; so a
     space there, also in the command palette, would not stop the arm. Its own bindings would leave
-    without a stop if a key file has moved ours.
+    without a stop.
     """
 
     CSS_PATH = STYLES

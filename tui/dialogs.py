@@ -14,6 +14,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Input
 
+from armdrive.registry import DIALECTS
 from armdrive.render.scene import Moment, posture_cameras
 from armdrive.status import Status
 from kinematics.presets import ArmModel
@@ -147,12 +148,15 @@ class PostureScreen(ModalScreen[bool]):
 
 
 def safety(keys: Keyboard, status: Status) -> tuple[str, str, str]:
-    """Return the three facts, each of them one line."""
+    """Return the three facts."""
     stop, reference = label(keys.of("stop")[0]).upper(), keys.label("reference")
     late = bound_text(status.stop_distance_mm, status.stop_time_s)
+    row = DIALECTS.get(status.dialect)
+    encoders = row is not None and row.abilities.encoders
+    feels = "It feels only blocked motors" if encoders else "The arm feels nothing"
     return (
         f"1 {stop} stops the arm from anywhere, but is no emergency switch.",
-        f"2 The arm feels nothing, and stops late: {late}. Hands off.",
+        f"2 {feels}, and stops late: {late}. Hands off.",
         f"3 Its numbers hold only after a reference ({reference}): look at the arm.",
     )
 

@@ -272,12 +272,12 @@ def cut(text: str, width: int) -> str:
 
 def whole_line(line: LogLine, width: int, keys: Keyboard) -> str:
     """Return everything that is known of a line; of an error the catalogue's row too."""
-    way = WAYS.get(line.arrow, "")
+    way, row = WAYS.get(line.arrow, ""), by_code(line.code)
     parts = [
         f"{line.time_s:.4f} s after the connection, entry {line.number}: {line.kind.value} {way}",
         line.shown,
         line.words,
-        *(in_full(by_code(line.code)) if line.code else ()),
+        *(() if row is None else in_full(row)),
     ]
     return "\n\n".join(_filled(keys.presented(part), width) for part in parts if part)
 
@@ -431,7 +431,7 @@ GLANCE_S = 0.2
 
 A key has its effect at once."""
 
-STYLES = {Topic.ERRORS: "bold $text-error", Topic.INTENTS: "bold", Topic.REQUESTS: "dim"}
+STYLES = {Topic.ERRORS: "bold $text-error", Topic.CALLS: "bold", Topic.REQUESTS: "dim"}
 """In addition to the marks and words that say the same."""
 
 

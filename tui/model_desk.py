@@ -16,9 +16,8 @@ from kinematics.textbook.study import Study, Subject, example_posture, study
 from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
-from tui.keys.remap import checked
 from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, words
-from tui.settings import INCREMENTS, neighbour
+from tui.settings import INCREMENTS, memory_file, neighbour, recall
 from tui.terminal import draws_braille
 from tui.theory import TheoryPanel, axis_rows, joint_rows
 from tui.widgets import PlainText, fill_frame, framed, text_of
@@ -51,12 +50,8 @@ class ModelKeyboard(Keyboard):
 
 
 def model_keys(keys: Keyboard = DEFAULT_KEYS) -> ModelKeyboard:
-    """Return the rows of a keyboard that a model has, with the keys that they have there.
-
-    Raises `KeyFileError` where a file of keys gives one key to two of them: on the desk they may
-    be far apart.
-    """
-    return checked(ModelKeyboard(tuple(_rows(keys))), "with a model")
+    """Return the rows of a keyboard that a model has, with the keys that they have there."""
+    return ModelKeyboard(tuple(_rows(keys)))
 
 
 def _rows(keys: Keyboard) -> Iterator[DeskKey]:
@@ -197,9 +192,10 @@ class ModelScreen(Screen[None]):
         if not self.is_attached:
             return
         desk, width = self.desk, self.size.width
-        step = f"step {desk.hand.increment:g}\N{DEGREE SIGN}/mm, keys move {desk.hand.way}"
+        size = f"{desk.hand.increment:g}"
+        step = f"one step is {size}\N{DEGREE SIGN} or {size} mm; keys move {desk.hand.way}"
         text_of(self, "title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width].ljust(width))
-        message = f"{step}\n! {desk.message}" if desk.message else step
+        message = f"{step}\n{desk.message}" if desk.message else step
         fill_frame(self, message, desk.keys.next_keys(PLACE))
         self.panel.show(desk.hand.study)
 
@@ -241,8 +237,10 @@ class ModelDesk(KeyApp):
     )
     keys_bound = model_keys().rows
 
-    def __init__(self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS) -> None:
-        super().__init__(model_keys(keys), braille=braille)
+    def __init__(
+        self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS, look: str = ""
+    ) -> None:
+        super().__init__(model_keys(keys), braille=braille, look=look)
         self.hand = ModelHand(subject)
         self.pairs = self.hand.pairs
 
@@ -267,6 +265,6 @@ class ModelDesk(KeyApp):
 def run_model(subject: Subject, *, ascii_only: bool = False, keys: Keyboard = DEFAULT_KEYS) -> int:
     """Show a model until the user leaves it, and return the exit code."""
     braille = draws_braille(ascii_only=ascii_only)
-    desk = ModelDesk(subject, braille=braille, keys=keys)
+    desk = ModelDesk(subject, braille=braille, keys=keys, look=recall(memory_file()).look)
     desk.run_or_raise()
     return desk.return_code or 0

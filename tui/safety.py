@@ -112,7 +112,7 @@ def safety_state(
         badge = ARMED
     forbids = banner(status, keys, reconnects=reconnects, paused_at=paused_at)
     return SafetyState(
-        arm="  ".join(filter(None, (which(status), program))),
+        arm="  ".join(filter(None, (status_title(status), program))),
         real=not status.simulated,
         badge=badge,
         says=says,
@@ -135,27 +135,34 @@ def badge_of(state: object, current: object, *, paused: bool) -> Span:
     return PAUSED if paused and state not in IMMOBILE else badge
 
 
-def which(status: Status) -> str:
+def status_title(status: Status) -> str:
     """Say whether the arm is real, which it is, and how a real one is linked."""
-    if status.simulated:
-        return f"SIMULATED: {status.arm} ({status.title})"
-    named_by_port = status.link.startswith(status.arm.partition("?")[0])
-    name = status.title if named_by_port else f"{status.arm} ({status.title})"
-    return f"REAL ARM: {name} on {status.link}"
+    name = arm_name(status.arm, status.title, "" if status.simulated else status.link)
+    return f"SIMULATED: {name}" if status.simulated else f"REAL ARM: {name}"
+
+
+def arm_name(arm: str, title: str, link: str) -> str:
+    """Name an arm and its link, if it has one; an arm that is named by its port only once."""
+    named_by_port = bool(link) and link.startswith(arm.partition("?")[0])
+    name = title if named_by_port else f"{arm} ({title})"
+    return f"{name} on {link}" if link else name
 
 
 def position_text(status: Status, keys: Keyboard) -> str:
     """Say how far the position can be trusted, and which key makes it trusted now, if one does."""
-    trust, linked = status.trust, status.state is not State.DISCONNECTED
-    if trust is Trust.REFERENCED and linked:
+    trust = status.trust
+    if trust is Trust.REFERENCED:
         return f"position referenced {status.trust_age.removeprefix('for ')} ago"
+    if status.state is State.ERROR_STOP:
+        return f"position {trust.value}"  # the line above says why, and what comes first
+    reference = keys.label("reference")
     if trust is Trust.UNKNOWN and can_reference(status.state):
-        return f"position unknown: press {keys.label('reference')} to reference the arm"
+        return f"position unknown: press {reference} to reference the arm"
     way = ""
-    if trust is Trust.RESTORED and linked:
+    if trust is Trust.RESTORED and status.state is not State.DISCONNECTED:
         way = f"{keys.label('confirm')} confirms it"
     elif can_reference(status.state):
-        way = f"{keys.label('reference')} references the arm"
+        way = f"{reference} references the arm"
     reason = f"{way} ({status.trust_reason})" if way else status.trust_reason
     return f"position {trust.value}: {reason}"
 
@@ -270,21 +277,6 @@ def _paused(keys: Keyboard, paused_at: str) -> str:
     return f"paused from outside: `armdrive resume` resumes it, {stop}."
 
 
-def link_back(status: Status, keys: Keyboard) -> str:
-    """Say that the link is back, whether the position can be trusted, and what to do next."""
-    first = f"{way}, then " if (way := way_out(status.state, keys)) else ""
-    restored = status.trust is Trust.RESTORED
-    then = (
-        f"{keys.label('confirm')} compares it"
-        if restored
-        else f"{keys.label('reference')} references it"
-    )
-    return (
-        f"The link is back, and nothing was moved. The position is {status.trust.value}: "
-        f"{status.trust_reason}. Look at the arm: {first}{then}"
-    )
-
-
 def after_reset(status: Status, keys: Keyboard) -> str:
     """Say what a reset has led to."""
     way = way_out(status.state, keys)
@@ -345,7 +337,6 @@ class SafetyPanel(Horizontal):
         lost = state.badge == BADGES[State.DISCONNECTED.value]
         text_of(self, "stopping").show((FACT_GAP.join(facts), "bold" if lost else "dim"))
         self.set_class(state.real, "-real")
-        self.set_class(bool(state.forbids), "-forbidden")
         self.set_class(lost, "-lost")
         if state.arm != self.arm:
             self.arm = state.arm

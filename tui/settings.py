@@ -200,7 +200,7 @@ class ArmMemory:
 
 @dataclass(frozen=True, slots=True)
 class DeskMemory:
-    """How the desk was left: its look, whether its first screen was read, and each arm's settings.
+    """How the desk was left: look, layout of the keyboard, first screen read, each arm's settings.
 
     `arms` has the arm seen last at its end.
     """
@@ -208,6 +208,7 @@ class DeskMemory:
     look: str = ""
     instructed: bool = False
     arms: Mapping[str, ArmMemory] = field(default_factory=dict)
+    layout: str = ""
 
     def of(self, status: Status) -> ArmMemory:
         """Return what was set on this arm; nothing of an arm that is new."""
@@ -242,6 +243,16 @@ def recall(path: Path) -> DeskMemory:
     arms = given if isinstance(given, dict) else {}
     known = {name: ArmMemory(**_fitting(ArmMemory, each)) for name, each in arms.items()}
     return DeskMemory(**_fitting(DeskMemory, found), arms=known)
+
+
+def chosen_layout(layout: str | None) -> str:
+    """Return the keyboard layout to use: this one, which is remembered, or the remembered one."""
+    left = recall(memory_file())
+    if layout is None:
+        return left.layout
+    with contextlib.suppress(OSError):  # losing it does no harm
+        remember(memory_file(), replace(left, layout=layout))
+    return layout
 
 
 def remember(path: Path, what: DeskMemory) -> None:

@@ -13,8 +13,7 @@ from types import MappingProxyType
 from armdrive import Arm
 from tui.desk import Desk, DeskScreen
 from tui.jog.screen import JogScreen
-from tui.keys.keyboard import Keyboard
-from tui.keys.remap import load_keys
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard
 from tui.log import LogScreen
 from tui.move import MoveScreen
 from tui.settings import memory_file
@@ -61,22 +60,19 @@ def run_desk(
     arm: Arm,
     *,
     ascii_only: bool = False,
-    keys: Keyboard | None = None,
+    keys: Keyboard = DEFAULT_KEYS,
     first: str = "",
     hint: str = "",
     program: Path | None = None,
 ) -> DeskEnd:
     """Show the desk until the user leaves it, and return how that was.
 
-    `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
-    `first` is the id of the screen to begin at, instead of the first one; `hint` is the first
-    message. Where an arm file that was written here is to be used at once, the caller opens the
-    next desk on it. `program` is the file that the program screen begins with.
+    `keys` is the keyboard. `first` is the id of the screen to begin at, instead of the first one;
+    `hint` is the first message. Where an arm file that was written here is to be used at once, the
+    caller opens the next desk on it. `program` is the file that the program screen begins with.
     However it ends, a stop has been requested; closing the arm remains the caller's duty,
     except after SIGTERM and SIGHUP, when it is closed at once.
     """
-    if keys is None:
-        keys = load_keys(None)
     braille = draws_braille(ascii_only=ascii_only)
     desk = Desk(
         arm,

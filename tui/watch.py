@@ -22,6 +22,7 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.motion.dead_man import GATE_S
 from armdrive.render.scene import Moment
+from armdrive.status import Trust
 from armdrive.storage.lock_client import ask_holder, follow_holder
 from armdrive.text.reading import read_text
 from kinematics.presets import ArmModel
@@ -29,7 +30,7 @@ from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
-from tui.keys.remap import load_keys
+from tui.keys.layouts import keyboard_of
 from tui.keys.table import STOP
 from tui.safety import (
     DOTS,
@@ -40,6 +41,7 @@ from tui.safety import (
     SafetyPanel,
     SafetyState,
     View,
+    arm_name,
     badge_of,
     number_text,
     progress_of,
@@ -68,12 +70,13 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
     if not view:
         badge = ("LOST", WRONG) if ended else ("WAITING", QUIET)
         return SafetyState(f"WATCHING {name}", False, badge, "", ended, DOTS["unknown"], "", "")
-    kind, on = "SIMULATED", ""  # as in the title of a desk, it has no link
-    if not view.get("simulated"):
-        kind, on = "REAL ARM", f" on {view.get('link', '?')}"
+    # as in the title of a desk, a simulated arm has no link
+    kind, link = ("SIMULATED", "") if view.get("simulated") else ("REAL ARM", view.get("link", "?"))
     running = view.get("program")
     program = progress_of(running) if isinstance(running, Mapping) else ""
-    arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}){on}"
+    arm = f"{kind}, WATCHED: {arm_name(name, str(view.get('title', '?')), str(link))}"
+    trust = view.get("trust", "?")
+    reason = "" if trust == Trust.REFERENCED.value else f": {view.get('trust_reason', '?')}"
     badge = badge_of(view.get("state"), view.get("current"), paused=bool(view.get("paused")))
     return SafetyState(
         arm="  ".join(filter(None, (arm, program))),
@@ -81,8 +84,8 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
         badge=("NOT WATCHED", WRONG) if ended else badge,
         says="another program drives it",
         forbids=ended,
-        dot=DOTS.get(str(view.get("trust")), DOTS["unknown"]),
-        position=f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
+        dot=DOTS.get(str(trust), DOTS["unknown"]),
+        position=f"position {trust}{reason}",
         stopping=NO_STOP
         if ended
         else stopping_text(
@@ -214,7 +217,7 @@ class WatchScreen(Screen[None]):
         self.query_one(SafetyPanel).show(watched_state(app.arm_name, view, ended))
         self.query_one(ProgramLines).show_program(self._program.lines(view.get("program")))
         text_of(self, "watched").show(lines(view))
-        fill_frame(self, message, app.keys.next_keys("watch"))
+        fill_frame(self, message, app.keys.next_keys("watch", app.idle))
         self.query_one(SpaceView).show(moment(view, app.model))
 
 
@@ -309,9 +312,18 @@ class Watching(KeyApp):
         try:
             for view in self._holder.views():
                 self.view = view
-            self.ended = GIVEN_BACK
+            ended = GIVEN_BACK
         except ArmError as error:
-            self.ended = str(error)
+            ended = str(error)
+        self.message = ""  # it was about a program that drove the arm
+        self.ended = ended
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """The rows of keys that would change nothing now."""
+        if self.ended:
+            return tuple(row.id for row in self.keys.rows if row.place or row.id == STOP)
+        return ("watch-pause" if self.view.get("paused") else "watch-resume",)
 
     def poll(self) -> None:
         """Show the latest view."""
@@ -349,6 +361,8 @@ class Watching(KeyApp):
         self.exit(0)
 
     def _ask(self, request: str, done: str, **words: object) -> None:
+        if self.ended and request != "stop":  # a stop is tried whatever is known
+            raise BadRequest(f"no key but {self.keys.label('quit')} does anything: {self.ended}")
         self.calls.make(partial(self._asked, request, done, words))
 
     def _asked(self, request: str, done: str, words: Mapping[str, object]) -> str:
@@ -365,7 +379,8 @@ def run_watch(name: str, model: ArmModel, *, ascii_only: bool = False) -> int:
     Nothing here moves the arm, and leaving does not stop it.
     """
     braille = draws_braille(ascii_only=ascii_only)
-    look = recall(memory_file()).look
-    app = Watching(name, model, HeldArm(name), braille=braille, keys=load_keys(None), look=look)
+    left = recall(memory_file())
+    keys = keyboard_of(left.layout)
+    app = Watching(name, model, HeldArm(name), braille=braille, keys=keys, look=left.look)
     app.run_or_raise()
     return app.return_code or 0

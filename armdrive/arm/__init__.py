@@ -692,7 +692,7 @@ class Arm:
 
     @property
     def controller(self) -> ControllerMemory:
-        """What the controller stores: `controller.read_program()`, `controller.mend_settings()`."""
+        """What the controller stores: `controller.read_program()`, `controller.fix_settings()`."""
         return self._controller
 
     @property

@@ -118,7 +118,7 @@ class Recorder(ArmPart):
         """
         if path is not None:
             require_free(Path(path), overwrite=overwrite)
-        write = self._parts.tracer.snapshot("asked for")
+        write = self._parts.tracer.snapshot("on request")
         return write(None if path is None else Path(path))
 
     def log(self, *, back: int | None = None) -> LogReader:

@@ -212,14 +212,14 @@ class ControllerMemory(ArmPart):
         return await self._parts.runner.perform(body, PROGRAM_PATIENCE_S)
 
     @blocking
-    async def mend_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:
+    async def fix_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:
         """Write the lines that set the device as the arm file expects. Moves nothing.
 
         Without `lines`, write all those that `status.notice` and `armdrive doctor` show.
         """
-        shown = [each.mend for each in self._core.differences if each.mend]
+        shown = [each.fix for each in self._core.differences if each.fix]
         chosen = tuple(shown if lines is None else lines)
-        body = device_tasks.mend_settings(self._parts.context, chosen)
+        body = device_tasks.fix_settings(self._parts.context, chosen)
         return await self._parts.runner.perform(body, PATIENCE_S)
 
     def _pendant_tools(self) -> PendantTools[PendantProgram]:

@@ -117,7 +117,7 @@ def _together(moved: Sequence[Moved]) -> Moved:
         last.rounding_mm,
         math.fsum(each.duration_s for each in moved),
         sum(each.bursts for each in moved),
-        max(each.straying_mm for each in moved),
+        max(each.deviation_mm for each in moved),
         "; ".join(filter(None, (each.note for each in moved))),
     )
 
@@ -255,7 +255,7 @@ class Moving:
         try:
             self._require(move)
             self._core.require_settings()
-            # last: switching the motors on mends just this
+            # last: switching the motors on fixes just this
             self._parts.runner.require(Event.MOVE)
         except (Refused, LinkLost) as refusal:
             return refusal

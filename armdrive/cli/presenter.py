@@ -316,7 +316,7 @@ def reporter(options: argparse.Namespace) -> Iterator[Callable[[str], None]]:
 _ARM_COMMANDS = ("disable", "enable", "home", "jog", "move", "reset", "resume", "status", "verify")
 """The commands in remedies that act on the arm that their options name."""
 
-_MEND = "`armdrive doctor --mend`"
+_FIX = "`armdrive doctor --fix`"
 """Needs the arm file, which says what is expected."""
 
 _COMMAND = rf"`armdrive ((?:{'|'.join(_ARM_COMMANDS)})(?: --[a-z-]+)*)`"
@@ -328,8 +328,8 @@ def with_arm(sentence: str, options: argparse.Namespace) -> str:
     if not words:
         return sentence
     if getattr(options, "arm", None):
-        mend = command_line("doctor", "--arm", options.arm, "--mend")
-        sentence = sentence.replace(_MEND, f"`{mend}`")
+        fix = command_line("doctor", "--arm", options.arm, "--fix")
+        sentence = sentence.replace(_FIX, f"`{fix}`")
 
     def named(found: re.Match[str]) -> str:
         name, *rest = found[1].split()

@@ -34,7 +34,7 @@ def corrected(model: ArmPreset, table: TomlTable) -> ArmPreset:
     limited = tuple(limits.get(name, bounds) for name, bounds in known)
     arm = table.problems.attempt(lambda: replace(model.arm, limits=limited, **lengths), model.arm)
     known_speeds = zip(JOINT_NAMES, model.joint_speeds_rad_s, strict=True)
-    mended = replace(
+    fixed = replace(
         model,
         arm=arm,
         joint_speeds_rad_s=tuple(
@@ -46,8 +46,8 @@ def corrected(model: ArmPreset, table: TomlTable) -> ArmPreset:
     )
     pose = read_posture(table, "reference", arm.has_yaw)
     if pose is not None:
-        mended = replace(mended, reference=replace(model.reference or Reference(pose), pose=pose))
-    return replace(mended, verified=model.verified or _filled_in(mended, table.entries))
+        fixed = replace(fixed, reference=replace(model.reference or Reference(pose), pose=pose))
+    return replace(fixed, verified=model.verified or _filled_in(fixed, table.entries))
 
 
 def _filled_in(model: ArmPreset, table: Mapping[str, Any]) -> bool:

@@ -88,7 +88,7 @@ class MotionSettings:
 
     Bursts are the longest motions sent at once, which on a device that cannot abort are the
     stopping time; setting `planned_burst_s` accepts longer ones for planned motion, for good.
-    Between bursts, a device that does not coordinate its motors keeps within `straying_mm`. A
+    Between bursts, a device that does not coordinate its motors keeps within `deviation_mm`. A
     held jog takes `jog_ramp_s` from rest to full speed, and no more than a burst where nothing is
     queued. `unreferenced_speed` caps jogging while the position is not known.
     """
@@ -105,7 +105,7 @@ class MotionSettings:
     line_tolerance_mm: float = setting(
         0.5, "how far the tip may leave a straight line", low=0.05, high=10.0
     )
-    straying_mm: float = setting(
+    deviation_mm: float = setting(
         5.0, "the same of a controller that does not coordinate its motors", low=0.5, high=100.0
     )
     tip_speed_mm_s: float = setting(100.0, "Cartesian jogging at full speed", low=1.0, high=1000.0)

@@ -217,7 +217,7 @@ def _is_number(value: object) -> TypeGuard[float]:
 #
 # Each message is `{"wire": [[time_s, direction, bytes in hexadecimal], ...], "missed": number of
 # skipped entries, "now_s": the arm's clock}`, or `{}` if there was no traffic. The direction is
-# `"sent"` for bytes to the arm and `"heard"` for bytes from it.
+# `"sent"` for bytes to the arm and `"received"` for bytes from it.
 
 TAP_MOST = 200  # entries fetched from the recorder at once
 TAP_BACK = 4000  # a reader further behind than this skips the oldest entries

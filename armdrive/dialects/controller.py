@@ -174,7 +174,7 @@ class ScriptRunner(ABC, Generic[H]):
         """Whether opening the port may have reset the device, by all that it has said."""
         return self.abilities.resets_on_open
 
-    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
+    def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Bound each motor's deviation from the straight path in such a motion.
 
         A device that coordinates its motors stays on it.

@@ -32,7 +32,6 @@
     +-- PendantFileError          2   a pendant program that cannot be used
     +-- StateFileError            1   a state file that cannot be used
     +-- RecordingError            2   a recording that cannot be used
-    +-- KeyFileError              2   a file of the desk's keys that cannot be used
     +-- ProgramError              2   a program that cannot be read or cannot continue
 
 programs/problems.py defines `ProgramError`. Which file decides what:
@@ -71,6 +70,14 @@ class ArmError(Exception):
 
     def __str__(self) -> str:
         return as_message(super().__str__())
+
+    @property
+    def __notes__(self) -> list[str]:  # type: ignore[override] # `add_note` appends to it
+        """What a traceback shows below the message: code, effect on the arm, what to do."""
+        from armdrive.errors.table import advice  # read for the few errors that are printed so
+
+        notes: list[str] = vars(self).setdefault("notes", [advice(self)])
+        return notes
 
     def __reduce__(self) -> tuple[Any, ...]:
         return remade, (type(self), self.args, vars(self))
@@ -309,10 +316,3 @@ class RecordingError(ArmError):
 
     exit_code = 2
     code = "E107"
-
-
-class KeyFileError(ArmError):
-    """A file of the desk's keys that cannot be used; the message names the row or the key."""
-
-    exit_code = 2
-    code = "E111"

@@ -15,9 +15,6 @@ from enum import Enum
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.errors import BadRequest
-from kinematics.errors import nearest_word
-
 
 @dataclass(frozen=True, slots=True)
 class CatalogueEntry:
@@ -113,19 +110,20 @@ def _text(row: CatalogueEntry) -> str:
     return " ".join((row.code, row.name, row.title, row.cause, row.effect, row.remedy)).lower()
 
 
-def by_code(code: str) -> CatalogueEntry:
-    """Return the row of a code. Raises `BadRequest` with the nearest one."""
-    wanted = code.strip().strip("[]").upper()
-    if wanted in _BY_CODE:
-        return _BY_CODE[wanted]
-    near = nearest_word(wanted, _BY_CODE)
-    hint = "" if near is None else f"did you mean {near}? "
-    raise BadRequest(f"there is no error {code!r}; {hint}`armdrive errors` lists them all")
+def by_code(code: str) -> CatalogueEntry | None:
+    """Return the row of a code, also in brackets or lower case; None if there is none."""
+    return _BY_CODE.get(code.strip().strip("[]").upper())
 
 
 def tagged(error: BaseException) -> str:
     """Return an error's message after its code, as people see it."""
     return f"[{entry(error).code}] {error}"
+
+
+def advice(error: BaseException) -> str:
+    """Return an error's code, what it did to the arm, and what to do."""
+    row = entry(error)
+    return _plain(f"[{row.code}] {row.effect} {row.remedy}")
 
 
 def error_view(error: BaseException) -> dict[str, str]:

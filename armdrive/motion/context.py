@@ -20,11 +20,11 @@ from armdrive.errors import (
     PositionMismatch,
     Stopped,
 )
-from armdrive.motion.deviation import lags, pieces, strays_steps
+from armdrive.motion.deviation import deviation_steps, lags, pieces
 from armdrive.runtime.arm_state import EMERGENCY_STOP, Core
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.runtime.stop_bounds import straying_mm
+from armdrive.runtime.stop_bounds import deviation_mm
 from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
     Done,
@@ -59,7 +59,7 @@ class MotionContext:
         self.core = core
         self.looked_s = -math.inf
         """Time of the latest reading of the registers."""
-        self.straying_mm = self.slow_s = self.total_s = 0.0
+        self.deviation_mm = self.slow_s = self.total_s = 0.0
 
     @property
     def now_s(self) -> float:
@@ -248,7 +248,7 @@ class MotionContext:
                 return
             if not (yield from self._may_begin(released)):
                 return
-        self.note_straying(strays_steps(core, steps, rate_hz))
+        self.note_deviation(deviation_steps(core, steps, rate_hz))
         yield from self._burst(replace(last, released=released), there)
 
     def _burst(self, burst: MoveBy, there: ArmCoordinates | None) -> TaskBody[bool]:
@@ -282,10 +282,10 @@ class MotionContext:
             self.core.lost_in_motion(self.now_s)
             raise
 
-    def note_straying(self, steps: Sequence[float]) -> None:
+    def note_deviation(self, steps: Sequence[float]) -> None:
         """Take into account that each motor may deviate from its path by some steps."""
         here, _ = self.core.transmission.to_joints(self.core.position.acknowledged)
-        self.straying_mm = max(self.straying_mm, straying_mm(self.core.config, here, steps))
+        self.deviation_mm = max(self.deviation_mm, deviation_mm(self.core.config, here, steps))
 
     def _may_begin(self, released: Callable[[], bool]) -> TaskBody[bool]:
         """Return whether a motion may be sent now; raises if settings or a fault forbid it.
@@ -305,7 +305,7 @@ class MotionContext:
             return False
         core.position.stands()
         reply = yield from self.driven(request)
-        self.straying_mm = max(self.straying_mm, course.straying_mm)
+        self.deviation_mm = max(self.deviation_mm, course.deviation_mm)
         self.slow_s, self.total_s = self.slow_s + course.slow_s, self.total_s + course.total_s
         if isinstance(reply, Halted | Interrupted):
             yield from self._ended(reply, course.passes)
@@ -453,7 +453,7 @@ class StreamedCourse:
         self.end: ArmCoordinates | None = core.position.coordinates
         self.left: Way | None = None
         self.exhausted = False
-        self.straying_mm = 0.0
+        self.deviation_mm = 0.0
         self.slow_s = self.total_s = 0.0
         self._core = core
         self._slowest_hz = core.controller.usable_rate_hz(0.0)
@@ -493,8 +493,8 @@ class StreamedCourse:
         found = pieces(core, steps, rate_hz, longest_s, lambda count, rate: count / rate)
         if len(found) == 1:
             here, _ = core.transmission.to_joints(core.position.commanded)
-            beside_mm = straying_mm(core.config, here, lags(steps, found[0].steps))
-            self.straying_mm = max(self.straying_mm, beside_mm)
+            beside_mm = deviation_mm(core.config, here, lags(steps, found[0].steps))
+            self.deviation_mm = max(self.deviation_mm, beside_mm)
         for index, piece in enumerate(found):
             self.total_s += piece.duration_s
             self.slow_s += piece.duration_s if piece.rate_hz < self._slowest_hz else 0.0

@@ -2,7 +2,7 @@
 
 A motion is audited as if it were straight in joint space. A device that does not coordinate its
 motors is on that path only at the ends of its bursts; in between, each motor turns by itself. A
-burst is therefore short enough that the tip stays within `motion.straying_mm` of the path, and
+burst is therefore short enough that the tip stays within `motion.deviation_mm` of the path, and
 shorter near a guard or a joint limit. If a joint is at its limit, a small burst is sent motor by
 motor.
 """
@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from armdrive.abilities import Abort
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import joints_between
-from armdrive.runtime.stop_bounds import straying_mm
+from armdrive.runtime.stop_bounds import deviation_mm
 from armdrive.tasks import MoveBy
 from kinematics.spaces import Motors
 
@@ -129,8 +129,8 @@ def has_room(core: Core, target: Motors, rate_hz: float) -> bool:
         return True
     if largest <= SMALL_STEPS:
         return bool(in_turn(core, target, rate_hz))
-    strays = core.controller.strays_steps(target - start, rate_hz)
-    return _stays_near(core, start, target, strays, core.config.motion.straying_mm, way_out=True)
+    strays = core.controller.deviation_steps(target - start, rate_hz)
+    return _stays_near(core, start, target, strays, core.config.motion.deviation_mm, way_out=True)
 
 
 def _stays_near(
@@ -148,7 +148,7 @@ def _stays_near(
     With `way_out`, an arm that is inside a guard may deviate a little on its way out.
     """
     here, there = (core.transmission.to_joints(each)[0] for each in (start, target))
-    stray_mm = straying_mm(core.config, here, strays)
+    stray_mm = deviation_mm(core.config, here, strays)
     if stray_mm > tolerance_mm:
         return False
     if not core.position_known:
@@ -162,10 +162,10 @@ def _stays_near(
     return way_out and stray_mm <= WAY_OUT_MM and guards.room_mm(here) < 0.0
 
 
-def strays_steps(core: Core, steps: Motors, rate_hz: float) -> tuple[float, ...]:
+def deviation_steps(core: Core, steps: Motors, rate_hz: float) -> tuple[float, ...]:
     """Bound each motor's deviation from the straight path in steps, backlash included."""
     sent = core.position.slack.to_send(steps)
-    strays = core.controller.strays_steps(sent, rate_hz)
+    strays = core.controller.deviation_steps(sent, rate_hz)
     if sent == steps:
         return strays
     return tuple(map(sum, zip(strays, lags(steps, sent), strict=True)))
@@ -191,8 +191,8 @@ def may_lag(core: Core, steps: Motors, rate_hz: float) -> bool:
     """
     start, motion = core.position.commanded, core.config.motion
     coordinated = core.controller.abilities.coordinated
-    tolerance_mm = motion.line_tolerance_mm if coordinated else motion.straying_mm
-    strays = strays_steps(core, steps, rate_hz)
+    tolerance_mm = motion.line_tolerance_mm if coordinated else motion.deviation_mm
+    strays = deviation_steps(core, steps, rate_hz)
     return _stays_near(core, start, start + steps, strays, tolerance_mm, way_out=False)
 
 
@@ -208,7 +208,7 @@ def in_turn(core: Core, target: Motors, rate_hz: float) -> tuple[Motors, ...]:
     if free or not 1 < steps.largest <= SMALL_STEPS:
         return (target,)
     corridor = Corridor(core, start, target)
-    if corridor.holds(start, target, core.controller.strays_steps(steps, rate_hz)):
+    if corridor.holds(start, target, core.controller.deviation_steps(steps, rate_hz)):
         return (target,)
     return turns(corridor, start, target)
 

@@ -1,6 +1,6 @@
 """The settings, the stored program and the outputs of a device.
 
-The settings are compared with the arm file and mended, the program is read and written, and outputs
+The settings are compared with the arm file and fixed, the program is read and written, and outputs
 are switched. Nothing here moves the arm.
 """
 
@@ -26,7 +26,7 @@ from armdrive.tasks import (
     DeviceSettings,
     Done,
     Exchange,
-    MendSetting,
+    FixSetting,
     ReadProgram,
     ReadSettings,
     Reply,
@@ -71,11 +71,11 @@ def _ask_settings(context: MotionContext) -> TaskBody[DeviceSettings]:
     return reply
 
 
-def mend_settings(context: MotionContext, lines: tuple[str, ...]) -> TaskBody[DeviceSettings]:
+def fix_settings(context: MotionContext, lines: tuple[str, ...]) -> TaskBody[DeviceSettings]:
     """Write the lines that the user has agreed to, one at a time, and compare again."""
     core = context.core
     for line in lines:
-        reply = yield from context.request(MendSetting(line))
+        reply = yield from context.request(FixSetting(line))
         if not isinstance(reply, Done):
             raise DeviceFault(f"the controller did not take `{line}`: {reply}")
     core.notify("")

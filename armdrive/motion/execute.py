@@ -140,7 +140,7 @@ MOST_BURSTS = 10_000_000  # no leg needs more
 class Moved:
     """The result of a motion: the final posture, on whole steps, and its cost.
 
-    `rounding_mm` is the tip's distance from the goal due to whole steps. `straying_mm` bounds the
+    `rounding_mm` is the tip's distance from the goal due to whole steps. `deviation_mm` bounds the
     tip's deviation from the planned path between bursts, if the device does not coordinate its
     motors or a motor had to take up backlash; otherwise it is 0.
     """
@@ -150,18 +150,18 @@ class Moved:
     rounding_mm: float
     duration_s: float
     bursts: int
-    straying_mm: float = 0.0
+    deviation_mm: float = 0.0
     note: str = ""
 
     def __str__(self) -> str:
         took = f"{self.duration_s:.1f} s, {counted(self.bursts, 'exchange')}"
         rounding = f"{self.rounding_mm:.2f} mm from the goal by rounding to steps"
-        straying = (
-            f"up to {self.straying_mm:.1f} mm off the path, because its motors did not turn in "
+        deviation = (
+            f"up to {self.deviation_mm:.1f} mm off the path, because its motors did not turn in "
             "proportion"
         )
         parts = [f"tip {self.pose}", f"{took}, {rounding}"]
-        parts += [straying] * (self.straying_mm > 0.0) + [self.note] * bool(self.note)
+        parts += [deviation] * (self.deviation_mm > 0.0) + [self.note] * bool(self.note)
         return "; ".join(parts)
 
 
@@ -200,7 +200,7 @@ def in_motion(context: MotionContext, *, or_homing: bool = False) -> Iterator[No
         if context.stopping:
             raise context.stopped("the motion was stopped before it began")
         core.happen(Event.MOVE)
-        context.straying_mm = context.slow_s = context.total_s = 0.0
+        context.deviation_mm = context.slow_s = context.total_s = 0.0
     believed = core.belief
     core.notify("")
     try:
@@ -230,7 +230,7 @@ def report(
         math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (wanted.x_mm, wanted.y_mm, wanted.z_mm)),
         context.now_s - began_s,
         context.engine.requests_sent - requests_before,
-        context.straying_mm,
+        context.deviation_mm,
         _slow_note(context),
     )
 
@@ -352,7 +352,7 @@ def paced_move(
     rate_hz, until_s = _rate_hz(steps, duration_s), context.now_s + duration_s
     *first, last = in_turn(context.core, target, rate_hz) or (target,)
     for corner in first:
-        context.note_straying(target - context.core.position.acknowledged)
+        context.note_deviation(target - context.core.position.acknowledged)
         yield from context.move(corner, rate_hz, None, released)
         if context.stopping or released():
             return

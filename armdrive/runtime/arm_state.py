@@ -210,7 +210,7 @@ class Core:
             raise SettingsDiffer(
                 "the arm does not move while the controller's settings differ from the arm file: "
                 + listed(wrong)
-                + ". `armdrive doctor --mend` sends these lines"
+                + ". `armdrive doctor --fix` sends these lines"
             )
 
     @property

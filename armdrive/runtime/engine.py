@@ -43,7 +43,7 @@ Twice the slowest first contact: a GRBL board may take 4 s to start and is then 
 times, 2 s each. The second half allows for one attempt that is lost to noise.
 """
 
-DEVICE_TIMEOUTS = ("answer_margin_s", "answer_s", "boot_s", "mute_s")
+DEVICE_TIMEOUTS = ("answer_margin_s", "answer_s", "boot_s", "report_timeout_s")
 """The settings of a dialect that are timeouts of its device."""
 
 

@@ -15,7 +15,7 @@ standby and disabled too, where it unlocks the device. It never moves anything.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from types import MappingProxyType
 
@@ -153,6 +153,10 @@ ALERTED: Mapping[AlertKind, Evidence | None] = MappingProxyType(
 """The evidence of each alert about the position; None if the device still guarantees it."""
 
 
+THEN = "; then "
+"""Joins the first reason for a suspect position to the latest one."""
+
+
 @dataclass(frozen=True, slots=True)
 class Belief:
     """A trust, its reason, and the time of the evidence on the arm's clock."""
@@ -164,11 +168,15 @@ class Belief:
     def after(self, evidence: Evidence, now_s: float, detail: str = "") -> Belief:
         """Return the belief after new evidence. An unknown position cannot become suspect."""
         result = RESULTS[evidence]
-        if result is Trust.SUSPECT and self.trust in (Trust.UNKNOWN, Trust.SUSPECT):
-            return self  # keep the first reason: it is the one to remedy
+        if result is Trust.SUSPECT and self.trust is Trust.UNKNOWN:
+            return self
         if evidence is Evidence.LINK_BACK and self.trust is not Trust.REFERENCED:
             return self  # a returning link can only lower trust
         reason = f"{evidence.value} ({detail})" if detail else evidence.value
+        if result is self.trust is Trust.SUSPECT:  # of several reasons, the first and the latest
+            first = self.reason.split(THEN)[0]
+            told = evidence.value in self.reason
+            return self if told else replace(self, reason=f"{first}{THEN}{reason}")
         return Belief(result, reason, now_s)
 
     def allows_planning(self, *, allow_restored: bool) -> bool:

@@ -407,7 +407,7 @@ def _bent_mm(each_rad: Sequence[float], longest_mm: Sequence[float]) -> float:
     return total_mm
 
 
-def straying_mm(config: ArmConfig, joints: Joints, steps: Sequence[float]) -> float:
+def deviation_mm(config: ArmConfig, joints: Joints, steps: Sequence[float]) -> float:
     """Bound the tip's deviation from its path if each motor deviates by this many steps."""
     transmission = config.model.transmission
     if transmission is None or not any(steps):

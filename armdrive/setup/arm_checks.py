@@ -146,11 +146,11 @@ def switches_of(config: ArmConfig) -> tuple[WiredSwitch, ...]:
             "that armdrive can check"
         )
     if not device.hard_limits:
-        mend = command_line("doctor", "--arm", config.name, "--mend")
+        fix = command_line("doctor", "--arm", config.name, "--fix")
         raise Refused(
             f"the arm file of {config.name} does not say that its controller stops at limit "
             f"switches: write hard_limits = true under [{config.connection.dialect}], then run "
-            f"`{mend}`, which writes the board's setting or says where to change it"
+            f"`{fix}`, which writes the board's setting or says where to change it"
         )
     transmission = config.model.transmission
     motors = () if transmission is None else transmission.motors
@@ -165,8 +165,8 @@ def make_ready(arm: Arm) -> None:
     """Unlock the board: a locked one raises no alarm. Raises `SettingsDiffer`. Moves nothing."""
     for each in arm.parts.core.differences:
         if "hard limits" in each.setting:
-            mend = command_line("doctor", "--arm", arm.config.name, "--mend")
-            todo = f"`{mend}` writes it" if each.mend else "change it there"
+            fix = command_line("doctor", "--arm", arm.config.name, "--fix")
+            todo = f"`{fix}` writes it" if each.fix else "change it there"
             raise SettingsDiffer(
                 f"{each.setting} is {each.found} in the controller, expected {each.expected}: "
                 f"{todo}"

@@ -79,16 +79,16 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
     """Connect as every command does, and compare the settings; write them if `agree` allows it."""
     try:
         with closing(Arm(parts.connect_real(config))) as arm:  # `with arm` would enable it
-            settings = arm.controller.mend_settings([])
-            lines = [each.mend for each in settings.differences if each.mend]
+            settings = arm.controller.fix_settings([])
+            lines = [each.fix for each in settings.differences if each.fix]
             if lines and agree is not None and agree(settings):
-                arm.controller.mend_settings(lines)
-                settings = arm.controller.mend_settings([])
+                arm.controller.fix_settings(lines)
+                settings = arm.controller.fix_settings([])
                 report.add([ok(f"{counted(len(lines), 'setting was', 'settings were')} written")])
             report.add(of_settings(settings))
             if settings.differences and report.arm:
                 report.more["next"] = [
-                    command_line("doctor", "--arm", report.arm, "--mend"),
+                    command_line("doctor", "--arm", report.arm, "--fix"),
                     *report.more.get("next", []),
                 ]
             report.add([note(each) for each in limit_remarks(config)])
@@ -99,8 +99,8 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
 
 def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
     """Say why an arm that was recognised did not connect, with the remedy of its error."""
-    what, mend = parted(bare(error, config.connection))
-    return problem(f"it was recognised, but did not connect: {what}", mend or "try once more")
+    what, fix = parted(bare(error, config.connection))
+    return problem(f"it was recognised, but did not connect: {what}", fix or "try once more")
 
 
 # The drives on a CAN bus, the state of the bus, and what differs from the arm file.
@@ -240,7 +240,7 @@ def _other(row: BusTools, dialect: str) -> Finding:
 
 
 def _counters(health: BusHealth) -> dict[str, int]:
-    names = ("sent", "heard", "refused", "error_frames", "read_errors", "overrun")
+    names = ("sent", "received", "refused", "error_frames", "read_errors", "overrun")
     return {name: getattr(health, name) for name in names}
 
 

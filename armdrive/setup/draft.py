@@ -63,7 +63,9 @@ def ratio(line: str) -> Ratio:
 CABLE_MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist")
 GRIPPER_MOTOR = "gripper"
 HALF_STEP = 2
-ENCODERS: Mapping[str, int] = MappingProxyType({"rest_counts": 16384, "rest_window": 10_000})
+ENCODERS: Mapping[str, int] = MappingProxyType(
+    {"in_position_counts": 16384, "position_window": 10_000}
+)
 """The keys that show that drives count by an encoder, and the usual counts for a turn."""
 
 

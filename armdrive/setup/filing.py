@@ -250,7 +250,7 @@ def write(files: ArmFiles, path: Path) -> None:
 
 @dataclass(frozen=True, slots=True)
 class FileProposal:
-    """An arm file before and after a change; `remarks` are faults that no file can mend."""
+    """An arm file before and after a change; `remarks` are faults that no file can fix."""
 
     path: Path
     before: str
@@ -313,7 +313,7 @@ def propose(path: Path, transmission: Transmission | None, signs: Signs) -> File
     """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
     before = _text(path)
     table = tomllib.loads(before)
-    # the file may have problems already, which the change neither made nor has to mend
+    # the file may have problems already, which the change neither made nor has to fix
     known = set(arm_problems(table, path.stem, path.parent))
     order = dict(signs.order) if "motors" in table and signs.swapped else {}
     text = amended(before, changes(table, transmission, signs), order)

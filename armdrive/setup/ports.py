@@ -132,7 +132,7 @@ def lines_of(findings: Sequence[Finding]) -> tuple[str, ...]:
     """Return findings as text, each with its remedy."""
     return tuple(
         f"{'' if each.grade is Grade.OK else each.grade.value + ': '}{each.what}"
-        + (f" - {each.mend}" if each.mend else "")
+        + (f" - {each.fix}" if each.fix else "")
         for each in findings
     )
 
@@ -156,8 +156,8 @@ def port_of(config: ArmConfig) -> ClosedPort:
     try:
         port = PortOpening(config).find()
     except PortUnavailable as error:
-        what, mend = parted(str(error))
-        return ClosedPort("", (problem(what, mend),), openable=False)
+        what, fix = parted(str(error))
+        return ClosedPort("", (problem(what, fix),), openable=False)
     connection = config.connection
     own = PortNaming(
         config.name, connection.port, connection.usb_serial
@@ -217,12 +217,12 @@ def _belonging(
 def _lasting_name(port: str, info: PortInfo) -> list[Finding]:
     """Say how an arm file finds the port again, if there is a surer way than by its name."""
     if info.serial_number:
-        mend = f"in an arm file write usb_serial = {toml(info.serial_number)}"
+        fix = f"in an arm file write usb_serial = {toml(info.serial_number)}"
     elif info.stable_name and info.stable_name != port:
-        mend = f"in an arm file write port = {toml(info.stable_name)}"
+        fix = f"in an arm file write port = {toml(info.stable_name)}"
     else:
         return []
-    return [note(f"{port} may have another name when it is next plugged in", mend)]
+    return [note(f"{port} may have another name when it is next plugged in", fix)]
 
 
 def info_of(port: str, listed: Iterable[PortInfo]) -> PortInfo:
@@ -275,5 +275,5 @@ def _described(info: PortInfo) -> str:
 
 def _refused(port: str, error: OSError) -> Finding:
     """Return the finding for an error that opening the port would raise, with its remedy."""
-    what, mend = parted(str(refusal(port, error)))
-    return problem(what, mend or "name another port")
+    what, fix = parted(str(refusal(port, error)))
+    return problem(what, fix or "name another port")

@@ -213,7 +213,7 @@ def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding
 def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
     """Return the findings of the state of the bus's adapter."""
     counters = (
-        f"sent {health.sent}, received {health.heard}, refused {health.refused}, error frames "
+        f"sent {health.sent}, received {health.received}, refused {health.refused}, error frames "
         f"{health.error_frames}"
     )
     state = f"the adapter is {health.state.value} ({counters})"
@@ -242,13 +242,13 @@ def of_arm(
     more = sorted(there - set(ids))
     found = []
     if missing:
-        mend = "check their supply and plugs"
+        fix = "check their supply and plugs"
         if commissioning is not None and commissioning.new_id in there:
-            mend += (
+            fix += (
                 f"; a new drive has the id {commissioning.new_id}, whichever motor it turns: "
                 f"`{command_line('can', 'setup', arm)}`"
             )
-        found.append(problem(f"the arm file's drives {numbers(missing)} do not answer", mend))
+        found.append(problem(f"the arm file's drives {numbers(missing)} do not answer", fix))
     if more:
         what = f"drives {numbers(more)} answer that are not in the arm file's {section}.ids"
         found.append(note(what, ""))
@@ -270,7 +270,7 @@ def of_settings(settings: DeviceSettings) -> list[Finding]:
 
 def _finding(difference: Difference) -> Finding:
     what = f"{difference.setting} is {difference.found}, expected {difference.expected}"
-    return (problem if difference.must else note)(what, difference.mend)
+    return (problem if difference.must else note)(what, difference.fix)
 
 
 # How punctually this computer wakes a thread, measured while nothing is opened or moved.

@@ -58,9 +58,9 @@ class SaysEmergencies(Protocol):
     """A board whose drives, counted from 0 like the motors, send error codes on their own."""
 
     def ail(self, drive: int, code: int) -> None:
-        """Give a drive a fault. The drive fails until the fault is mended and then reset."""
+        """Give a drive a fault. The drive fails until the fault is fixed and then reset."""
 
-    def mend(self, drive: int, code: int) -> None:
+    def fix(self, drive: int, code: int) -> None:
         """Remove the cause of a drive's fault. The fault itself still has to be reset."""
 
     def warn(self, drive: int, code: int) -> None:

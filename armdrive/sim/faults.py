@@ -49,7 +49,7 @@ from kinematics.errors import did_you_mean
 
 # --- A requested fault, from a command line, the console or a program ----------------------------
 # On a command line: `NAME[:ARGUMENT,..][@SECONDS]`; at the console, the same words with spaces.
-# Named arguments are written `from=host`; the console takes `--from host` as well.
+# Named arguments are written `from=host` in both.
 
 SIDES = ("host", "device", "both")
 _NAMED = ("from", "seed", "for")
@@ -93,18 +93,14 @@ def parse_option(text: str) -> FaultRequest:
 def parse_words(words: Sequence[str]) -> FaultRequest:
     """Parse the words of a console command."""
     after_s, named, plain = 0.0, {}, []
-    rest = list(words)
-    while rest:
-        word = rest.pop(0)
-        name, equals, value = word.removeprefix("--").partition("=")
+    for word in words:
+        name, equals, value = word.partition("=")
         if word.startswith("@"):
             after_s = number(word[1:])
-        elif name in _NAMED and (equals or word.startswith("--")):
-            if not equals and not rest:
-                raise BadRequest(f"{word} needs a value")
-            named[name] = value if equals else rest.pop(0)
+        elif equals and name in _NAMED:
+            named[name] = value
         elif word.startswith("--"):
-            raise BadRequest(f"there is no {word}; there are --{', --'.join(_NAMED)} and @SECONDS")
+            raise BadRequest(f"there is no {word}; write from=host, seed=3, for=2 or @5")
         else:
             plain.append(word)
     if not plain:
@@ -462,7 +458,7 @@ def ailing_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     yield None
     drives.ail(at, code)
     yield None
-    drives.mend(at, code)
+    drives.fix(at, code)
 
 
 def warning_drive(bench: FaultBench, request: FaultRequest) -> Fault:

@@ -387,11 +387,6 @@ def arm_files() -> Path:
     return _folder("config") / "arms"
 
 
-def key_file() -> Path:
-    """Return the file of a person's own key bindings for the desk."""
-    return _folder("config") / "keys.toml"
-
-
 def points_file(arm: str) -> Path:
     """Return the file of an arm's named points, next to the folder of arm files."""
     return _folder("config") / "points" / f"{file_name(arm)}.toml"

@@ -18,7 +18,7 @@ class Topic(StrEnum):
 
     BYTES = "bytes"
     REQUESTS = "requests"
-    INTENTS = "intents"
+    CALLS = "calls"
     STATES = "states"
     ERRORS = "errors"
 
@@ -36,8 +36,8 @@ class EntryKind(StrEnum):
         return kind
 
     SENT = "sent", Topic.BYTES, "bytes to the arm"
-    RECEIVED = "heard", Topic.BYTES, "bytes from the arm"
-    CALL = "call", Topic.INTENTS, "a call by a program or a person, with its arguments"
+    RECEIVED = "received", Topic.BYTES, "bytes from the arm"
+    CALL = "call", Topic.CALLS, "a call by a program or a person, with its arguments"
     RAISED = "raised", Topic.ERRORS, "the error that a call or a task raised"
     REQUEST = "request", Topic.REQUESTS, "a request that the driver began"
     REGISTERS = (
@@ -46,9 +46,9 @@ class EntryKind(StrEnum):
         "the controller's position counts, in reply to a request",
     )
     REPLY = "reply", Topic.REQUESTS, "any other reply to a request"
-    TIMEOUT = "silence", Topic.ERRORS, "a request that got no reply in time"
+    TIMEOUT = "timeout", Topic.ERRORS, "a request that got no reply in time"
     ALERT = "alert", Topic.ERRORS, "an unsolicited message of the device that ends trust or motion"
-    WARNING = "oddity", Topic.ERRORS, "bytes from the device that are no reply to any request"
+    WARNING = "warning", Topic.ERRORS, "bytes from the device that are no reply to any request"
     STATE = "state", Topic.STATES, "the new state of the arm"
     OFFSET = (
         "offset",
@@ -59,13 +59,13 @@ class EntryKind(StrEnum):
     CURRENT = "current", Topic.STATES, "whether the motors have current"
     NOTICE = "notice", Topic.ERRORS, "the notice in the status"
     ERROR = "error", Topic.ERRORS, "the error in the status"
-    STOP = "stop", Topic.INTENTS, "a stop request"
+    STOP = "stop", Topic.CALLS, "a stop request"
     LOST = "lost", Topic.ERRORS, "the loss of the link"
     FAILED = "failed", Topic.ERRORS, "a failure of the engine itself"
-    GAP = (
-        "gap",
+    DROPPED = (
+        "dropped",
         Topic.STATES,
-        "entries that are no longer in the recording, except for lasting settings",
+        "the oldest entries are no longer in the recording, except for lasting settings",
     )
 
 
@@ -109,7 +109,7 @@ MOST_BYTES = 4_000_000  # beyond this size the oldest entries are dropped
 MOST_OPENING_BYTES = 250_000  # the start of the connection and the lasting settings together
 ENTRY_BYTES = 130  # memory of an entry apart from its text: a tuple, a float, a string header
 
-LASTING = ("SwitchOn", "DropCurrent", "SetOutputs", "SetGripper", "ClearFault", "MendSetting")
+LASTING = ("SwitchOn", "DropCurrent", "SetOutputs", "SetGripper", "ClearFault", "FixSetting")
 """Requests with a lasting effect that move no motor."""
 EXCHANGE = frozenset((EntryKind.REQUEST, *TRAFFIC))
 POSITION = frozenset((EntryKind.OFFSET, EntryKind.TRUST))
@@ -160,14 +160,14 @@ class EntryRing:
             self._drop()
 
     def entries(self) -> tuple[TraceEntry, ...]:
-        """Return all entries, with `GAP` entries around the place where some were dropped."""
+        """Return all entries, with `DROPPED` entries around the place where some were dropped."""
         if not self.dropped:
             return (*self._opening, *self._lasting, *self._entries)
         begun_s = self._opening[-1].time_s if self._opening else 0.0
-        words = f"{counted(self.dropped, 'entry has', 'entries have')} gone"
-        first = TraceEntry(begun_s, EntryKind.GAP, words)
+        words = f"{counted(self.dropped, 'entry is', 'entries are')} missing here"
+        first = TraceEntry(begun_s, EntryKind.DROPPED, words)
         ended_s = self._lasting[-1].time_s if self._lasting else begun_s
-        last = TraceEntry(ended_s, EntryKind.GAP, "from here on nothing is missing")
+        last = TraceEntry(ended_s, EntryKind.DROPPED, "complete from here on")
         return (*self._opening, first, *self._lasting, last, *self._entries)
 
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:

@@ -131,7 +131,7 @@ class Narrator:
         """
         self._splitter = self._describer.splitter()
         words = f"{missing} older entries are no longer available"
-        return LogLine(number, time_s - self._began_s, EntryKind.GAP, "", words)
+        return LogLine(number, time_s - self._began_s, EntryKind.DROPPED, "", words)
 
 
 def _code(kind: EntryKind, words: str) -> str:

@@ -54,7 +54,7 @@ CALLS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "move_motors", "park", "jog_j", "jog_l", "enable", "disable", "reset", "estop",
             "pause", "resume",
         ),
-        "controller": ("read_program", "write_program", "mend_settings"),
+        "controller": ("read_program", "write_program", "fix_settings"),
         "gripper": ("grasp", "feel"),
         "io": ("read", "wait", "write"),
         "jogging": ("hold", "nudge", "release"),

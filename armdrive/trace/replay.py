@@ -245,7 +245,7 @@ def gap(entries: Sequence[TraceEntry]) -> range:
 
     Those counts tell where to place the simulated device. The range is empty without a gap.
     """
-    gaps = [index for index, entry in enumerate(entries) if entry.kind is EntryKind.GAP]
+    gaps = [index for index, entry in enumerate(entries) if entry.kind is EntryKind.DROPPED]
     if not gaps:
         return range(len(entries), len(entries))
     for index in range(gaps[-1], len(entries)):
@@ -387,7 +387,7 @@ class _Replay:
 
     def _pass_over(self, entry: TraceEntry) -> None:
         """Send a lasting setting to the simulated device without comparing the answer."""
-        if entry.kind is EntryKind.GAP:
+        if entry.kind is EntryKind.DROPPED:
             self._bench.leave()
             return
         self._bench.rejoin(entry.time_s)

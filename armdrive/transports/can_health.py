@@ -35,7 +35,7 @@ class BusHealth:
 
     state: BusState = BusState.ACTIVE
     sent: int = 0
-    heard: int = 0
+    received: int = 0
     error_frames: int = 0
     refused: int = 0
     """Frames that the adapter reported as not sent."""

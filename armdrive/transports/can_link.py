@@ -109,7 +109,7 @@ class Watch:
 
     def heard(self, frames: int) -> None:
         """Count received frames; they prove that the bus works, and clear lasting problems."""
-        self.count(heard=frames)
+        self.count(received=frames)
         self._since.clear()
 
     def state(self, state: BusState, why: str) -> None:

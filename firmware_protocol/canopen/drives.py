@@ -483,7 +483,7 @@ class DriveDevice:
             return None
         return self._change(happening)
 
-    def mend(self) -> None:
+    def fix(self) -> None:
         """Report that the cause of the fault is gone, so that the fault can be reset."""
         self._faulty = False
 

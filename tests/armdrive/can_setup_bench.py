@@ -230,6 +230,6 @@ class ServedBus(ServedDevice):
     """New or set-up drives in real time, behind one or two adapters on pseudo-terminals."""
 
     def __init__(self, folder: Any, **settings: Any) -> None:
-        server = make_server(slcan=folder / "can0", beside=folder / "can1")
+        server = make_server(slcan=folder / "can0", listener=folder / "can1")
         self.port, self.beside = server.can_addresses
         super().__init__(server, simulate_device(arm(), settings=settings))

@@ -170,7 +170,7 @@ def test_a_path_is_streamed(capsys, rate, period_ms):
 @needs_a_quiet_computer
 def test_drives_that_tell_where_they_are_are_held_to_their_targets(capsys, monkeypatch):
     # drives that hear no heartbeat for as long as a busy computer may take would rightly stop
-    rate = can_strategies.Strategy("cia402", "period_ms = 20\nheartbeat_ms = 2000\n")
+    rate = can_strategies.Strategy("cia402", "period_ms = 20\nheartbeat_timeout_ms = 2000\n")
     monkeypatch.setattr(can_streaming, "RATES", {**can_strategies.RATES, "CSP 50 Hz": rate})
     _, rows = run(capsys, can_streaming, "CSP 50 Hz", "--quick")
     behind = rows["a drive from its target at the SYNC behind", "inc"]

@@ -49,7 +49,7 @@ def test_every_reason_is_used_and_explained() -> None:
 
 def test_a_forecast_belongs_to_the_present_controller() -> None:
     config = simulated_config("teachmover")
-    slow = replace(config, device=replace(config.device, speed_doubt=8.0))
+    slow = replace(config, device=replace(config.device, speed_margin=8.0))
     forecast = StopForecast(config, config.model.transmission)
     bounds = [
         forecast.bound(DIALECTS["teachmover"].controller(each), None, lost=False, slowed=False)

@@ -22,7 +22,7 @@ from .stage import STATE, Stage, suspend
 
 ARM_FAULTS = ("brown-out", "reset", "lose-steps", "stall", "switch", "drive-dead", "drive-reset")
 """Faults that leave the messages on the wire as they are."""
-HOST, DEVICE = "--from host", "--from device"
+HOST, DEVICE = "from=host", "from=device"
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ def inject(stage: Stage, words: str, *, misdirects: bool = False) -> str:
     seed = stage.draw.randrange(1 << 30)
     stage.look()
     try:
-        stage.twin.faults.ask(parse_words(f"{words} --seed {seed}".split()))
+        stage.twin.faults.ask(parse_words(f"{words} seed={seed}".split()))
     except BadRequest as error:
         return f"{words}: {error}"
     return words
@@ -134,7 +134,7 @@ def _noise(stage: Stage) -> str:
         if stage.watch.must_stop:
             stage.add_silence_bound("the line damaged a stop")
         stage.watch.missed_orders = orders_lost(stage, for_s)
-    words = f"{kind} {share} {side} --for {for_s}"
+    words = f"{kind} {share} {side} for={for_s}"
     return inject(stage, words, misdirects=side == HOST and _no_check_bytes(stage))
 
 
@@ -145,19 +145,19 @@ def _garbage(stage: Stage) -> str:
 def _mute(stage: Stage) -> str:
     for_s = stage.draw.choice((0.2, 1.0, 3.0, 8.0))
     stage.no_hold_until_s |= dict.fromkeys(range(len(stage.world.motors)), stage.now_s + for_s)
-    return inject(stage, f"mute --for {for_s}")
+    return inject(stage, f"mute for={for_s}")
 
 
 def _unplug(stage: Stage) -> str:
     excuse_cut_off(stage)
     stage.add_silence_bound("the cable was pulled")
-    return inject(stage, f"unplug --for {stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
+    return inject(stage, f"unplug for={stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
 
 
 def _brown_out(stage: Stage) -> str:
     for_s = stage.draw.choice((0.1, 0.5, 2.0))
     note_power_loss(stage, for_s)
-    return inject(stage, f"brown-out --for {for_s}")
+    return inject(stage, f"brown-out for={for_s}")
 
 
 def _reset(stage: Stage) -> str:
@@ -170,12 +170,12 @@ def _lose_steps(stage: Stage) -> str:
 
 
 def _stall(stage: Stage) -> str:
-    return inject(stage, f"stall {motor(stage)} --for {stage.draw.choice((0.3, 2.0))}")
+    return inject(stage, f"stall {motor(stage)} for={stage.draw.choice((0.3, 2.0))}")
 
 
 def _switch(stage: Stage) -> str:
     state = stage.draw.choice(("open", "closed"))
-    return inject(stage, f"switch {motor(stage)} {state} --for {stage.draw.choice((0.5, 4.0))}")
+    return inject(stage, f"switch {motor(stage)} {state} for={stage.draw.choice((0.5, 4.0))}")
 
 
 def _pendant(stage: Stage) -> str:
@@ -278,25 +278,25 @@ def _lose_frames(stage: Stage) -> str:
     if side == HOST:
         stage.orders_lost_until_s = stage.now_s + for_s
         stage.watch.lost_targets.begin(stage.now_s, for_s)
-    return inject(stage, f"drop {amount} {side} --for {for_s}")
+    return inject(stage, f"drop {amount} {side} for={for_s}")
 
 
 def _double_frames(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
-    return inject(stage, f"duplicate 0.2 {side} --for {stage.draw.choice((0.5, 2.0))}")
+    return inject(stage, f"duplicate 0.2 {side} for={stage.draw.choice((0.5, 2.0))}")
 
 
 def _overtake(stage: Stage) -> str:
     side, for_s = stage.draw.choice((HOST, DEVICE)), stage.draw.choice((0.5, 2.0))
     if side == HOST:
         stage.late_orders_until_s = stage.now_s + for_s
-    return inject(stage, f"overtake 0.2 {side} --for {for_s}")
+    return inject(stage, f"overtake 0.2 {side} for={for_s}")
 
 
 def _bus_off(stage: Stage) -> str:
     excuse_cut_off(stage)
     stage.add_silence_bound("the adapter left the bus")
-    return inject(stage, f"bus-off --for {stage.draw.choice((0.1, 1.0, 5.0))}")
+    return inject(stage, f"bus-off for={stage.draw.choice((0.1, 1.0, 5.0))}")
 
 
 def _alone(stage: Stage) -> str:
@@ -304,19 +304,19 @@ def _alone(stage: Stage) -> str:
     stage.commands_lost_until_s = stage.now_s + for_s
     if stage.watch.must_stop:
         stage.add_silence_bound("a stop got no acknowledgement")
-    return inject(stage, f"alone --for {for_s}")
+    return inject(stage, f"alone for={for_s}")
 
 
 def _mute_drive(stage: Stage) -> str:
     number, for_s = motor(stage), stage.draw.choice((0.1, 0.6, 4.0))
     stage.no_hold_until_s[number - 1] = stage.now_s + for_s
-    return inject(stage, f"drive-mute {number} --for {for_s}")
+    return inject(stage, f"drive-mute {number} for={for_s}")
 
 
 def _dead_drive(stage: Stage) -> str:
     number, for_s = motor(stage), stage.draw.choice((0.1, 0.6, 4.0))
     _drive_restarts(stage, number, for_s)
-    return inject(stage, f"drive-dead {number} --for {for_s}")
+    return inject(stage, f"drive-dead {number} for={for_s}")
 
 
 def _reset_drive(stage: Stage) -> str:
@@ -342,17 +342,17 @@ def _other_mode(stage: Stage) -> str:
     number, for_s = motor(stage), stage.draw.choice((0.5, 3.0))
     stage.watch.missed_orders = orders_ignored(stage, number - 1, for_s)
     stage.no_hold_until_s[number - 1] = stage.now_s + for_s  # it ignores an order to hold
-    return inject(stage, f"drive-mode {number} 2 --for {for_s}")
+    return inject(stage, f"drive-mode {number} 2 for={for_s}")
 
 
 def _other_id(stage: Stage) -> str:
     node = stage.draw.randint(1, 7)
-    words = f"drive-id {motor(stage)} {node} --for {stage.draw.choice((0.5, 3.0))}"
+    words = f"drive-id {motor(stage)} {node} for={stage.draw.choice((0.5, 3.0))}"
     return inject(stage, words, misdirects=True)  # orders for one drive move another
 
 
 def _no_done(stage: Stage) -> str:
-    return inject(stage, f"no-done {motor(stage)} --for {stage.draw.choice((1.0, 6.0))}")
+    return inject(stage, f"no-done {motor(stage)} for={stage.draw.choice((1.0, 6.0))}")
 
 
 # -- The table -------------------------------------------------------------------------------------

@@ -54,7 +54,7 @@ def command_of(
 ) -> Command:
     """Return a command, with its aim if the position is known."""
     arm = arm_of(stage)
-    slack_mm = 0.0 if arm.abilities.coordinated else stage.config.motion.straying_mm
+    slack_mm = 0.0 if arm.abilities.coordinated else stage.config.motion.deviation_mm
     known = arm.parts.core.position_known
     return Command(what, known, span, aim if known else None, speed, slack_mm=slack_mm)
 

@@ -252,16 +252,16 @@ def breaks(stage: Stage, joint: str, beyond_deg: float, speed: float = 1.0) -> b
 def test_a_shared_joint_may_leave_its_path_by_the_targets_that_one_motor_may_miss(
     joint, beyond_deg, speed, broken
 ):
-    assert breaks(losing("0.1 --from host"), joint, beyond_deg, speed) is broken
+    assert breaks(losing("0.1 from=host"), joint, beyond_deg, speed) is broken
 
 
-@pytest.mark.parametrize("words", ["next --from host", "0.1 --from device"])
+@pytest.mark.parametrize("words", ["next from=host", "0.1 from=device"])
 def test_only_targets_that_may_be_lost_in_a_row_excuse_it(words):
     assert breaks(losing(words), "wrist_pitch", 0.79)
 
 
 def test_the_excuse_ends_with_the_fault():
-    stage = losing("0.1 --from host")
+    stage = losing("0.1 from=host")
     stage.sleep(2.1)
     assert breaks(stage, "wrist_pitch", 0.79)
 
@@ -280,7 +280,7 @@ def test_the_excuse_ends_with_the_fault():
 def test_a_drive_that_catches_up_and_one_that_brakes_then_may_be_that_much_faster(
     after_s, share, brakes, broken
 ):
-    stage = losing("0.1 --from host --for 2.0")
+    stage = losing("0.1 from=host for=2.0")
     stage.sleep(after_s)
     stage.watch.lost_targets.brakes = lambda: brakes
     limit = stage.config.model.joint_speeds_rad_s[0]

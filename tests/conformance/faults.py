@@ -45,7 +45,7 @@ class Fault:
     needs: tuple[Rule, ...] = ()
 
 
-HOST, DEVICE = "--from host", "--from device"
+HOST, DEVICE = "from=host", "from=device"
 HALF_A_LINE = 8
 """How many bytes in a row are lost: more than the rest of a short reply."""
 
@@ -68,12 +68,12 @@ FAULTS: tuple[Fault, ...] = (
         misdirects=_unchecked,
     ),
     Fault("half a line from the device is lost", (f"drop #2 {DEVICE}",) * HALF_A_LINE),
-    Fault("a noisy line to the device", (f"corrupt 0.03 {HOST} --for 1",), misdirects=_unchecked),
-    Fault("a noisy line from the device", (f"corrupt 0.03 {DEVICE} --for 1",)),
-    Fault("a line that loses bytes both ways", ("drop 0.03 --for 1",), misdirects=_unchecked),
+    Fault("a noisy line to the device", (f"corrupt 0.03 {HOST} for=1",), misdirects=_unchecked),
+    Fault("a noisy line from the device", (f"corrupt 0.03 {DEVICE} for=1",)),
+    Fault("a line that loses bytes both ways", ("drop 0.03 for=1",), misdirects=_unchecked),
     Fault("garbage from the device", ("garbage 40",)),
     Fault("the device goes mute", ("mute",)),
-    Fault("the device is mute for a second", ("mute --for 1",)),
+    Fault("the device is mute for a second", ("mute for=1",)),
     Fault("the cable is pulled", ("unplug",)),
     Fault("the power fails and comes back", ("brown-out",)),
     Fault("the board resets", ("reset",), needs=(board_reset,)),
@@ -86,9 +86,9 @@ FAULTS: tuple[Fault, ...] = (
     *(
         Fault(name, tuple(words), needs=(on_bus,))
         for name, *words in (
-            ("frames are lost on the bus", "drop 0.1 --for 1"),
-            ("frames arrive twice on the bus", "duplicate 0.3 --for 1"),
-            ("frames overtake each other on the bus", "overtake 0.3 --for 1"),
+            ("frames are lost on the bus", "drop 0.1 for=1"),
+            ("frames arrive twice on the bus", "duplicate 0.3 for=1"),
+            ("frames overtake each other on the bus", "overtake 0.3 for=1"),
             ("the adapter leaves the bus", "bus-off"),
             ("no node acknowledges on the bus", "alone"),
             ("a drive goes mute", "drive-mute 2"),

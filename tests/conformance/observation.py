@@ -24,7 +24,7 @@ def place(pose: Pose) -> Point:
 
 def rests_within(settings: object) -> int:
     """Return how far from its target a closed-loop drive may rest, in counts; 0 for a stepper."""
-    return max(getattr(settings, name, 0) for name in ("rest_counts", "rest_window"))
+    return max(getattr(settings, name, 0) for name in ("in_position_counts", "position_window"))
 
 
 class Broken(AssertionError):

@@ -122,15 +122,15 @@ def a_line_is_straight(bench: Bench) -> None:
     seen = [each.motors for each in bench.watch(lambda: handle.done, PATIENCE_S)]
     moved = handle.wait()
     check_arrived(bench, arm)
-    allowed = line_allowance_mm(bench.config, bench.step_mm(start.motors), moved.straying_mm)
+    allowed = line_allowance_mm(bench.config, bench.step_mm(start.motors), moved.deviation_mm)
     worst = max(off_line_mm(bench.tip(each), start.tip, place(goal)) for each in seen)
     check(worst <= allowed, f"the tip left the line by {worst:.2f} mm, {allowed:.2f} announced")
     check(len(set(seen)) > 4, "the arm was never seen on its way")
 
 
-def line_allowance_mm(config: ArmConfig, step_mm: float, straying_mm: float) -> float:
+def line_allowance_mm(config: ArmConfig, step_mm: float, deviation_mm: float) -> float:
     """Return the announced deviation: the tolerance, a step, and the uncoordinated motors' part."""
-    return config.motion.line_tolerance_mm + ON_THE_STEP * step_mm + straying_mm
+    return config.motion.line_tolerance_mm + ON_THE_STEP * step_mm + deviation_mm
 
 
 def off_line_mm(point: Point, start: Point, end: Point) -> float:

@@ -82,7 +82,7 @@ def a_paused_line_stays_a_line(bench: Bench) -> None:
     seen = [each.tip for each in bench.watch(lambda: handle.done, PATIENCE_S)]
     moved = handle.wait()
     check_arrived(bench, arm)
-    allowed = line_allowance_mm(bench.config, bench.step_mm(start.motors), moved.straying_mm)
+    allowed = line_allowance_mm(bench.config, bench.step_mm(start.motors), moved.deviation_mm)
     worst = max(off_line_mm(each, start.tip, place(goal)) for each in seen)
     check(worst <= allowed, f"resumed, it left its line by {worst:.2f} mm, {allowed:.2f} announced")
 

@@ -157,7 +157,7 @@ class UnhurriedPtyBench(PtyBench):
         return super().watch(done, max(longest_s, LONG_S))
 
 
-UNHURRIED = {"cia402": "[cia402]\nheartbeat_ms = 2000\nperiod_ms = 40\n"}
+UNHURRIED = {"cia402": "[cia402]\nheartbeat_timeout_ms = 2000\nperiod_ms = 40\n"}
 """Settings that keep drives from stopping when a busy computer delays their program."""
 
 

@@ -41,7 +41,7 @@ def console_words(command: str) -> str:
         return "fault off"
     side, effect, amount, *_ = words
     kinds = {"lose": "drop", "flip": "corrupt", "repeat": "duplicate"}
-    return f"fault {kinds[effect]} {amount} --from {side}"
+    return f"fault {kinds[effect]} {amount} from={side}"
 
 
 class FakeControlPort:

@@ -193,8 +193,8 @@ class Session(AppSession):
         if name == "title":
             return self.desk.screens.current.query_one(SafetyPanel).arm
         if name == "banner":
-            forbidden = self.desk.screens.current.query_one(SafetyPanel).has_class("-forbidden")
-            return self.text("state") if forbidden else ""
+            state = self.text("state")
+            return "" if state.endswith(f" {self.desk.screens.current.says}") else state
         return self.desk.screens.current.query_one(f"#{name}").shown
 
     def title(self, name):

@@ -87,7 +87,7 @@ async def test_no_screen_offers_what_would_be_refused_now():
                     session.shows(where, state="P switches the motors on")
 
 
-NEED_A_POSITION = {"f2": ("K", "K park"), "f3": ("enter", "go (twice)"), "f4": ("t", "t teach")}
+NEED_A_POSITION = {"f2": ("K", "K park"), "f4": ("t", "t teach")}
 """For each screen a key that does nothing before the position is known, and its offer."""
 
 
@@ -99,7 +99,7 @@ async def test_what_needs_a_position_is_neither_offered_nor_begun_before_there_i
             session.shows(screen, messages="trusted: press H first", not_footer=offer)
             session.shows(screen, footer="H reference")
             assert len(session.desk.screen_stack) == 1
-            assert getattr(session.desk.screen, "typing", None) is None or screen == "f3"
+            assert getattr(session.desk.screen, "typing", None) is None
         arm.set(trust=Trust.REFERENCED, trust_reason="")
         for screen, (_, offer) in NEED_A_POSITION.items():
             await session.keys(screen)
@@ -499,7 +499,7 @@ async def test_a_key_that_acts_clears_the_last_message_and_takes_a_first_press_b
 async def test_a_key_that_does_nothing_says_why_and_asks_nothing_of_the_arm():
     async with Session() as session:
         await session.press("q")
-        session.shows("disarmed", messages="jog keys move nothing before enter arms them")
+        session.shows("disarmed", messages="jog keys move nothing before they are armed")
         await session.press("C")
         session.shows("a referenced position", messages="nothing to confirm")
         await session.arm_keys()
@@ -514,11 +514,14 @@ async def test_a_key_that_does_nothing_says_why_and_asks_nothing_of_the_arm():
 
 async def test_a_jog_key_that_repeats_leaves_the_message_alone():
     async with Session() as session:
-        session.desk.say("keys disarmed: they may be old")
+        await session.hold("q")
+        session.desk.disarm("they may be old")
         session.desk.confirmation.press("moves it", session.arm.home)
         await session.press(*["q"] * 5)
         assert session.desk.message == "keys disarmed: they may be old"
         assert session.desk.confirmation.effect == ""
+        await session.press("q", after_s=3.0)
+        assert session.desk.message == "jog keys move nothing before they are armed"
 
 
 async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():

@@ -167,10 +167,12 @@ async def test_the_first_screen_is_shown_until_somebody_has_read_it(tmp_path):
         assert len(session.desk.screen_stack) == 1
 
 
-def test_the_facts_are_three_lines_that_fit_the_smallest_dialog():
-    facts = safety(DEFAULT_KEYS, FakeArm().status)
-    assert len(facts) == 3
-    assert max(map(len, facts)) <= 68
+def test_the_facts_are_three_lines_and_know_what_the_arm_feels():
+    for dialect, feels in (("teachmover", "feels nothing"), ("mks", "feels only blocked motors")):
+        facts = safety(DEFAULT_KEYS, FakeArm(dialect=dialect).status)
+        assert len(facts) == 3
+        assert max(map(len, facts)) <= 74
+        assert feels in facts[1]
     assert "SPACE stops" in facts[0]
     assert "14 mm, 0.21 s" in facts[1]
     assert "reference (H)" in facts[2]

@@ -11,7 +11,6 @@ from armdrive.connect.target import find
 from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
 from tui import watch as watch_words
-from tui.keys.remap import load_keys
 from tui.safety import SafetyPanel, number_text
 from tui.settings import neighbour
 from tui.watch import HeldArm, Watching, WatchScreen
@@ -182,6 +181,14 @@ async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
         assert "NOT WATCHED" in session.text("state")
         assert "no stop reaches the arm" in session.text("stopping")
         assert "shoulder" in session.text("watched")
+        assert session.text("footer").strip() == "^q quit"
+        assert session.text("messages") == ""
+        await session.press("p")
+        await session.press("minus")
+        assert session.text("messages").startswith("no key but ctrl+q does anything: ")
+        assert session.holder.asked == []
+        await session.press("space")
+        assert session.holder.asked == [("stop", {})]
 
 
 async def test_leaving_stops_nothing():
@@ -189,15 +196,6 @@ async def test_leaving_stops_nothing():
         await session.press("ctrl+q")
     assert session.app.return_value == 0
     assert session.holder.asked == []
-
-
-async def test_keys_that_were_moved_count_here_too(tmp_path):
-    path = tmp_path / "keys.toml"
-    path.write_text('[keys]\nwatch-pause = "f9"\nstop = "f12"\n')
-    async with Session(FakeHolder(), keys=load_keys(str(path))) as session:
-        for key in ("p", "f9", "f12", "space"):
-            await session.press(key)
-        assert [request for request, _ in session.holder.asked] == ["pause", "stop", "stop"]
 
 
 async def test_an_arm_that_is_really_held_is_watched_and_stopped():

@@ -15,6 +15,7 @@ from armdrive.errors import ArmError
 from armdrive.motion.dead_man import (
     GATE_S,
     HOLD_LONGEST_S,
+    REPEAT_WITHIN_S,
     Action,
     DeadMan,
     Disarm,
@@ -23,11 +24,13 @@ from armdrive.motion.dead_man import (
 )
 from armdrive.moves import Jog
 from tui.app import HoldAlarm
-from tui.keys.presses import StaleInput
+from tui.keys.presses import BURST, StaleInput
 from tui.settings import JogSettings
 
 STOPPED = "the arm was stopped"
 """Why keys disarm after a stop, whichever program asked for it."""
+
+NOT_ARMED = "jog keys move nothing before they are armed"
 
 IDLE_DISARMS_S = 60.0
 """Jog keys disarm after this time without one."""
@@ -62,7 +65,7 @@ class DeskJogging:
         self._active_s = clock()
         self.held_button = ""
         """The jog key whose on-screen button is held; empty if nothing is held."""
-        self._last_event_s = -math.inf
+        self._last_event_s = self._press_s = -math.inf
         self._renew_s = math.inf
         self._stops = arm.stops
         """The number of stops when the keys were armed."""
@@ -91,6 +94,9 @@ class DeskJogging:
             self._say(f"this arm has no axis for the key {key}")
             return
         came_s = self._clock() - self._age_s()
+        held, self._press_s = came_s - self._press_s < REPEAT_WITHIN_S, came_s
+        if not self.armed and not held:  # repeats leave the reason why the keys were disarmed
+            self._say(NOT_ARMED)
         if self.armed:
             self._active_s = came_s
         if self.armed and self._stale.is_stale(came_s):
@@ -123,7 +129,7 @@ class DeskJogging:
     def push(self, key: str) -> None:
         """Hold the on-screen button of a jog key until `lift`, or until the mouse is silent."""
         if not self.armed:
-            self._say("the buttons move nothing until the keys are armed")
+            self._say(NOT_ARMED)
             return
         if self._stale.is_stale(self._clock(), of_keyboard=False):
             return
@@ -178,6 +184,8 @@ class DeskJogging:
 
     def disarm(self, reason: str) -> None:
         """End what is held, and let no key have effect."""
+        if self.armed or reason == BURST:
+            self._press_s = self._clock()  # the keys that follow may be those that it is about
         self.lift()
         self._apply(self._deadman.disarm(reason))
 

@@ -169,7 +169,7 @@ def near_lines(
         if status.joints is not None:
             found += _near_shapes(status.joints, model)
         yield from sorted(found, key=lambda line: not line[1])
-    if quick_stop:
+    if quick_stop and status.state is not State.DISCONNECTED:  # then the message says so
         yield quick_stop, "dim"
 
 

@@ -224,9 +224,6 @@ class JogScreen(DeskScreen):
 
     def action_jog(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
-        if not self.armed and not self.desk.message:  # which may say why they were disarmed
-            arm = self.desk.keys.label("arm")
-            self.desk.say(f"jog keys move nothing before {arm} arms them")
         self.hand.press(key)
 
     def action_arm_keys(self) -> None:

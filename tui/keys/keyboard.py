@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from types import MappingProxyType
 from typing import Any
 
 from textual.binding import Binding, BindingType
-from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_character
+from textual.keys import KEY_NAME_REPLACEMENTS, key_to_character
 
 from armdrive.errors.actions import desk_words, presented
-from kinematics.errors import suggestion
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair, titled, words
 
 KEYS_OFFERED = 12
@@ -30,6 +28,7 @@ PAIRS: Mapping[str, tuple[str, str]] = MappingProxyType(
         for first, second, name in (("finer", "coarser", "step"), ("slower", "faster", "speed"))
         for place in ("", "move-", "points-")
     }
+    | {"theory-next": ("theory-previous", "page")}
 )
 """Rows that the line of keys shows with another one, under one name: `[ ] step`."""
 
@@ -168,7 +167,7 @@ def as_rows(keyboard: Keyboard) -> list[dict[str, Any]]:
 
 
 def as_text(keyboard: Keyboard) -> Iterator[str]:
-    """Yield the table line by line, with the ids by which a file of keys goes."""
+    """Yield the table line by line."""
     for row in as_rows(keyboard):
         yield f"{row['id']:<15} {' '.join(row['keys']):<15} {row['screen']:<9} {row['does']}"
 
@@ -188,7 +187,7 @@ def as_markdown(keyboard: Keyboard) -> Iterator[str]:
 def bindings(*places: str) -> list[BindingType]:
     """Make the framework's bindings of the rows that count at these places; "" is the desk itself.
 
-    A file of keys changes them later, by their ids.
+    A keyboard layout changes them later, by their ids.
     """
     return bindings_of(row for row in TABLE if row.place in places)
 
@@ -211,31 +210,7 @@ def bindings_of(rows: Iterable[DeskKey]) -> list[BindingType]:
 
 # The framework's names of keys.
 
-
-def key_named(word: str) -> str:
-    """Return the framework's name of a key that is given by it, or as it is printed on the key.
-
-    Raises `ValueError` for what is neither. The framework itself takes any word for a key.
-    """
-    if len(word) == 1:
-        return _character_to_key(word)
-    *modifiers, key = word.split("+")
-    known = len(key) == 1 or key in _key_names() or key_to_character(key) is not None
-    if known and all(each in _MODIFIERS for each in modifiers):
-        return word
-    raise ValueError(f"{word!r} is no key{suggestion(word, _key_names())}")
-
-
-_MODIFIERS = ("ctrl", "shift", "alt")
-
-
 _UNICODE_NAMES = {name: unicode for unicode, name in KEY_NAME_REPLACEMENTS.items()}
-
-
-@cache
-def _key_names() -> frozenset[str]:
-    names = {key.value for key in Keys if not key.value.startswith("<")}
-    return frozenset(names | set(KEY_NAME_REPLACEMENTS.values()) | {"space"})
 
 
 def printed(key: str) -> str:

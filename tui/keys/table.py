@@ -53,14 +53,14 @@ class DeskKey:
 
     @property
     def jogs(self) -> str:
-        """The key that jogs in this table, wherever a file of keys has put it; empty for others."""
+        """The key that jogs in this table, on any keyboard layout; empty for others."""
         return self.action[len("jog('") : -len("')")] if self.action.startswith("jog(") else ""
 
 
 # Every screen of the desk, and its dialogs.
 
 STOP = "stop"
-"""The row that no file of keys can take the space bar from."""
+"""The row of the keys that stop the arm."""
 
 DESK_KEYS = (
     DeskKey(STOP, ("space", "escape", "ctrl+c"), "stop_arm", "STOP",
@@ -480,7 +480,7 @@ SCREEN_KEYS = tuple(
 class JogPair:
     """Two keys that move one axis, up and down: a joint in joint mode, else a task axis.
 
-    The keys go by what they are in the table, wherever a file of keys has put them.
+    The keys go by what they are in the table, on any keyboard layout.
     """
 
     plus: str
@@ -578,7 +578,7 @@ TABLE = (
     *DIALOG_KEYS,
     *AXIS_KEYS,
 )
-"""Every key of the desk. Ids are for good: files of keys go by them."""
+"""Every key of the desk. Layouts and the line of keys go by the ids."""
 
 
 def words(axis: str) -> str:

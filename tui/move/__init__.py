@@ -16,8 +16,9 @@ from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import DeskScreen
 from tui.keys.keyboard import bindings
+from tui.keys.table import Needs
 from tui.move.form import GoalFields, GoalForm, of_pose
-from tui.move.planned import NOTHING_ASKED, PlannedMove, preview_text, way_text
+from tui.move.planned import NOTHING_ASKED, PlannedMove, other_ways, preview_text, way_text
 from tui.widgets import PlainText, panels
 
 
@@ -46,6 +47,23 @@ class MoveScreen(DeskScreen):
     def typing(self) -> TypedText:
         """The field that is typed into."""
         return self.form.field(self.form.name)
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """The keys that go, or take another goal, while there is none."""
+        preview = self.planned.preview
+        goes = preview is not None and preview.refusal is None
+        has_nearest = preview is not None and preview.nearest is not None
+        works = {
+            "move-go": goes,
+            "move-nearest": has_nearest,
+            "move-posture": bool(other_ways(preview)),
+        }
+        return tuple(row for row, does in works.items() if not does)
+
+    def first_keys(self, status: Status) -> tuple[str, ...]:
+        """Return the rows of every screen, and the key of a possible goal after a refusal."""
+        return (*super().first_keys(status), "move-nearest")
 
     def _present(self) -> dict[str, float]:
         """Return where the arm is, field by field of the form; empty while that is unknown.
@@ -90,7 +108,8 @@ class MoveScreen(DeskScreen):
         if wrong := self.form.wrong():
             return wrong
         if fresh is not None:
-            return preview_text(fresh, self.desk.keys)
+            told = bool(self.desk.link.hindrance(Needs.POSITION))
+            return preview_text(fresh, self.desk.keys, told=told)
         return "working it out ..." if self.planned.previewing.busy else NOTHING_ASKED
 
     def on_screen_resume(self) -> None:
@@ -114,8 +133,7 @@ class MoveScreen(DeskScreen):
 
     def action_take_next_posture(self) -> None:
         """Ask for the next posture at this goal that is allowed, by its joints."""
-        preview = self.planned.preview
-        others = [way for way in (preview.ways if preview else ()) if way.allowed and not way.taken]
+        others = other_ways(self.planned.preview)
         if not others:
             raise BadRequest("no other allowed posture reaches this goal")
         self.form.take_joints(others[0].joints)

@@ -32,6 +32,9 @@ from tui.safety import bound_text
 MOVES = "MOVES THE ARM"
 """The effect of the second press of a key."""
 
+REFUSED = "nothing moves: the motion is refused, for the reason shown"
+"""What the key of a refused motion says, whose panel has the reason."""
+
 NOTHING_ASKED = "type into a field, or step it with the arrows"
 BAR = 24
 """Characters of the bar that shows progress."""
@@ -41,47 +44,48 @@ _BEYOND = re.compile(r"(\S+)° beyond its limit of \S+°")
 
 
 def way_text(form: GoalForm, keys: Keyboard) -> str:
-    """Say how the goal is typed and reached: mode, frame, line or joints, speed, step."""
-    return "\n".join(_manner_lines(form, keys))
-
-
-def _manner_lines(form: GoalForm, keys: Keyboard) -> Iterator[str]:
-    mode, line = keys.label("move-mode"), keys.label("move-line")
+    """Say how the goal is typed and reached, each with its key: mode, way, frame, speed, step."""
+    row = keys.label
     if form.cartesian:
         way = "straight line" if form.line else "joint motion"
         change = " (a change)" if form.frame == TOOL_FRAME else ""
-        frame = f"frame {form.frame}{change} [{keys.label('move-frame')}]"
-        yield f"POSE [{mode}]  {way} [{line}]  {frame}"
+        first = f"{row('move-mode')}: POSE   {row('move-line')}: {way}"
+        first += f"   {row('move-frame')}: frame {form.frame}{change}"
     else:
-        yield f"JOINTS [{mode}]  joint motion"
-    slower, faster = keys.label("move-slower"), keys.label("move-faster")
-    finer, coarser = keys.label("move-finer"), keys.label("move-coarser")
-    speed = f"speed {form.settings.speed:.0%} [{slower} {faster}]"
-    yield f"{speed}  step {form.step:g} [{finer} {coarser}]"
+        first = f"{row('move-mode')}: JOINTS   joint motion"
+    speed = f"{row('move-slower')} {row('move-faster')}: speed {form.settings.speed:.0%}"
+    return f"{first}\n{speed}   {row('move-finer')} {row('move-coarser')}: step {form.step:g}"
 
 
-def preview_text(preview: Preview, keys: Keyboard) -> str:
-    """Say what the motion would be, or why it is refused and what is possible instead."""
-    return "\n".join(_preview_lines(preview, keys))
+def preview_text(preview: Preview, keys: Keyboard, *, told: bool) -> str:
+    """Say what the motion would be, or why it is refused and what is possible instead.
+
+    `told` means that the safety panel says why the arm cannot move now.
+    """
+    return "\n".join(_preview_lines(preview, keys, told=told))
 
 
-def short_text(preview: Preview) -> str:
+def short_text(preview: Preview, *, told: bool) -> str:
     """Say in few words what the motion would be, or why it is refused."""
-    lines = [f"REFUSED: {_reason(each)}" for each in (preview.hindrance, preview.problem) if each]
+    lines = [*_refusals(preview, told=told)]
     if preview.plan is None:
         return "\n".join(lines)
     near = [f"{each.guard} {round(each.clearance_mm)} mm" for each in preview.clearances[:2]]
     return "\n".join([*lines, duration_words(preview), "  ".join(near), *_stop(preview)])
 
 
-def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
-    for refusal in (preview.hindrance, preview.problem):
+def _refusals(preview: Preview, *, told: bool) -> Iterator[str]:
+    for refusal in (None if told else preview.hindrance, preview.problem):
         if refusal is not None:
             yield f"REFUSED: {_reason(refusal)}"
+
+
+def _preview_lines(preview: Preview, keys: Keyboard, *, told: bool) -> Iterator[str]:
+    yield from _refusals(preview, told=told)
     if preview.nearest is not None:
         share = preview.nearest.share
         part = "" if share >= 1.0 else f" ({share:.0%} of this way)"
-        yield f"[{keys.label('move-nearest')}] possible instead{part}:"
+        yield f"{keys.label('move-nearest')}: possible instead{part}:"
         yield f"  {preview.nearest.pose}"
     if preview.plan is not None:
         yield duration_words(preview)
@@ -95,9 +99,14 @@ def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
 
 
 def _way_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
-    yield from (_way_line(way) for way in preview.ways)
-    if any(way.allowed and not way.taken for way in preview.ways):
-        yield f"  [{keys.label('move-posture')}] chooses another allowed one"
+    yield from (_way_line(way, preview.problem) for way in preview.ways)
+    if any(other_ways(preview)):
+        yield f"  {keys.label('move-posture')}: another allowed one"
+
+
+def other_ways(preview: Preview | None) -> list[PostureOption]:
+    """Return the allowed postures at the goal that the motion does not take."""
+    return [way for way in (preview.ways if preview else ()) if way.allowed and not way.taken]
 
 
 def _clearances(preview: Preview) -> Iterator[Clearance]:
@@ -107,10 +116,13 @@ def _clearances(preview: Preview) -> Iterator[Clearance]:
     yield from (*table, *others[:1])
 
 
-def _way_line(way: PostureOption) -> str:
+def _way_line(way: PostureOption, problem: Exception | None) -> str:
     sign = "*" if way.taken else "-"
     name = way.name or "nearest posture found"
-    because = "taken" if way.taken else _BEYOND.sub(r"\1° too far", way.against.split(";")[0])
+    if way.against and problem is not None and _reason(problem).startswith(way.against):
+        because = "refused as above"
+    else:
+        because = "taken" if way.taken else _BEYOND.sub(r"\1° too far", way.against.split(";")[0])
     return f"{sign} {name}: {because}"
 
 
@@ -121,9 +133,9 @@ def _stop(preview: Preview) -> Iterator[str]:
 
 
 def _reason(refusal: Exception) -> str:
-    """Return a refusal without the goal, and without what is nearest: both have their lines."""
+    """Return why a motion is refused: the goal, and what is possible, have their own lines."""
     reason = str(getattr(refusal, "reason", refusal))
-    return reason.split("; nearest pose")[0]
+    return reason.split("; nearest pose")[0].removesuffix("; nothing was moved")
 
 
 def ready_text(preview: Preview | None, key: str) -> str:
@@ -264,7 +276,7 @@ class PlannedMove:
             )
         if self.preview.refusal is not None:
             desk.confirmation.refuse()
-            raise BadRequest(str(self.preview.refusal))
+            raise BadRequest(REFUSED)
         desk.confirmation.press(MOVES, self._go, row=self._row)
 
     def _go(self) -> None:

@@ -73,7 +73,7 @@ def how_text(*, line: bool, speed: float, keys: Keyboard) -> str:
     """Say how the arm goes to a point."""
     way = "straight line" if line else "joint motion"
     slower, faster = keys.label("points-slower"), keys.label("points-faster")
-    return f"{way} [{keys.label('points-line')}]  speed {speed:.0%} [{slower} {faster}]"
+    return f"{keys.label('points-line')}: {way}   {slower} {faster}: speed {speed:.0%}"
 
 
 def naming_text(naming: PointNaming, keys: Keyboard) -> str:
@@ -150,7 +150,8 @@ class PointsScreen(DeskScreen):
         point = listed.point
         self.show_panel("chosen", "" if point is None else point_text(point))
         self.show_panel("how", self._how_text())
-        ahead = short_text(fresh) if fresh is not None else ""
+        told = bool(self.desk.link.hindrance(Needs.POSITION))
+        ahead = short_text(fresh, told=told) if fresh is not None else ""
         self.show_panel("ahead", self.desk.spoken(ahead))
         self.show_panel("begin", self._begin_text(status, fresh is not None))
         self._show_program()

@@ -288,7 +288,7 @@ class ProgramScreen(DeskScreen):
             elif not run.outcome:
                 yield from checked_lines(keys)
         if run.stepping:
-            yield f"STEPPING [{keys.label('program-stepping')}]: waits before each motion", ""
+            yield f"{keys.label('program-stepping')}: STEPPING, waits before each motion", ""
 
     # -- keys ---------------------------------------------------------------------------------
 

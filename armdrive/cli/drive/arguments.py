@@ -144,7 +144,7 @@ def _jog(parser: argparse.ArgumentParser) -> None:
       armdrive jog
       armdrive jog --arm bench --reconnect
       armdrive jog --program stack.arm     rehearse and run a program in the desk
-      armdrive jog --keys azerty
+      armdrive jog --keys azerty           the keyboard's layout, from now on
       armdrive jog --model puma
       armdrive jog --show-keys             print the keys; opens nothing
 
@@ -162,8 +162,10 @@ def _jog(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--keys",
-        metavar="FILE",
-        help="a key file, or a keyboard layout: azerty, qwertz, dvorak, colemak, qwerty",
+        metavar="LAYOUT",
+        choices=("qwerty", "azerty", "qwertz", "dvorak", "colemak"),
+        help="the keyboard's layout, remembered from then on: qwerty, azerty, qwertz, dvorak, "
+        "colemak",
     )
     parser.add_argument(
         "--model",

@@ -23,13 +23,14 @@ from armdrive.storage import files as places
 from armdrive.text.reading import read_text
 from kinematics.textbook.systems import MODEL_NAMES, system
 from tui.keys.keyboard import Keyboard, as_rows, as_text
-from tui.keys.remap import load_keys
+from tui.keys.layouts import keyboard_of
 from tui.model_desk import run_model
+from tui.settings import chosen_layout
 
 
 def jog(options: argparse.Namespace) -> Outcome:
     """Open the desk."""
-    keys = load_keys(options.keys)  # a wrong file is refused before anything is opened
+    keys = keyboard_of(chosen_layout(options.keys))
     if options.program is not None:
         _check_program(options.program)
     if options.show_keys:

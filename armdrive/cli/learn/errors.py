@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 
 from armdrive.cli.presenter import Outcome, Result, as_json
+from armdrive.errors import BadRequest
 from armdrive.errors.table import (
     ENTRIES,
     CatalogueEntry,
@@ -15,11 +16,12 @@ from armdrive.errors.table import (
     in_full,
     listing,
 )
+from kinematics.errors import nearest_word
 
 
 def errors(options: argparse.Namespace) -> Outcome:
     """Print the catalogue or a part of it."""
-    rows = ENTRIES if options.code is None else (by_code(options.code),)
+    rows = ENTRIES if options.code is None else (_row(options.code),)
     if options.find is not None:
         rows = tuple(row for row in found(options.find) if row in rows)
     if as_json(options):
@@ -27,6 +29,16 @@ def errors(options: argparse.Namespace) -> Outcome:
     if options.code is None and options.find is None:
         return Result(None, listing())
     return Result(None, _in_full(rows))
+
+
+def _row(code: str) -> CatalogueEntry:
+    """Return the row of a code. Raises `BadRequest` with the nearest one."""
+    row = by_code(code)
+    if row is None:
+        near = nearest_word(code.upper(), (each.code for each in ENTRIES))
+        hint = "" if near is None else f"did you mean {near}? "
+        raise BadRequest(f"there is no error {code!r}; {hint}`armdrive errors` lists them all")
+    return row
 
 
 def _in_full(rows: tuple[CatalogueEntry, ...]) -> Iterator[str]:

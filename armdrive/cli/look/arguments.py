@@ -22,13 +22,13 @@ from armdrive.trace.entries import Topic
 
 
 def _log(parser: argparse.ArgumentParser) -> None:
-    """Read a recording in words: bytes, requests, intents, states, errors.
+    """Read a recording in words: bytes, requests, calls, states, errors.
 
     `armdrive record` writes a recording, and so does every fault.
 
     Examples:
       armdrive log                                  the newest recording
-      armdrive log monday.jsonl --only errors,intents
+      armdrive log monday.jsonl --only errors,calls
       armdrive log monday.jsonl --find elbow,speed  lines with both words
 
     """

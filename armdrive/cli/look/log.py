@@ -1,4 +1,4 @@
-"""A recording of the flight recorder in words: bytes, requests, intents, states, errors."""
+"""A recording of the flight recorder in words: bytes, requests, calls, states, errors."""
 
 from __future__ import annotations
 

@@ -121,14 +121,20 @@ def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
     yield str(StatusRow("next", next_words))
 
 
+def _remedy(code: str) -> str:
+    """Return what to do about an error; another program's may have a code unknown here."""
+    row = by_code(code)
+    return "Look at the arm, then call `reset()`." if row is None else row.remedy
+
+
 def next_step(view: View) -> str:
     """Return what a person does next with an arm in this state."""
     state, trust, paused = State(view["state"]), Trust(view["trust"]), view["paused"]
     if state is not State.ERROR_STOP and view["notice_code"] == SettingsDiffer.code:
-        return by_code(SettingsDiffer.code).remedy
+        return _remedy(SettingsDiffer.code)
     if state is State.ERROR_STOP or (trust is Trust.SUSPECT and not view["error_code"]):
         code = view["error_code"] or view["trust_code"]
-        return by_code(code).remedy if code else "Look at the arm, then call `reset()`."
+        return _remedy(code)
     if paused:
         return "`armdrive resume` continues the motion."
     if state in (State.MOVING, State.HOMING, State.STOPPING):
@@ -138,7 +144,7 @@ def next_step(view: View) -> str:
         asked = "on a terminal, each asks first whether the arm still stands as it was left"
         return f"`armdrive move` or `armdrive jog`: {own if view['simulated'] else asked}."
     if trust is not Trust.REFERENCED and view["trust_code"]:
-        return by_code(view["trust_code"]).remedy
+        return _remedy(view["trust_code"])
     if state is State.DISABLED:
         return "`armdrive enable` switches the motors on."
     return "`armdrive move`, `armdrive jog` or `armdrive run PROGRAM`."

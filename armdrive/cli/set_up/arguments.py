@@ -282,10 +282,10 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
     arm sags. So this command asks first, unless --yes is given.
 
     With --arm or --dialect it connects, once the right dialect has answered, and compares the
-    controller's settings with the arm file; --mend writes those that differ, after asking.
+    controller's settings with the arm file; --fix writes those that differ, after asking.
 
       armdrive doctor /dev/ttyUSB0
-      armdrive doctor --arm bench --mend
+      armdrive doctor --arm bench --fix
       armdrive doctor socket://192.168.4.1:23 --yes --json
       armdrive doctor --can                 list the nodes on a CAN bus and check it; only reads
       armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
@@ -307,7 +307,7 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--ids", metavar="1-16,20", help="with --can: ask these ids")
     parser.add_argument("--every-rate", action="store_true", help="with --can: try all bit rates")
-    parser.add_argument("--mend", action="store_true", help="write the settings that differ")
+    parser.add_argument("--fix", action="store_true", help="write the settings that differ")
     parser.add_argument("--yes", action="store_true", help="do not ask before opening or writing")
     add_json_option(parser)
 
@@ -359,7 +359,9 @@ def _sim(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--udp", metavar="HOST:PORT", help="a UDP port, unpaced")
     where.add_argument("--list", action="store_true", help="list settings and faults, and end")
     parser.add_argument(
-        "--beside", metavar="PATH", help="with --slcan: a second adapter on the bus, to listen with"
+        "--listener",
+        metavar="PATH",
+        help="with --slcan: a second adapter on the bus, to listen with",
     )
     parser.add_argument("--baud", type=count, help="transfer bytes as fast as a line of this rate")
     parser.add_argument(

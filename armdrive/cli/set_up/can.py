@@ -185,7 +185,7 @@ def held_frames(
     Ends after `seconds`, or when that program closes the arm. `missed` is called with the number of
     exchanges that came too fast. Raises `HolderError` if the program does not answer.
     """
-    sides = {"sent": Unpacker(), "heard": Unpacker()}
+    sides = {"sent": Unpacker(), "received": Unpacker()}
     end_s = time.monotonic() + (math.inf if seconds is None else seconds)
     began_s: float | None = None
     for message in tap_holder(name, EVERY_S):

@@ -56,7 +56,7 @@ def doctor(options: argparse.Namespace) -> Result:
     _agree(closed.port, options)
 
     def compare(config: ArmConfig, report: Report) -> None:
-        _deeper().compare_settings(config, report, _mending(options))
+        _deeper().compare_settings(config, report, _fixing(options))
 
     return _result(report, survey_port(report, closed, config, options.baud, compare))
 
@@ -72,8 +72,8 @@ def _deeper() -> ModuleType:
 def _report(port: str, options: argparse.Namespace) -> Report:
     def print_finding(finding: Finding) -> None:
         tell(options, f"{finding.grade.value:<8} {finding.what}")
-        if finding.mend:
-            tell(options, f"{'':<8}   {finding.mend}")
+        if finding.fix:
+            tell(options, f"{'':<8}   {finding.fix}")
 
     return Report(port, print_finding, options.arm or "")
 
@@ -98,7 +98,7 @@ def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
         raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
     report = _report(port, options)
     ids = deeper.ids_of(options.ids) if options.ids else ()
-    survey = deeper.BusSurvey(report, config, ids, options.every_rate, _mending(options))
+    survey = deeper.BusSurvey(report, config, ids, options.every_rate, _fixing(options))
     return _result(report, survey.run())
 
 
@@ -110,8 +110,8 @@ def _named_port(options: argparse.Namespace) -> str:
     return bus or options.port or str(_deeper().only_bus())
 
 
-def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | None:
-    """Return what asks whether to write settings; None without --mend."""
+def _fixing(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | None:
+    """Return what asks whether to write settings; None without --fix."""
 
     def agree(settings: DeviceSettings) -> bool:
         if options.yes or as_json(options):
@@ -121,7 +121,7 @@ def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | 
         these = counted(len(settings.differences), "setting")
         return agreed(f"Write {these} to the controller? Type yes: ")
 
-    return agree if options.mend else None
+    return agree if options.fix else None
 
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
@@ -135,8 +135,8 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
         raise BadRequest("--can names the bus already: leave the port out")
     if options.arm and options.dialect:
         raise BadRequest("the arm file says which dialect it is: leave out --dialect")
-    if options.mend and not (options.arm or options.dialect):
-        raise BadRequest("--mend needs --arm or --dialect, which say what is expected")
+    if options.fix and not (options.arm or options.dialect):
+        raise BadRequest("--fix needs --arm or --dialect, which say what is expected")
     if not (options.arm or options.dialect):
         return None
     target = find(

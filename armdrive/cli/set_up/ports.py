@@ -80,7 +80,7 @@ def _view(port: ClosedPort) -> dict[str, Any]:
         "named_for_another_adapter": [each.arm for each in port.strangers],
         "holder": holder,
         "allowed": info.readable,
-        "mend": "" if info.readable else port.findings[-1].mend,
+        "fix": "" if info.readable else port.findings[-1].fix,
     }
 
 

@@ -37,8 +37,8 @@ def _check_door(options: argparse.Namespace) -> None:
     on_bus = DIALECTS[options.dialect].can
     if on_bus and not options.slcan:
         raise BadRequest(f"{options.dialect} is spoken on a CAN bus: --slcan PATH is required")
-    if options.beside and not options.slcan:
-        raise BadRequest("--beside PATH is a second adapter on a bus: --slcan PATH is the first")
+    if options.listener and not options.slcan:
+        raise BadRequest("--listener PATH is a second adapter on a bus: --slcan PATH is the first")
     if options.slcan and not on_bus:
         raise BadRequest(f"{options.dialect} is not spoken on a CAN bus: --pty PATH offers it")
     if not (on_bus or options.pty or options.tcp or options.udp):
@@ -63,7 +63,7 @@ def _serve(options: argparse.Namespace) -> int:
         tcp=options.tcp,
         udp=options.udp,
         slcan=Path(options.slcan) if options.slcan else None,
-        beside=Path(options.beside) if options.beside else None,
+        listener=Path(options.listener) if options.listener else None,
         bits_s=board.bits_s if isinstance(board, DrivesBoard) else BITRATE,
     )
     where = server.address

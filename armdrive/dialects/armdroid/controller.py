@@ -15,7 +15,7 @@ from armdrive.abilities import Abilities, Switching
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
-from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
+from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, deviation_steps
 from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.exchange import Script, ScriptIO, T
 from armdrive.dialects.words import plain
@@ -28,8 +28,8 @@ from armdrive.tasks import (
     DeviceSettings,
     Done,
     DropCurrent,
+    FixSetting,
     Halted,
-    MendSetting,
     MoveBy,
     ProtocolWarning,
     ReadPosition,
@@ -139,7 +139,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         super().__init__(abilities, host)
         self._settings = settings
         self._byte_s = BITS_A_BYTE / config.connection.baud
-        self._rates = StepRates(settings.speed_table, settings.speed_doubt)
+        self._rates = StepRates(settings.speed_table, settings.speed_margin)
         self._board = BoardExchange(self.io, host, settings, self._byte_s)
         self._motion = ArmdroidMotion(self.io, self._board, self._rates, settings, self._byte_s)
 
@@ -165,7 +165,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 return self._answered(
                     self._board.settle(), lambda _: DeviceSettings(firmware=self._board.firmware)
                 )
-            case MendSetting():
+            case FixSetting():
                 raise Refused("an Armdroid's board has no settings that can be written")
         raise Refused(f"an Armdroid's board knows no {type(request).__name__}")
 
@@ -198,9 +198,9 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         """Return the longest time that the steps may take, allowing for a slow arm."""
         return self._rates.longest_s(steps, self._rates.rpm(rate_hz))
 
-    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
+    def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Bound each motor's lead over its share of the path; all turn at the same rate."""
-        return straying(steps)
+        return deviation_steps(steps)
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Assume a whole burst after its letter (or its text): nothing ends it early.

@@ -31,7 +31,7 @@ class ArmdroidSettings:
     speed_table: tuple[tuple[int, float], ...] = setting(
         SKETCH_SPEEDS, "rpm as sent to the board, and the resulting steps a second"
     )
-    speed_doubt: float = setting(
+    speed_margin: float = setting(
         1.5,
         "how many times slower the arm may be, until it has been measured",
         low=1.0,
@@ -111,7 +111,7 @@ class StepRates:
         return believable
 
 
-def straying(steps: Motors) -> tuple[float, ...]:
+def deviation_steps(steps: Motors) -> tuple[float, ...]:
     """Bound each motor's lead over its share of the path, in steps."""
     most = max(steps.largest, 1)
     return tuple(abs(each) * (1.0 - abs(each) / most) for each in steps)

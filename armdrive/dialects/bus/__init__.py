@@ -100,6 +100,7 @@ def bus_dialect(
             register_bits=register_bits,
             ramp_s=0.15,
             jerk_s=0.05,
+            encoders=True,
             beats=beats,
         ),
         driver=driver,

@@ -12,8 +12,8 @@ from armdrive.errors import ArmFileError, Refused
 from armdrive.tasks import (
     ClearFault,
     DropCurrent,
+    FixSetting,
     HomeDevice,
-    MendSetting,
     MoveAlong,
     MoveBy,
     ReadPosition,
@@ -32,7 +32,7 @@ BUS_REQUESTS = (
     HomeDevice,
     ReadPosition,
     ReadSettings,
-    MendSetting,
+    FixSetting,
     SwitchOn,
     DropCurrent,
     ClearFault,

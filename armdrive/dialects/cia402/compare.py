@@ -61,7 +61,7 @@ def compare(transfers: ObjectTransfers, settings: Cia402Settings) -> Script[Repl
             f"{name} ({write.place}) of {result.drive}",
             value_words(write.place, found),
             value_words(write.place, write.value),
-            mending_line(result.drive.node, write),
+            fix_line(result.drive.node, write),
             must,
         )
         for write, name, must in rows
@@ -84,7 +84,7 @@ def _same_ratio(index: int, found: Mapping[Place, int], wanted_values: Mapping[P
     return left != 0 and left == found.get(under, 0) * wanted_values[over]
 
 
-def mend(transfers: ObjectTransfers, line: str) -> Script[Reply]:
+def fix(transfers: ObjectTransfers, line: str) -> Script[Reply]:
     """Write one object."""
     node, write = parsed_line(line)
     if node not in transfers.io.group.by_node:
@@ -94,7 +94,7 @@ def mend(transfers: ObjectTransfers, line: str) -> Script[Reply]:
     return Done()
 
 
-def mending_line(node: int, write: Write) -> str:
+def fix_line(node: int, write: Write) -> str:
     """Return the line that writes an object."""
     return f"{node}: {write.place} {write.type.name.lower()} {write.value}"
 

@@ -91,7 +91,7 @@ def optional_settings(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
         BRAKE,
         Write(canopen.FOLLOWING_ERROR_WINDOW, DataType.U32, settings.following_window),
         Write(canopen.FOLLOWING_ERROR_TIMEOUT_MS, DataType.U16, settings.following_ms),
-        Write(canopen.PRODUCER_HEARTBEAT_MS, DataType.U16, settings.drive_beat_ms),
+        Write(canopen.PRODUCER_HEARTBEAT_MS, DataType.U16, settings.drive_heartbeat_ms),
         *(
             canopen.switched_off(direction, number, node)
             for direction in canopen.Direction
@@ -102,7 +102,7 @@ def optional_settings(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
 
 def heartbeat_watch(settings: Cia402Settings, *, on: bool) -> Write:
     """Return the setting that makes a drive watch this program's heartbeat, or none."""
-    wanted = canopen.HeartbeatWatch(settings.master_id, settings.heartbeat_ms * on)
+    wanted = canopen.HeartbeatWatch(settings.master_id, settings.heartbeat_timeout_ms * on)
     return Write(canopen.CONSUMER_HEARTBEAT, DataType.U32, wanted.value if on else 0)
 
 
@@ -152,7 +152,7 @@ class Cia402Contact:
             *(() if self.io.group.configured else (*WATCH_OBJECTS, *UNIT_OBJECTS)),
         )
         settings = self.io.settings
-        rival_s = RIVAL_TIMEOUTS * settings.heartbeat_ms / 1000.0
+        rival_s = RIVAL_TIMEOUTS * settings.heartbeat_timeout_ms / 1000.0
         if self.io.group.rival_s > self.io.now_s - rival_s:
             raise Obstructed(
                 f"another program sends heartbeats as node {settings.master_id} on this bus and "
@@ -168,9 +168,9 @@ class Cia402Contact:
                     f"{result.drive} reports device profile {profile}, not a drive of CiA "
                     f"{DRIVES}: check the ids of the arm file (`armdrive doctor --can`)"
                 )
-            beat_ms = settings.drive_beat_ms
-            found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, beat_ms)
-            if self.io.group.configured and found_ms != beat_ms:
+            heartbeat_period_ms = settings.drive_heartbeat_ms
+            found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, heartbeat_period_ms)
+            if self.io.group.configured and found_ms != heartbeat_period_ms:
                 result.drive.booted = True  # it has lost its settings
         if not self.io.group.configured:
             self.io.group.watches = not self._unwatching(results)

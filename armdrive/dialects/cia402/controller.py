@@ -21,7 +21,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
-from armdrive.dialects.cia402.compare import compare, mend
+from armdrive.dialects.cia402.compare import compare, fix
 from armdrive.dialects.cia402.contact import Cia402Contact
 from armdrive.dialects.cia402.exchange import (
     BEATS_LOST,
@@ -41,9 +41,9 @@ from armdrive.tasks import (
     Alert,
     AlertKind,
     DropCurrent,
+    FixSetting,
     HomeDevice,
     MeasureUnits,
-    MendSetting,
     MoveAlong,
     MoveBy,
     ReadPosition,
@@ -76,7 +76,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         own = {name: getattr(settings, name)[: motors.count] for name in names}
         self.settings = settings = replace(settings, **own)
         self.limits = limits = DriveLimits.of(settings, motors, config.connection.baud)
-        order_s = (settings.heartbeat_ms - settings.beat_ms) / 1000.0
+        order_s = (settings.heartbeat_timeout_ms - settings.heartbeat_period_ms) / 1000.0
         self._exchange = io = Cia402Exchange(
             settings, motors.names, limits.cycle_s, self.unsolicited
         )
@@ -90,7 +90,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self._profile = ProfileMotion(lead, limits)
         self._homing = Cia402Homing(lead, limits)
         self._measurement = UnitMeasurement(lead)
-        self._silent_s = BEATS_LOST * settings.drive_beat_ms / 1000.0
+        self._silent_s = BEATS_LOST * settings.drive_heartbeat_ms / 1000.0
         self.abilities = replace(
             self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
         )
@@ -152,8 +152,8 @@ class Cia402Controller(ScriptRunner[HostEvent]):
                 return (yield from self._contact.read())
             case ReadSettings():
                 return (yield from compare(self._transfers, self.settings))
-            case MendSetting(line):
-                return (yield from mend(self._transfers, line))
+            case FixSetting(line):
+                return (yield from fix(self._transfers, line))
             case SwitchOn():
                 return (yield from self._contact.switch_on())
             case DropCurrent():
@@ -242,7 +242,10 @@ class Cia402Controller(ScriptRunner[HostEvent]):
     @property
     def _unwatched_s(self) -> float:
         """How long after the host has fallen silent drives that watch its heartbeat notice that."""
-        return HOST_DELAY_S + (self.settings.heartbeat_ms + self.settings.beat_ms) / 1000.0
+        return (
+            HOST_DELAY_S
+            + (self.settings.heartbeat_timeout_ms + self.settings.heartbeat_period_ms) / 1000.0
+        )
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Bound a stop by the quick stop and its delay; without a host, by the heartbeat too."""
@@ -275,7 +278,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         ramp_s = min(rate_hz / self.limits.fastest_hz, 1.0) * self.settings.quick_stop_s
         return Search(silent_s + ramp_s, (silent_s + ramp_s / 2.0) * rate_hz)
 
-    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
+    def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Bound each drive's deviation from the straight path, due to rounding in bursts."""
         if self.abilities.queued_segments:
             return (0.0,) * len(steps)

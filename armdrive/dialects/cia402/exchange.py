@@ -80,7 +80,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         self.settings, self.cycle_s = settings, cycle_s
         self.bus = canopen.Host(settings.ids)
         self.group = DriveGroup(self, settings, names)
-        self.beats = HeartbeatProducer(settings.master_id, settings.beat_ms / 1000.0)
+        self.beats = HeartbeatProducer(settings.master_id, settings.heartbeat_period_ms / 1000.0)
         self.began_s = -math.inf
         """When the present request began."""
         self._looked_s = -math.inf

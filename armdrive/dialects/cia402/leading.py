@@ -288,7 +288,8 @@ class MotionLead:
         others, or the targets, are by now.
         """
         now_s, drives = self.io.now_s, self.io.group.drives
-        most_s = (self.io.settings.heartbeat_ms - self.io.settings.beat_ms / 2.0) / 1000.0
+        settings = self.io.settings
+        most_s = (settings.heartbeat_timeout_ms - settings.heartbeat_period_ms / 2.0) / 1000.0
         if now_s - self.io.beats.sent_s >= most_s:
             return True
         since_s = now_s - most_s + self.io.beats.period_s  # the last heartbeat may be that old

@@ -38,11 +38,11 @@ class Cia402Settings:
     )
     period_ms: int = setting(10, "period of SYNC and of targets", low=4, high=50)
     smoothing_ms: int = setting(30, "targets are averaged over this time", low=0, high=200)
-    heartbeat_ms: int = setting(
+    heartbeat_timeout_ms: int = setting(
         200, "drives stop and hold without this program's heartbeat", low=50, high=2000
     )
-    beat_ms: int = setting(50, "period of this program's heartbeat", low=10, high=500)
-    drive_beat_ms: int = setting(100, "period of the drives' heartbeats", low=20, high=2000)
+    heartbeat_period_ms: int = setting(50, "period of this program's heartbeat", low=10, high=500)
+    drive_heartbeat_ms: int = setting(100, "period of the drives' heartbeats", low=20, high=2000)
     ramp_s: float = setting(
         0.15, "ramps of bursts, from rest to the arm's full speed", low=0.01, high=5.0
     )
@@ -51,7 +51,7 @@ class Cia402Settings:
         2000, "following error at which drives fault", low=50, high=10_000_000
     )
     following_ms: int = setting(50, "for how long it may be greater", low=0, high=1000)
-    rest_window: int = setting(
+    position_window: int = setting(
         8, "a drive that holds is this close to its target", low=1, high=1000
     )
     encoder_increments: int = setting(
@@ -89,7 +89,12 @@ class Cia402Settings:
                 "cia402.master_id must be this program's own number, but "
                 f"{self.master_id} is a drive's"
             )
-        check_feeding("cia402.heartbeat_ms", self.heartbeat_ms, "cia402.beat_ms", self.beat_ms)
+        check_feeding(
+            "cia402.heartbeat_timeout_ms",
+            self.heartbeat_timeout_ms,
+            "cia402.heartbeat_period_ms",
+            self.heartbeat_period_ms,
+        )
         for name in ("homing_methods", "speed_units", "ramp_units"):
             values = getattr(self, name)
             if values and len(values) != len(self.ids):
@@ -102,7 +107,7 @@ class Cia402Settings:
     def bounds(self) -> Bounds:
         """How far from its orders a healthy drive may be; beyond that it faults by itself."""
         window, late_s = self.following_window, MAX_DELAY_S + self.following_ms / 1000.0
-        return Bounds(self.rest_window, window, window, late_s=late_s)
+        return Bounds(self.position_window, window, window, late_s=late_s)
 
     @property
     def frame_ids(self) -> tuple[int, ...]:

@@ -418,13 +418,13 @@ def _fault(name: str, node: CanopenNode, arm: str) -> Finding | None:
         return None
     why = f"error {code:04X}, {error_words(code)}" if code else "an error without a code"
     kinds = f" ({register_words(register)})" if register else ""
-    mend = "find out what caused it, then call `reset()`; that moves nothing"
+    fix = "find out what caused it, then call `reset()`; that moves nothing"
     if broken:
-        return problem(f"{name}: fault: {why}{kinds}", mend)
+        return problem(f"{name}: fault: {why}{kinds}", fix)
     if code == HEARTBEAT_MISSING:
         enable = command_line("enable", "--arm", arm)
-        mend = f"the program that drove it has ended: `{enable}` continues"
-    return note(f"{name}: it still reports {why}{kinds}", mend)
+        fix = f"the program that drove it has ended: `{enable}` continues"
+    return note(f"{name}: it still reports {why}{kinds}", fix)
 
 
 def _unit(name: str, node: CanopenNode, arm: str) -> Finding | None:

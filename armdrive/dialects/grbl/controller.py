@@ -40,9 +40,9 @@ from armdrive.tasks import (
     ClearFault,
     DeviceSettings,
     DropCurrent,
+    FixSetting,
     HomeDevice,
     MeasureUnits,
-    MendSetting,
     MoveAlong,
     MoveBy,
     ReadPosition,
@@ -112,7 +112,7 @@ class GrblController(ScriptRunner[HostEvent]):
                 self.outputs.check(bits)
             case SetGripper():
                 self.outputs.check_gripper()
-            case MendSetting(line) if not re.fullmatch(SETTING, line):
+            case FixSetting(line) if not re.fullmatch(SETTING, line):
                 raise Refused(f"`{line}` is not a GRBL setting: write one like `$100=250`")
         return self._carry_out(request)
 
@@ -130,7 +130,7 @@ class GrblController(ScriptRunner[HostEvent]):
                 return (yield from self.exchange.read_position())
             case ReadSettings():
                 return (yield from self._compare())
-            case MendSetting(line):
+            case FixSetting(line):
                 return (yield from self.exchange.carry_out(Line(line), SETTING_WRITE_S))
             case SetOutputs(bits):
                 return (yield from self.outputs.set(bits))
@@ -151,7 +151,7 @@ class GrblController(ScriptRunner[HostEvent]):
         """Return a motion from where the board stands."""
         bounds, settings, board = self.bounds, self.settings, self.board
         start = board.registers().positions
-        lines = InFlightLines(start, bounds.limits, settings.corridor_steps, bounds.segments)
+        lines = InFlightLines(start, bounds.limits, settings.following_error_steps, bounds.segments)
         return GrblMotion(
             self.io, self.exchange, board, self.stops, settings, self.axes, bounds, request, lines
         )

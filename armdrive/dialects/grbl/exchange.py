@@ -110,16 +110,16 @@ class GrblExchange:
 
     @property
     def mute_at_s(self) -> float:
-        """When the board counts as mute unless it reports: `mute_s` after its last report.
+        """When a board without a report counts as mute: `report_timeout_s` after its last one.
 
         That report came one poll interval before the oldest unanswered query. While there is no
         unanswered query, for example because this program was suspended, no board is mute.
         """
-        return self.board.polls.since_s + self.settings.mute_s - self.settings.poll_s
+        return self.board.polls.since_s + self.settings.report_timeout_s - self.settings.poll_s
 
     @property
     def mute(self) -> bool:
-        """Whether the board has sent no report for `mute_s`."""
+        """Whether the board has sent no report for `report_timeout_s`."""
         return self.io.now_s >= self.mute_at_s
 
     # -- asking -------------------------------------------------------------------------------
@@ -157,7 +157,7 @@ class GrblExchange:
         unanswered = self.board.polls.since_s < began_s
         # the driver asks three times, and together the attempts must not take long
         share = 4.0 if unanswered else 2.0  # a board that is mute already gets less
-        if (yield from self.look_position(self.settings.mute_s / share)):
+        if (yield from self.look_position(self.settings.report_timeout_s / share)):
             return self.board.registers()
         if self.board.alarm is not None:
             return RequestRejected(self.board.alarm_words(), moved=False)

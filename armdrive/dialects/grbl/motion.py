@@ -314,7 +314,7 @@ class GrblMotion:
     def _silence_of_mute(self) -> Timeout:
         """Return the reply to a motion during which the board has stopped reporting."""
         note = "while the arm was moving; a feed hold was sent"
-        return Timeout("?", self.settings.mute_s, note=note)
+        return Timeout("?", self.settings.report_timeout_s, note=note)
 
 
 @dataclass(slots=True, eq=False)

@@ -94,14 +94,14 @@ class GrblSettings:
     )
     gripper_output: int = setting(0, "the output bit of a gripper of kind output", low=0, high=7)
     gripper_closes: bool = setting(True, "whether that output closes the gripper when on")
-    corridor_steps: float = setting(
+    following_error_steps: float = setting(
         2.0, "how far a motor may be off the path that was sent", low=1.0, high=1000.0
     )
     max_segments: int = setting(
         15, "most motion lines in the board's planner at a time", low=1, high=1000
     )
     poll_s: float = setting(0.05, "interval of status queries in motion", low=0.01, high=0.2)
-    mute_s: float = setting(
+    report_timeout_s: float = setting(
         1.0, "a board that sends no report for this long is lost", low=0.5, high=10.0
     )
     answer_s: float = setting(1.0, "timeout for an answer", low=0.2, high=30.0)

@@ -187,7 +187,7 @@ class MksDriveAtHand:
             watchdog_s=0.0,
             acceleration=ACC,
             segment_s=0.0,
-            rest_counts=REACHED,
+            in_position_counts=REACHED,
         )
         return _one_motor(replace(self.arm, device=device), self.drive.name, COUNTS_PER_TURN)
 
@@ -214,7 +214,7 @@ class MksDriveAtHand:
         if not self.dialog.agreed(
             f"Write {many} to drive {self.drive.node}? Nothing turns; the motor may begin to hold.",
             "The drive keeps them without power. no leaves it as it is: "
-            f"`{command_line('doctor', '--arm', self.arm.name, '--mend')}` can write them later.",
+            f"`{command_line('doctor', '--arm', self.arm.name, '--fix')}` can write them later.",
         ):
             return 0
         failed = [each.what for each in differing if not self._write(each.setting)]

@@ -112,12 +112,12 @@ def _difference(drive: ObservedDrive, answer: Answer, wanted: Setting) -> Differ
         f"{wanted.code.name.lower()} of {drive}",
         value_words(is_set) or answer.value.hex(" "),
         value_words(wanted),
-        mending_line(drive.node, wanted),
+        fix_line(drive.node, wanted),
         wanted.code in _MUST,
     )
 
 
-def mend(io: MksExchange, line: str) -> Script:
+def fix(io: MksExchange, line: str) -> Script:
     """Write one setting."""
     node, setting = parsed_line(line)
     drive = io.observer.find(node)
@@ -131,7 +131,7 @@ def mend(io: MksExchange, line: str) -> Script:
     return Done()
 
 
-def mending_line(node: int, setting: Setting) -> str:
+def fix_line(node: int, setting: Setting) -> str:
     """Return the line that writes a setting."""
     return f"{node}: {encode(node, setting).data[:-1].hex(' ')}"
 

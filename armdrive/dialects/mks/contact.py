@@ -131,7 +131,7 @@ class MksInquiry:
         return (
             f"{drive} is in mode {int(mode.mode)} ({mode.mode.name}), in which "
             f"the bus moves nothing: set mode {int(Mode.BUS_FOC)} (Menu > Mode > SR_vFOC, or "
-            "`armdrive doctor --mend`)"
+            "`armdrive doctor --fix`)"
         )
 
     def ask_fitness(self, drive: ObservedDrive) -> None:
@@ -194,7 +194,7 @@ def _departed_words(verdict: Verdict) -> str:
 
 REPLIES_OFF = (
     "answers queries, but does not confirm orders: its replies are off. Set them to full "
-    "(`armdrive doctor --mend`, or code 8C with 01 01)"
+    "(`armdrive doctor --fix`, or code 8C with 01 01)"
 )
 NO_SUCH_ORDER = "it may be in a mode in which it ignores motion commands: set SR_vFOC (Menu > Mode)"
 BUSY = (MotorState.HOMING, MotorState.CALIBRATING)

@@ -17,7 +17,7 @@ from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, Search, StopPart, Stopping
 from armdrive.dialects.mks.bursts import MksBursts
-from armdrive.dialects.mks.compare import compare, mend
+from armdrive.dialects.mks.compare import compare, fix
 from armdrive.dialects.mks.contact import MksContact, MksInquiry
 from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.homing import MksHoming
@@ -29,8 +29,8 @@ from armdrive.errors import Refused
 from armdrive.tasks import (
     Done,
     DropCurrent,
+    FixSetting,
     HomeDevice,
-    MendSetting,
     MoveAlong,
     MoveBy,
     ReadPosition,
@@ -107,8 +107,8 @@ class MksController(ScriptRunner[Event]):
                     return (yield from contact.read())
                 case ReadSettings():
                     return (yield from compare(self._exchange, contact.firmware))
-                case MendSetting(line):
-                    return (yield from mend(self._exchange, line))
+                case FixSetting(line):
+                    return (yield from fix(self._exchange, line))
                 case SwitchOn():
                     return (yield from contact.switch_on())
                 case DropCurrent():
@@ -178,7 +178,7 @@ class MksController(ScriptRunner[Event]):
         rate_hz = max((part.rate_hz for part in parts), default=self._fastest_hz)
         fastest_hz = catch_up_rpm(rate_hz / COUNTS_S_PER_RPM) * COUNTS_S_PER_RPM
         brakes_s = fastest_hz / self._slope
-        corridor = self.settings.corridor_counts
+        corridor = self.settings.following_error_counts
         asked = catch_up_travel(begun_s + brakes_s / 2.0, rate_hz, corridor)
         silent = catch_up_travel(silent_s + brakes_s / 2.0, rate_hz, corridor)
         return Stopping(
@@ -200,7 +200,7 @@ class MksController(ScriptRunner[Event]):
         brakes_s = self.ramp_s if math.isinf(rate_hz) else max(self.ramp_s, rate_hz / self._slope)
         return Search(silent_s + brakes_s, (silent_s + brakes_s / 2.0) * rate_hz)
 
-    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
+    def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound each drive's deviation from the straight path; steered drives stay on it."""
         if self.abilities.queued_segments:
             return (0.0,) * len(steps)

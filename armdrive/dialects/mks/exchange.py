@@ -94,7 +94,9 @@ class MksExchange(ScriptIO[Event]):
         super().__init__(self.unsolicited)
         self.host = Host(settings.ids)
         self.settings = settings
-        bounds = Bounds(settings.rest_counts, settings.corridor_counts, GIVE, COUNTS_PER_TURN)
+        bounds = Bounds(
+            settings.in_position_counts, settings.following_error_counts, GIVE, COUNTS_PER_TURN
+        )
         named = zip(settings.ids, names, strict=True)
         self.observer = Observer([ObservedDrive(node, name, bounds) for node, name in named])
         self.able = abilities_of(settings.version or LATEST)

@@ -42,10 +42,10 @@ class MksSettings:
     segment_s: float = setting(
         0.04, "how often a motion is steered, from 0.01; 0 sends bursts", low=0.0, high=0.1
     )
-    rest_counts: int = setting(
+    in_position_counts: int = setting(
         8, "a drive that holds is this close to its target", low=1, high=1000
     )
-    corridor_counts: int = setting(
+    following_error_counts: int = setting(
         1600, "following error allowed beyond the distance of 0.1 s", low=50, high=100_000
     )
     homing_s: float = setting(60.0, "longest homing of one group", low=1.0, high=290.0)

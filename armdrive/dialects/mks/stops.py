@@ -219,7 +219,7 @@ class MksStops:
                 continue
             here = drive.count or 0
             off = round(answer.error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)
-            if abs(off) <= io.settings.rest_counts:
+            if abs(off) <= io.settings.in_position_counts:
                 continue
             if abs(here) > TARGET_MAX:  # no target can be commanded there
                 continue

@@ -260,7 +260,7 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
     words += ["holds" if drive.enabled else "has let its motor go"]
     words += [drive.state.name.lower().replace("_", " ")] if drive.state is not None else []
     name = f"drive {drive.node}"
-    setup, mend = command_line("can", "setup", arm), command_line("doctor", "--arm", arm, "--mend")
+    setup, fix = command_line("can", "setup", arm), command_line("doctor", "--arm", arm, "--fix")
     found = [ok(f"{name}: {', '.join(words)}")]
     if drive.version is not None and drive.version.e_series:
         return [*found, problem(series_words(name), "use a SERVO42D or SERVO57D")]
@@ -275,7 +275,7 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
         found.append(
             problem(
                 f"{name}: mode {int(mode.mode)} ({mode.mode.name}) obeys no motion from the bus",
-                f"`{mend}`, or `{setup}`, sets mode 5",
+                f"`{fix}`, or `{setup}`, sets mode 5",
             )
         )
     if drive.stalled:

@@ -29,7 +29,7 @@ from armdrive.tasks import (
     DeviceSettings,
     Done,
     DropCurrent,
-    MendSetting,
+    FixSetting,
     MoveBy,
     ProtocolWarning,
     ReadPosition,
@@ -71,7 +71,7 @@ class RobkoController(ScriptRunner[HostEvent]):
         super().__init__(replace(abilities, resets_on_open=settings.resets_on_open), host)
         self._byte_s = BITS_A_BYTE / config.connection.baud
         self._pacing = Pacing(settings.known)
-        self._meter = PaceMeter(settings.speed_doubt, TOLD_BY_S, SLACK_S, SLACK_S)
+        self._meter = PaceMeter(settings.speed_margin, TOLD_BY_S, SLACK_S, SLACK_S)
         self._power = MotorPower(self.io, settings.watchdog_s)
         self._exchange = RobkoExchange(self.io, host, self._power, settings, self._byte_s)
         self._motion = RobkoMotion(self.io, self._exchange, self._power, self._pacing, self._meter)
@@ -102,7 +102,7 @@ class RobkoController(ScriptRunner[HostEvent]):
                 return DeviceSettings()
             case ClearFault():
                 return Done()  # the board has no alarm to clear
-            case MendSetting():
+            case FixSetting():
                 raise Refused("a Robko 01 has no settings that can be written")
             case _:
                 raise Refused(f"a Robko 01 knows no {type(request).__name__}")
@@ -160,9 +160,9 @@ class RobkoController(ScriptRunner[HostEvent]):
         seen_s = stands_s + STANDSTILL_SEEN_S
         return Stopping(stands_s, motion_s, stands_s, motion_s, seen_s, OVERSHOOT_STEPS)
 
-    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
+    def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound each axis's deviation from the straight path, in steps."""
-        return self._pacing.strays_steps(tuple(steps), rate_hz)
+        return self._pacing.deviation_steps(tuple(steps), rate_hz)
 
     # -- small requests -----------------------------------------------------------------------
 

@@ -51,7 +51,7 @@ class RobkoSettings:
     step_chance_s: float | None = setting(
         None, "a motor can step once in this time; 0 at any moment", low=0.0, high=0.1
     )
-    speed_doubt: float = setting(
+    speed_margin: float = setting(
         1.5,
         "how many times slower the arm may be, until it has been measured",
         low=1.0,
@@ -139,7 +139,7 @@ class Pacing:
         most = max(math.ceil(time_s * self.usable_hz(rate_hz)), 1)
         return bisect_right(range(2, most + 1), time_s, key=lambda n: self.lasts_s(n, rate_hz)) + 1
 
-    def strays_steps(self, steps: tuple[int, ...], rate_hz: float) -> tuple[float, ...]:
+    def deviation_steps(self, steps: tuple[int, ...], rate_hz: float) -> tuple[float, ...]:
         """Bound each axis's deviation from its share of the longest axis's progress.
 
         While the longest axis ramps to v, an axis that ramps to r v makes up to r (1 - r) v^2 / 2a

@@ -23,8 +23,8 @@ from armdrive.tasks import (
     DeviceSettings,
     Done,
     DropCurrent,
+    FixSetting,
     Interrupted,
-    MendSetting,
     MoveBy,
     ProtocolWarning,
     ReadPosition,
@@ -136,7 +136,7 @@ class TeachMoverSettings:
         ),
         "SP, half-steps a second",
     )
-    speed_doubt: float = setting(
+    speed_margin: float = setting(
         2.0,
         "how many times slower the arm may be, until it has been measured",
         low=1.0,
@@ -169,7 +169,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         self._settings = settings
         self._byte_s = BITS_A_BYTE / config.connection.baud
         self._table = SpeedTable(settings.speed_table)
-        self._meter = SpeedMeter(self._table, settings.speed_doubt)
+        self._meter = SpeedMeter(self._table, settings.speed_margin)
         self._outputs: int | None = None
         self._contacted = not settings.careful_contact
 
@@ -270,7 +270,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
                 return Reset()
             case WriteRow(words):
                 return QWrite(ProgramRow.from_words(words))
-            case MendSetting():
+            case FixSetting():
                 raise Refused("a TeachMover has no settings that can be written")
             case _:
                 raise Refused(f"a TeachMover cannot carry out {type(request).__name__}")

@@ -40,16 +40,16 @@ class Cia402Board(DrivesBoard[Cia402Node]):
     title = "arm on CiA 402 drives"
 
     def ail(self, drive: int, code: int) -> None:
-        """Put a drive in fault, until the error is mended and the drive is reset."""
+        """Put a drive in fault, until the error is fixed and the drive is reset."""
         node = self.nodes[drive]
         if node.port.powered:
             node.states.ailing.add(code)
             node.states.fault(code, self.now_s)
             self.collect()
 
-    def mend(self, drive: int, code: int) -> None:
+    def fix(self, drive: int, code: int) -> None:
         """Remove the cause of a drive's error; the fault itself must still be reset."""
-        self.nodes[drive].states.mend(code)
+        self.nodes[drive].states.fix(code)
 
     def warn(self, drive: int, code: int) -> None:
         """Make a drive send an EMCY that changes nothing."""

@@ -239,7 +239,7 @@ class Cia402States:
         self._report(code)
         changed = self.machine.happen(Happening.FAULT)
         if not self.ailing:
-            self.machine.mend()  # what it was is over; a reset leads out once it has reacted
+            self.machine.fix()  # what it was is over; a reset leads out once it has reacted
         if changed is None:
             return
         self._motion.break_off_homing(now_s)
@@ -248,11 +248,11 @@ class Cia402States:
         free = not self._motor.holding or reaction == _FREE_AT_ONCE
         self._motion.brake(math.inf if free else self._motion.slope(ramp), now_s)
 
-    def mend(self, code: int) -> None:
+    def fix(self, code: int) -> None:
         """Remove the cause of an error; the fault itself must still be reset."""
         self.ailing.discard(code)
         if not self.ailing:
-            self.machine.mend()
+            self.machine.fix()
 
     def over(self) -> None:
         """Report that an error is over, if there was one."""

@@ -48,17 +48,17 @@ def make_server(
     tcp: str | None = None,
     udp: str | None = None,
     slcan: Path | None = None,
-    beside: Path | None = None,
+    listener: Path | None = None,
     bits_s: int = BITRATE,
 ) -> Server:
     """Offer a pty (linked at a path), or a TCP or UDP port (`HOST:PORT`, `:PORT` or `PORT`).
 
     With none of them, offer a pty without a link. With `slcan`, offer a pty with a CAN adapter
-    behind it, on a bus of that bit rate; `beside` adds a second such adapter. Raises
+    behind it, on a bus of that bit rate; `listener` adds a second such adapter. Raises
     `PortUnavailable`.
     """
     if slcan is not None:
-        return SlcanServer(*filter(None, (slcan, beside)), bits_s=bits_s)
+        return SlcanServer(*filter(None, (slcan, listener)), bits_s=bits_s)
     if tcp is not None:
         return TcpServer(*split_address(tcp))
     return PtyServer(pty) if udp is None else UdpServer(*split_address(udp))

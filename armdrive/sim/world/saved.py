@@ -19,7 +19,7 @@ from armdrive.text.toml import plain, section_of, setting
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 S = TypeVar("S")
 
-MEND = "begin with a fresh simulated arm (--fresh)"
+FIX = "begin with a fresh simulated arm (--fresh)"
 """The advice given for a saved state that cannot be used."""
 
 
@@ -33,7 +33,7 @@ def restored(kind: type[S], data: object, what: str) -> S:
 
 def unfit(why: str) -> StateFileError:
     """Return the error of a saved state that cannot be used."""
-    return StateFileError(f"{why}; {MEND}")
+    return StateFileError(f"{why}; {FIX}")
 
 
 def require_names(what: str, found: Iterable[str], wanted: Iterable[str]) -> None:

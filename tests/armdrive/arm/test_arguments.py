@@ -506,7 +506,7 @@ def test_writing_settings_is_refused_without_settings(dialect):
         Arm(connect_simulated(simulated_config(dialect))) as arm,
         pytest.raises(Refused, match="has no settings that can be written"),
     ):
-        arm.controller.mend_settings(["$100=250"])
+        arm.controller.fix_settings(["$100=250"])
 
 
 def test_the_message_about_an_unknown_point_has_no_quotes_around_it():

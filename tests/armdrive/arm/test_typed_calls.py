@@ -209,7 +209,7 @@ def test_an_endless_wait_ends_in_simulated_time(within_s, monkeypatch):
 
 
 def test_a_pause_does_not_count_towards_the_deadline_and_an_input_in_it_does(monkeypatch):
-    """A person who pauses the arm to mend the feeder must not end the script."""
+    """A person who pauses the arm to fix the feeder must not end the script."""
     monkeypatch.setattr(overrides, "NAP_S", 0.0)  # no other thread resumes it
     arm = ready_arm()
     later(arm, 1.0, arm.pause)

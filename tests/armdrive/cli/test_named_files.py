@@ -92,7 +92,6 @@ def test_a_recording_goes_only_where_a_file_may_be_made(folder, there, said):
         ("status --port /dev/NAME --dialect grbl", 4),
         ("doctor /dev/NAME --yes", 4),
         ("doctor --arm NAME", 2),
-        ("jog --keys NAME", 2),
         ("config show NAME", 2),
         ("config set-default NAME", 2),
         ("can setup NAME --sim --yes", 2),

@@ -195,7 +195,7 @@ def test_a_pipe_gets_whole_lines_without_colours(capsys, monkeypatch):
 # A remedy that names a command names the arm as well, if one was named.
 
 
-HOME, MEND = "run `armdrive home`, or call home()", "`armdrive doctor --mend` sends these lines"
+HOME, FIX = "run `armdrive home`, or call home()", "`armdrive doctor --fix` sends these lines"
 
 
 @pytest.mark.parametrize(
@@ -212,11 +212,11 @@ HOME, MEND = "run `armdrive home`, or call home()", "`armdrive doctor --mend` se
         ({"arm": "bench"}, "`armdrive doctor --can`", ""),
         ({"arm": "bench"}, "`armdrive ports`", ""),
         ({"arm": "bench"}, "`armdrive home --arm x`", ""),
-        ({"arm": "my arm"}, MEND, " --arm 'my arm'"),  # the settings are in its file
-        ({"sim": "grbl"}, MEND, ""),
+        ({"arm": "my arm"}, FIX, " --arm 'my arm'"),  # the settings are in its file
+        ({"sim": "grbl"}, FIX, ""),
     ],
 )
 def test_a_command_names_the_arm_that_was_named(given, sentence, added):
-    command = "doctor" if sentence is MEND else "home"
+    command = "doctor" if sentence is FIX else "home"
     named = sentence.replace(f"armdrive {command}", f"armdrive {command}{added}")
     assert with_arm(sentence, Namespace(**given)) == named

@@ -103,7 +103,7 @@ REFUSED = [
     ("doctor", 2, "armdrive ports"),
     ("doctor /dev/ttyX --arm bench", 2, "name one port"),
     ("doctor --arm bench --dialect teachmover", 2, "leave out --dialect"),
-    ("doctor /dev/ttyX --mend", 2, "--mend needs"),
+    ("doctor /dev/ttyX --fix", 2, "--fix needs"),
     ("doctor /dev/ttyX --ids 1-6", 2, "are about a CAN bus"),
     ("doctor --arm sim:teachmover", 2, "is simulated"),
     ("doctor /dev/ttyX --can socketcan:can0", 2, "leave the port out"),

@@ -46,7 +46,7 @@ max_force_n = 20
 approach_steps = 8
 [teachmover]
 speed_table = [[0, 25], [120, 140.5], [240, 500]]
-speed_doubt = 1.5
+speed_margin = 1.5
 grip_bit = 1
 answer_margin_s = 0.8
 [park]
@@ -309,9 +309,9 @@ MISTAKES = {
     "gripper": ("kind = 'vacuum'\ntrip_force_n = 50\nmax_force_n = 10", ["gripper.kind",
                 "gripper.max_force_n"]),
     "grbl": (("axes = 'XXZ'\nunit = 'inch'\nrates = [0.0, 5]\nservo = 'M9'\noutputs = ['foo']\n"
-              "mute_s = 100\nhard_limits_checked = 'yesterday'\nwrong = 1"),
+              "report_timeout_s = 100\nhard_limits_checked = 'yesterday'\nwrong = 1"),
              ["grbl.axes", "grbl.unit", "grbl.rates[0]", "grbl.servo", "grbl.outputs",
-              "grbl.mute_s", "grbl.hard_limits_checked", "'wrong'"]),
+              "grbl.report_timeout_s", "grbl.hard_limits_checked", "'wrong'"]),
     "lengths": ("base_height_mm = 'tall'\nupper_arm = 3", ["lengths.base_height_mm",
                 "'upper_arm'"]),
     "limits_deg": ("base = [10, -10]\nfoo = [1, 2]", ["limits_deg.base", "'foo'"]),
@@ -359,7 +359,7 @@ PROBLEMS = [
     ("[connection]\nbaud = 9600.0\nraise_dtr = 1", ["must be a whole number", "true or false"]),
     ("[gripper]\napproach_steps = 0\nmax_force_n = 1", ["approach_steps", "max_force_n"]),
     ('[gripper]\nkind = "claw"\nmax_force_n = 201', ["gripper.kind", "max_force_n"]),
-    ("[teachmover]\nspeed_doubt = 0\ngrip_bit = 8", ["speed_doubt", "grip_bit"]),
+    ("[teachmover]\nspeed_margin = 0\ngrip_bit = 8", ["speed_margin", "grip_bit"]),
     ("[teachmover]\nspeed_table = [[0, 30]]", ["two or more pairs"]),
     ("[teachmover]\nspeed_table = [[0, 30], [300, 40]]", ["0 to 245"]),
     ("[teachmover]\nspeed_table = [[0, 30], [9, 20]]", ["rising"]),

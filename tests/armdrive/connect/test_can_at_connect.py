@@ -117,7 +117,7 @@ ROWS: dict[str, Row] = {
         "mks", flashed(mks.SetBitrate(mks.Bitrate.K250)), NO, PLUG),
     "mks: a drive waits for pulses": Row(
         "mks", flashed(mks.SetMode(mks.Mode.PULSE_FOC)), NO,
-        r"drive 3 \(elbow\) is in mode 2.*set mode 5.*SR_vFOC.*doctor --mend", late=True,
+        r"drive 3 \(elbow\) is in mode 2.*set mode 5.*SR_vFOC.*doctor --fix", late=True,
         notice=r"mode of drive 3 \(elbow\) is 2.*expected 5.*`3: 82 05`"),
     "mks: a drive of old firmware waits for pulses": Row(
         "mks", flashed(mks.SetMode(mks.Mode.PULSE_FOC)), NO,
@@ -125,7 +125,7 @@ ROWS: dict[str, Row] = {
         options={"firmware": OLD}),
     "mks: a drive does not reply": Row(
         "mks", flashed(mks.SetReplies(mks.ReplyMode.NONE)), NO,
-        r"drive 3 \(elbow\) answers queries, but does not confirm.*are off.*--mend", late=True,
+        r"drive 3 \(elbow\) answers queries, but does not confirm.*are off.*--fix", late=True,
         notice=r"replies of drive 3 \(elbow\) is none, expected full.*`3: 8c 01 01`"),
     "mks: a drive of old firmware does not reply": Row(
         "mks", flashed(mks.SetReplies(mks.ReplyMode.NONE)), NO,
@@ -201,7 +201,7 @@ def sends_motion(bus: Bus) -> bool:
 def test_a_wrong_setting_is_reported_at_connecting_and_the_arm_moves_once_it_is_right(name):
     row = ROWS[name]
     bus = Bus(row.dialect, options=row.options)
-    mend = row.spoil(bus)
+    fix = row.spoil(bus)
     bus.settle()
     stood = bus.motors
     if row.late:
@@ -213,7 +213,7 @@ def test_a_wrong_setting_is_reported_at_connecting_and_the_arm_moves_once_it_is_
         refused(bus.connect, row)
     assert bus.motors == stood
     assert not sends_motion(bus)
-    mend()
+    fix()
     bus.settle()
     arm = arm if row.late else bus.connect()
     assert bus.motors == stood
@@ -230,7 +230,7 @@ def test_a_wrong_setting_is_reported_at_reconnecting_and_the_arm_moves_once_it_i
     assert arm.status.state is State.DISCONNECTED
     bus.settle()  # drives live on behind a pulled cable
     bus.sent.clear()
-    mend = row.spoil(bus)
+    fix = row.spoil(bus)
     bus.settle()
     stood = bus.motors
     bus.twin.link.replug()
@@ -244,7 +244,7 @@ def test_a_wrong_setting_is_reported_at_reconnecting_and_the_arm_moves_once_it_i
         assert arm.status.state is State.DISCONNECTED
         assert arm.status.error_code == LOST
     assert bus.motors == stood
-    mend()
+    fix()
     bus.settle()
     if not row.late:
         arm.reconnect()
@@ -269,13 +269,13 @@ def test_a_drive_with_other_settings_that_do_no_harm_is_driven(setting):
 
 def test_drives_with_other_microsteps_are_switched_on_and_nothing_moves():
     bus = Bus("mks")
-    mend = flashed(mks.SetMicrosteps(64))(bus)
+    fix = flashed(mks.SetMicrosteps(64))(bus)
     arm = bus.ready()
     stood = bus.motors
-    with pytest.raises(SettingsDiffer, match=r"microsteps of drive 3 .* 64, expected 16.*--mend"):
+    with pytest.raises(SettingsDiffer, match=r"microsteps of drive 3 .* 64, expected 16.*--fix"):
         arm.move_j(base_deg=5)
     assert bus.motors == stood
-    mend()
+    fix()
     arm.reset() if arm.status.state is State.ERROR_STOP else arm.enable()
     check_works_again(arm, stood)
 

@@ -311,7 +311,7 @@ def test_the_doctor_says_what_helps_where_it_knows_the_firmware():
     (first, *_) = after.of_examination(found, connection=Connection("grbl"))
     assert first.grade is Grade.PROBLEM
     assert "Grbl 0.9j" in first.what
-    assert "grblHAL" in first.mend
+    assert "grblHAL" in first.fix
 
 
 @pytest.mark.parametrize("dialect", ON_SERIAL)

@@ -318,7 +318,7 @@ ARGUMENTS = {
     "a fault": ("sim", "teachmover", "--fault", "{}"),
     "a place to listen": ("sim", "teachmover", "--tcp", "{}"),
     "a bus": ("can", "monitor", "--port", "{}"),
-    "a key map": ("jog", *SIMULATED, "--keys", "{}"),
+    "a keyboard": ("jog", *SIMULATED, "--keys", "{}"),
     "a model to jog": ("jog", "--model", "{}"),
     "a goal of a move": ("move", "--x", "{}", *SIMULATED),
     "an arm to stop": ("stop", "--arm", "{}"),

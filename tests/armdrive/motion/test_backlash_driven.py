@@ -72,7 +72,7 @@ def beside_line_mm(arm):
         moved = handle.wait()
         motion = arm.config.motion
         exact = arm.abilities.coordinated
-        assert moved.straying_mm <= (motion.line_tolerance_mm if exact else motion.straying_mm)
+        assert moved.deviation_mm <= (motion.line_tolerance_mm if exact else motion.deviation_mm)
         assert off_steps(arm) == 0
     return worst_mm
 

@@ -446,7 +446,7 @@ def postures_of(arm):
 @pytest.mark.parametrize("name", ["robko01"])
 @pytest.mark.parametrize("limit_mm", [2.0, 5.0, 20.0])
 def test_the_tip_stays_within_the_announced_distance_of_the_line(name, limit_mm):
-    arm = standing(name, straying_mm=limit_mm)
+    arm = standing(name, deviation_mm=limit_mm)
     seen = postures_of(arm)
     goal = Joints.of(10.0, 48.0, -90.0, -30.0, 12.0)
     moved = arm.move_j(**{f"{joint}_deg": turn for joint, turn in goal.deg.items()})
@@ -455,13 +455,13 @@ def test_the_tip_stays_within_the_announced_distance_of_the_line(name, limit_mm)
     way = [points(joints_between(OVER_THE_TABLE, goal, share / 75))[-1] for share in range(76)]
     left_mm = max(min(math.dist(points(there)[-1], one) for one in way) for there in seen[::3])
     rounding_mm = 1.0
-    assert left_mm <= moved.straying_mm + rounding_mm
-    assert moved.straying_mm <= max(limit_mm, FEW_STEPS_MM)
+    assert left_mm <= moved.deviation_mm + rounding_mm
+    assert moved.deviation_mm <= max(limit_mm, FEW_STEPS_MM)
 
 
 @pytest.mark.parametrize("name", UNCOORDINATED)
 def test_a_burst_is_shorter_where_a_guard_is_near(name):
-    high, low = (standing(name, straying_mm=100.0) for _ in range(2))
+    high, low = (standing(name, deviation_mm=100.0) for _ in range(2))
     low.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=1.0, pitch_deg=-60))
     target = Motors((90, -60, 80, 40, 70, 0))
     rate_hz = high.speeds.motor_hz

@@ -292,9 +292,9 @@ def test_a_motion_is_counted_and_the_rate_is_the_wires_own():
         arm.jog_j(shoulder_deg=2, speed=0.5)
         after = arm.status.link_stats
         assert after.sent > before.sent
-        assert after.heard > before.heard
+        assert after.received > before.received
         share = after.load(before, 1.0)
-        assert share == 10 * max(after.sent - before.sent, after.heard - before.heard) / 9600
+        assert share == 10 * max(after.sent - before.sent, after.received - before.received) / 9600
 
 
 # -- A program that is called late -----------------------------------------------------------------

@@ -113,7 +113,7 @@ def test_every_burst_fits_its_announced_length_and_once_measured_really_does(err
     arm.gripper.grasp(force_n=30.0)
     assert len(lengths) > 20
     assert link.overlaps == []
-    doubt = arm.config.device.speed_doubt
+    doubt = arm.config.device.speed_margin
     assert all(nominal <= burst + 1e-9 for nominal, _, burst in lengths)
     assert all(real <= burst * max((1.0 + error) / doubt, 1.0) + 1e-9 for _, real, burst in lengths)
     fast = [(real, burst) for _, real, burst in lengths[2:12]]

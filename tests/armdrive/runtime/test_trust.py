@@ -77,11 +77,13 @@ def test_nothing_but_a_reference_or_a_confirmation_raises_trust(history):
             belief = after
 
 
-def test_unknown_stays_unknown_and_the_first_doubt_remains_the_reason():
-    doubt = Belief(Trust.SUSPECT, "the first reason")
-    for evidence in [each for each in Evidence if RESULTS[each] is Trust.SUSPECT]:
-        assert FIRST_BELIEF.after(evidence, 1.0) == FIRST_BELIEF
-        assert doubt.after(evidence, 1.0) == doubt
+@pytest.mark.parametrize("evidence", [e for e in Evidence if RESULTS[e] is Trust.SUSPECT])
+def test_unknown_stays_unknown_and_a_suspect_position_tells_its_first_and_latest_reason(evidence):
+    assert FIRST_BELIEF.after(evidence, 1.0) == FIRST_BELIEF
+    doubt = Belief(Trust.SUSPECT, "the first reason; then another")
+    both = Belief(Trust.SUSPECT, f"the first reason; then {evidence.value}")
+    assert doubt.after(evidence, 1.0) == both
+    assert both.after(evidence, 2.0, "again") == both
 
 
 @pytest.mark.parametrize(
@@ -134,13 +136,15 @@ def test_the_pendant_makes_a_standing_arm_suspect_within_seconds():
     assert arm.status.joints.deg["base"] == pytest.approx(30 / 7072 * 360, abs=0.05)
 
 
-def test_a_notice_tells_what_was_seen_last_and_the_trust_what_was_seen_first():
+def test_a_second_doubt_is_told_beside_the_first_one():
     arm = ready_arm()
     arm.disable()
     arm.enable()
     arm.twin.device.jog((30, 0, 0, 0, 0, 0))
     arm.sleep(2.5)
-    assert arm.status.trust_reason == Evidence.CURRENT_DROPPED.value
+    first, latest = Evidence.CURRENT_DROPPED, Evidence.MOVED_BY_OTHERS
+    assert arm.status.trust_reason == f"{first.value}; then {latest.value}"
+    assert arm.status.trust_code == "E715"
     assert arm.status.notice == Evidence.MOVED_BY_OTHERS.value
 
 

@@ -94,7 +94,7 @@ def survey(bus, ids=range(1, 7), heard=None, clock=None):
 
 
 def words(findings):
-    return "\n".join(f"{each.grade.value} {each.what} | {each.mend}" for each in findings)
+    return "\n".join(f"{each.grade.value} {each.what} | {each.fix}" for each in findings)
 
 
 def told(*devices, heard=None, health=None):
@@ -387,7 +387,7 @@ def test_a_drives_problem_is_reported_with_its_remedy():
     found = on.survey()
     told = words(mks.of_answers(found, BusHealth(), "bench"))
     assert "drive 2: mode 2 (PULSE_FOC) obeys no motion" in told
-    assert "`armdrive doctor --arm bench --mend`" in told
+    assert "`armdrive doctor --arm bench --fix`" in told
     assert "drive 3: its protection has let the shaft go" in told
     assert "drive 4: its encoder is not calibrated" in told
     assert told.count("problem") == 3
@@ -477,16 +477,16 @@ def test_causes_of_silence_are_distinguished_as_far_as_possible(health, what, gr
     finding = of_nobody((1, 2, 3), health)
     assert what in finding.what
     assert finding.grade is grade
-    assert "--every-rate" in finding.mend
+    assert "--every-rate" in finding.fix
 
 
 def test_a_bus_that_was_left_is_a_problem_and_one_that_warns_a_note():
     off = can_findings.of_health(BusHealth(BusState.OFF, sent=3, error_frames=9))
     assert off[0].grade is Grade.PROBLEM
-    assert "bit rate" in off[0].mend
+    assert "bit rate" in off[0].fix
     warned = can_findings.of_health(BusHealth(BusState.WARNING, last_trouble="it says so"))
     assert warned[0].grade is Grade.NOTE
-    assert "60 ohm" in warned[0].mend
+    assert "60 ohm" in warned[0].fix
     assert can_findings.of_health(BusHealth(sent=3))[0].grade is Grade.OK
 
 

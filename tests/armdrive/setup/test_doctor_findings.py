@@ -115,7 +115,7 @@ def test_a_board_that_restarts_is_a_note_with_what_spares_it_the_next_time():
     found = SimPort(ScriptedDevice((1.0, BANNER), baud=115200)).examine(115200)
     plain = after.of_examination(found)[-1]
     assert plain.grade is Grade.NOTE
-    assert "keep_dtr_on_close = true" in plain.mend
+    assert "keep_dtr_on_close = true" in plain.fix
     connection = Connection("grbl", raise_dtr=True, keep_dtr_on_close=True)
     spared = after.of_examination(found, connection=connection)[-1]
     assert "the first opening after plugging in" in spared.what
@@ -162,8 +162,8 @@ def test_a_device_that_is_no_arm_is_one_problem_with_a_remedy(what):
     device, baud, said = NO_ARM[what]
     (found,) = after.of_examination(SimPort(device).examine(baud), baud)
     assert found.grade is Grade.PROBLEM
-    assert found.mend
-    assert said in f"{found.what}; {found.mend}"
+    assert found.fix
+    assert said in f"{found.what}; {found.fix}"
 
 
 def test_another_dialect_than_expected_is_a_problem():
@@ -171,7 +171,7 @@ def test_another_dialect_than_expected_is_a_problem():
     _, differs = after.of_examination(found, 9600, Connection("teachmover"))
     assert differs.grade is Grade.PROBLEM
     assert "the device speaks armdroid, not teachmover" in differs.what
-    assert 'dialect = "armdroid"' in differs.mend
+    assert 'dialect = "armdroid"' in differs.fix
 
 
 def test_every_dialect_can_be_recommended():
@@ -185,7 +185,7 @@ def test_settings_that_differ_are_findings_with_the_line_that_mends_them():
     may = Difference("max rate $110", "500", "600", "$110=600", must=False)
     listed = of_settings(DeviceSettings((must, may)))
     assert [each.grade for each in listed] == [Grade.PROBLEM, Grade.NOTE]
-    assert [each.mend for each in listed] == ["$1=255", "$110=600"]
+    assert [each.fix for each in listed] == ["$1=255", "$110=600"]
 
 
 def test_the_firmware_is_named_whether_settings_differ_or_not():
@@ -201,7 +201,7 @@ def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):
     timer.parent.mkdir()
     timer.write_text("16\n")
     (found,) = latency("/dev/ttyUSB0", tmp_path)
-    assert (found.grade, found.mend) == (Grade.NOTE, f"echo 1 | sudo tee {timer}")
+    assert (found.grade, found.fix) == (Grade.NOTE, f"echo 1 | sudo tee {timer}")
     timer.write_text("1\n")
     assert latency("/dev/ttyUSB0", tmp_path)[0].grade is Grade.OK
     timer.write_text("?")

@@ -105,7 +105,7 @@ def test_all_have_to_work_but_those_that_are_not_there():
 
 
 def test_an_arm_that_counts_on_no_switches_is_refused():
-    with pytest.raises(Refused, match=r"hard_limits = true under \[grbl\], .* --arm \S+ --mend"):
+    with pytest.raises(Refused, match=r"hard_limits = true under \[grbl\], .* --arm \S+ --fix"):
         switches_of(config())
     with pytest.raises(Refused, match=r"\(teachmover\) has no limit switches"):
         switches_of(simulated_config("teachmover"))

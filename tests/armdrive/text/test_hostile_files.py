@@ -43,7 +43,6 @@ READERS = {
     "a recording": ("log", "{}.jsonl"),
     "a recording to replay": ("replay", "{}.jsonl"),
     "a pendant's program": ("pendant", "points", "{}.pendant", "x", *SIMULATED),
-    "keys of the desk": ("jog", "--keys", "{}.toml", *SIMULATED),
 }
 """The commands that take a file of each kind; the ending is put behind its name."""
 

@@ -20,7 +20,7 @@ from armdrive.dialects.teachmover.controller import FIRST_LINE
 from armdrive.dialects.words import plain
 from armdrive.errors.table import found
 from armdrive.registry import DIALECTS
-from armdrive.tasks import MendSetting, MoveBy, ReadPosition, SetOutputs
+from armdrive.tasks import FixSetting, MoveBy, ReadPosition, SetOutputs
 from armdrive.trace.entries import (
     ENTRY_BYTES,
     EntryKind,
@@ -63,7 +63,7 @@ def test_a_motion_is_read_in_words_with_its_intent_and_its_bytes(arm):
         pass
     arm.move_motors(37, 0, 0, 0, 0, 0)
     lines = log.read()
-    (asked,) = [each for each in lines if each.topic is Topic.INTENTS]
+    (asked,) = [each for each in lines if each.topic is Topic.CALLS]
     assert asked.words == "move_motors 37, 0, 0, 0, 0, 0"
     sent = next(each for each in lines if each.shown.startswith("@STEP"))
     assert "base +" in sent.words
@@ -128,8 +128,8 @@ def test_whatever_comes_is_read_once_in_order_or_counted_as_gone(runs, most, sea
             ring.add(entry)
             added += 1
         read += log.read(most)
-    told = [each.number for each in read if each.kind is not EntryKind.GAP]
-    gone = sum(int(each.words.split()[0]) for each in read if each.kind is EntryKind.GAP)
+    told = [each.number for each in read if each.kind is not EntryKind.DROPPED]
+    gone = sum(int(each.words.split()[0]) for each in read if each.kind is EntryKind.DROPPED)
     assert told == sorted(set(told))
     assert len(told) + gone == added == ring.added
 
@@ -237,7 +237,7 @@ def test_a_recording_is_printed_in_the_same_words_as_the_arm_is_read(call, arm, 
 
 
 def test_a_recording_is_sieved(call, recording):
-    out = call("log", recording, "--only", "intents,errors", code=0).out
+    out = call("log", recording, "--only", "calls,errors", code=0).out
     assert "call: move_motors" in out
     assert "->" not in out
     found_lines = call("log", recording, "--find", "step,speed", code=0).out.splitlines()[1:]
@@ -377,7 +377,7 @@ def test_a_call_is_told_in_words(name, arguments, named, words):
 WORDED_REQUESTS = [
     (ReadPosition(), "read position"),
     (SetOutputs(3), "set outputs bits 3"),
-    (MendSetting("$110=500 (mm)"), "mend setting line $110=500 (mm)"),
+    (FixSetting("$110=500 (mm)"), "fix setting line $110=500 (mm)"),
     (MoveBy(Motors((37, 0, -4)), 219.5), "move by 37 0 -4; 219.5 steps/s"),
 ]
 
@@ -460,7 +460,7 @@ def test_bytes_are_told_in_their_order_and_nothing_else_is():
     ]
     (message,) = told(arm, ring, entries)
     assert message == {
-        "wire": [(2.0, "sent", "01ff"), (2.2, "heard", "02")],
+        "wire": [(2.0, "sent", "01ff"), (2.2, "received", "02")],
         "missed": 0,
         "now_s": 7.0,
     }

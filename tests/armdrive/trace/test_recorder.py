@@ -275,7 +275,7 @@ def test_it_never_grows_beyond_its_bounds(run, sealed_after, most_bytes, longest
     )
     kept = ring.entries()
     assert ring.bytes <= most_bytes
-    size = sum(ENTRY_BYTES + len(each.what) for each in kept if each.kind is not EntryKind.GAP)
+    size = sum(ENTRY_BYTES + len(each.what) for each in kept if each.kind is not EntryKind.DROPPED)
     assert size <= most_bytes + opening + ENTRY_BYTES + 20  # the entry that closes the beginning
     assert [each.time_s for each in kept] == sorted(each.time_s for each in kept)
 
@@ -286,7 +286,7 @@ def test_the_beginning_the_end_and_settings_that_last_are_there(run, sealed_afte
     kept = ring.entries()
     beginning = run[:sealed_after]
     assert list(kept[: len(beginning)]) == beginning
-    assert not run or kept[-1] == run[-1] or kept[-1].kind is EntryKind.GAP
+    assert not run or kept[-1] == run[-1] or kept[-1].kind is EntryKind.DROPPED
     for entry in run:
         lasting = entry.kind is EntryKind.REQUEST and entry.what.startswith(
             ("SwitchOn", "SetOutputs")
@@ -297,7 +297,11 @@ def test_the_beginning_the_end_and_settings_that_last_are_there(run, sealed_afte
 def test_a_gap_stands_where_something_went():
     run = [TraceEntry(float(t), EntryKind.REPLY, "done") for t in range(100)]
     kept = filled(run, 1, longest_s=10.0).entries()
-    assert [each.kind for each in kept[:3]] == [EntryKind.REPLY, EntryKind.GAP, EntryKind.GAP]
+    assert [each.kind for each in kept[:3]] == [
+        EntryKind.REPLY,
+        EntryKind.DROPPED,
+        EntryKind.DROPPED,
+    ]
     assert kept[3].time_s == 89.0
 
 

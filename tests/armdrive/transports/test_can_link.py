@@ -347,7 +347,7 @@ class TestFrames:
         assert frames_of(other, 3) == sent
         other.write(pack(Frame(6)), 0.0)
         assert frames_of(one) == [Frame(6)]
-        assert (one.health.heard, other.health.heard) == (1, 3)
+        assert (one.health.received, other.health.received) == (1, 3)
 
     def test_half_a_frame_is_sent_with_its_other_half(self, pair):
         one, other = pair
@@ -375,7 +375,7 @@ class TestFrames:
         monkeypatch.setattr(can_link, "MOST_UNREAD_FRAMES", 4)
         bus, link = failing
         bus.coming.extend(message(each) for each in range(10))
-        until(lambda: link.health.heard == 10)
+        until(lambda: link.health.received == 10)
         assert [each.can_id for each in frames_of(link, 4)] == [6, 7, 8, 9]
         assert link.health.overrun == 6
 

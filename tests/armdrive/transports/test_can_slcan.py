@@ -54,7 +54,7 @@ def test_frames_pass_and_are_answered(served, opened):
     sent = [Frame(each, bytes(range(each))) for each in range(9)]
     opened.write(b"".join(map(pack, sent)), 0.0)
     assert frames_of(opened, 9) == [Frame(each.can_id + 1, each.data) for each in sent]
-    assert (opened.health.heard, opened.health.refused) == (9, 0)
+    assert (opened.health.received, opened.health.refused) == (9, 0)
 
 
 def test_closing_while_the_interpreter_ends_starts_no_thread(opened, monkeypatch):
@@ -194,7 +194,7 @@ class TestLosses:
         monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", 0.0)
         opened.wait(0.2)
         assert opened.read(0.0) == b""
-        assert (opened.health.heard, opened.health.refused) == (answered, 1)
+        assert (opened.health.received, opened.health.refused) == (answered, 1)
 
     def test_an_unplugged_adapter_is_lost_at_once_and_found_under_another_name(
         self, served, opened, tmp_path

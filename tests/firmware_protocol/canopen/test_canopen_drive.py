@@ -80,7 +80,7 @@ def drive_in(state, quick_stop=QuickStopOption.QUICK_RAMP_AND_STAY) -> DriveDevi
         drive.happen(Happening.FAULT)
         if state is DriveState.FAULT:
             drive.happen(Happening.REACTED)
-            drive.mend()
+            drive.fix()
         return drive
     for command in UPWARDS[: LAST[state]]:
         drive.control(Controlword.of(command))
@@ -130,7 +130,7 @@ def test_a_fault_is_reset_by_a_rising_bit_and_not_while_it_lasts():
     drive.happen(Happening.FAULT)
     reset = Controlword.of(Command.FAULT_RESET)
     assert drive.control(reset) == ((), None)
-    drive.mend()
+    drive.fix()
     assert drive.control(reset) == ((), None)  # the bit is still up
     drive.control(Controlword(0))
     ((row,), _) = drive.control(reset)
@@ -153,13 +153,13 @@ def test_a_quick_stop_ends_as_its_option_says(option):
     assert stays.happen(Happening.QUICK_STOPPED) is None
 
 
-@given(st.lists(WORDS | st.sampled_from(Happening) | st.just("mend"), max_size=30))
+@given(st.lists(WORDS | st.sampled_from(Happening) | st.just("fix"), max_size=30))
 def test_no_order_of_words_and_happenings_leaves_the_table(script):
     drive = DriveDevice(QuickStopOption.QUICK_RAMP_AND_STAY)
     for step in script:
         before = drive.state
-        if step == "mend":
-            drive.mend()
+        if step == "fix":
+            drive.fix()
         elif isinstance(step, Happening):
             drive.happen(step)
         else:
@@ -407,7 +407,7 @@ def test_a_drive_is_brought_from_its_boot_to_a_target_and_out_of_a_fault():
     drive.machine.happen(canopen.Happening.REACTED)
     for command in UPWARDS:  # only a reset leads out
         assert master.cycle(canopen.Controlword.of(command)).state is canopen.DriveState.FAULT
-    drive.machine.mend()
+    drive.machine.fix()
     master.cycle(canopen.Controlword.of(Command.FAULT_RESET))
     master.enable()
     assert drive.machine.points.active is None  # and moves nothing

@@ -140,7 +140,7 @@ async def test_topics_are_left_out_and_shown_again_each_by_its_key():
     marks = {
         Topic.BYTES: "@STEP 214,38",
         Topic.REQUESTS: "request: move by",
-        Topic.INTENTS: "call: move_j",
+        Topic.CALLS: "call: move_j",
         Topic.STATES: "state: moving",
         Topic.ERRORS: "raised: NoAnswer",
     }

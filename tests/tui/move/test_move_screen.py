@@ -7,7 +7,7 @@ from textual import events
 
 from armdrive.errors import WrongState
 from armdrive.moves import JointMove, LineMove, PoseMove
-from armdrive.status import State
+from armdrive.status import State, Trust
 from kinematics import JOINT_NAMES
 from tui.app import action_call
 from tui.keys.table import MOVE_KEYS
@@ -115,14 +115,14 @@ async def test_a_held_enter_moves_nothing_however_late_its_repeats_begin():
 async def test_a_refusal_says_why_and_one_key_asks_for_the_nearest():
     async with MoveSession() as session:
         await session.keys("'900")
-        session.shows("out of reach", foreseen="REFUSED")
-        session.shows("out of reach", foreseen="possible instead")
+        session.shows("out of reach", foreseen="REFUSED", footer="n nearest")
+        session.shows("out of reach", foreseen="n: possible instead", not_footer="go (twice)")
         await session.twice("enter")
         assert session.arm.asked_for == []
-        session.shows("confirmed all the same", messages="out of reach")
+        session.shows("confirmed all the same", messages="refused, for the reason shown")
         await session.keys("n")
         session.shows("n", not_foreseen="REFUSED")
-        session.shows("n", foreseen="takes")
+        session.shows("n", foreseen="takes", footer="go (twice)")
         await session.twice("enter")
         assert len(session.arm.asked_for) == 1
 
@@ -257,6 +257,13 @@ async def test_an_arm_that_may_not_move_now_shows_the_plan_and_says_why():
         session.shows("motors off", foreseen="REFUSED: the motors are off")
         await session.twice("enter")
         assert session.arm.asked_for == []
+        arm.set(state=State.ERROR_STOP, error="the elbow slipped")
+        await session.keys("n")
+        session.shows("the panel on top says why", foreseen="takes", not_foreseen="REFUSED")
+        arm.set(state=State.STANDBY, error="", trust=Trust.SUSPECT, trust_reason="it slipped")
+        await session.poll()
+        await session.keys("enter")
+        session.shows("suspect", messages="trusted: press H first", not_foreseen="REFUSED")
 
 
 USELESS = [
@@ -264,7 +271,7 @@ USELESS = [
     ("b", {"messages": "no other allowed posture"}),
     ("m l", {"messages": "a straight line leads to a pose"}),
     ("F", {"messages": "joint angles have no frame"}),
-    ("up less_than_sign left_square_bracket", {"goal": "speed 25% [< >]  step 0.1 [[ ]]"}),
+    ("up less_than_sign left_square_bracket", {"goal": "< >: speed 25%   [ ]: step 0.1"}),
 ]
 
 

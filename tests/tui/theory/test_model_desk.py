@@ -6,13 +6,11 @@ import pytest
 from desk_session import AppSession
 
 from armdrive.cli.learn.models import find_subject
-from armdrive.errors import KeyFileError
 from armdrive.render.camera import VIEWS
 from kinematics.chains.chain import rows_of
 from kinematics.textbook.study import example_posture
 from tui.arm_view import SpaceView
-from tui.keys.keyboard import DEFAULT_KEYS
-from tui.keys.remap import LAYOUTS, _of_layout, load_keys
+from tui.keys.layouts import LAYOUTS, keyboard_of
 from tui.keys.table import TABLE, pairs_of
 from tui.model_desk import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys
 from tui.widgets import PlainText
@@ -40,7 +38,7 @@ async def test_the_screen_says_that_there_is_no_arm_and_a_stop_key_only_closes_t
         assert "STOP" not in everything
         assert "trust" not in everything
         await session.press("left_square_bracket", "left_square_bracket", "right_square_bracket")
-        assert "step 2°/mm" in session.text("messages")
+        assert "one step is 2° or 2 mm" in session.text("messages")
         for key in ("space", "escape"):
             await session.press("question_mark")
             assert len(session.desk.screen_stack) == 2
@@ -191,12 +189,10 @@ async def test_the_singularity_of_a_table_is_looked_for_aside(tmp_path):
         assert "searching" in "".join(session.text(f"theory-page-{n}") for n in range(3))
 
 
-async def test_keys_can_be_others(tmp_path):
-    file = tmp_path / "keys.toml"
-    file.write_text('[keys]\nmodel-zero = "f9"\n', encoding="utf-8")
-    async with Session(keys=load_keys(str(file))) as session:
-        await session.press("f9")
-        assert session.degrees == [0.0, 0.0]
+async def test_keys_are_those_of_the_keyboard():
+    async with Session(keys=keyboard_of("azerty")) as session:
+        await session.press("Z", "a")
+        assert session.degrees == [5.0, 0.0]
 
 
 async def test_every_key_that_moves_the_watcher_moves_him_and_not_the_model():
@@ -211,12 +207,6 @@ async def test_every_key_that_moves_the_watcher_moves_him_and_not_the_model():
             await session.press(row.keys[0])
             assert (view.camera != camera) == (row.id != "view-clear"), row.id
         assert session.desk.hand.values == before
-
-
-def test_a_file_that_gives_one_key_to_two_rows_of_a_model_is_refused():
-    keys = DEFAULT_KEYS.changed({"model-zero": ("m",)})
-    with pytest.raises(KeyFileError, match="m would be both mode and model-zero"):
-        ModelDesk(find_subject("puma"), braille=True, keys=keys)
 
 
 def test_the_help_names_every_key_of_a_model_and_no_other():
@@ -235,7 +225,7 @@ def test_the_help_names_every_key_of_a_model_and_no_other():
 
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_no_key_of_a_model_does_two_things_on_any_layout(layout):
-    rows = model_keys(_of_layout(layout)).rows
+    rows = model_keys(keyboard_of(layout)).rows
     keys = [key for row in rows if row.place != "help" for key in row.keys]
     assert len(keys) == len(set(keys))
 

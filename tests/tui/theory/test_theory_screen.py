@@ -34,7 +34,7 @@ async def test_f6_shows_the_matrices_of_the_posture_and_moves_nothing():
         pages = session.text("theory-page-0") + session.text("theory-page-1")
         assert not {"wrist_pitch", "wrist_roll"} & set(pages.split())
         assert session.text("footer").startswith("space STOP")
-        assert f"{label('pagedown')} next page" in session.text("footer")
+        assert f"{label('pagedown')} {label('pageup')} page" in session.text("footer")
         session.arm.calls.clear()
         own = (key for row in THEORY_KEYS for key in row.keys)
         await session.press("q", "w", "m", "enter", "G", "Z", "left", *own)

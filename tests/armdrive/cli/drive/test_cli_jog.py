@@ -12,6 +12,8 @@ from armdrive.cli.drive import jog
 from armdrive.connect import parts
 from armdrive.connect.target import find
 from kinematics.textbook.systems import MODEL_NAMES
+from tui.keys.layouts import LAYOUTS
+from tui.settings import memory_file, recall
 
 
 @pytest.fixture
@@ -156,12 +158,21 @@ def test_the_keys_are_listed_without_opening_anything(call, desk):
     assert desk == []
 
 
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_keyboard_layout_is_remembered(call, desk, layout):
+    call("jog", "--show-keys", "--keys", layout, code=0)
+    listed = call("jog", "--show-keys", "--json", code=0).out
+    rows = {row["id"]: row for row in json.loads(listed)["keys"]}
+    assert rows["axis-1-plus"]["keys"] == [LAYOUTS[layout][0][0]]
+    assert recall(memory_file()).layout == layout
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["--program", "nowhere.arm"], ["nowhere.arm"]),
         (["--program", "stack.py"], ["`armdrive run` runs scripts"]),
-        (["--keys", "azery"], ["[E111]", "did you mean 'azerty'?"]),
+        (["--keys", "azery"], ["'azery'", "azerty"]),
     ],
 )
 def test_a_file_that_cannot_be_used_is_refused_before_anything_is_opened(call, desk, words, said):

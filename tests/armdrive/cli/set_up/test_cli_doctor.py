@@ -78,7 +78,7 @@ def test_a_missing_port_is_reported_before_the_question(call, port, tmp_path, mo
     monkeypatch.setattr(system, "device_names", lambda: ("/dev/ttyS0", "/dev/ttyS1"))
     [finding] = call("doctor", str(name), "--json", code=4).json["findings"]
     assert finding["what"] == f"there is no port {name} (present: /dev/ttyS0, /dev/ttyS1)"
-    assert finding["mend"] == "check the cable and the name"
+    assert finding["fix"] == "check the cable and the name"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
@@ -193,7 +193,7 @@ def test_a_port_that_fails_in_the_opening_says_why_and_is_free_again(call, port,
         assert "end that program first" in call.refused("doctor", str(port), "--yes", code=4)
 
 
-# -- settings compared and mended -----------------------------------------------------------------
+# -- settings compared and fixed -----------------------------------------------------------------
 
 
 @pytest.fixture
@@ -213,18 +213,18 @@ def bench(port, lead_to, monkeypatch):
 
 
 def differ(monkeypatch, differences: list[Difference]) -> list[str]:
-    """Have the controller's settings differ until they are mended; return what is written."""
+    """Have the controller's settings differ until they are fixed; return what is written."""
 
     written: list[str] = []
 
-    def mend(memory, lines=None):
+    def fix(memory, lines=None):
         written.extend(lines)
         for each in list(differences):
-            if each.mend in lines:
+            if each.fix in lines:
                 differences.remove(each)
         return DeviceSettings(tuple(differences))
 
-    monkeypatch.setattr(ControllerMemory, "mend_settings", mend)
+    monkeypatch.setattr(ControllerMemory, "fix_settings", fix)
     return written
 
 
@@ -247,7 +247,7 @@ def test_each_difference_is_shown_and_mended_when_that_is_asked_for(call, bench,
     assert "$1=255" in said
     assert "note     max rate $110" in said
     assert written == []
-    said = call("doctor", "--arm", "bench", "--yes", "--mend", code=0).out
+    said = call("doctor", "--arm", "bench", "--yes", "--fix", code=0).out
     assert written == ["$1=255", "$110=600"]
     assert "2 settings were written" in said
 
@@ -376,8 +376,8 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
     served.tell("fault drive-mode 3 2")
     said = call("doctor", "--arm", "bench", *ids, code=1).out
     assert "drive 3: mode 2 (PULSE_FOC)" in said
-    assert "`armdrive doctor --arm bench --mend`" in said
-    said = call("doctor", "--arm", "bench", *ids, "--mend", "--yes", code=0).out
+    assert "`armdrive doctor --arm bench --fix`" in said
+    said = call("doctor", "--arm", "bench", *ids, "--fix", "--yes", code=0).out
     assert "1 setting was written" in said
     assert "every drive of the arm file answers" in said
 

@@ -34,7 +34,7 @@ def test_a_port_is_listed_with_all_that_is_known(call, adapter, tmp_path):
     assert (seen["serial_number"], seen["manufacturer"]) == ("A50285BI", "FTDI")
     assert seen["stable_name"] == str(tmp_path / "by-id" / "usb-FTDI-if00")
     assert seen["arm_files"] == ["bench"]
-    assert (seen["holder"], seen["allowed"], seen["mend"]) == (None, True, "")
+    assert (seen["holder"], seen["allowed"], seen["fix"]) == (None, True, "")
     said = call("ports", code=0).out
     for word in ("FT232R USB UART", "0403:6001", "A50285BI", "usb-FTDI-if00", "arm file bench"):
         assert word in said
@@ -78,7 +78,7 @@ def test_a_forbidden_port_is_listed_with_its_remedy(call, adapter, monkeypatch):
     monkeypatch.setattr("armdrive.transports.ports.owning_group", lambda port: "dialout")
     (seen,) = call("ports", "--json", code=0).json["ports"]
     assert not seen["allowed"]
-    assert "sudo usermod -aG dialout $USER" in seen["mend"]
+    assert "sudo usermod -aG dialout $USER" in seen["fix"]
     said = call("ports", code=0).out
     assert "sudo usermod -aG dialout $USER" in said
     assert "FT232R USB UART" in said

@@ -254,9 +254,9 @@ class TestNumbers:
 
     def test_a_motor_with_half_the_steps_strays_by_half_of_them(self):
         controller = Talked().controller
-        strays = controller.strays_steps(Motors((100, 50, -10, 0, 0, 100)), 80.0)
+        strays = controller.deviation_steps(Motors((100, 50, -10, 0, 0, 100)), 80.0)
         assert strays == (0, 25, 9, 0, 0, 0)
-        assert controller.strays_steps(Motors((0,) * 6), 80.0) == (0,) * 6
+        assert controller.deviation_steps(Motors((0,) * 6), 80.0) == (0,) * 6
 
     def test_the_check_makes_the_bound_shorter(self):
         checked, plain = (Talked(check_numbers=on).controller for on in (True, False))

@@ -44,13 +44,13 @@ def made(dialect, **changes):
         ("cia402", {"master_id": 3}, "3 is a drive's"),
         ("cia402", {"strategy": "fast"}, "one of cyclic, profile"),
         ("cia402", {"period_ms": 2}, "period_ms must be from 4 to 50"),
-        ("cia402", {"heartbeat_ms": 80}, "2 times cia402.beat_ms"),
+        ("cia402", {"heartbeat_timeout_ms": 80}, "2 times cia402.heartbeat_period_ms"),
         ("cia402", {"smoothing_ms": 500}, "smoothing_ms must be from 0 to 200"),
         ("cia402", {"quick_stop_s": 0.0}, "quick_stop_s"),
         ("cia402", {"homing_methods": [17]}, "one for each of the 6 drives"),
         ("cia402", {"homing_methods": [99] * 6}, r"homing_methods\[0\]"),
         ("cia402", {"homing_speeds": [-1, 0]}, r"homing_speeds\[0\]"),
-        ("cia402", {"hearbeat_ms": 100}, "heartbeat_ms"),
+        ("cia402", {"hearbeat_timeout_ms": 100}, "heartbeat_timeout_ms"),
     ],
 )
 def test_wrong_settings_are_named(dialect, table, words):
@@ -77,9 +77,9 @@ def test_a_call_that_no_drive_answers_has_the_bus_checked(dialect):
 
 
 def test_the_announced_stop_covers_what_the_settings_make_of_it():
-    settings = Cia402Settings(quick_stop_s=0.05, heartbeat_ms=100, beat_ms=20)
+    settings = Cia402Settings(quick_stop_s=0.05, heartbeat_timeout_ms=100, heartbeat_period_ms=20)
     quick = made("cia402", device=settings)
-    slow = made("cia402", device=Cia402Settings(quick_stop_s=0.5, heartbeat_ms=500))
+    slow = made("cia402", device=Cia402Settings(quick_stop_s=0.5, heartbeat_timeout_ms=500))
     for burst_s in (0.15, 0.5):
         one, other = quick.stopping(burst_s), slow.stopping(burst_s)
         assert one.asked_s < other.asked_s

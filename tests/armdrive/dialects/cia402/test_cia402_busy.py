@@ -79,7 +79,7 @@ class BusyRig(Rig):
 
 
 LATE, SEEDS = ["program", "wire", "program and wire"], range(amount(2, 4))
-STEADY = {"heartbeat_ms": 2000, "period_ms": 40}
+STEADY = {"heartbeat_timeout_ms": 2000, "period_ms": 40}
 """With these, drives miss no heartbeat of a program that is so late."""
 
 
@@ -113,7 +113,7 @@ def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(late, seed, ho
     stood = rig.positions
     assert rig.along(*LINE[:4]) == Done()
     assert not rig.alerts()
-    assert (rig.positions - stood - steps(4000, -2000)).largest <= rig.config.device.rest_window
+    assert (rig.positions - stood - steps(4000, -2000)).largest <= rig.config.device.position_window
 
 
 @pytest.mark.parametrize("seed", range(amount(4, 40)))
@@ -128,7 +128,7 @@ def test_a_released_jog_stands_soon_and_reports_drives_that_miss_a_heartbeat(lat
     stood = rig.positions
     if not keeps_its_reference(rig, rig.finish(1.5), Halted()):
         assert rig.do(ClearFault()) == Done()
-    assert (rig.positions - stood).largest <= rig.config.device.rest_window
+    assert (rig.positions - stood).largest <= rig.config.device.position_window
     assert not any(alert.kind is AlertKind.OFF_PATH for alert in rig.alerts())
 
 

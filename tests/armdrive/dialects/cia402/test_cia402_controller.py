@@ -382,7 +382,7 @@ def test_a_stop_drops_targets_that_were_not_sent_yet():
 
 
 def test_heartbeats_that_just_suffice_hold_nothing_up():
-    rig = Rig({"heartbeat_ms": 100, "beat_ms": 50}).ready()
+    rig = Rig({"heartbeat_timeout_ms": 100, "heartbeat_period_ms": 50}).ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(20_000), 20_000.0)]), 10.0))
     began_s = rig.now_s
     assert rig.finish() == Done()
@@ -406,7 +406,7 @@ def test_a_drive_that_restarted_unnoticed_is_set_up_again_once_it_is_missing():
 
 
 def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
-    rig = Rig({"heartbeat_ms": 2000}).ready()
+    rig = Rig({"heartbeat_timeout_ms": 2000}).ready()
     rig.suspend(1.5)
     rig.run(1.0)
     assert not rig.alerts()
@@ -444,7 +444,7 @@ def test_a_fault_at_rest_is_reported_in_words_and_cleared_by_reset():
     refused = rig.do(ClearFault())
     assert isinstance(refused, RequestRejected)
     assert "does not leave it" in refused.reason
-    rig.device.board.mend(1, 0x4310)
+    rig.device.board.fix(1, 0x4310)
     assert rig.do(ClearFault()) == Done()
     assert rig.node(2).states.state is canopen.DriveState.DISABLED
     rig.ready()

@@ -14,9 +14,9 @@ from armdrive.tasks import (
     ClearFault,
     DeviceSettings,
     Done,
+    FixSetting,
     Halted,
     HomeDevice,
-    MendSetting,
     MoveAlong,
     MoveBy,
     ReadPosition,
@@ -317,7 +317,7 @@ def test_settings_that_differ_are_reported_with_the_line_that_mends_them():
     assert isinstance(told, DeviceSettings)
     first = next(each for each in told.differences if "608F:01" in each.setting)
     assert (first.found, first.expected, first.must) == ("10000", "4096", True)
-    assert first.mend == "1: 608F:01 u32 4096"
+    assert first.fix == "1: 608F:01 u32 4096"
     told = Rig({"encoder_increments": 10_000}).do(ReadSettings())
     assert told.differences == ()
 
@@ -343,7 +343,7 @@ def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
     rig = Rig()
     rig.do(ReadPosition())
     with pytest.raises(Refused):
-        rig.do(MendSetting(line))
+        rig.do(FixSetting(line))
 
 
 # -- Paused while a drive is not heard: the arm stands where it was, until it is resumed -----------

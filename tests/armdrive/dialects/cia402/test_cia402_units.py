@@ -53,7 +53,7 @@ def check_speed(rig, unit_hz, ramp_hz_s):
     assert rig.finish() == Done()
     assert rig.positions - before == steps(30_000, -15_000)
     assert not rig.alerts()
-    strays = rig.controller.strays_steps(steps(9), 20_000.0)[0]
+    strays = rig.controller.deviation_steps(steps(9), 20_000.0)[0]
     assert strays == (
         0.0 if rig.controller.group.is_cyclic else pytest.approx(2.0 * max(unit_hz, 1.0))
     )

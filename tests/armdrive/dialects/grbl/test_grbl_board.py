@@ -125,14 +125,14 @@ def test_a_pressed_feed_hold_stops_the_arm_and_keeps_its_position():
 def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     arm = found(factory=True)
     musts = [each for each in arm.parts.core.differences if each.must]
-    assert {each.mend for each in musts} >= {"$1=255", "$10=3", "$100=1", "$105=1"}
+    assert {each.fix for each in musts} >= {"$1=255", "$10=3", "$100=1", "$105=1"}
     arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
     with pytest.raises(SettingsDiffer, match=r"\$1=255"):
         arm.move_j(base_deg=3)
-    from armdrive.motion.device import mend_settings
+    from armdrive.motion.device import fix_settings
 
-    lines = tuple(each.mend for each in arm.parts.core.differences)
-    run_blocking(arm.parts.runner.perform(mend_settings(arm.parts.context, lines)))
+    lines = tuple(each.fix for each in arm.parts.core.differences)
+    run_blocking(arm.parts.runner.perform(fix_settings(arm.parts.context, lines)))
     assert arm.parts.core.differences == ()
     arm.move_j(base_deg=3)
     assert standing_as_said(arm)
@@ -147,17 +147,17 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     ],
 )
 def test_the_settings_of_a_board_that_was_already_running_name_its_firmware(firmware, named):
-    assert found(firmware=firmware).controller.mend_settings([]).firmware == named
+    assert found(firmware=firmware).controller.fix_settings([]).firmware == named
 
 
 def test_a_fluidnc_board_from_the_factory_is_mended_by_paths():
     arm = found(factory=True, firmware="fluidnc")
-    lines = [each.mend for each in arm.parts.core.differences]
+    lines = [each.fix for each in arm.parts.core.differences]
     assert "$/stepping/idle_ms=255" in lines
     assert "$10=3" in lines
     assert "$/axes/x/steps_per_mm=1" in lines
     assert "$/junction_deviation_mm=1" in lines
-    arm.controller.mend_settings()
+    arm.controller.fix_settings()
     assert arm.parts.core.differences == ()
     arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
     arm.move_j(base_deg=3)
@@ -166,10 +166,10 @@ def test_a_fluidnc_board_from_the_factory_is_mended_by_paths():
 
 def test_settings_only_in_fluidncs_file_are_reported_and_not_sent():
     arm = found(config(device={"hard_limits": True}), factory=True, firmware="fluidnc")
-    arm.controller.mend_settings()
+    arm.controller.fix_settings()
     (left_over,) = arm.parts.core.differences
     assert str(left_over).startswith("$21 (hard limits, in the board's configuration file) is 0")
-    assert left_over.mend == ""
+    assert left_over.fix == ""
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,7 @@ def test_a_line_that_writes_no_setting_is_not_sent(line):
     arm = ready()
     sent, motors = len(arm.twin.link.sent), arm.twin.world.motors
     with pytest.raises(Refused, match="is not a GRBL setting"):
-        arm.controller.mend_settings([line])
+        arm.controller.fix_settings([line])
     arm.sleep(1.0)
     assert not [piece for _, piece in arm.twin.link.sent[sent:] if line.encode() in piece]
     assert arm.twin.world.motors == motors

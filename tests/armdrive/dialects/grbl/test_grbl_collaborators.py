@@ -394,17 +394,17 @@ def told(variant=Variant.GRBL, **changes):
 
 
 def test_grblhal_needs_more_of_its_reports_homing_and_sleep():
-    lines = {each.mend for each in told(Variant.GRBLHAL, s62="0").differences()}
+    lines = {each.fix for each in told(Variant.GRBLHAL, s62="0").differences()}
     assert lines == {"$10=91", "$62=1"}
     assert not list(told(Variant.GRBLHAL, s10="511", s62="1").differences())
     homes = replace(
         told(Variant.GRBLHAL, s10="511", s22="1"), settings=config(device={"homing": True}).device
     )
-    assert {each.mend for each in homes.differences()} == {"$22=3"}
+    assert {each.fix for each in homes.differences()} == {"$22=3"}
 
 
 @pytest.mark.parametrize(
-    ("changes", "mend", "must"),
+    ("changes", "fix", "must"),
     [
         ({"s1": "25"}, "$1=255", True),
         ({"s1": None}, "$1=255", True),
@@ -419,10 +419,10 @@ def test_grblhal_needs_more_of_its_reports_homing_and_sleep():
         ({"s22": "1"}, "$22=0", False),
     ],
 )
-def test_each_differing_setting_is_reported_with_the_line_that_corrects_it(changes, mend, must):
+def test_each_differing_setting_is_reported_with_the_line_that_corrects_it(changes, fix, must):
     assert list(told().differences()) == []
     (found,) = told(**changes).differences()
-    assert (found.mend, found.must) == (mend, must)
+    assert (found.fix, found.must) == (fix, must)
 
 
 def test_the_boards_real_speed_is_used():

@@ -99,7 +99,7 @@ def test_a_refused_motion_spoils_no_later_one(firmware):
     stands(arm)
     arm.move_j(base_deg=5)
     with pytest.raises(ArmError, match="error 3"):
-        arm.controller.mend_settings(["$99=1"])
+        arm.controller.fix_settings(["$99=1"])
     arm.move_j(base_deg=10)
     assert arm.twin.world.motors == arm.status.acknowledged
 
@@ -433,7 +433,7 @@ def test_a_board_that_is_mute_for_less_goes_on():
 
 
 def test_how_long_a_board_may_be_mute_can_be_set():
-    arm = ready(config(device={"mute_s": 2.5, "answer_s": 5.0}))
+    arm = ready(config(device={"report_timeout_s": 2.5, "answer_s": 5.0}))
     begin_planned(arm)
     arm.sleep(0.5)
     arm.twin.faults.add("mute")

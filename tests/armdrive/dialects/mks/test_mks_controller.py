@@ -28,8 +28,8 @@ from armdrive.tasks import (
     DeviceSettings,
     Done,
     DropCurrent,
+    FixSetting,
     HomeDevice,
-    MendSetting,
     MoveBy,
     ReadPosition,
     ReadSettings,
@@ -125,10 +125,10 @@ def test_a_wrong_mode_is_a_difference_that_can_be_mended():
     (wrong,) = found.differences
     assert wrong.must
     assert "drive 2 (shoulder)" in wrong.setting
-    assert wrong.mend == "2: 82 05"
+    assert wrong.fix == "2: 82 05"
     words = denied(bench.do(SwitchOn()))
     assert "drive 2 (shoulder) is in mode 2" in words
-    assert isinstance(bench.do(MendSetting(wrong.mend)), Done)
+    assert isinstance(bench.do(FixSetting(wrong.fix)), Done)
     assert bench.do(ReadSettings()).differences == ()
     bench.ready()
 

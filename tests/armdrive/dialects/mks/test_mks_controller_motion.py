@@ -354,7 +354,7 @@ def test_an_order_that_a_drive_has_only_stored_is_not_sent_again_after_a_stop(an
 def test_a_burst_strays_no_further_than_announced(steps, rate_hz, firmware):
     bench = bursting(firmware)
     steps = Motors(steps)
-    bound = bench.controller.strays_steps(steps, rate_hz)
+    bound = bench.controller.deviation_steps(steps, rate_hz)
     bench.begin(MoveBy(steps, rate_hz))
     largest = max(range(6), key=lambda motor: abs(steps[motor]))
     while bench.controller.busy:

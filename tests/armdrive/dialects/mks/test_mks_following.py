@@ -35,8 +35,8 @@ STALL_S = 0.05
 FAST, SLOW = (9000, -3000, 0, 0, 0, 0), (300, -100, 0, 0, 0, 0)
 LATE_S = 0.005
 """So long at most does an answer take on this bus."""
-POLL_S, CORRIDOR = MksSettings().poll_s, MksSettings().corridor_counts
-REST, AHEAD_S = MksSettings().rest_counts, 0.2
+POLL_S, CORRIDOR = MksSettings().poll_s, MksSettings().following_error_counts
+REST, AHEAD_S = MksSettings().in_position_counts, 0.2
 SPEEDS = (9000, -6000, 3000, -1000, 300, 0)
 RELIEVED_S = 0.2
 """So long after it was found, a blocked drive is told to hold where it stands."""

@@ -53,7 +53,7 @@ def check_does_not_spring(arm):
     stood = arm.twin.world.motors
     arm.twin.faults.end()
     arm.sleep(1.5)
-    assert (arm.twin.world.motors - stood).largest <= arm.config.device.rest_counts
+    assert (arm.twin.world.motors - stood).largest <= arm.config.device.in_position_counts
     return stood
 
 

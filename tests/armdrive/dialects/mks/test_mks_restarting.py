@@ -228,7 +228,7 @@ def test_lost_frames_are_no_restart_and_lose_no_steps(seed, starts, lost):
     bench.begin(along(moves))
     check_done(bench)
     off = bench.positions - Motors(starts) - total(moves)
-    assert off.largest <= bench.controller.settings.rest_counts
+    assert off.largest <= bench.controller.settings.in_position_counts
 
 
 @pytest.mark.parametrize("seed", range(amount(4, 8)))

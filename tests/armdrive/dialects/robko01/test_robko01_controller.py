@@ -226,7 +226,7 @@ class TestArm:
         arm = ready_robko()
         arm.jog_j(base_deg=2, shoulder_deg=1)
         moved = arm.move_to(Pose.of(x_mm=280, y_mm=20, z_mm=130, pitch_deg=-80))
-        assert moved.straying_mm > 0.0
+        assert moved.deviation_mm > 0.0
         assert arm.twin.link.count(Op.MOVE_SPEED, Op.MOVE_RELATIVE, Op.CLEAR) == 0
 
     def test_where_the_arm_is_can_be_seen_while_it_moves(self):
@@ -456,7 +456,7 @@ def test_no_axis_lasts_longer_or_strays_further_than_was_computed(board, steps, 
     took_s, longest = rack.done_s - start_s, max(map(abs, steps))
     assert took_s <= pacing.lasts_s(longest, rate_hz) + 1e-9
     lead = next(axis for axis, each in enumerate(steps) if abs(each) == longest)
-    bound = pacing.strays_steps(steps, rate_hz)
+    bound = pacing.deviation_steps(steps, rate_hz)
     for look in range(41):
         seen = rack.positions(start_s + took_s * look / 40)
         share = seen[lead] / steps[lead]
@@ -486,7 +486,7 @@ def test_the_rates_of_an_avr_board_are_parts_of_125():
 
 
 def test_a_single_axis_does_not_stray():
-    assert Pacing(BOARDS["avr"]).strays_steps((0, 90, 0, 0, 0, 0), 125.0) == (0.0,) * 6
+    assert Pacing(BOARDS["avr"]).deviation_steps((0, 90, 0, 0, 0, 0), 125.0) == (0.0,) * 6
 
 
 def meter_of(doubt: float) -> PaceMeter:

@@ -121,7 +121,7 @@ def test_drives_are_plugged_in_and_pulled_one_by_one(served):
 @needs_pty
 def test_both_adapters_of_a_bus_are_pulled_and_put_back(tmp_path):
     paths = [tmp_path / "can0", tmp_path / "can1"]
-    server = make_server(slcan=paths[0], beside=paths[1])
+    server = make_server(slcan=paths[0], listener=paths[1])
     server.close()
     assert not any(path.is_symlink() for path in paths)
     server.open()

@@ -273,7 +273,7 @@ class TestStalls:
         profile.run(0.1)
         profile.write(1, canopen.CONTROLWORD, 0x80)
         assert profile.state(1).state is canopen.DriveState.FAULT  # still too hot
-        profile.board.mend(0, 0x4310)
+        profile.board.fix(0, 0x4310)
         profile.write(1, canopen.CONTROLWORD, 0x80)
         assert profile.state(1).state is canopen.DriveState.FAULT  # no edge
         profile.write(1, canopen.CONTROLWORD, 0)
