@@ -114,7 +114,7 @@ class AsyncControllerMemory(AsyncCalls[ControllerMemory]):
         self, program: PendantProgram, *, leave_others: bool = ..., report: RowReport = ...
     ) -> int:
         """Write a program into the arm's memory and read it back; moves nothing."""
-    async def mend_settings(self, lines: Sequence[str] | None = ...) -> DeviceSettings:
+    async def fix_settings(self, lines: Sequence[str] | None = ...) -> DeviceSettings:
         """Write the lines that set the device as the arm file expects. Moves nothing."""
 
 class AsyncRecorder(AsyncCalls[Recorder]):

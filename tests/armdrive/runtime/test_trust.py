@@ -237,7 +237,7 @@ def test_a_posture_that_is_not_known_says_what_it_lacks():
 
 def test_there_is_nothing_to_confirm_without_a_restored_position():
     arm = ready_arm()
-    with pytest.raises(Refused, match=r"no restored position .* the position is referenced$"):
+    with pytest.raises(Refused, match=r"no restored position .* the position is referenced\n"):
         arm.reference.confirm_restored()
 
 
