@@ -63,8 +63,7 @@ def test_the_help_shows_every_command_in_its_group_on_one_screen(call, words):
     ("words", "option"),
     [
         (("watch",), "--every"),
-        (("teach", "follow", "stack"), "--rest"),
-        (("teach", "retime", "stack"), "--wait"),
+        (("teach", "stack.arm"), "--rest"),
         (("can", "monitor", "can:virtual:x"), "--seconds"),
     ],
 )

@@ -347,7 +347,7 @@ HOLDING_NOTHING = [
     ("points", "list"),
     ("config", "list"),
     ("log",),
-    ("teach", "follow", "pick"),
+    ("teach", "pick.arm"),
 ]
 """Commands that hold no arm, and do what they can, or say a sentence."""
 
