@@ -540,6 +540,7 @@ class SixJointArm(FakeArm):
     """An arm of six joints without a gripper's motor, with switches of its own."""
 
     homes_by_switches = True
+    homing_words = "THE ARM WILL MOVE: its controller seeks its switches."
 
     def __init__(self, **more):
         super().__init__(**more)
