@@ -123,7 +123,7 @@ def text_of(config: ArmConfig, program: PendantProgram) -> str:
 def make_program(options: argparse.Namespace) -> Result:
     """Make a program and its points of a file's rows; the arm need not be there."""
     path = program_path(options.program, "armdrive pendant program monday.pendant tower.arm")
-    require_free(path, overwrite=options.force, how="add --force")
+    require_free(path, overwrite=options.force)
     config, book = chosen_points(options)
     rows = from_file(Path(options.file), config)
     points, text = program_of(config, rows, point_prefix(path.stem))

@@ -30,7 +30,7 @@ def record(options: argparse.Namespace) -> Result:
     Every line is written at once, so that no way to end loses any.
     """
     path = program_path(options.program, "armdrive teach stack.arm")
-    require_free(path, overwrite=options.force, how="add --force")
+    require_free(path, overwrite=options.force)
     recorder = ProgramRecorder(
         point_prefix(path.stem),
         Choices(options.line, options.speed, options.waits, options.rest),
