@@ -90,6 +90,8 @@ def test_their_client_writes_to_and_reads_from_our_server(master, device, size):
     assert master.sdo["Target position"].raw == -5000 - size
 
 
+# from Python 3.13 on, the stream that could not be opened complains when it is closed
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_their_client_understands_why_our_server_refuses(master):
     refused = {
         Place(0x7000): AbortCode.NO_OBJECT,
