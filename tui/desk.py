@@ -8,7 +8,7 @@ hidden screen: `disarm` is called before another screen or a dialog opens.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import ClassVar, cast
@@ -293,6 +293,11 @@ class ArmControl:
         desk.dialogs.open(dialog, answered)
 
 
+def size_class(cells: int, breakpoints: Sequence[tuple[int, str]]) -> str:
+    """Return the class that the framework gives a screen of this width or height."""
+    return [name for least, name in breakpoints if cells >= least][-1]
+
+
 class DeskScreen(Screen[None]):
     """One screen of the desk. At first no widget has the focus."""
 
@@ -313,8 +318,8 @@ class DeskScreen(Screen[None]):
         # and every widget once more after it has seen the size of the screen
         width, height = self.app.size
         self.add_class(
-            *self._get_breakpoint_classes(width, self.desk.HORIZONTAL_BREAKPOINTS),
-            *self._get_breakpoint_classes(height, self.desk.VERTICAL_BREAKPOINTS),
+            size_class(width, self.desk.HORIZONTAL_BREAKPOINTS),
+            size_class(height, self.desk.VERTICAL_BREAKPOINTS),
             update=False,
         )
 

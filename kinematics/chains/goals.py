@@ -254,11 +254,11 @@ def _rolled(hand: Vector, level: Vector, roll: float) -> Matrix3:
 def _swung(turned: Matrix3, hand: Vector) -> Matrix3:
     """Return a rotation turned, the shortest way, so that its z points along the hand."""
     x, _, z = columns(turned)
-    if dot(z, hand) < -1.0 + VERTICAL:  # opposite: about x, which is as good as any
-        return from_columns(x, cross(hand, x), hand)
-    middle = unit(add(z, hand))  # the shortest turn is two mirrors: z to the middle, then to hand
-    mirrored = subtract(x, scale(2.0 * dot(x, middle), middle))
-    moved = subtract(mirrored, scale(2.0 * dot(mirrored, hand), hand))
+    middle, moved = add(z, hand), x  # opposite: about x, which is as good as any
+    if norm(middle) > VERTICAL:  # else two mirrors: z to the middle, then to the hand
+        middle = unit(middle)
+        mirrored = subtract(x, scale(2.0 * dot(x, middle), middle))
+        moved = subtract(mirrored, scale(2.0 * dot(mirrored, hand), hand))
     level = unit(reject(moved, hand))
     return from_columns(level, cross(hand, level), hand)
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from chain_cases import ASKEW, gap, turn_gap
 from frame_cases import rotations
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from kinematics_cases import arm_and_posture
 from named_arms import (
@@ -320,7 +320,17 @@ def test_what_is_wanted_is_a_rotation_that_wants_nothing_more(goal_frame, now, f
     assert norm(goal.turn(transform(wanted, (0.0, 0.0, 0.0)))[0]) < 1e-6
 
 
+def nearly_opposite(tilt):
+    """A hand that points downwards but for a small tilt, and one that points upwards."""
+    down = multiply(rot_x(math.pi - tilt), rot_z(1.2))
+    up = rot_z(math.pi)
+    return [transform(turn, (200.0, 50.0, 100.0)) for turn in (up, down)]
+
+
 @given(hands, hands)
+@example(*nearly_opposite(0.0))
+@example(*nearly_opposite(1e-12))
+@example(*nearly_opposite(4e-5))
 def test_with_the_roll_free_only_the_direction_is_turned(goal_frame, now):
     goal = frame_goal(goal_frame, ALL_PARTS - {Part.ROLL})
     between = angle_between(hand_of(goal_frame), hand_of(now))
