@@ -33,8 +33,21 @@ AFTER_S = [0.0, 0.31, 0.9]
 ALL_SIDES = [BOTH, ORDERS, ANSWERS]
 
 
+AS_IT_COMES_BACK = [(1.4, 0.9, ORDERS), (1.2, 0.95, ANSWERS), (1.4, 0.95, BOTH)]
+"""Outages that end while the drives are asked for their positions: some answer, others do not."""
+
+
+@pytest.mark.parametrize(("for_s", "after_s", "sides"), AS_IT_COMES_BACK)
+def test_a_bus_that_comes_back_blames_no_drive(for_s, after_s, sides):
+    check_blames_no_drive(for_s, after_s, sides)
+
+
 @in_pairs("for_s, after_s, sides", [1.4, 2.5], AFTER_S, ALL_SIDES)
 def test_a_long_outage_ends_the_motion_and_blames_no_drive(for_s, after_s, sides):
+    check_blames_no_drive(for_s, after_s, sides)
+
+
+def check_blames_no_drive(for_s, after_s, sides):
     bench = begun(straight(10), after_s)
     bench.delay_frames(for_s, sides)
     reply = bench.finish()
