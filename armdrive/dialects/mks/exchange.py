@@ -276,11 +276,11 @@ class MksExchange(ScriptIO[Event]):
         return setting_of((yield from self.reading(drive, ReadSetting(code))))
 
     def look(
-        self, drives: Collection[ObservedDrive] | None = None
+        self, drives: Collection[ObservedDrive] | None = None, *, tries: int = TRIES
     ) -> MksScript[tuple[ObservedDrive, ...]]:
         """Read the positions of some drives, or all; return those that do not answer."""
         asked = self.drives if drives is None else tuple(drives)
-        found = yield from self.read(ReadEncoder(), asked)
+        found = yield from self.read(ReadEncoder(), asked, tries=tries)
         return tuple(drive for drive in asked if drive not in found)
 
     # -- receiving ----------------------------------------------------------------------------

@@ -217,7 +217,7 @@ class MotionRun:
         since_s = min(each.ledger.sent_s for each in io.drives)
         missing = yield from io.look()
         if missing and len(missing) < len(io.drives):
-            missing = yield from io.look(missing)  # the bus may just have come back
+            missing = yield from io.look(missing, tries=2)  # the bus may just have come back
         until_s = io.now_s + REPLY_TIMEOUT_S
         while not missing and io.observer.suspects and io.now_s < until_s:
             yield from io.pause(io.now_s + DRAIN_S)

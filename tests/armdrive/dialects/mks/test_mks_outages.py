@@ -33,7 +33,7 @@ AFTER_S = [0.0, 0.31, 0.9]
 ALL_SIDES = [BOTH, ORDERS, ANSWERS]
 
 
-AS_IT_COMES_BACK = [(1.4, 0.9, ORDERS), (1.2, 0.95, ANSWERS), (1.4, 0.95, BOTH)]
+AS_IT_COMES_BACK = [(1.4, 0.9, ORDERS), (1.4, 0.95, BOTH), (1.4, 1.0, BOTH)]
 """Outages that end while the drives are asked for their positions: some answer, others do not."""
 
 
