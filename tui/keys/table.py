@@ -200,7 +200,7 @@ POINT_KEYS = (
     DeskKey("points-wait", ("W",), "points.append_wait", "wait",
             "Append a wait to the program. Type seconds, then press enter.", "points"),
     DeskKey("points-erase", ("backspace",), "points.erase", "",
-            "Take the program's last line back; while you type a name, its last letter.",
+            "Take back what was appended last; while you type a name, its last letter.",
             "points"),
     _pause("points"),
 )  # fmt: skip

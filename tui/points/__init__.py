@@ -64,7 +64,7 @@ def program_lines(program: TaughtProgram, keys: Keyboard) -> Iterator[Span]:
         return
     first = max(len(lines) - LINES_SHOWN, 0)
     for index, line in enumerate(lines[first:], first + 1):
-        yield f"{index:>3}  {line}", ""
+        yield f"{index:>3}  {printable(line)}", ""
     append, fingers, wait = map(keys.label, ("points-append", "points-fingers", "points-wait"))
     yield f"{append} appends the point, {fingers} the fingers, {wait} a wait", "dim"
 
@@ -158,6 +158,7 @@ class PointsScreen(DeskScreen):
 
     def _show_program(self) -> None:
         panel, program = self.text("program"), self.points.program
+        program.reread()
         panel.show_lines(program_lines(program, self.desk.keys))
         panel.display = bool(panel.shown)
         if program.path is not None:

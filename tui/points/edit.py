@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from armdrive.errors import BadRequest, PointsChanged
+from armdrive.errors import ArmError, BadRequest, PointsChanged
 from armdrive.motion.plan import audit_opening
 from armdrive.programs.program import ENDING
 from armdrive.programs.teaching.lines import TaughtLines
@@ -24,32 +24,35 @@ from tui.settings import MoveSettings
 class TaughtProgram:
     """The program that points are appended to, line by line."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, desk: Desk) -> None:
         self.path: Path | None = None
         """The file that was appended to last; None if none was."""
-        self._folder = folder
-        self._text = ""
+        self.lines: tuple[str, ...] = ()
+        """Its lines, as they were read last."""
+        self._desk = desk
         self._stamp: object = None
         self._undo: tuple[str, str] | None = None
 
-    @property
-    def lines(self) -> tuple[str, ...]:
-        """The program's lines as they stand in the file now; none while there is no program."""
-        if self.path is not None and (stamp := stamp_of(self.path)) != self._stamp:
-            self._stamp, self._text = stamp, _text_of(self.path)
-        return tuple(self._text.splitlines())
+    def reread(self) -> None:
+        """Show what stands in the file, when it has changed."""
+        if self.path is None or (stamp := stamp_of(self.path)) == self._stamp:
+            return
+        self._stamp = stamp
+        try:
+            self.lines = tuple(_text_of(self.path).splitlines())
+        except ArmError as error:
+            self._desk.message = str(error)
 
     def append(self, name: str, write: Callable[[TaughtLines], None]) -> str:
-        """Write lines at the end of a program of the folder; return what was done."""
-        path = self._folder / f"{name}{ENDING}"
-        text = _text_of(path)
-        lines = TaughtLines.after(text, path.name)
-        write(lines)
-        before = text if text.endswith("\n") or not text else f"{text}\n"
-        self._replace(path, text, before + lines.text)
-        self.path, self._undo = path, (text, before + lines.text)
-        said = " / ".join(lines.text.splitlines())
-        return f"{path.name}, line {len(self.lines)}: {said}"
+        """Write lines at the end of a program of the desk's folder; return what was done."""
+        path = self._desk.programs / f"{name}{ENDING}"
+        before = _text_of(path)
+        added = TaughtLines.after(before, path.name)
+        write(added)
+        after = before + "\n" * (not before.endswith("\n") and bool(before)) + added.text
+        self._replace(path, before, after)
+        self.path, self._undo = path, (before, after)
+        return f"{path.name}, line {len(after.splitlines())}: {_said(added.text)}"
 
     def require_name(self, append: str) -> str:
         """Return the name of the program. Raises `BadRequest` where none was appended to yet."""
@@ -58,13 +61,13 @@ class TaughtProgram:
         return self.path.stem
 
     def take_back(self) -> str:
-        """Take the lines back that were appended last; return what was done."""
+        """Take back what was appended last; return what was done."""
         if self.path is None or self._undo is None:
             raise BadRequest("there is no line to take back")
         before, after = self._undo
         self._replace(self.path, after, before)
         self._undo = None
-        return f"the last line is out of {self.path.name}"
+        return f"taken back from {self.path.name}: {_said(after.removeprefix(before))}"
 
     def _replace(self, path: Path, seen: str, text: str) -> None:
         try:
@@ -75,6 +78,10 @@ class TaughtProgram:
 
 def _text_of(path: Path) -> str:
     return read_text(path, "the program", BadRequest) if is_there(path) else ""
+
+
+def _said(lines: str) -> str:
+    return " / ".join(lines.strip().splitlines())
 
 
 class PointMotion:
@@ -99,10 +106,10 @@ class PointMotion:
 
 
 class PointEdits:
-    """Changes of the chosen point, and of the list."""
+    """Changes of the chosen point, and lines of a program that go to it."""
 
     def __init__(self, desk: Desk, selection: PointSelection, motion: PointMotion) -> None:
-        self.program = TaughtProgram(desk.programs)
+        self.program = TaughtProgram(desk)
         self._desk = desk
         self._selection = selection
         self._motion = motion
@@ -156,7 +163,7 @@ class PointEdits:
         self._selection.ask(PointNaming("wait", "1", take=self._append_wait, offered=True))
 
     def erase(self) -> None:
-        """Delete the last letter that was typed, or take the program's last line back."""
+        """Delete the last letter that was typed, or take back what was appended last."""
         if self._selection.naming is not None:
             self._selection.naming.line.erase()
         else:

@@ -261,6 +261,13 @@ async def test_a_program_that_a_person_edits_meanwhile_is_followed_and_not_overw
         session.shows("backspace", messages="has changed meanwhile", program="mine")
         await session.keys("a enter")
         assert path.read_text(encoding="utf-8") == "# mine\nspeed 25%\nspeed 50%\nmove up\n"
+        path.write_bytes(b"# caf\xe9 \n")
+        await session.settle()
+        await session.settle()
+        session.shows("a file that cannot be read", messages="is not UTF-8 text", program="move up")
+        path.write_bytes(b"# \x1b[31mred\n")
+        await session.settle()
+        session.shows("hostile text", program="# \\x1b[31mred")
         path.write_text("mov up\n", encoding="utf-8")
         await session.keys("a enter")
         session.shows("a mistake", messages="'mov'")
