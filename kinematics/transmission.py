@@ -132,6 +132,17 @@ class Transmission:
         """Return the steps per second of each motor for these rates, couplings included."""
         return times(self.matrix, self._coordinates(joint_rates_rad_s, gripper_mm_s))
 
+    def most_steps(self, amounts: Sequence[float]) -> tuple[float, ...]:
+        """Return how far each motor turns at most while every joint turns by up to its amount.
+
+        The opening's amount follows those of the joints. Amounts beyond what the motors drive are
+        ignored. Rates in rad/s (and mm/s) give rates in steps/s.
+        """
+        return tuple(
+            math.fsum(abs(share * amount) for share, amount in zip(row, amounts, strict=False))
+            for row in self.matrix
+        )
+
     def with_signs(
         self, motors: Sequence[int] = (), coordinates: Sequence[int] = ()
     ) -> Transmission:

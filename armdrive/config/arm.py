@@ -93,14 +93,11 @@ class ArmConfig:
     @property
     def motor_ranges(self) -> tuple[float, ...]:
         """How far each motor turns between its joints' limits, in steps; empty if not known."""
-        model, transmission = self.model, self.model.transmission
+        model = self.model
         low_mm, high_mm = model.gripper_range_mm
         spans = [one.high_rad - one.low_rad for one in model.arm.limits]
-        spans.append(high_mm - low_mm)
-        return tuple(
-            math.fsum(abs(share * span) for share, span in zip(row, spans, strict=False))
-            for row in (() if transmission is None else transmission.matrix)
-        )
+        turning = model.transmission
+        return () if turning is None else turning.most_steps([*spans, high_mm - low_mm])
 
     @property
     def calibration(self) -> str:

@@ -268,11 +268,10 @@ def _single_motors(config: ArmConfig, controller: Controller) -> list[StopStretc
     if transmission is None:
         return [_at_limits(config, controller)]
     speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
-    found = []
-    for motor, row in enumerate(transmission.matrix):
-        wanted_hz = math.fsum(abs(one * speed) for one, speed in zip(row, speeds, strict=False))
+    motors, found = range(len(transmission.motors)), []
+    for motor, wanted_hz in enumerate(transmission.most_steps(speeds)):
         rate_hz = max(min(wanted_hz, controller.usable_rate_hz(math.inf)), LEAST_HZ)
-        rates_hz = tuple(rate_hz if index == motor else 0.0 for index in range(len(row)))
+        rates_hz = tuple(rate_hz if index == motor else 0.0 for index in motors)
         found.append(
             StopStretch(StopPart(math.inf, rate_hz), config.model.joint_speeds_rad_s, rates_hz)
         )

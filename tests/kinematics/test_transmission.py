@@ -1,5 +1,6 @@
 """Joint angles and gripper opening to motor steps and back."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -140,6 +141,21 @@ def test_motor_rates_are_the_change_of_exact_steps_and_lead_back(transmission, r
     assert made == pytest.approx(changes, abs=1e-6)
     values = (*rates, opening_rate)[: len(made)]
     assert times(transmission.inverse, made) == pytest.approx(values, abs=1e-9)
+
+
+@given(transmissions, some_postures, st.floats(-50, 50))
+def test_no_way_of_turning_the_joints_turns_a_motor_farther_than_its_most(
+    transmission, amounts, opening
+):
+    most = transmission.most_steps((*amounts, opening))
+    ways = itertools.product((1.0, -1.0), repeat=6)
+    turned = [
+        transmission.motor_rates(
+            [s * a for s, a in zip(way, amounts, strict=False)], way[-1] * opening
+        )
+        for way in ways
+    ]
+    assert most == pytest.approx([max(each) for each in zip(*turned, strict=True)], abs=1e-6)
 
 
 @given(some_postures, openings)

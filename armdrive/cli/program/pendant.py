@@ -9,7 +9,7 @@ from pathlib import Path
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_points, chosen_target
 from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
-from armdrive.cli.program.teach import point_prefix
+from armdrive.cli.program.teach import point_prefix, require_free_points
 from armdrive.cli.terminal_operator import ready_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OperatorNeeded, PendantFileError
@@ -125,9 +125,10 @@ def make_program(options: argparse.Namespace) -> Result:
     path = program_path(options.program, "armdrive pendant program monday.pendant tower.arm")
     require_free(path, overwrite=options.force)
     config, book = chosen_points(options)
-    rows = from_file(Path(options.file), config)
-    points, text = program_of(config, rows, point_prefix(path.stem))
-    book.put_all(points, again=options.force)
+    rows, prefix = from_file(Path(options.file), config), point_prefix(path.stem)
+    require_free_points(book, prefix, overwrite=options.force)
+    points, text = program_of(config, rows, prefix)
+    book.put_all(points, again=True)
     write_named(path, text.encode("utf-8"))
     return Result(
         {"file": str(path), "points": list(points)},

@@ -17,7 +17,7 @@ from armdrive.programs.program import program_path
 from armdrive.programs.teaching.recording import Choices, ProgramRecorder, seen_in
 from armdrive.storage.files import require_free, write_named
 from armdrive.storage.lock_client import watch_holder
-from armdrive.storage.point_file import points_of
+from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import check_name
 from kinematics.text import counted
 
@@ -38,14 +38,12 @@ def record(options: argparse.Namespace) -> Result:
     name = one_holder(options)
     config = (chosen_target(options) if names_arm(options) else find(name)).config
     book = points_of(config.name, config.model.arm)
-    _require_free(tuple(book), recorder.name, overwrite=options.force)
+    require_free_points(book, recorder.name, overwrite=options.force)
     tell(options, f"recording {name} into {path}: a line wherever it comes to rest; Ctrl-C ends it")
     written = ""
 
-    def keep(*, made: bool) -> None:
+    def keep() -> None:
         nonlocal written
-        if not made:
-            return
         book.put_all(recorder.points, again=True)
         write_named(path, recorder.text.encode("utf-8"))
         for line in recorder.text.removeprefix(written).splitlines():
@@ -57,11 +55,13 @@ def record(options: argparse.Namespace) -> Result:
             if view["state"] == "disconnected":
                 break
             seen = seen_in(view, config.model.arm.joint_names)
-            keep(made=recorder.see(seen, time.monotonic()))
+            if recorder.see(seen, time.monotonic()):
+                keep()
     except KeyboardInterrupt:  # how a recording ends
         pass
     finally:
-        keep(made=recorder.end(time.monotonic()))
+        if recorder.end(time.monotonic()):
+            keep()
     if not written:
         raise Refused("nothing was recorded: the arm was never seen at rest")
     count = f"{counted(len(recorder.points), 'point')}, in {book.path}"
@@ -73,9 +73,9 @@ def point_prefix(stem: str) -> str:
     return check_name(re.sub(r"\W", "_", stem))
 
 
-def _require_free(known: tuple[str, ...], prefix: str, *, overwrite: bool) -> None:
-    """Refuse names that are taken before anything is recorded, not after it."""
-    taken = [name for name in known if re.fullmatch(f"{prefix}_[0-9]+", name)]
+def require_free_points(book: Points, prefix: str, *, overwrite: bool) -> None:
+    """Raise `BadRequest` if points of a taught program exist already, before anything is made."""
+    taken = [name for name in book if re.fullmatch(f"{prefix}_[0-9]+", name)]
     if taken and not overwrite:
         raise BadRequest(
             f"there is {', '.join(taken)} already: name the program otherwise, or add --force"

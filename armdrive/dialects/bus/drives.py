@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -184,8 +183,4 @@ def bus_motors(config: ArmConfig, section: str, ids: Sequence[int]) -> BusMotors
             f"{counted(len(names), 'motor')}"
         )
     speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
-    fastest_hz = max(
-        math.fsum(abs(share * speed) for share, speed in zip(row, speeds, strict=False))
-        for row in transmission.matrix
-    )
-    return BusMotors(names, fastest_hz, config.motor_ranges)
+    return BusMotors(names, max(transmission.most_steps(speeds)), config.motor_ranges)

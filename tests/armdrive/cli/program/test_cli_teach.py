@@ -289,7 +289,8 @@ def test_rows_of_a_homed_arm_become_a_program_and_its_points(call, tmp_path):
     call("pendant", "program", str(out), str(program), code=0)
     assert "exists already" in call.refused("pendant", "program", str(out), str(program), code=2)
     program.unlink()
-    assert "there_1 already" in call.refused("pendant", "program", str(out), str(program), code=2)
+    refused = call.refused("pendant", "program", str(out), str(program), code=2)
+    assert "there_1 already: name the program otherwise, or add --force" in refused
     call("pendant", "program", str(out), str(program), "--force", code=0)
     assert program.read_text(encoding="utf-8").startswith("speed 32%\nmove there_1\n")
 
