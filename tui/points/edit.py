@@ -54,10 +54,11 @@ class TaughtProgram:
         self.path, self._undo = path, (before, after)
         return f"{path.name}, line {len(after.splitlines())}: {_said(added.text)}"
 
-    def require_name(self, append: str) -> str:
+    def require_name(self) -> str:
         """Return the name of the program. Raises `BadRequest` where none was appended to yet."""
         if self.path is None:
-            raise BadRequest(f"{append} on a point begins a program")
+            key = self._desk.keys.label("points-append")
+            raise BadRequest(f"{key} on a point begins a program")
         return self.path.stem
 
     def take_back(self) -> str:
@@ -152,14 +153,14 @@ class PointEdits:
 
     def append_fingers(self) -> None:
         """Ask what the fingers do next in the program."""
-        self._require_program()
+        self.program.require_name()  # refused before anything is asked
         self._selection.ask(
             PointNaming("fingers", "grasp", take=self._append_fingers, offered=True)
         )
 
     def append_wait(self) -> None:
         """Ask how long the program waits next."""
-        self._require_program()
+        self.program.require_name()
         self._selection.ask(PointNaming("wait", "1", take=self._append_wait, offered=True))
 
     def erase(self) -> None:
@@ -168,9 +169,6 @@ class PointEdits:
             self._selection.naming.line.erase()
         else:
             self._desk.say(self.program.take_back())
-
-    def _require_program(self) -> str:
-        return self.program.require_name(self._desk.keys.label("points-append"))
 
     def move_there(self) -> None:
         """Ask for the chosen point on the move screen, to change it there."""
@@ -226,12 +224,12 @@ class PointEdits:
         if isinstance(grip, float):
             audit_opening(self._desk.arm.config, grip)
         self._write(
-            self._require_program(), lambda lines: lines.fingers(grip, speed=self._motion.speed)
+            self.program.require_name(), lambda lines: lines.fingers(grip, speed=self._motion.speed)
         )
 
     def _append_wait(self, naming: PointNaming) -> None:
         time_s = naming.time_s
-        self._write(self._require_program(), lambda lines: lines.delay(time_s))
+        self._write(self.program.require_name(), lambda lines: lines.delay(time_s))
 
     def _write(self, program: str, write: Callable[[TaughtLines], None]) -> None:
         done = self.program.append(program, write)
