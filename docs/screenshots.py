@@ -30,7 +30,8 @@ from armdrive.motion.dead_man import GATE_S
 from armdrive.status import status_view
 from armdrive.storage.points import Point
 from kinematics import Joints
-from kinematics.textbook.study import named_subject
+from kinematics.textbook.study import subject_of_system
+from kinematics.textbook.systems import system
 from tui.desk import Desk
 from tui.model_desk import ModelDesk
 from tui.program import ProgramScreen
@@ -212,7 +213,7 @@ async def program() -> str:
 
 async def model(name: str, *keys: str) -> str:
     """Picture a model without an arm."""
-    app = ModelDesk(named_subject(name), braille=True)
+    app = ModelDesk(subject_of_system(system(name)), braille=True)
     return await keyed(app, keys, lambda: None)
 
 
@@ -238,12 +239,10 @@ PICTURES: Mapping[str, Callable[[], Coroutine[Any, Any, str]]] = MappingProxyTyp
         "move": partial(desk, "f3", *_typed("220"), "down", *_typed("-120"), "down", *_typed("80")),
         "points": partial(desk, "f4", "a", "enter", "l", "down", "a", "enter", "g", "enter"),
         "setup": partial(desk, "f5", "down", "down", "down", "enter", "t"),
-        "theory": partial(desk, "f6"),
         "log": partial(desk, "f7"),
         "program": program,
         "watch": watch,
         "model": partial(model, "puma", "q", "q", "w"),
-        "axes": partial(model, "alpha2-lecture", "A", *["N"] * 31),
         "first-run": first_run,
         "help": partial(desk, "question_mark"),
         "palette": partial(desk, "ctrl+p", *_typed("ref")),

@@ -28,13 +28,7 @@ from kinematics.chains.inverse import Solution as Solution
 from kinematics.chains.inverse import solve_frame_ik as solve_frame_ik
 from kinematics.chains.inverse import solve_goal as solve_goal
 from kinematics.chains.jacobians import Condition as Condition
-from kinematics.chains.jacobians import NearestSingularity as NearestSingularity
-from kinematics.chains.jacobians import Rates as Rates
 from kinematics.chains.jacobians import condition as condition
-from kinematics.chains.jacobians import geometric_jacobian as geometric_jacobian
-from kinematics.chains.jacobians import joint_rates as joint_rates
-from kinematics.chains.jacobians import manipulability as manipulability
-from kinematics.chains.jacobians import nearest_singularity as nearest_singularity
 from kinematics.chains.links import LINK_TYPES as LINK_TYPES
 from kinematics.chains.links import Convention as Convention
 from kinematics.chains.links import DHLink as DHLink

@@ -24,9 +24,9 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from armdrive.render.camera import LOOKS, VIEWS, Camera, Dome
+from armdrive.render.camera import LOOKS, VIEWS, Camera
 from armdrive.render.canvas import Ink, Painted
-from armdrive.render.scene import ArmDrawing, Key, Moment, Outline, SceneSpace, Studio
+from armdrive.render.scene import ArmDrawing, Key, Moment, Outline, Studio
 from kinematics.presets import ArmModel
 
 DRAG_DEG = (3, 6)
@@ -94,7 +94,6 @@ class SpaceView(Widget):
         self._scene = ArmDrawing(model)
         self._studio = Studio(self._scene.dome, braille=braille)
         self._moment = Moment()
-        self._drawing: tuple[SceneSpace, Dome] | None = None
         self._painted: Painted | None = None
         self._styles: dict[Ink, Style] = {}
         self._filters: tuple[LineFilter, ...] = ()
@@ -116,23 +115,12 @@ class SpaceView(Widget):
         if self._scene.missing is not None:
             self._work_out(self._scene.missing)
 
-    def show_drawing(self, drawing: tuple[SceneSpace, Dome] | None) -> None:
-        """Show a drawing and the space that it fills instead of the arm; None shows the arm."""
-        if drawing is not self._drawing:
-            self._drawing = drawing
-            dome = self._scene.dome if drawing is None else drawing[1]
-            if dome is not self._studio.dome:
-                self._studio = Studio(dome, braille=self._studio.braille)
-                self.camera = self.camera.fitted()
-            self._redraw()
-
     def look(self, what: str) -> None:
         """Move the camera as a key asks, or forget the driven way; `LOOKS` and `CLEAR` name it."""
         if what == CLEAR:
             self._scene.trail.clear()
         else:
-            tip = self._scene.tip if self._drawing is None else None
-            self.camera = LOOKS[what](self.camera, tip, self._studio.dome)
+            self.camera = LOOKS[what](self.camera, self._scene.tip, self._scene.dome)
         self._redraw()
 
     # -- drawing ------------------------------------------------------------------------------
@@ -188,11 +176,7 @@ class SpaceView(Widget):
         if self.size.height < LEAST_ROWS:
             self._painted, self._strips = None, {}
             return
-        space = (
-            self._scene.space(self._moment, self._unknown)
-            if self._drawing is None
-            else self._drawing[0]
-        )
+        space = self._scene.space(self._moment, self._unknown)
         before = self._painted
         self._painted = self._studio.draw(space, self.camera, self.size.width, self.size.height)
         changed = [Region(x, y, width, 1) for x, y, width in self._painted.changes(before)]

@@ -1,38 +1,48 @@
-"""The desk of a model: a named system or a link table, jogged with no arm connected at all."""
+"""The desk of a model: a named system or a link table, jogged with no arm connected at all.
+
+It shows the model in space, and beside it what `armdrive explain` prints of the same posture.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from typing import ClassVar, cast
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
+from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 
-from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
+from armdrive.render.figure import ChainFigure, DrawnChain
+from armdrive.render.scene import Moment
+from kinematics.chains.links import JointKind
+from kinematics.presets import ArmModel
+from kinematics.text import folded, rounded
+from kinematics.textbook.stepping import coordinates_of, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
+from kinematics.textbook.systems.named import frame_coordinates
+from kinematics.textbook.worked_example import ExampleSection, measures, sections
 from tui.app import KeyApp
 from tui.arm_view import SpaceView
+from tui.axes import bar
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
-from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, words
+from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, spoken, words
 from tui.settings import INCREMENTS, memory_file, neighbour, recall
 from tui.terminal import draws_braille
-from tui.theory import TheoryPanel, axis_rows, joint_rows
 from tui.widgets import PlainText, fill_frame, framed, text_of
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.
 
-PLACE = "theory"
+PLACE = "model"
 """The place of all rows of a model's keyboard."""
 
 KEPT = ("mode", "finer", "coarser", *(row.id for row in VIEW_KEYS))
-"""Rows by id; those that jog, and those of the theory, are kept too."""
+"""Rows by id; those that jog, and those of a model alone, are kept too."""
 
 NOTHING_TO_STOP = "Close a dialog. There is nothing to stop: no arm is connected."
-
-_OWN_PLACES = ("theory", "model")
 
 
 class ModelKeyboard(Keyboard):
@@ -62,7 +72,7 @@ def _rows(keys: Keyboard) -> Iterator[DeskKey]:
             yield replace(row, tooltip="Leave the model.")
         elif row.id in ("help", "help-close"):
             yield row
-        elif row.id in KEPT or row.place in _OWN_PLACES or row.jogs:
+        elif row.id in KEPT or row.place == PLACE or row.jogs:
             yield replace(row, place=PLACE)
 
 
@@ -79,24 +89,20 @@ class ModelHand:
     increment: float = 5.0
     """One step, in degrees or mm."""
     pairs: tuple[JogPair, ...] = field(init=False)
-    axes: tuple[str, ...] = field(init=False)
+    axes: tuple[tuple[str, str], ...] = field(init=False)
+    """Names and units of the hand's coordinates."""
 
     def __post_init__(self) -> None:
         self.values = self.values or example_posture(self.subject.chain)
-        self.axes = axes_of(self.subject)
-        self.pairs = pairs_of(self.subject.chain.joint_names, self.axes)
+        named = (name.rpartition("_") for name in coordinates_of(self.subject))
+        self.axes = tuple((name, unit) for name, _, unit in named)
+        names = tuple(name for name, _ in self.axes)
+        self.pairs = pairs_of(self.subject.chain.joint_names, names)
 
     @property
     def study(self) -> Study:
         """The results for the present posture."""
         return study(self.subject, self.values)
-
-    @property
-    def way(self) -> str:
-        """Say what the keys move, and how."""
-        if not self.cartesian:
-            return "joints"
-        return "the hand, by closed form" if has_inverse(self.subject) else "the hand, by Jacobian"
 
     def press(self, key: str) -> str:
         """Make the step of a jog key; return what it could not do."""
@@ -106,8 +112,9 @@ class ModelHand:
             return "this model has no axis for that key"
         sign = 1.0 if key == pair.plus else -1.0
         if self.cartesian:
-            by = sign * self._amount(axis_unit(name))
-            stepped = step_axis(self.subject, self.values, self.axes.index(name), by)
+            axis = [each for each, _ in self.axes].index(name)
+            by = sign * self._amount(self.axes[axis][1])
+            stepped = step_axis(self.subject, self.values, axis, by)
         else:
             chain = self.subject.chain
             joint = chain.joint_names.index(name)
@@ -148,11 +155,22 @@ class ModelHand:
         return math.radians(self.increment) if unit == "rad" else self.increment
 
 
+# What is shown: the model in space with its numbers, and the pages of its worked example.
+
 NO_ARM = "MODEL ONLY: no arm is connected"
+
+COLUMN_WIDTH, MOST_COLUMNS = 44, 3
+"""A column of a page holds any matrix of six joints."""
+
+LEAST_VIEW_WIDTH = 34
+
+Column = tuple[str, ...]
+
+RULE, PLAIN_RULE = "\N{BOX DRAWINGS LIGHT HORIZONTAL}", "-"
 
 
 class ModelScreen(Screen[None]):
-    """A model, its theory, and the keys that move it."""
+    """A model, its worked example, and the keys that move it."""
 
     place = PLACE
     AUTO_FOCUS = ""
@@ -163,6 +181,8 @@ class ModelScreen(Screen[None]):
     def __init__(self) -> None:
         super().__init__()
         self.adjustments = self.desk.hand
+        self.page = 0
+        self._figure = ChainFigure(self.desk.hand.subject.chain)
 
     @property
     def desk(self) -> ModelDesk:
@@ -170,9 +190,19 @@ class ModelScreen(Screen[None]):
         return cast("ModelDesk", self.app)
 
     def compose(self) -> ComposeResult:
-        """Lay the title, the theory, a remark and the keys out."""
-        panel = TheoryPanel(self.desk.hand.subject, self._numbers, braille=self.desk.braille)
-        yield from framed([PlainText(id="title")], [panel])
+        """Lay the title, the model, its pages, a remark and the keys out."""
+        yield from framed([PlainText(id="title")], [Horizontal(*self._body(), id="model")])
+
+    def _body(self) -> Iterator[Vertical | PlainText]:
+        drawn = cast("ArmModel", DrawnChain(self._figure))  # a view asks for no more than it has
+        yield Vertical(
+            SpaceView(drawn, braille=self.desk.braille, id="model-space"),
+            PlainText(id="model-numbers"),
+            PlainText(id="model-summary"),
+            id="model-left",
+        )
+        for place in range(MOST_COLUMNS):
+            yield PlainText(id=f"model-page-{place}").add_class("model-page")
 
     def on_mount(self) -> None:
         """Show the model as soon as there is room to show it in."""
@@ -182,22 +212,23 @@ class ModelScreen(Screen[None]):
         """Fit everything to the new size."""
         self.call_after_refresh(self.show)
 
-    @property
-    def panel(self) -> TheoryPanel:
-        """The panel that shows the theory."""
-        return self.query_one(TheoryPanel)
-
     def show(self) -> None:
         """Show the model as it stands."""
         if not self.is_attached:
             return
         desk, width = self.desk, self.size.width
-        size = f"{desk.hand.increment:g}"
-        step = f"one step is {size}\N{DEGREE SIGN} or {size} mm; keys move {desk.hand.way}"
-        text_of(self, "title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width].ljust(width))
+        hand, of = desk.hand, desk.hand.study
+        size = f"{hand.increment:g}"
+        moved = "the hand" if hand.cartesian else "joints"
+        step = f"one step is {size}\N{DEGREE SIGN} or {size} mm; keys move {moved}"
+        text_of(self, "title").show(f"{NO_ARM}. {hand.subject.title}"[:width].ljust(width))
         message = f"{step}\n{desk.message}" if desk.message else step
         fill_frame(self, message, desk.keys.next_keys(PLACE))
-        self.panel.show(desk.hand.study)
+        self.query_one(SpaceView).show(Moment(self._figure.joints(of.values)))
+        left = self.query_one("#model-left").size.width
+        text_of(self, "model-numbers").show(self._numbers(of, left))
+        text_of(self, "model-summary").show(self._spoken(_summary(of)))
+        self._show_pages()
 
     def _numbers(self, of: Study, width: int) -> str:
         desk = self.desk
@@ -209,7 +240,43 @@ class ModelScreen(Screen[None]):
             )
         )
 
+    # -- pages --------------------------------------------------------------------------------
+
+    @property
+    def pages(self) -> int:
+        """How many pages there are at the present size."""
+        return -(-len(self._columns()) // self._at_once)
+
+    @property
+    def _at_once(self) -> int:
+        """How many columns are shown side by side."""
+        room = (self.size.width - LEAST_VIEW_WIDTH) // COLUMN_WIDTH
+        return min(max(room, 1), MOST_COLUMNS)
+
+    def _columns(self) -> tuple[Column, ...]:
+        height = self.query_one("#model").size.height
+        shown = (one for one in sections(self.desk.hand.study) if one.title != "Figure")
+        return laid(shown, COLUMN_WIDTH - 1, height, plain=not self.desk.braille)
+
+    def _show_pages(self) -> None:
+        count, columns = self._at_once, self._columns()
+        self.page = min(self.page, self.pages - 1)
+        for place in range(MOST_COLUMNS):
+            text = text_of(self, f"model-page-{place}")
+            text.display = place < count
+            at = self.page * count + place
+            text.show(self._spoken("\n".join(columns[at])) if at < len(columns) else "")
+
+    def _spoken(self, text: str) -> str:
+        """Return a text with the joints as people write them; its columns stay what they are."""
+        return spoken(text, self.desk.hand.subject.chain.joint_names)
+
     # -- keys ---------------------------------------------------------------------------------
+
+    def action_page(self, by: int) -> None:
+        """Turn this many pages on; after the last comes the first."""
+        self.page = (self.page + by) % self.pages
+        self._show_pages()
 
     def action_jog(self, key: str) -> None:
         """Make one step of the model."""
@@ -226,6 +293,127 @@ class ModelScreen(Screen[None]):
     def action_view(self, what: str) -> None:
         """Look at the model from elsewhere."""
         self.query_one(SpaceView).look(what)
+
+
+def _summary(of: Study) -> str:
+    """Return how well the posture moves and its nearest singularity, in one line."""
+    turning = [one for one in of.singularities if one.distance_rad is not None]
+    near = min(turning, key=lambda one: one.distance_rad or 0.0, default=None)
+    if near is None or near.distance_rad is None:
+        return measures(of)
+    away = f"{math.degrees(near.distance_rad):.1f}\N{DEGREE SIGN}"
+    return f"{measures(of)}; singular {away} away: {near.reason}"
+
+
+def laid(
+    parts: Iterable[ExampleSection], width: int, height: int, *, plain: bool = False
+) -> tuple[Column, ...]:
+    """Return the columns that hold all sections in order, none higher than `height` lines.
+
+    Words are broken to the width; rows of matrices stay as they are. A section that does not fit
+    in what is left begins a column of its own, unless it would not fit in a whole one either: then
+    it begins at once and goes on in the next.
+    """
+    height = max(height, 2)
+    rule = PLAIN_RULE if plain else RULE
+    columns: list[list[str]] = [[]]
+    for part in parts:
+        lines = [f"{rule}{rule} {part.title} ".ljust(width, rule)[:width]]
+        for line in part.lines:
+            lines += [line] if "[ " in line else folded(line, max(width, 1))
+        left = height - len(columns[-1])
+        if len(lines) > left and (len(lines) <= height or left < height // 2):
+            columns.append([])
+        for line in lines:
+            if len(columns[-1]) == height:
+                columns.append([])
+            columns[-1].append(line)
+    return tuple(map(tuple, columns))
+
+
+# Joints and coordinates of a posture, as rows of plain text.
+
+NAME_WIDTH = 11
+"""A longer name is cut."""
+
+NO_KEYS = "   "
+VALUE_WIDTH = 8
+ENDS_WIDTH = 9
+"""The width of the two limits at the ends of a bar."""
+
+SHORTEST_BAR, LONGEST_BAR = 7, 22
+
+
+def joint_rows(
+    of: Study, width: int, keys: Keyboard | None = None, pairs: Sequence[JogPair] = ()
+) -> str:
+    """List the joints: keys where they move it, value, and the place between its limits."""
+    chain = of.subject.chain
+    names = [words(name)[:NAME_WIDTH] for name in chain.joint_names]
+    longest = max(map(len, names))
+    letters = [_keys(keys, pairs, name, cartesian=False) for name in chain.joint_names]
+    room = width - (longest + VALUE_WIDTH + 2) - (len(letters[0]) + 1 if keys else 0)
+    rows = zip(letters, names, of.values, chain.kinds, chain.limits, strict=True)
+    return "\n".join(
+        f"{letter} {name:<{longest}}{_value(value, kind.unit):>{VALUE_WIDTH}} "
+        f"{_range(value, limits, kind, room)}".rstrip()[0 if keys else 1 :]
+        for letter, name, value, kind, limits in rows
+    )
+
+
+def axis_rows(
+    of: Study,
+    axes: Sequence[tuple[str, str]],
+    keys: Keyboard | None = None,
+    pairs: Sequence[JogPair] = (),
+) -> str:
+    """List the coordinates of the hand, in two columns, with the keys that move them."""
+    goal = of.goal or frame_coordinates(of.frame)
+    cells = [
+        (_keys(keys, pairs, name, cartesian=True), name, _value(value, unit))
+        for (name, unit), value in zip(axes, goal, strict=False)
+    ]
+    half = (len(cells) + 1) // 2
+    columns = [_column(part, bare=keys is None) for part in (cells[:half], cells[half:])]
+    pairs_of_rows = zip_longest(*columns, fillvalue="")
+    return "\n".join(f"{left}  {right}".rstrip() for left, right in pairs_of_rows)
+
+
+def _column(cells: Sequence[tuple[str, str, str]], *, bare: bool) -> list[str]:
+    """Return cells in line, names and values as wide as the widest."""
+    name_width = max((len(name) for _, name, _ in cells), default=0)
+    value_width = max((len(value) for *_, value in cells), default=0)
+    return [
+        f"{letters} {name:<{name_width}} {value:>{value_width}}"[1 if bare else 0 :]
+        for letters, name, value in cells
+    ]
+
+
+def _keys(keys: Keyboard | None, pairs: Sequence[JogPair], name: str, *, cartesian: bool) -> str:
+    """Return the letters that move an axis, or as much room."""
+    if keys is None:
+        return ""
+    letters = (pair for pair in pairs if not pair.is_arrow)
+    pair = next((one for one in letters if one.axis(cartesian=cartesian) == name), None)
+    return NO_KEYS if pair is None else f"{keys.jog(pair.plus)}/{keys.jog(pair.minus)}"
+
+
+def _range(value: float, limits: tuple[float, float], kind: JointKind, room: int) -> str:
+    """Show where a value lies between two limits, with these where there is room."""
+    low, high = limits
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return "no limits"
+    cells = room - ENDS_WIDTH - 2
+    if cells < SHORTEST_BAR:
+        return bar(value, low, high, max(min(room - 2, LONGEST_BAR), SHORTEST_BAR))
+    ends = [math.degrees(end) if kind is JointKind.REVOLUTE else end for end in limits]
+    return f"{ends[0]:>4.0f} {bar(value, low, high, min(cells, LONGEST_BAR))} {ends[1]:.0f}"
+
+
+def _value(value: float, unit: str) -> str:
+    if unit == "rad":
+        return f"{rounded(math.degrees(value), 1)}\N{DEGREE SIGN}"
+    return f"{rounded(value, 1)}mm"
 
 
 class ModelDesk(KeyApp):

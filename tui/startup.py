@@ -24,7 +24,7 @@ def _on_demand(place: str) -> Callable[[], DeskScreen]:
     """Return a function that imports the screen at a place, `package.module:Name`, and makes one.
 
     What such a screen needs takes as long to load as the desk itself: setting up probes ports,
-    theory has the textbook, programs and points have a parser.
+    programs and points have a parser.
     """
 
     def made() -> DeskScreen:
@@ -41,7 +41,6 @@ SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
         "points": _on_demand("tui.points:PointsScreen"),
         "log": LogScreen,
         "setup": _on_demand("tui.setup:SetupScreen"),
-        "theory": _on_demand("tui.theory:TheoryScreen"),
         "program": _on_demand("tui.program:ProgramScreen"),
     }
 )

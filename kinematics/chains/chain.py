@@ -281,11 +281,7 @@ def table_text(chain: Chain) -> str:
 
     The heading names the convention, since the same numbers mean another arm in the other one.
     """
-    craig = chain.convention is Convention.CRAIG
-    head = ("joint", "theta/deg", "d/mm", "a/mm", "alpha/deg")
-    if craig:
-        head = ("joint", "theta/deg", "d/mm", "a before/mm", "alpha before/deg")
-    cells = [head]
+    cells = [("joint", "theta", "d", "a", "alpha")]
     for name, link in zip(chain.joint_names, chain.links, strict=True):
         theta, distance, length, twist = link.parameters(0.0)
         revolute = link.kind is JointKind.REVOLUTE
@@ -299,9 +295,10 @@ def table_text(chain: Chain) -> str:
             )
         )
     title = f"{chain.name}: " if chain.name else ""
-    return "\n".join(
-        [f"{title}{chain.convention.value} convention, * varies", *aligned(cells, left=1)]
-    )
+    craig = chain.convention is Convention.CRAIG
+    before = "; a and alpha of the link before" if craig else ""
+    said = f"{title}{chain.convention.value} convention, mm and degrees, * varies{before}"
+    return "\n".join([said, *aligned(cells, left=1)])
 
 
 def _link(number: int, row: Mapping[str, object]) -> DHLink:

@@ -1,109 +1,28 @@
 """Jogging a model: one step of a joint, or of the hand, from a posture to the next.
 
-No arm is connected, so a step ends at once. A message says which part of a step was impossible.
-Lengths in mm, angles in rad.
+No arm is connected, so a step ends at once. The hand is moved as `explain --goal` solves: by the
+formulas of a named system, or by the solver of any link table. A message says which part of a step
+was impossible. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from operator import mul
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import generated
-from kinematics.chains.jacobians import joint_rates, length_of, units_of
+from kinematics.chains.goals import ALL_PARTS, Part
+from kinematics.chains.inverse import solve_frame_ik
+from kinematics.chains.jacobians import units_of
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError, OutOfReach
-from kinematics.frames.transforms import Transform, position_of, rotation_of
-from kinematics.frames.vectors import dot, subtract
 from kinematics.text import significant
-from kinematics.textbook.study import ROW_NAMES, Subject, study
-from kinematics.textbook.systems.named import NamedBranch, System
-from kinematics.textbook.worked_example import number_text, violation_text
-
-# Following the Jacobian of a link table: a step of the hand in small ones, within the limits.
-# Damped near singularities, so that no joint runs away (see `chains.jacobians`).
-
-SLICES = 16
-"""Small steps that make up one step of a jog key."""
-
-POSITION, WHOLE = 3, 6
-"""Rows of the geometric Jacobian that are followed: the tip alone, or the whole hand."""
-
-
-@dataclass(frozen=True, slots=True)
-class Followed:
-    """The posture after a step by the Jacobian, and the deviation of the tip from the axis.
-
-    `done` is how far it went along the axis, `deviation` its distance from the axis as a share of
-    the step. `held` names the joints that reached a limit.
-    """
-
-    values: tuple[float, ...]
-    done: float
-    deviation: float
-    held: tuple[str, ...]
-
-
-def rows_followed(subject: Subject) -> int:
-    """Return how many rows of the geometric Jacobian are followed.
-
-    The whole hand where there are joints enough for all that can move, else the tip alone.
-    """
-    return WHOLE if len(subject.rows) <= len(subject.chain) else POSITION
-
-
-def keeps_to_surface(subject: Subject) -> bool:
-    """Whether the joints are too few for the tip to go straight in every direction that it has."""
-    rows = [row for row in subject.rows if row < rows_followed(subject)]
-    return len(rows) > len(subject.chain)
-
-
-def follow(subject: Subject, values: tuple[float, ...], row: int, by: float) -> Followed:
-    """Move the hand by this many mm or rad along one row of the geometric Jacobian only."""
-    chain, count = subject.chain, rows_followed(subject)
-    rates = [by / SLICES if index == row else 0.0 for index in range(count)]
-    made, length, at = generated(chain), length_of(chain), values
-    units = units_of(chain)  # slides in lengths of the arm: in mm they would hardly be used
-    held: set[str] = set()
-    for _ in range(SLICES):
-        rows = (map(mul, line, units) for line in made.jacobian(at)[:count])
-        slopes = joint_rates(tuple(map(tuple, rows)), rates, length_mm=length).joints
-        moved = [one + slope * unit for one, slope, unit in zip(at, slopes, units, strict=True)]
-        held.update(one.joint for one in chain.violations(moved))
-        at = chain.clamp(moved)
-    before, after = made.fk(values), made.fk(at)
-    named = tuple(name for name in chain.joint_names if name in held)
-    return Followed(at, _gone(before, after, row), _deviation(chain, before, after, row, by), named)
-
-
-def _gone(before: Transform, after: Transform, row: int) -> float:
-    """Return how far the hand moved along an axis, or turned about it."""
-    if row < POSITION:
-        return position_of(after)[row] - position_of(before)[row]
-    one, two = (row - 2) % 3, (row - 1) % 3  # the axes that a turn about this one carries along
-    was, now = rotation_of(before), rotation_of(after)
-    turned = dot(was[one], now[two]) - dot(was[two], now[one])
-    return math.atan2(turned, dot(was[one], now[one]) + dot(was[two], now[two]))
-
-
-def _deviation(chain: Chain, before: Transform, after: Transform, row: int, by: float) -> float:
-    """Return how far the tip left its straight line, as a share of the step."""
-    across = list(subtract(position_of(after), position_of(before)))
-    if row < POSITION:
-        across[row] = 0.0
-    return math.hypot(*across) / (abs(by) * (1.0 if row < POSITION else length_of(chain)))
-
+from kinematics.textbook.study import FRAME_COORDINATES, Subject, study
+from kinematics.textbook.systems.named import NamedBranch, System, frame_coordinates
+from kinematics.textbook.worked_example import frame_of, number_text, violation_text
 
 LEAP_RAD = math.pi / 4.0
 """The message names a joint that turns further than this in one step."""
-
-NEGLIGIBLE_MISS = 0.02
-"""A step that misses less than this share of itself needs no message."""
-
-WORST_MISS = 0.5
-"""A step that would miss more than this share of itself is not made at all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,25 +33,17 @@ class Stepped:
     message: str = ""
 
 
-def has_inverse(subject: Subject) -> bool:
-    """Whether the hand is jogged by the closed form; else it is by the Jacobian.
+def coordinates_of(subject: Subject) -> tuple[str, ...]:
+    """Return the coordinates by which the hand is jogged, with their units.
 
-    A system with fewer joints than coordinates leaves its surface at any step of one of them.
+    Those of a named system; of a link table the place, and with six joints the turn of the hand.
     """
-    system = subject.system
-    return system is not None and len(system.coordinates) <= len(subject.chain)
+    if subject.system is not None:
+        return subject.system.coordinates
+    return FRAME_COORDINATES if len(subject.chain) >= len(FRAME_COORDINATES) else PLACE
 
 
-def axes_of(subject: Subject) -> tuple[str, ...]:
-    """Return the axes along which the hand is jogged, by name."""
-    if subject.system is not None and has_inverse(subject):
-        return tuple(name.rpartition("_")[0] for name in subject.system.coordinates)
-    return tuple(ROW_NAMES[row] for row in subject.rows if row < rows_followed(subject))
-
-
-def axis_unit(axis: str) -> str:
-    """Return the unit of an axis: mm or rad."""
-    return "mm" if axis in ROW_NAMES[:POSITION] else "rad"
+PLACE = FRAME_COORDINATES[:3]
 
 
 def step_joint(subject: Subject, values: tuple[float, ...], joint: int, by: float) -> Stepped:
@@ -151,26 +62,38 @@ def step_joint(subject: Subject, values: tuple[float, ...], joint: int, by: floa
 
 
 def step_axis(subject: Subject, values: tuple[float, ...], axis: int, by: float) -> Stepped:
-    """Move the hand by this many mm or rad along one of `axes_of`, or not at all."""
+    """Move the hand by this many mm or rad along one of `coordinates_of`, or not at all."""
     system = subject.system
-    if system is not None and has_inverse(subject):
+    if system is not None:
         return _by_branch(subject, system, values, axis, by)
-    return _by_jacobian(subject, values, axis, by)
+    goal = list(frame_coordinates(subject.chain.fk(values))[: len(coordinates_of(subject))])
+    goal[axis] += by
+    parts = ALL_PARTS if len(goal) > len(PLACE) else frozenset({Part.POSITION})
+    found = solve_frame_ik(subject.chain, frame_of(goal), values, parts=parts)
+    if not found.ok:
+        return Stepped(values, found.sentence)
+    return Stepped(found.joints, _leap(subject.chain, values, found.joints))
 
 
 def _by_branch(
     subject: Subject, system: System, values: tuple[float, ...], axis: int, by: float
 ) -> Stepped:
-    """Solve for the next goal, and take the branch that the posture is on."""
-    before = study(subject, values)
+    """Solve for the next goal, and take the branch that the posture is on.
+
+    A system with fewer joints than coordinates has its tip on a surface, and goes to the place of
+    the surface nearest to the goal.
+    """
+    before, message = study(subject, values), ""
     goal = list(before.goal)
     goal[axis] += by
     try:
         found = system.ik(goal, values)
     except OutOfReach as error:
-        return Stepped(
-            values, f"out of reach: the hand stays {significant(error.away_mm)} mm short"
-        )
+        if len(system.coordinates) <= len(subject.chain):
+            away = significant(error.away_mm)
+            return Stepped(values, f"out of reach: the hand stays {away} mm short")
+        message = f"the tip keeps to its surface, {significant(error.away_mm)} mm from that goal"
+        found = system.ik(error.nearest, values)
     except KinematicsError as error:
         return Stepped(values, str(error))
     on = before.branches[before.here].name if before.here is not None else ""
@@ -179,7 +102,7 @@ def _by_branch(
     if taken.violations:
         broken = "; ".join(map(violation_text, taken.violations))
         return Stepped(values, f"not within the limits on {taken.name}: {broken}")
-    return Stepped(taken.joints, _leap(subject.chain, values, taken.joints))
+    return Stepped(taken.joints, _leap(subject.chain, values, taken.joints) or message)
 
 
 def _furthest(chain: Chain, values: tuple[float, ...], branch: NamedBranch) -> float:
@@ -200,27 +123,3 @@ def _leap(chain: Chain, before: tuple[float, ...], after: tuple[float, ...]) -> 
     whole_turn = abs(far - math.tau) <= LEAP_RAD
     why = "its limit lets it go on only from a turn back" if whole_turn else "a singularity is near"
     return f"{name} turned by {number_text(far, 'rad')} at once: {why}"
-
-
-def _by_jacobian(subject: Subject, values: tuple[float, ...], axis: int, by: float) -> Stepped:
-    """Follow the Jacobian, and describe any shortfall."""
-    row = [row for row in subject.rows if row < rows_followed(subject)][axis]
-    went = follow(subject, values, row, by)
-    missed = abs(by - went.done) / abs(by)
-    name, unit = ROW_NAMES[row], "mm" if row < POSITION else "rad"
-    most = max(missed, 0.0 if keeps_to_surface(subject) else went.deviation)
-    if most > WORST_MISS:
-        lacks = study(subject, values).condition.sentence
-        held = f"{', '.join(went.held)} at the limit; " if went.held else ""
-        return Stepped(values, f"no step along {name} from here: {held}{lacks}")
-    if most > NEGLIGIBLE_MISS:
-        done, asked = number_text(went.done, unit), number_text(by, unit)
-        return Stepped(went.values, f"{_why(subject, went)}: {name} moved by {done}, not {asked}")
-    return Stepped(went.values)
-
-
-def _why(subject: Subject, went: Followed) -> str:
-    """Say why a step by the Jacobian fell short."""
-    if went.held:
-        return f"{', '.join(went.held)} at the limit"
-    return "the tip keeps to its surface" if keeps_to_surface(subject) else "near a singularity"

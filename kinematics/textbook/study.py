@@ -2,19 +2,18 @@
 
 A subject is a named system, a built-in arm, or any chain. A study of one of its postures contains
 the matrices, the Jacobian, how well the hand moves, and the other postures for the same place of
-the hand. These are values; `pages` writes them for a screen and `worked_example` for `armdrive
-explain`, which also takes goals. Lengths in mm, angles in rad.
+the hand. These are values; `worked_example` writes them, and also takes goals. Lengths in mm,
+angles in rad.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
 
-from kinematics.chains.arm import ChainArm
 from kinematics.chains.assignment import ZeroPosition, zero_position
 from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.closed_form import closed_form
@@ -26,20 +25,12 @@ from kinematics.chains.jacobians import (
     Condition,
     condition_of,
     default_rows,
-    dimensionless,
-    length_of,
-    nearest_singularity,
 )
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError
-from kinematics.five_axis import FiveAxisArm
-from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, rotation_of
-from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Jacobian
-from kinematics.textbook.systems import system
-from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 from kinematics.textbook.systems.mini_movers import own_jacobian as five_axis_jacobian
 from kinematics.textbook.systems.named import NamedBranch, NamedSingularity, System
 
@@ -145,13 +136,6 @@ def chain_jacobian(
     return tuple(whole[row] for row in rows)
 
 
-def judged(chain: Chain, jacobian: Jacobian, rows: Sequence[int]) -> Condition:
-    """Return how well a posture can move by these rows, mm counted in the length of the arm."""
-    positions = [index for index, row in enumerate(rows) if row < 3]
-    scaled = dimensionless(jacobian, length_of(chain), chain.kinds, positions)
-    return condition_of(chain, scaled, rows)
-
-
 def named_singularities(system: System, values: Sequence[float]) -> tuple[NamedSingularity, ...]:
     """Return every singularity of a named system, in a fixed order; joint limits not looked at.
 
@@ -182,26 +166,6 @@ class Subject:
     def zero(self) -> ZeroPosition:
         """The joint axes and the tool with every joint at zero: as given, or as the links say."""
         return self.axes or zero_position(self.chain)
-
-
-def named_subject(name: str) -> Subject:
-    """Return the named system or built-in arm; raises as `system` does."""
-    return subject_of_system(system(name))
-
-
-@lru_cache(maxsize=8)
-def subject_of_arm(name: str, arm: ArmGeometry) -> Subject | None:
-    """Return an arm that is driven as a subject; None for an unknown build.
-
-    The subject of an arm with a tool is the arm without it: the hand is the finger tips.
-    """
-    if isinstance(arm, ToolArm):
-        return subject_of_arm(f"{name}, without its tool", arm.bare)
-    if isinstance(arm, FiveAxisArm):
-        return replace(subject_of_system(with_arm(MINI_MOVER, arm)), name=name, title=name)
-    if isinstance(arm, ChainArm):
-        return subject_of_chain(name, name, "", arm.chain)
-    return None
 
 
 def subject_of_system(one: System) -> Subject:
@@ -313,7 +277,7 @@ def study(subject: Subject, values: tuple[float, ...]) -> Study:
         frame,
         solve_rpy(rotation_of(frame)),
         jacobian,
-        judged(chain, jacobian, subject.rows),
+        condition_of(chain, jacobian, subject.rows),
         () if system is None else named_singularities(system, checked),
         goal,
         branches,
@@ -326,19 +290,6 @@ def jacobian_of(subject: Subject, values: Sequence[float]) -> Jacobian:
     if subject.system is not None:
         return own_jacobian(subject.system, values)
     return chain_jacobian(subject.chain, values, subject.rows)
-
-
-@lru_cache(maxsize=KEPT)
-def searched(subject: Subject, values: tuple[float, ...]) -> tuple[NamedSingularity, ...]:
-    """Return the singularity of a link table that descent finds nearest, none where it finds none.
-
-    The search takes up to seconds, so run it in a thread. Slides count in lengths of the arm, as
-    radians of the joint move.
-    """
-    found = nearest_singularity(subject.chain, values, subject.rows)
-    return (
-        () if found is None else (NamedSingularity(found.condition.sentence, found.distance, None),)
-    )
 
 
 def table_branches(

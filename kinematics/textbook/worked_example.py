@@ -33,6 +33,7 @@ from kinematics.textbook.notation import (
 )
 from kinematics.textbook.study import (
     FRAME_COORDINATES,
+    ROW_NAMES,
     Study,
     Subject,
     example_posture,
@@ -100,7 +101,7 @@ def _work_numerically(
             raise KinematicsError(
                 f"a goal is x, y, z, or x, y, z, phi, theta, psi (mm and angles), not {goal!r}"
             )
-        target, asked = _frame_of(goal), tuple(goal)
+        target, asked = frame_of(goal), tuple(goal)
         parts = ALL_PARTS if len(asked) > 3 else frozenset({Part.POSITION})
         solution = solve_frame_ik(chain, target, joints, parts=parts)
         posture = solution.joints if joints is None else chain.checked(joints)
@@ -113,7 +114,8 @@ def _posture(chain: Chain, joints: Sequence[float] | None) -> tuple[float, ...]:
     return example_posture(chain) if joints is None else chain.checked(joints)
 
 
-def _frame_of(goal: Sequence[float]) -> Transform:
+def frame_of(goal: Sequence[float]) -> Transform:
+    """Return the frame of a goal: x, y, z, or these with phi, theta, psi."""
     names = FRAME_COORDINATES[: len(goal)]
     given = goal_numbers("a goal", goal, names)
     x, y, z, phi, theta, psi = (*given, 0.0, 0.0, 0.0)[:6]
@@ -148,6 +150,9 @@ def sections(example: Study) -> Iterator[ExampleSection]:
     yield ExampleSection("Links", tuple(table_text(chain).splitlines()))
     yield ExampleSection("A matrices at this posture", tuple(_matrices(example)))
     yield ExampleSection("Forward kinematics", tuple(_forward(example)))
+    yield ExampleSection("Jacobian", tuple(_jacobian(example)))
+    if example.singularities:
+        yield ExampleSection("Singularities", tuple(_singularities(example)))
     yield ExampleSection("How it is solved", tuple(_how_solved(example.subject)))
     if example.solution is None:
         yield ExampleSection("Inverse kinematics", tuple(_inverse(example)))
@@ -231,10 +236,45 @@ def _forward(example: Study) -> Iterator[str]:
         yield f"  degenerate: {example.orientation.degeneracy.value}"
     for violation in example.violations:
         yield f"but: {violation_text(violation)}"
-    yield example.condition.sentence
     system = example.subject.system
     if system is not None and system.space is not None:
         yield f"reach: {system.space(system)}"
+
+
+def _jacobian(example: Study) -> Iterator[str]:
+    """Write a line for each joint: how it moves the tip, and how it turns the hand."""
+    chain, rows = example.subject.chain, example.subject.rows
+    for title, unit, part in (
+        ("move", "mm", [index for index, row in enumerate(rows) if row < 3]),
+        ("turn", "rad", [index for index, row in enumerate(rows) if row >= 3]),
+    ):
+        if part:
+            names = ", ".join(ROW_NAMES[rows[index]] for index in part)
+            yield f"each joint's {title} of the hand, in {unit} per rad or mm: {names}"
+            columns = zip(*(example.jacobian[index] for index in part), strict=True)
+            digits = DIGITS_MM if unit == "mm" else DIGITS_RATIO
+            cells = [[plain(entry, digits) for entry in column] for column in columns]
+            named = zip(chain.joint_names, aligned(cells), strict=True)
+            width = max(map(len, chain.joint_names))
+            yield from (f"  {name:<{width}} [ {line} ]" for name, line in named)
+    values = ", ".join(plain(value, DIGITS_RATIO) for value in example.condition.singular_values)
+    yield f"singular values {values} (mm counted in the length of the arm)"
+    yield measures(example)
+    yield example.condition.sentence
+
+
+def measures(example: Study) -> str:
+    """Return manipulability and condition number in a line."""
+    found = "infinite" if example.condition.is_singular else plain(example.conditioning, 2)
+    size = plain(example.condition.manipulability, DIGITS_RATIO)
+    return f"manipulability {size}, condition number {found}"
+
+
+def _singularities(example: Study) -> Iterator[str]:
+    for one in example.singularities:
+        away = [number_text(one.distance_rad, "rad")] if one.distance_rad is not None else []
+        away += [number_text(one.distance_mm, "mm")] if one.distance_mm is not None else []
+        yield f"{', '.join(away)} away: {one.reason}"
 
 
 def _how_solved(subject: Subject) -> Iterator[str]:

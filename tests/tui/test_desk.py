@@ -610,7 +610,7 @@ async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
 
 async def test_a_key_of_another_layout_says_that_it_is_none():
     async with Session() as session:
-        for screen in ("f2", "f3", "f6"):
+        for screen in ("f2", "f3"):
             await session.keys(f"{screen} й")
             assert "й is no key of this screen: ? shows the keys" in session.text("messages")
             await session.keys("question_mark б")

@@ -140,7 +140,6 @@ async def test_a_jog_that_is_refused_again_says_so_again_and_one_that_begins_doe
     [
         ("f2", "teachmover", "The pendant's STOP key stops faster"),
         ("f3", "mks", "The motors' power switch stops faster; the arm then sags."),
-        ("f6", "teachmover", "The pendant's STOP key stops faster"),
     ],
 )
 async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends(screen, dialect, sooner):

@@ -28,7 +28,7 @@ PAIRS: Mapping[str, tuple[str, str]] = MappingProxyType(
         for first, second, name in (("finer", "coarser", "step"), ("slower", "faster", "speed"))
         for place in ("", "move-", "points-")
     }
-    | {"theory-next": ("theory-previous", "page")}
+    | {"model-next": ("model-previous", "page")}
 )
 """Rows that the line of keys shows with another one, under one name: `[ ] step`."""
 

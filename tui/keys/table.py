@@ -325,22 +325,13 @@ SETUP_KEYS = (
 """While text is typed, printable keys are typed and do nothing else; space is never typed."""
 
 
-# The theory of an arm, and a model that no arm stands behind.
-
-THEORY_KEYS = (
-    DeskKey("theory-next", ("pagedown", "N"), "panel.turn(1)", "next page",
-            "Go to the next page: matrices, singularities, solutions.", "theory"),
-    DeskKey("theory-previous", ("pageup", "B"), "panel.turn(-1)", "back",
-            "Go to the previous page.", "theory"),
-    DeskKey("theory-symbols", ("S",), "panel.switch_symbols", "symbols",
-            "Switch between numbers and the symbols of the notes (C1, S12).", "theory"),
-    DeskKey("theory-axes", ("A",), "panel.switch_axes", "from axes",
-            "Derive frames and the link table from the joint axes, one step a page. Again: in "
-            "the other convention, then back to the numbers.", "theory"),
-)  # fmt: skip
-"""They only turn pages: nothing on the theory screen moves an arm."""
+# A model that no arm stands behind.
 
 MODEL_KEYS = (
+    DeskKey("model-next", ("pagedown", "N"), "page(1)", "next page",
+            "Go to the next page of what is computed of the posture.", "model"),
+    DeskKey("model-previous", ("pageup", "B"), "page(-1)", "back",
+            "Go to the previous page.", "model"),
     DeskKey("model-solution", ("G",), "solution", "solution",
             "Show the model's next solution for the same place of the hand.", "model"),
     DeskKey("model-zero", ("Z",), "zero", "zero",
@@ -407,9 +398,6 @@ SCREENS = (
     KeyEntry("move", "f3", "move", "Type a goal, see what the motion would be, then move."),
     KeyEntry("points", "f4", "points", "Name places, go back to them, write a program of them."),
     KeyEntry("setup", "f5", "set-up", "Find an arm, describe it in a file, and check its motors."),
-    KeyEntry(
-        "theory", "f6", "theory", "Matrices, Jacobian, singularities of the arm as it stands."
-    ),
     KeyEntry("log", "f7", "log", "What passes between the arm and this program, in words."),
     KeyEntry("program", "f8", "program", "Choose a program, rehearse it, run it, step through it."),
 )
@@ -569,7 +557,6 @@ TABLE = (
     *POINT_KEYS,
     *PROGRAM_KEYS,
     *SETUP_KEYS,
-    *THEORY_KEYS,
     *LOG_KEYS,
     *LOG_DIALOG_KEYS,
     *MODEL_KEYS,

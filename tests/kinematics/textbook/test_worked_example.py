@@ -45,6 +45,10 @@ def test_the_readers_own_numbers_are_used():
     assert "reach: a ring in the plane z = 0, 50 mm to 350 mm from the first joint" in text
     assert "[  0.342  -0.9397  0  224.51 ]" in text
     assert "orientation RPY: phi 70°, theta 0°, psi 0°" in text
+    short = 350 - math.sqrt(200**2 + 150**2 + 2 * 200 * 150 * math.cos(math.radians(40)))
+    assert f"40°, {short:.2f} mm away: elbow stretched" in text
+    assert "  theta1 [ -240.95  224.51 ]" in text
+    assert "  theta2 [ -140.95    51.3 ]" in text
     assert "D = 329.34 mm, cos(bend) = 0.766, direction = 47.02°, lift = -17.02°" in text
 
 

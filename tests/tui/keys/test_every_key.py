@@ -16,7 +16,8 @@ from armdrive.errors import BadRequest
 from armdrive.motion.dead_man import GATE_S
 from armdrive.moves import Jog
 from armdrive.status import State, status_view
-from kinematics.textbook.study import named_subject
+from kinematics.textbook.study import subject_of_system
+from kinematics.textbook.systems import system
 from tui.app import action_call
 from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, as_markdown, bindings, label
 from tui.keys.layouts import LAYOUTS, keyboard_of
@@ -76,8 +77,8 @@ def place(name, memory):
         app = Watching("sim", MODEL, FakeHolder(status_view(FakeArm().status), END), braille=True)
         return running(app, tuple(row for row in app.keys.rows if row.place in ("watch", "")))
     if name == "model":
-        rows = tuple(row for row in model_keys().rows if row.place in ("theory", ""))
-        return running(ModelDesk(named_subject("puma"), braille=True), rows)
+        rows = tuple(row for row in model_keys().rows if row.place in ("model", ""))
+        return running(ModelDesk(subject_of_system(system("puma")), braille=True), rows)
     return at_dialog(name, memory)
 
 
@@ -134,7 +135,7 @@ def test_every_row_of_the_table_counts_at_one_of_these_places():
 
 TYPED_INTO = [
     (PlannerArm, ["f3 2 5", "f3 2 5 enter", "f4 t a", "ctrl+p", "ctrl+p r e s",
-                  "ctrl+p f down down", "f6 question_mark"]),
+                  "ctrl+p f down down", "f2 question_mark"]),
     (busy_arm, ["f7 slash a", "f7 e a", "f7 enter"]),
 ]  # fmt: skip
 

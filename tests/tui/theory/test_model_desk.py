@@ -1,6 +1,7 @@
 """A model jogged with no arm: every key, what is shown beside it, and how little can go wrong."""
 
 import math
+import re
 
 import pytest
 from desk_session import AppSession
@@ -9,10 +10,12 @@ from armdrive.cli.learn.models import find_subject
 from armdrive.render.camera import VIEWS
 from kinematics.chains.chain import rows_of
 from kinematics.textbook.study import example_posture
+from kinematics.textbook.systems import MODEL_NAMES
+from kinematics.textbook.worked_example import ExampleSection, sections
 from tui.arm_view import SpaceView
 from tui.keys.layouts import LAYOUTS, keyboard_of
 from tui.keys.table import TABLE, pairs_of
-from tui.model_desk import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys
+from tui.model_desk import COLUMN_WIDTH, NO_ARM, PLACE, ModelDesk, ModelHand, laid, model_keys
 from tui.widgets import PlainText
 
 
@@ -31,9 +34,9 @@ class Session(AppSession):
 async def test_the_screen_says_that_there_is_no_arm_and_a_stop_key_only_closes_the_help():
     async with Session() as session:
         assert session.text("title").startswith(NO_ARM)
-        assert "link table" in session.text("theory-page-0")
-        assert "manipulability" in session.text("theory-summary")
-        assert "q/a theta1" in session.text("theory-numbers")
+        assert "Links" in session.text("model-page-0")
+        assert "manipulability" in session.text("model-summary")
+        assert "q/a theta1" in session.text("model-numbers")
         everything = " ".join(each.shown for each in session.desk.screen.query(PlainText))
         assert "STOP" not in everything
         assert "trust" not in everything
@@ -45,12 +48,6 @@ async def test_the_screen_says_that_there_is_no_arm_and_a_stop_key_only_closes_t
             await session.press(key)
             assert len(session.desk.screen_stack) == 1
             assert "nothing to stop" in session.text("messages")
-        await session.press("S")
-        await session.desk.workers.wait_for_complete()
-        await session.pilot.pause()
-        assert "C1" in session.text("theory-page-0")
-        await session.press("S")
-        assert "link table" in session.text("theory-page-0")
         await session.press("ctrl+q")
     assert session.desk.return_value == 0
 
@@ -79,10 +76,10 @@ async def test_a_jog_key_moves_its_joint_by_one_increment(name):
 async def test_the_matrices_follow_the_joints_at_once():
     async with Session() as session:
         await session.press("Z")
-        assert "[ 1.000 0.000 0.000 200.000 ]" in session.text("theory-page-0")
-        assert "SINGULAR" in session.text("theory-summary")
+        assert "[ 1  0  0  200 ]" in session.text("model-page-0")
+        assert "condition number infinite; singular 0.0°" in session.text("model-summary")
         await session.press(*["q"] * 6)
-        assert "[ 0.866 -0.500 0.000 173.205 ]" in session.text("theory-page-0")
+        assert "[ 0.866   -0.5  0  173.21 ]" in session.text("model-page-0")
 
 
 async def test_the_hand_is_jogged_by_the_same_keys_in_the_other_mode():
@@ -90,9 +87,9 @@ async def test_the_hand_is_jogged_by_the_same_keys_in_the_other_mode():
         x, y = session.desk.hand.study.goal
         await session.press("m", "q")
         assert session.desk.hand.study.goal == pytest.approx((x + 5.0, y))
-        assert "keys move the hand, by closed form" in session.text("messages")
-        assert "q/a x" in session.text("theory-numbers")
-        assert "q/a theta1" not in session.text("theory-numbers")
+        assert "keys move the hand" in session.text("messages")
+        assert "q/a x" in session.text("model-numbers")
+        assert "q/a theta1" not in session.text("model-numbers")
         await session.press("e")
         assert "this model has no axis for that key" in session.text("messages")
         await session.press("right_square_bracket", "right_square_bracket", *["q"] * 10)
@@ -128,65 +125,43 @@ async def test_a_link_table_with_a_closed_form_has_next_solutions_too(tmp_path):
         assert after.study.frame[0] == pytest.approx(frame[0], abs=1e-5)
 
 
+def titles(pages):
+    return re.findall(r"── (.*?) ─", "\n".join(pages))
+
+
 async def test_pages_are_turned_and_come_round():
     async with Session("puma") as session:
-        pages = session.desk.screen.panel.pages
+        pages = session.desk.screen.pages
         assert pages > 2
         seen = []
         for _ in range(pages):
-            seen.append(session.text("theory-page-0"))
+            seen.append(session.text("model-page-0"))
             await session.press("pagedown")
         assert len(set(seen)) == pages
-        assert session.text("theory-page-0") == seen[0]
+        assert session.text("model-page-0") == seen[0]
         await session.press("B")
-        assert session.text("theory-page-0") == seen[-1]
+        assert session.text("model-page-0") == seen[-1]
         await session.press("N", "pageup")
-        assert session.text("theory-page-0") == seen[-1]
-        assert "solutions for this place of the hand" in "\n".join(seen)
+        assert session.text("model-page-0") == seen[-1]
+        assert {"Jacobian", "Singularities", "Inverse kinematics"} <= set(titles(seen))
 
 
-async def test_the_thirteen_steps_are_taken_one_a_page_in_both_conventions():
-    async with Session("alpha2", size=(120, 40)) as session:
-        view = session.desk.screen.query_one(SpaceView)
-        await session.press("A")
-        assert "standard frames, 1 of 48" in session.text("theory-page-0")
-        assert "joint 2, shoulder: revolute" in session.text("theory-page-0")
-        await session.press(*["N"] * 3)
-        assert "axes 1 and 2 intersect at 90\N{DEGREE SIGN}" in session.text("theory-page-0")
-        assert "x1" not in "".join(view.rows)
-        await session.press("N")
-        assert "x1 = (1, 0, 0)" in session.text("theory-page-0")
-        assert "x1" in "".join(view.rows)
-        await session.press("B", *["B"] * 4)
-        assert "the result" in session.text("theory-page-0")
-        assert "129.5" in session.text("theory-page-0")
-        assert "b5" in "".join(view.rows)
-        await session.press("A")
-        assert "craig frames, 1 of 48" in session.text("theory-page-0")
-        await session.press("A")
-        assert "link table" in session.text("theory-page-0")
-        assert "joint axis" not in "".join(view.rows)
-        assert "q/a base" in session.text("theory-numbers")
+def test_columns_hold_every_line_in_order_and_none_is_too_high():
+    parts = [
+        ExampleSection(f"part {n}", tuple(f"{n}.{i}" for i in range(n))) for n in (3, 9, 2, 30, 1)
+    ]
+    columns = laid(parts, 20, 12)
+    assert all(len(column) <= 12 for column in columns)
+    lines = [line for column in columns for line in column]
+    assert [line for line in lines if "." in line] == [one for p in parts for one in p.lines]
+    assert columns[1][0].startswith("── part 9 ───")
+    assert laid(parts, 20, 12, plain=True)[0][0] == "-- part 3 ----------"
 
 
-async def test_a_long_step_of_a_narrow_screen_shows_its_last_lines():
-    async with Session("puma", size=(80, 12)) as session:
-        await session.press("A", *["N"] * 6)
-        assert "7. the same for the next frame" in session.text("theory-page-0")
-        assert "3. z1" not in session.text("theory-page-0")
-
-
-async def test_the_singularity_of_a_table_is_looked_for_aside(tmp_path):
-    file = tmp_path / "planar.toml"
-    file.write_text("[[links]]\na_mm = 200\n[[links]]\na_mm = 150\n", encoding="utf-8")
-    async with Session(str(file), size=(200, 60)) as session:
-        await session.press("Z", *["w"] * 4)
-        session.desk.screen.panel.look_now()
-        await session.desk.workers.wait_for_complete()
-        await session.pilot.pause()
-        assert "20.0° away" in "".join(session.text(f"theory-page-{n}") for n in range(3))
-        await session.press("w")
-        assert "searching" in "".join(session.text(f"theory-page-{n}") for n in range(3))
+@pytest.mark.parametrize("name", MODEL_NAMES)
+def test_no_line_of_a_page_is_cut(name):
+    for column in laid(sections(ModelHand(find_subject(name)).study), COLUMN_WIDTH - 1, 30):
+        assert [line for line in column if len(line) >= COLUMN_WIDTH] == []
 
 
 async def test_keys_are_those_of_the_keyboard():
@@ -215,12 +190,12 @@ def test_the_help_names_every_key_of_a_model_and_no_other():
     listed = "\n".join(keys.help(PLACE, pairs))
     offered = [row.id for row in keys.next_keys(PLACE)]
     for row in TABLE:
-        if row.place in ("theory", "model"):
+        if row.place == "model":
             assert row.tooltip in listed
     assert "e d               of the hand: z, + and -" in listed
     assert "reference" not in listed
     assert "reset" not in offered
-    assert "theory-next" in offered
+    assert "model-next" in offered
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
