@@ -9,23 +9,15 @@ KinematicsError            base class
 +-- SingularTransmission   motors that do not determine the joint angles
 +-- UnknownPreset          no preset arm has that key
 +-- UnknownSystem          no system of the textbook has that name
-+-- UnknownFrame           no frame of a graph has that name
 +-- OutOfReach             a goal that no posture of a named system meets
 +-- ZeroVector             the zero vector where a direction is needed
-+-- FlatBasis              three axes that lie in one plane
 +-- NotARotation           a matrix that is not a rotation: which property fails, and by how much
-+-- NoNearestRotation      several rotations are equally near to a matrix
-+-- NotAUnitQuaternion     a quaternion whose length is not 1
-+-- FramesNotConnected     no known transforms join two frames
-+-- FramesDisagree         two routes between the same frames differ
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from enum import Enum
 from typing import Any, TypeVar
 
 RaisedError = TypeVar("RaisedError", bound=BaseException)
@@ -124,12 +116,6 @@ class UnknownSystem(_UnknownName):
     kind = "system"
 
 
-class UnknownFrame(_UnknownName):
-    """No frame of a graph has this name."""
-
-    kind = "frame"
-
-
 class ZeroVector(KinematicsError):
     """The zero vector where a direction is needed."""
 
@@ -137,104 +123,12 @@ class ZeroVector(KinematicsError):
         super().__init__("the zero vector has no direction; give one with some length")
 
 
-class FlatBasis(KinematicsError):
-    """Three axes in one plane (or a zero one among them), so that they span no space."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "the three axes lie in one plane, so they are no basis; give three independent ones"
-        )
-
-
-class RotationProperty(Enum):
-    """What makes a matrix a rotation: the properties of chapter 2, section 2.3."""
-
-    UNIT_COLUMNS = "columns of length 1"
-    NORMAL_COLUMNS = "columns normal to each other"
-    RIGHT_HANDED = "determinant 1"
-
-
-@dataclass(frozen=True, slots=True)
-class RotationFlaw:
-    """One property of rotations that a matrix lacks.
-
-    `where` names the columns. `by` is the length beyond 1 of a column, the angle in rad beyond a
-    right angle of two, or the determinant.
-    """
-
-    lacks: RotationProperty
-    where: str
-    by: float
-
-    def __str__(self) -> str:
-        match self.lacks:
-            case RotationProperty.UNIT_COLUMNS:
-                return f"column {self.where} has length {1.0 + self.by:.9g} instead of 1"
-            case RotationProperty.NORMAL_COLUMNS:
-                angle_deg = 90.0 + math.degrees(self.by)
-                return f"columns {self.where} stand at {angle_deg:.9g}° instead of 90°"
-            case RotationProperty.RIGHT_HANDED:
-                return f"the determinant is {self.by:.9g} instead of 1: the axes are left-handed"
-
-
 class NotARotation(KinematicsError):
     """A matrix that is no rotation; `flaws` says which properties fail, and by how much."""
 
-    def __init__(self, flaws: tuple[RotationFlaw, ...]) -> None:
+    def __init__(self, flaws: tuple[str, ...]) -> None:
         self.flaws = flaws
-        super().__init__(
-            f"not a rotation: {'; '.join(map(str, flaws))}; correct the matrix, or take "
-            "nearest_rotation() of it where only rounding or measurement spoiled it"
-        )
-
-
-class NoNearestRotation(KinematicsError):
-    """A matrix to which no single rotation is the nearest, such as zero or a mirror image."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "several rotations are equally near to this matrix (it is a mirror image, or flat "
-            "in two directions or more); correct it instead of rounding it"
-        )
-
-
-class NotAUnitQuaternion(KinematicsError):
-    """A quaternion whose length is not 1, so that it is no rotation."""
-
-    def __init__(self, length: float) -> None:
-        self.length = length
-        super().__init__(
-            f"a rotation's quaternion has length 1, not {length:.9g}; "
-            "use Quaternion.of(), which scales it"
-        )
-
-
-class FramesNotConnected(KinematicsError):
-    """Two frames that no known transforms join; `joined` lists those joined to the reference."""
-
-    def __init__(self, reference: str, name: str, joined: Iterable[str]) -> None:
-        self.reference = reference
-        self.name = name
-        self.joined = tuple(joined)
-        super().__init__(
-            f"nothing known joins {name!r} to {reference!r}, only {', '.join(self.joined)} "
-            "are joined to it; add a relation between the two groups"
-        )
-
-
-class FramesDisagree(KinematicsError):
-    """A stated transform that contradicts the rest of its loop, by mm and rad."""
-
-    def __init__(self, reference: str, name: str, gap_mm: float, gap_rad: float) -> None:
-        self.reference = reference
-        self.name = name
-        self.gap_mm = gap_mm
-        self.gap_rad = gap_rad
-        super().__init__(
-            f"{name!r} in {reference!r} as stated and as the other relations place it differ by "
-            f"{gap_mm:.4g} mm and {math.degrees(gap_rad):.4g}°; correct one of them, or give "
-            "wider tolerances if they are measured"
-        )
+        super().__init__(f"not a rotation: {'; '.join(flaws)}")
 
 
 class OutOfReach(KinematicsError):

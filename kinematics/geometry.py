@@ -28,6 +28,30 @@ Hand = tuple[float, ...]
 """The orientation of the hand, as numbers of the follower that made them."""
 
 
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One posture that holds the hand at a pose, and the limits it would break.
+
+    `name` says which one it is, in words if the arm's build has words for its postures. With the
+    tip on the base axis any base angle may be valid, and the seed's was used (`base_free`).
+    """
+
+    name: str
+    joints: Joints
+    violations: tuple[LimitViolation, ...] = ()
+    base_free: bool = False
+
+    @property
+    def within_limits(self) -> bool:
+        """Whether the arm can take this posture."""
+        return not self.violations
+
+    @property
+    def excess_rad(self) -> float:
+        """The largest excess over a limit, 0 within the limits."""
+        return max((violation.excess_rad for violation in self.violations), default=0.0)
+
+
 class NotFollowed(Exception):
     """The arm cannot follow in its present posture; the message says why."""
 
@@ -129,6 +153,13 @@ class ArmGeometry(Protocol):
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
         """Return a posture a small step from the seed, quickly; None instead of an error."""
+
+    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
+        """Return the postures for a pose, each angle of the allowed turn nearest to the seed.
+
+        All of them, those beyond the limits included, where a closed form knows them; else the one
+        nearest to the seed. None if no posture holds the hand there.
+        """
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return a pose in reach near this one."""

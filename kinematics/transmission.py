@@ -126,12 +126,6 @@ class Transmission:
         count = len(self.joint_names)
         return Joints(values[:count], self.joint_names), values[count] if self.has_gripper else 0.0
 
-    def motor_rates(
-        self, joint_rates_rad_s: Sequence[float], gripper_mm_s: float = 0.0
-    ) -> tuple[float, ...]:
-        """Return the steps per second of each motor for these rates, couplings included."""
-        return times(self.matrix, self._coordinates(joint_rates_rad_s, gripper_mm_s))
-
     def most_steps(self, amounts: Sequence[float]) -> tuple[float, ...]:
         """Return how far each motor turns at most while every joint turns by up to its amount.
 

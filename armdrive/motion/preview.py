@@ -33,8 +33,7 @@ from armdrive.runtime.position import MotionSegment, alike, joints_between
 from armdrive.runtime.stop_bounds import run_on, stretches
 from armdrive.status import bound_words, joints_view, pose_view, rounded_up, violation_text
 from kinematics.errors import KinematicsError
-from kinematics.five_axis import Posture, postures
-from kinematics.geometry import ArmGeometry, Point
+from kinematics.geometry import ArmGeometry, Branch, Point
 from kinematics.guards.path import Clearance, least_clearances
 from kinematics.limits import SAME_POSTURE_RAD
 from kinematics.paths.curves import straight_line
@@ -231,7 +230,7 @@ def ways_of(
     """
     if pose is None or (pose.yaw_rad is not None and not ground.config.model.arm.has_yaw):
         return ()
-    found = postures(ground.config.model.arm, pose, ground.here.joints)
+    found = ground.config.model.arm.branches(pose, ground.here.joints)
     line = isinstance(move, LineMove)
     ways = [_way(ground, each, end, line) for each in _different(found)]
     if end is not None and not any(way.taken for way in ways):
@@ -240,16 +239,16 @@ def ways_of(
     return tuple(sorted(ways, key=lambda way: not way.taken))
 
 
-def _different(found: Sequence[Posture]) -> Iterator[Posture]:
+def _different(found: Sequence[Branch]) -> Iterator[Branch]:
     """Yield each posture once: for a stretched arm, elbow up and elbow down are the same."""
-    seen: list[Posture] = []
+    seen: list[Branch] = []
     for posture in found:
         if not any(alike(posture.joints, each.joints, SAME_POSTURE_RAD) for each in seen):
             seen.append(posture)
             yield posture
 
 
-def _way(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> PostureOption:
+def _way(ground: Ground, posture: Branch, end: Joints | None, line: bool) -> PostureOption:
     taken = end is not None and alike(posture.joints, end, SAME_POSTURE_RAD)
     if taken:
         return PostureOption(posture.name, posture.joints, taken=True)
@@ -258,7 +257,7 @@ def _way(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> Po
     return PostureOption(posture.name, posture.joints, taken, not forbidden, against)
 
 
-def _forbidden(ground: Ground, posture: Posture) -> str:
+def _forbidden(ground: Ground, posture: Branch) -> str:
     """Return which limits or which guard forbid a posture; empty if it is allowed."""
     if posture.violations:
         return "; ".join(map(violation_text, posture.violations))
@@ -266,7 +265,7 @@ def _forbidden(ground: Ground, posture: Posture) -> str:
     return "" if broken is None else broken.sentence
 
 
-def _second_choice(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> str:
+def _second_choice(ground: Ground, posture: Branch, end: Joints | None, line: bool) -> str:
     """Return why an allowed posture is not taken."""
     if end is None:
         return "allowed at the goal, but not reachable on this path"

@@ -17,14 +17,14 @@ from kinematics.chains.closed_form import ClosedForm, closed_form
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import Generated, generated
 from kinematics.chains.goals import Goal, HandTask, Part, goal_of, pose_of, task_of
-from kinematics.chains.inverse import Effort, First, Reason, Solution, descend, middle, solve_goal
+from kinematics.chains.inverse import First, Reason, Solution, descend, middle, solve_goal
 from kinematics.chains.links import Convention, JointKind
 from kinematics.errors import KinematicsError, require
 from kinematics.frames.orientations import Quaternion, quaternion_of
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import compose, homogeneous, position_of, rotation_of, translation
 from kinematics.frames.vectors import Vector, cross, norm, subtract
-from kinematics.geometry import Constraint, Hand, Point, Tool, Unreachable
+from kinematics.geometry import Branch, Constraint, Hand, Point, Tool, Unreachable
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
     JointRange,
@@ -36,7 +36,7 @@ from kinematics.limits import (
 from kinematics.paths.curves import LEAP_RAD, NearFollower, largest_turn, leap_sentence
 from kinematics.spaces import Joints, Pose, angles_of
 
-EFFORT = Effort(starts=16)
+STARTS = 16
 """Postures tried before a pose is called out of reach: a person is waiting for the answer."""
 
 HAND_FIRST: First = (
@@ -148,11 +148,24 @@ class ChainArm:
         except KinematicsError:
             return None
         closed = self.closed
-        if closed is not None and closed.structure.exact and closed.solves(goal):
+        if closed is not None and closed.solves(goal):
             found = closed.nearest(goal, seed.angles_rad)
         else:
             found = near_posture(self.chain, goal, seed.angles_rad)
         return None if found is None else self.joints_of(found)
+
+    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
+        """Return all postures for a pose in closed form, else the one nearest to the seed."""
+        goal, closed = self.goal(pose), self.closed
+        if closed is None or not closed.solves(goal):
+            joints = self.solve(pose, seed)
+            return () if joints is None else (Branch("", joints),)
+        near = middle(self.chain) if seed is None else self._values(seed)
+        found = map(self.joints_of, closed.branches(goal, near))
+        return tuple(
+            Branch(f"solution {number}", joints, self.violations(joints))
+            for number, joints in enumerate(found, 1)
+        )
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose in reach, the hand held as asked where it can be, that was found."""
@@ -230,7 +243,7 @@ class ChainArm:
 
     def _hunt(self, pose: Pose, seed: Joints | None) -> Solution:
         near = None if seed is None else self._values(seed)
-        return solve_goal(self.chain, self.goal(pose), near, first=HAND_FIRST, effort=EFFORT)
+        return solve_goal(self.chain, self.goal(pose), near, first=HAND_FIRST, starts=STARTS)
 
     def _widened(self, start: Joints) -> ChainArm:
         """Return the arm with its limits widened to a posture beyond them."""
@@ -323,7 +336,7 @@ class WholeHandFollower(NearFollower):
 
     def pose(self, tip: Point, hand: Hand) -> Pose:
         """Return the pose of a tip and a hand."""
-        frame = homogeneous(Quaternion.of(*hand).rotation(), tip)
+        frame = homogeneous(Quaternion(*hand).rotation(), tip)
         return pose_of(frame, self.arm.task, self.arm.centre)
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.code_lines import ZERO, CodeLines, Term, Vector3, X, Z, functions_of
-from kinematics.chains.structure import FirstThree, Layout, Structure
+from kinematics.chains.structure import Family, Layout
 from kinematics.chains.subproblems import (
     Turn,
     across,
@@ -54,19 +54,17 @@ CALLED = {
 """What generated code calls."""
 
 
-def branch_finder(
-    chain: Chain, structure: Structure, *, heading_free: bool = False
-) -> BranchFinder:
-    """Return the function that finds every posture of a chain of this structure.
+def branch_finder(chain: Chain, family: Family, *, heading_free: bool = False) -> BranchFinder:
+    """Return the function that finds every posture of a chain of this class.
 
     With `heading_free` the goal may be turned about the world's z axis through its origin: what is
     asked of five joints, the first axis vertical and the next three parallel.
     """
-    arm = Layout(chain, structure)
-    if structure.first_three is None:
+    arm = Layout(chain, family)
+    if family is Family.THREE_PARALLEL:
         _write_parallel(arm, heading_free=heading_free)
     else:
-        _write_meeting(arm, structure.first_three)
+        _write_spherical(arm)
     names = ", ".join(f"f{index}" for index in range(len(chain)))
     body = [
         "(g00, g01, g02, g03), (g10, g11, g12, g13), (g20, g21, g22, g23), _ = goal",
@@ -80,7 +78,7 @@ def branch_finder(
     return found
 
 
-# The first three joints, which place the wrist's centre, in four ways.
+# The first three joints, which place the wrist's centre.
 #
 # The wrist's centre is the point in which the wrist's axes meet. It is at p in the frame in which
 # joint 1 turns, and at w in the frame that joint 3 carries. In between it is at h = Rz(-q1) p in
@@ -168,63 +166,13 @@ def _triangle(arm: Layout, g: Vector3) -> tuple[Term, Turn]:
     return angle_or_free(code, k, g, square, arm.free[1], arm.size), third
 
 
-def _first_and_second_meet(arm: Layout) -> Placed:
-    """The distance from where axes 1 and 2 meet gives joint 3, the height joint 2 (Pieper)."""
-    code, w, p = arm.code, arm.place(3), arm.origin
-    third = _each_at_distance(arm, 2, arm.into(2, arm.place(2)), w, code.dot(p, p))
-    k = _carried(arm, 2, third, w)
-    height = code.total((p[2],), (-arm.place(1)[2],))
-    second = _each_at_height(arm, 1, arm.rows(1)[2], k, height, arm.size)
-    return _first_at_last(arm, second, third, k)
-
-
-def _first_at_last(arm: Layout, second: Turn, third: Turn, k: Vector3) -> Placed:
-    """Return the turns, joint 1's from where the others bring the point (SP1)."""
-    code, p = arm.code, arm.origin
-    h = _carried(arm, 1, second, k)
-    first = angle_or_free(code, h, p, along(code, p, p), arm.free[0], arm.size)
-    return turn_of(code, first), second, third
-
-
-def _first_and_second_parallel(arm: Layout) -> Placed:
-    """The height along axes 1 and 2 gives joint 3, the distance from axis 1 joint 2."""
-    code, w, p = arm.code, arm.place(3), arm.origin
-    height = code.total((arm.tilt(1), p[2]), (-arm.tilt(1), arm.place(1)[2]), (-arm.place(2)[2],))
-    third = _each_at_height(arm, 2, arm.rows(2)[2], w, height, arm.size)
-    k = _carried(arm, 2, third, w)
-    hinge = _level(arm.into(1, arm.place(1)))
-    second = _each_at_distance(arm, 1, hinge, _level(k), along(code, p, p))
-    return _first_at_last(arm, second, third, k)
-
-
-def _second_and_third_meet(arm: Layout) -> Placed:
-    """The distance from where axes 2 and 3 meet gives joint 1, then two axes meet (SP2)."""
-    code, p, w, meet = arm.code, arm.origin, arm.place(3), arm.place(1)
-    first = _each_at_distance(arm, 0, (-p[0], -p[1], -p[2]), meet, code.dot(w, w))
-    g = arm.into(1, code.minus(unturned(code, first, p), meet))
-    third = _each_at_height(arm, 2, arm.rows(2)[2], w, g[2], arm.size)
-    k = _carried(arm, 2, third, w)
-    second = angle_or_free(code, k, g, along(code, g, g), arm.free[1], arm.size)
-    return first, turn_of(code, second), third
-
-
-PLACING: dict[FirstThree, Callable[[Layout], Placed]] = {
-    FirstThree.SECOND_AND_THIRD_PARALLEL: _second_and_third_parallel,
-    FirstThree.FIRST_AND_SECOND_PARALLEL: _first_and_second_parallel,
-    FirstThree.FIRST_AND_SECOND_MEET: _first_and_second_meet,
-    FirstThree.SECOND_AND_THIRD_MEET: _second_and_third_meet,
-}
-
-
 # The joints beyond the third, whose axes meet: they turn the hand.
 
 
-def _write_meeting(arm: Layout, first_three: FirstThree) -> None:
-    """Write the postures of an arm whose last axes meet."""
-    placed = PLACING[first_three](arm)
-    if len(arm) == 5:
-        _write_two(arm, placed)
-    elif _square(arm):
+def _write_spherical(arm: Layout) -> None:
+    """Write the postures of an arm whose last three axes meet."""
+    placed = _second_and_third_parallel(arm)
+    if _square(arm):
         _write_square_wrist(arm, placed)
     else:
         _write_wrist(arm, placed)
@@ -239,15 +187,6 @@ def _seen(arm: Layout, placed: Placed, v: Vector3) -> Vector3:
 
 def _angles(placed: Placed) -> list[Term]:
     return [turn.angle for turn in placed]
-
-
-def _write_two(arm: Layout, placed: Placed) -> None:
-    """Two joints turn axis 5, and then the hand about it; five joints may miss the orientation."""
-    code = arm.code
-    x, y, z = (_seen(arm, placed, column) for column in (arm.x, arm.y, arm.z))
-    fourth = angle_from(code, code.times(arm.rows(4), Z), z)
-    fifth = angle_from(code, (x[2], y[2]), arm.rows(4)[2])
-    arm.found((*_angles(placed), fourth, fifth))
 
 
 def _square(arm: Layout) -> bool:
@@ -358,19 +297,10 @@ def _outer_of_six(arm: Layout) -> _Outer:
     u, v = code.times(arm.rows(5), Z), arm.place(5)
     row = arm.rows(4)[2]
     lean = [total((both, one)) for one in _height_of(code, row, u)]
-    rise = [total((both, one)) for one in _height_of(code, row, v)]
-    rise[2] = total((rise[2],), (_height_beyond(arm),))
-    if v[0] == v[1] == ZERO:  # axes 5 and 6 meet
-        first, _ = _first_by_height(arm, arm.origin, rise[2])
-        z = arm.into(1, unturned(code, first, arm.z))
-        fifth = each_linear(code, lean[0], lean[1], total((z[2],), (-lean[2],)), arm.free[4], 1.0)
-    else:  # axes 5 and 6 are parallel
-        first = _first_by_lean(arm, lean[2])
-        g = arm.into(1, code.minus(unturned(code, first, arm.origin), arm.place(1)))
-        wanted = total((g[2],), (-rise[2],))
-        fifth = each_linear(code, rise[0], rise[1], wanted, arm.free[4], arm.size)
-    x, y = (arm.into(1, unturned(code, first, column)) for column in (arm.x, arm.y))
-    z = arm.into(1, unturned(code, first, arm.z))
+    rise = total((both, _height_of(code, row, v)[2]), (_height_beyond(arm),))
+    first, _ = _first_by_height(arm, arm.origin, rise)
+    x, y, z = (arm.into(1, unturned(code, first, column)) for column in (arm.x, arm.y, arm.z))
+    fifth = each_linear(code, lean[0], lean[1], total((z[2],), (-lean[2],)), arm.free[4], 1.0)
     g = arm.into(1, code.minus(unturned(code, first, arm.origin), arm.place(1)))
     row = arm.into(5, unturned(code, fifth, row))
     turning = [total((both, one)) for one in row[:2]]

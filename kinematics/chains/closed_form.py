@@ -1,6 +1,6 @@
 """An arm's postures for a frame in closed form: all branches, within limits, each of them checked.
 
-`structure` says what kind of arm it is and `branches` finds its postures; here they are put on the
+`structure` says of what class an arm is and `branches` finds its postures; here they are put on the
 turns that the limits allow, and compared with the goal by forward kinematics. Whatever is returned
 meets the goal. Lengths in mm, angles in rad.
 """
@@ -19,7 +19,7 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import generated
 from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, frame_goal, turned_to
-from kinematics.chains.structure import Family, Structure, structures, why_no_structure
+from kinematics.chains.structure import Family, family_of, why_no_family
 from kinematics.frames.transforms import Transform
 from kinematics.limits import SAME_POSTURE_RAD, all_fitted
 
@@ -32,12 +32,8 @@ NEAR_RAD = 1e-7
 ROUGH = (0.1, 1e-3)
 """How far off a posture may be, in mm and rad, to be improved numerically."""
 
-ROUGHER = (100.0, 0.3)
-"""The same for an arm that only nearly has its structure."""
-
 PROOFS = 6
-"""Before a structure's code is used, it must find this many random postures again; for an arm that
-nearly has the structure, more than half of them, because that code need not find all postures."""
+"""Before a chain's code is used, it must find this many random postures again."""
 
 ELSEWHERE_RAD = 0.123
 """The value of a joint that the code leaves free, while the code is tested."""
@@ -51,7 +47,7 @@ class Solver:
     """
 
     chain: Chain
-    structure: Structure
+    family: Family
     fk: Callable[[Sequence[float]], Transform]
     frames: BranchFinder
     headings: BranchFinder | None
@@ -59,15 +55,14 @@ class Solver:
     def checked(self, goal: Goal, angles: Posture) -> Posture | None:
         """Return a posture that meets the goal: the given one, or an improved one, or None.
 
-        Postures miss the goal because of rounding near a singularity, or because the arm only
-        nearly has its structure.
+        Postures miss the goal because of rounding near a singularity.
         """
         frame, target = self.fk(angles), goal.frame
         if goal.parts != ALL_PARTS:
             target = turned_to(target, frame)
         if _near(frame, target, NEAR_MM, NEAR_RAD):
             return angles
-        if not _near(frame, target, *(ROUGH if self.structure.exact else ROUGHER)):
+        if not _near(frame, target, *ROUGH):
             return None
         return Descent(self.chain, goal, limited=False).met(angles, QUICK)
 
@@ -81,11 +76,6 @@ class ClosedForm:
 
     chain: Chain
     solver: Solver
-
-    @property
-    def structure(self) -> Structure:
-        """The class of the arm."""
-        return self.solver.structure
 
     def solves(self, goal: Goal) -> bool:
         """Return whether the closed form solves this kind of goal: whole, or without heading."""
@@ -105,16 +95,11 @@ class ClosedForm:
         """Return what `branches` does, with every angle from -pi to pi."""
         raw = self._find(goal)(goal.frame, near)
         checked = [self.solver.checked(goal, one) for one in raw]
-        sound = [one for one in checked if one is not None]
-        return sound if self.structure.exact else _different(sound)
+        return [one for one in checked if one is not None]
 
     def nearest(self, goal: Goal, near: Sequence[float]) -> Posture | None:
         """Return the posture within the limits that is nearest to another one, None without any."""
         limits = self.chain.limits
-        if not self.structure.exact:
-            fitting = [all_fitted(angles, limits, near) for angles in self.postures(goal, near)]
-            inside = [one for one in fitting if one is not None]
-            return min(inside, key=lambda one: math.dist(one, near), default=None)
         ranked = []
         for angles in self._find(goal)(goal.frame, near):
             kept = all_fitted(angles, limits, near)
@@ -158,35 +143,30 @@ def how_solved(chain: Chain) -> HowSolved:
     form = closed_form(chain)
     if form is None:
         return HowSolved(
-            f"none: {why_no_structure(chain)}", "numerically, from many starts: one posture"
+            f"none: {why_no_family(chain)}", "numerically, from many starts: one posture"
         )
     solved = "in closed form: all postures, each compared with the goal"
-    if not form.structure.exact:
-        solved = "in the closed form of that class, and every posture improved numerically"
-    return HowSolved(str(form.structure), solved)
+    return HowSolved(form.solver.family.value, solved)
 
 
 @lru_cache(maxsize=64)
 def _solver(chain: Chain) -> Solver | None:
     """Return the solver of a chain without limits, tested on random postures; None without any."""
+    family = family_of(chain)
+    if family is None:
+        return None
     fk = generated(chain).fk
     draw = random.Random(1)  # noqa: S311 - any postures will do
     samples = [tuple(draw.uniform(-3.0, 3.0) for _ in chain.links) for _ in range(PROOFS)]
-    for structure in structures(chain):
-        frames = branch_finder(chain, structure)
-        solver = Solver(chain, structure, fk, frames, _headings(chain, structure))
-        again = sum(_found_again(solver, one) for one in samples)
-        if again == PROOFS or (again > PROOFS // 2 and not structure.exact):
-            return solver
-    return None
+    solver = Solver(chain, family, fk, branch_finder(chain, family), _headings(chain, family))
+    return solver if all(_found_again(solver, one) for one in samples) else None
 
 
-def _headings(chain: Chain, structure: Structure) -> BranchFinder | None:
+def _headings(chain: Chain, family: Family) -> BranchFinder | None:
     """Return the function for goals of any heading, of five joints on a vertical axis."""
-    parallel = structure.family is Family.THREE_PARALLEL and not structure.from_hand
-    if len(chain) != 5 or not parallel or math.hypot(*_first_axis(chain)[:2]) > NEAR_RAD:
+    if len(chain) != 5 or math.hypot(*_first_axis(chain)[:2]) > NEAR_RAD:
         return None
-    return branch_finder(chain, structure, heading_free=True)
+    return branch_finder(chain, family, heading_free=True)
 
 
 def _first_axis(chain: Chain) -> Sequence[float]:
@@ -206,15 +186,6 @@ def _same(one: Posture, other: Posture) -> bool:
         abs(math.remainder(a - b, math.tau)) < SAME_POSTURE_RAD
         for a, b in zip(one, other, strict=True)
     )
-
-
-def _different(postures: Sequence[Posture]) -> list[Posture]:
-    """Return postures without those that improving has brought to the same one."""
-    return [
-        one
-        for index, one in enumerate(postures)
-        if not any(_same(one, other) for other in postures[:index])
-    ]
 
 
 def _near(frame: Transform, goal: Transform, mm: float, rad: float) -> bool:

@@ -21,10 +21,10 @@ from kinematics.chains.goals import (
     HEADING_FREE,
     Goal,
     Part,
-    rotation_vector_of,
     turned_to,
 )
 from kinematics.chains.jacobians import length_of, units_of
+from kinematics.frames.orientations import rotation_vector
 from kinematics.frames.transforms import Transform
 from kinematics.frames.vectors import dot
 from kinematics.spaces import Jacobian
@@ -264,7 +264,7 @@ class Descent:
         share = 1.0 / self._length
         (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = frame
         (u, v, w, to_x), (k, m, n, to_y), (p, q, r, to_z), _ = target
-        turn = rotation_vector_of(
+        turn = rotation_vector(
             (
                 (u * a + v * b + w * c, u * d + v * e + w * f, u * g + v * h + w * i),
                 (k * a + m * b + n * c, k * d + m * e + n * f, k * g + m * h + n * i),

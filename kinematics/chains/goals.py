@@ -27,7 +27,6 @@ from kinematics.frames.transforms import (
 from kinematics.frames.vectors import (
     X_AXIS,
     Z_AXIS,
-    ZERO,
     Vector,
     add,
     cross,
@@ -43,9 +42,6 @@ from kinematics.spaces import POSE_EXAMPLE, Pose, refuse_yaw
 
 VERTICAL = 1e-9
 """A horizontal part smaller than this gives no heading."""
-
-SPLIT_SINE = 1e-3
-"""Sine of an angle below which, near half a turn, the sine no longer gives the axis."""
 
 
 class Part(Enum):
@@ -110,7 +106,7 @@ class Goal:
         changes and the part of the vector along that axis.
         """
         turned, wanted = rotation_of(now), self.wanted(now)
-        vector = rotation_vector_of(multiply(wanted, transpose(turned)))
+        vector = rotation_vector(multiply(wanted, transpose(turned)))
         hand = (wanted[0][2], wanted[1][2], wanted[2][2])
         plane = self._plane((turned[0][2], turned[1][2], turned[2][2]))
         across = (-plane[1], plane[0], 0.0)
@@ -207,21 +203,6 @@ def turned_to(goal: Transform, frame: Transform) -> Transform:
         third,
         last,
     )
-
-
-def rotation_vector_of(matrix: Matrix3) -> Vector:
-    """Return axis times angle of a matrix that is known to be a rotation, several times as fast.
-
-    Descents call this at every step.
-    """
-    (a, b, c), (d, e, f), (g, h, i) = matrix
-    x, y, z = 0.5 * (h - f), 0.5 * (c - g), 0.5 * (d - b)
-    sine, cosine = math.hypot(x, y, z), 0.5 * (a + e + i - 1.0)
-    if sine == 0.0 and cosine > 0.0:
-        return ZERO
-    if sine > SPLIT_SINE or cosine > 0.0:
-        return scale(math.atan2(sine, cosine) / sine, (x, y, z))
-    return rotation_vector(matrix)
 
 
 def _heading(v: Vector, least: float = VERTICAL) -> Vector | None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -149,24 +149,14 @@ POSITION_FIRST: First = (frozenset({Part.POSITION}),)
 """Keep the position, and turn the hand as nearly as it goes."""
 
 
-@dataclass(frozen=True, slots=True)
-class Effort:
-    """How many postures to try, and how near counts as met.
+STARTS = 24
+"""Postures tried: the seed, the middle of the ranges, then random ones, always the same."""
 
-    `starts` postures are tried: the seed, the middle of the ranges, then random ones drawn from
-    `random_seed`, so that the same question always has the same answer. A whole frame, or
-    one of any heading, is first looked for by up to `searches` short descents. A part is met
-    within `tolerance_mm` or `tolerance_rad`.
-    """
+SEARCHES = 200
+"""Short descents that first look for a whole frame, or one of any heading."""
 
-    starts: int = 24
-    searches: int = 200
-    random_seed: int = 1
-    tolerance_mm: float = 1e-4
-    tolerance_rad: float = 1e-6
-
-
-DEFAULT_EFFORT = Effort()
+MET_MM, MET_RAD = 1e-4, 1e-6
+"""A part of a goal is met within this."""
 
 MOST_BRANCHES = 8
 """How many of the postures beyond limits are looked around for one within them."""
@@ -179,7 +169,7 @@ def solve_frame_ik(
     *,
     parts: frozenset[Part] = frozenset(Part),
     first: First = POSITION_FIRST,
-    effort: Effort = DEFAULT_EFFORT,
+    starts: int = STARTS,
 ) -> Solution:
     """Return the posture that holds the tool at a frame, or as near to it as the chain comes.
 
@@ -187,7 +177,7 @@ def solve_frame_ik(
     `check_transform` does for what is no frame.
     """
     return solve_goal(
-        chain, frame_goal(frame, parts, position_of(chain.base)), seed, first=first, effort=effort
+        chain, frame_goal(frame, parts, position_of(chain.base)), seed, first=first, starts=starts
     )
 
 
@@ -197,7 +187,7 @@ def solve_goal(
     seed: Sequence[float] | None = None,
     *,
     first: First = POSITION_FIRST,
-    effort: Effort = DEFAULT_EFFORT,
+    starts: int = STARTS,
 ) -> Solution:
     """Return the posture within the limits that meets a goal, or the best one found and why.
 
@@ -207,7 +197,7 @@ def solve_goal(
     require("a chain", chain, Chain, "Chain((DHLink(a_mm=200.0),))")
     require("a goal", goal, Goal, "frame_goal(frame)")
     start = middle(chain) if seed is None else chain.clamp(seed)
-    question, closed = _Question(chain, goal, effort), closed_form(chain)
+    question, closed = _Question(chain, goal, starts), closed_form(chain)
     if closed is None or not closed.solves(goal):
         return question.search(start, first)
     found = closed.nearest(goal, start)
@@ -225,24 +215,24 @@ class _Miss(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Question:
-    """A goal that is asked of a chain, and how near counts as met."""
+    """A goal that is asked of a chain, and from how many postures to look for it."""
 
     chain: Chain
     goal: Goal
-    effort: Effort
+    starts: int = STARTS
 
     def miss(self, frame: Transform) -> _Miss:
         """Return how far a frame is from the goal."""
-        goal, effort = self.goal, self.effort
+        goal = self.goal
         asked_position = Part.POSITION in goal.parts
         mm = distance(position_of(frame), position_of(goal.frame)) if asked_position else 0.0
         turn, split = goal.turn(frame)
         misses = tuple((part, abs(miss)) for part, _, miss in split)
         rad = norm(turn)
-        missed = {part for part, miss in misses if miss > effort.tolerance_rad}
-        if rad > math.sqrt(3.0) * effort.tolerance_rad and not missed:
+        missed = {part for part, miss in misses if miss > MET_RAD}
+        if rad > math.sqrt(3.0) * MET_RAD and not missed:
             missed |= {part for part, _ in misses}  # a turn that the split does not show
-        if mm > effort.tolerance_mm:
+        if mm > MET_MM:
             missed.add(Part.POSITION)
         return _Miss(missed, mm, rad, misses)
 
@@ -291,9 +281,9 @@ class _Question:
         Where its postures break limits, a singular one may have others that keep them, and the
         nearest pose is near one of them: descents begin there.
         """
-        chain, goal, effort = self.chain, self.goal, self.effort
+        chain, goal = self.chain, self.goal
         branches = [] if closed is None else closed.branches(goal, start)
-        complete = closed is not None and closed.structure.exact  # all its postures are known
+        complete = closed is not None  # all its postures are known
         certain = complete and not branches
         tried = 0
         hopeless = certain or beyond_reach(chain, goal)
@@ -303,7 +293,7 @@ class _Question:
             if branches and not chain.violations(branches[-1]):
                 return self.account(chain.clamp(branches[-1]), tried)
         descent = Descent(chain, goal, first)
-        looks = replace(effort, starts=min(effort.starts, 12)) if hopeless else effort
+        looks = min(self.starts, 12) if hopeless else self.starts
         ends = []
         for values in (*map(chain.clamp, branches[:MOST_BRANCHES]), *_starts(chain, start, looks)):
             tried += 1
@@ -329,7 +319,7 @@ class _Question:
         chain, descent = self.chain, Descent(self.chain, self.goal, limited=False)
         found: list[tuple[float, ...]] = []
         tried = 0
-        for values in _starts(chain, start, replace(self.effort, starts=self.effort.searches)):
+        for values in _starts(chain, start, SEARCHES):
             tried += 1
             end = descent.met(values, SEARCHING)
             if end is not None and self.met(turned := chain.turned(end, start)):
@@ -347,14 +337,14 @@ class _Question:
             return None
         free = self.chain.within()
         descent = Descent(free, self.goal)
-        more = _starts(free, middle(free), replace(self.effort, starts=6))
+        more = _starts(free, middle(free), 6)
         ends = [free.turned(descent.meet(start), start) for start in (*starts, *more)]
         return _least_broken(self.chain, filter(self.met, ends))
 
 
 def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
     """Return where one descent from the seed ends, for goals a small step away."""
-    return _Question(chain, goal, DEFAULT_EFFORT).account(Descent(chain, goal).meet(seed), 1)
+    return _Question(chain, goal).account(Descent(chain, goal).meet(seed), 1)
 
 
 def _least_broken(chain: Chain, postures: Iterable[tuple[float, ...]]) -> tuple[float, ...] | None:
@@ -366,13 +356,13 @@ def _least_broken(chain: Chain, postures: Iterable[tuple[float, ...]]) -> tuple[
     )
 
 
-def _starts(chain: Chain, seed: tuple[float, ...], effort: Effort) -> Iterator[tuple[float, ...]]:
+def _starts(chain: Chain, seed: tuple[float, ...], count: int) -> Iterator[tuple[float, ...]]:
     """Yield the seed, the middle of the ranges, then random postures within them."""
-    given = list(dict.fromkeys((seed, middle(chain))))[: max(effort.starts, 1)]
+    given = list(dict.fromkeys((seed, middle(chain))))[: max(count, 1)]
     yield from given
-    draw = random.Random(effort.random_seed)  # noqa: S311 - nothing secret is drawn
+    draw = random.Random(1)  # noqa: S311 - nothing secret is drawn
     ranges = [_range(chain, index) for index in range(len(chain))]
-    for _ in range(effort.starts - len(given)):
+    for _ in range(count - len(given)):
         yield tuple(draw.uniform(low, high) for low, high in ranges)
 
 

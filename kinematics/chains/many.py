@@ -31,23 +31,6 @@ BLOCK = 8192
 """Postures in a block: as few as keep a call's own cost small, as many as the caches hold."""
 
 
-def tips_of_many(chain: Chain, postures: npt.ArrayLike) -> Array:
-    """Return the tool's origin in the world for each posture: (N, 3) for (N, joints).
-
-    Joint limits are not looked at. Raises `KinematicsError` for another shape.
-    """
-    try:
-        values = np.asarray(postures, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise KinematicsError(f"an array of numbers is needed, not {postures!r}") from None
-    if values.ndim != 2 or values.shape[1] != len(chain):
-        raise KinematicsError(
-            f"an array of shape (N, {len(chain)}) is needed, not of shape {values.shape}"
-        )
-    columns = (values[start : start + BLOCK].T for start in range(0, len(values), BLOCK))
-    return _tips(chain, columns, len(values))
-
-
 def reach_maps(
     chain: Chain, planes: Sequence[tuple[int, int]], count: int, cells: int
 ) -> list[Array]:

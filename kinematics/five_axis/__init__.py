@@ -2,7 +2,6 @@
 
     closed_form   every branch for a pose, and the chosen one: the nearest within limits
     nearest       the reachable pose nearest to a goal
-    rates         joint rates from tip rates, and where the build is singular
     tool_arm      the same arm with a tool in its fingers
     workspace     its reach in a vertical plane
 
@@ -22,28 +21,23 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 from kinematics.errors import KinematicsError, check_fields, finite, require
 from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
-    Base,
-    Elbow,
-    FrameSolution,
     Lengths,
     branch_name,
     elbow_triangle,
     forward_frame,
     nearest_branch,
     plane_tip,
-    solve_frame,
     wrist_distance,
 )
 from kinematics.five_axis.nearest import nearest, span_refusal
 from kinematics.frames.rotations import Matrix3
-from kinematics.frames.transforms import Transform, check_transform, rotation_of
-from kinematics.geometry import AXIS_MM, ArmGeometry, Hand, NotFollowed, Point, Unreachable
+from kinematics.frames.transforms import Transform, rotation_of
+from kinematics.geometry import AXIS_MM, Branch, Hand, NotFollowed, Point, Unreachable
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
     JointRange,
@@ -63,33 +57,6 @@ from kinematics.spaces import (
     angles_of,
     refuse_yaw,
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Branch:
-    """One posture that holds the hand at a pose, and the limits it would break."""
-
-    joints: Joints
-    base: Base
-    elbow: Elbow
-    violations: tuple[LimitViolation, ...]
-    base_free: bool = False
-    """True if the tip is on the base axis: any base angle is valid, and the seed's was used."""
-
-    @property
-    def name(self) -> str:
-        """The branch in words."""
-        return branch_name(self.base, self.elbow)
-
-    @property
-    def within_limits(self) -> bool:
-        """Whether the arm can take this posture."""
-        return not self.violations
-
-    @property
-    def excess_rad(self) -> float:
-        """The largest excess over a limit, 0 within the limits."""
-        return max((violation.excess_rad for violation in self.violations), default=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,10 +146,10 @@ class FiveAxisArm:
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
         found = closed_form.inverse(goal, self.lengths, near, facing_rad)
         base_free = facing_rad is None and math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
-        turned = ((base, side, _turned(raw, self.limits, near)) for base, side, raw in found)
+        turned = ((name, _turned(raw, self.limits, near)) for name, raw in found)
         return tuple(
-            Branch(Joints(angles), base, side, _violations(angles, self.limits), base_free)
-            for base, side, angles in turned
+            Branch(name, Joints(angles), _violations(angles, self.limits), base_free)
+            for name, angles in turned
         )
 
     def solve(
@@ -203,26 +170,9 @@ class FiveAxisArm:
             found = nearest_branch(mirrored, self, near)
         return None if found is None else Joints(found)
 
-    def solve_angles(self, goal: Angles, near: Angles) -> Angles | None:
-        """Return the posture for x, y, z, pitch and roll on bare floats, for loops.
-
-        The floats are not checked, and the seed's base must be within its limits. A goal on the
-        base axis is not mirrored as `solve` does.
-        """
-        return nearest_branch(goal, self, near)
-
     def transform(self, joints: Joints) -> Transform:
         """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
         return forward_frame(_directions(joints), self.lengths)
-
-    def solve_transform(self, goal: Transform, seed: Joints | None = None) -> FrameSolution:
-        """Return how well a goal given as a full frame can be met, and the posture that does so.
-
-        A direction that five axes cannot give is never changed silently: the answer says by how
-        much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for an invalid frame.
-        """
-        near = _seed(seed, self.limits)
-        return solve_frame(check_transform(goal), self, near)
 
     def ik(
         self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
@@ -342,45 +292,6 @@ def _violations(angles: Angles, limits: tuple[JointRange, ...]) -> tuple[LimitVi
     )
 
 
-# Every posture that an arm of any build has for a pose, named if the build has names: this build
-# has four, base front or back and elbow up or down. For an arm that is solved numerically, only the
-# posture nearest to the seed is known.
-
-
-@dataclass(frozen=True, slots=True)
-class Posture:
-    """One posture that holds the hand at a pose, and the limits it would violate.
-
-    `name` is empty if the arm's build has no names for its postures.
-    """
-
-    name: str
-    joints: Joints
-    violations: tuple[LimitViolation, ...] = ()
-
-
-@runtime_checkable
-class Branching(Protocol):
-    """An arm that knows all its postures for a pose."""
-
-    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
-        """Return every posture for a pose, those beyond the limits included."""
-
-
-def postures(arm: ArmGeometry, pose: Pose, seed: Joints) -> tuple[Posture, ...]:
-    """Return the postures for a pose, each angle of the allowed turn nearest to the seed.
-
-    Postures beyond the limits are included. The result is empty if no posture holds the hand there,
-    whatever the limits; for an arm that is solved numerically, also if no posture within the limits
-    was found.
-    """
-    if isinstance(arm, Branching):
-        found = arm.branches(pose, seed)
-        return tuple(Posture(each.name, each.joints, each.violations) for each in found)
-    joints = arm.solve(pose, seed)
-    return () if joints is None else (Posture("", joints),)
-
-
 # One posture, kept along a straight line or any other curve of the tip.
 # A hand is its pitch (seen outwards, of any turn) and the angle of the wrist roll.
 
@@ -409,7 +320,7 @@ class FiveAxisFollower:
     def posture(self) -> str:
         """The branch in words."""
         up = (self.elbow_sign < 0.0) != self.back
-        return branch_name(Base.BACK if self.back else Base.FRONT, Elbow.UP if up else Elbow.DOWN)
+        return branch_name(back=self.back, up=up)
 
     def hand(self, pose: Pose, near: Hand) -> Hand:
         """Return how a pose holds the hand: pitch and roll turn the shorter way round.

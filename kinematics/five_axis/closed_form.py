@@ -8,13 +8,11 @@ and only floats and tuples are created, because planners call these functions th
 from __future__ import annotations
 
 import math
-from enum import Enum
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from kinematics.frames.transforms import Transform
 from kinematics.geometry import AXIS_MM
 from kinematics.limits import JointRange, all_fitted
-from kinematics.spaces import Joints, Pose
 
 REACH_MM = 1e-9
 """How far rounding may put a wrist beyond full stretch, or within full fold."""
@@ -26,23 +24,12 @@ Angles = tuple[float, float, float, float, float]
 """Base, shoulder, elbow, wrist pitch, wrist roll."""
 
 
-class Base(Enum):
-    """Whether the base faces the tip or has its back to it."""
+def branch_name(*, back: bool, up: bool) -> str:
+    """Return the name of a branch: the base faces the tip or has its back to it.
 
-    FRONT = "front"
-    BACK = "back"
-
-
-class Elbow(Enum):
-    """Which side of the line from shoulder to wrist the elbow is on, seen outwards."""
-
-    UP = "up"
-    DOWN = "down"
-
-
-def branch_name(base: Base, elbow: Elbow) -> str:
-    """Return the name of a branch, for people."""
-    return f"base {base.value}, elbow {elbow.value}"
+    The elbow is up or down: on which side of the line from shoulder to wrist, seen outwards.
+    """
+    return f"base {'back' if back else 'front'}, elbow {'up' if up else 'down'}"
 
 
 class Dimensions(Protocol):
@@ -130,7 +117,7 @@ def elbow_cosine(square: float, upper: float, fore: float) -> float | None:
 
 def inverse(
     goal: Angles, lengths: Lengths, near: Angles, facing: float | None = None
-) -> list[tuple[Base, Elbow, Angles]]:
+) -> list[tuple[str, Angles]]:
     """Return every branch with its angles for x, y, z, pitch and roll; none if out of reach.
 
     The angles are of any turn. A tip on the base axis leaves the base free: it takes that of
@@ -151,13 +138,13 @@ def inverse(
     )
     if pair is None:
         return []
-    found: list[tuple[Base, Elbow, Angles]] = []
-    for side, (shoulder, elbow) in zip((Elbow.UP, Elbow.DOWN), pair, strict=True):
+    found: list[tuple[str, Angles]] = []
+    for up, (shoulder, elbow) in zip((True, False), pair, strict=True):
         wrist = pitch - shoulder - elbow
-        found.append((Base.FRONT, side, (base, shoulder, elbow, wrist, roll)))
+        found.append((branch_name(back=False, up=up), (base, shoulder, elbow, wrist, roll)))
         if facing is not None:
             mirrored = (base + math.pi, math.pi - shoulder, -elbow, -wrist, roll + math.pi)
-            found.append((Base.BACK, side, mirrored))
+            found.append((branch_name(back=True, up=up), mirrored))
     return found
 
 
@@ -171,7 +158,7 @@ def nearest_branch(
     best: Angles | None = None
     least = math.inf
     spans = [(bounds.low_rad, bounds.high_rad) for bounds in arm.limits]
-    for _, _, angles in inverse(goal, arm.lengths, near, facing):
+    for _, angles in inverse(goal, arm.lengths, near, facing):
         turned = all_fitted(angles, spans, near)
         if turned is not None:
             change = math.dist(turned, near)
@@ -181,57 +168,11 @@ def nearest_branch(
     return best
 
 
-# The hand as a full frame: forward to a 4x4, and the inverse of any 4x4 within the limits of five
-# axes.
+# The hand as a full frame.
 #
 # Lengths in mm, angles in rad. Axes of the hand's frame: z along the hand (the approach), x up from
 # the hand's back where the roll is zero, y to complete a right-handed frame: the last frame of the
 # arm's link table (McKerrow, chapter 4, section 16), with alpha = 90, 0, 0, 90, 0 degrees.
-#
-# Five axes cannot turn the hand out of the vertical plane through the base axis and the tip, so
-# most frames in space have no posture. The caller gets the angle by which the goal's approach
-# leaves that plane; a general solver keeps it to itself.
-
-UPRIGHT = 1e-9
-"""A hand whose horizontal part is smaller than this is vertical, and lies in every plane."""
-
-ON_MANIFOLD_RAD = 1e-6
-"""A frame this near to one that five axes can give counts as reachable."""
-
-
-class FrameSolution(NamedTuple):
-    """How well an arm meets a goal given as a full frame, on bare floats.
-
-    `angles` are those of the posture within the limits nearest to the seed, or None if there is
-    none (`FiveAxisArm.ik` of `pose` says why). `off_manifold_rad` is how far the approach leaves
-    the arm's plane, into which it was turned. `base_free` is true if the tip is on the base axis
-    and the hand vertical, so that the seed's base was used. `goal` is x, y, z, pitch and roll.
-    """
-
-    angles: Angles | None
-    off_manifold_rad: float
-    base_free: bool
-    goal: tuple[float, float, float, float, float]
-
-    @property
-    def joints(self) -> Joints | None:
-        """The posture, if there is one."""
-        return None if self.angles is None else Joints(self.angles)
-
-    @property
-    def pose(self) -> Pose:
-        """The goal as far as five axes can give it, with the position kept."""
-        return Pose(*self.goal)
-
-    @property
-    def on_manifold(self) -> bool:
-        """Whether five axes can give the goal's direction at that place."""
-        return self.off_manifold_rad <= ON_MANIFOLD_RAD
-
-    @property
-    def met(self) -> bool:
-        """Whether the posture meets the whole goal: position, direction and roll."""
-        return self.angles is not None and self.on_manifold
 
 
 def forward_frame(angles: Angles, lengths: Lengths) -> Transform:
@@ -262,32 +203,3 @@ def forward_frame(angles: Angles, lengths: Lengths) -> Transform:
         (cos_pitch * cos_roll, -cos_pitch * sin_roll, sin_pitch, z),
         (0.0, 0.0, 0.0, 1.0),
     )
-
-
-def solve_frame(goal: Transform, arm: Dimensions, near: Angles) -> FrameSolution:
-    """Return the posture within limits nearest to `near`, and how far the goal is off.
-
-    Arguments are not checked: `goal` must be a transform of finite numbers. A goal off the manifold
-    is replaced by the nearest frame on it with the same position.
-    """
-    (ux, vx, hx, x), (uy, vy, hy, y), (uz, vz, hz, z), _ = goal
-    facing: float | None = None
-    if math.hypot(x, y) > AXIS_MM:
-        facing = math.atan2(y, x)
-    elif math.hypot(hx, hy) > UPRIGHT:
-        facing = math.atan2(hy, hx)
-    base = near[0] if facing is None else facing
-    cos_base, sin_base = math.cos(base), math.sin(base)
-    out = hx * cos_base + hy * sin_base
-    off = hx * sin_base - hy * cos_base
-    pitch = math.atan2(hz, out)
-    cos_pitch, sin_pitch = math.cos(pitch), math.sin(pitch)
-    up = ux * cos_base + uy * sin_base, ux * sin_base - uy * cos_base, uz
-    side = vx * cos_base + vy * sin_base, vx * sin_base - vy * cos_base, vz
-    roll = math.atan2(
-        up[1] - side[2] * cos_pitch + side[0] * sin_pitch,
-        up[2] * cos_pitch - up[0] * sin_pitch + side[1],
-    )
-    held = x, y, z, pitch, roll
-    angles = nearest_branch(held, arm, near, facing)
-    return FrameSolution(angles, math.asin(min(abs(off), 1.0)), facing is None, held)

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 from kinematics.errors import KinematicsError
-from kinematics.five_axis import Branch, FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.frames.rotations import Matrix3
-from kinematics.geometry import AXIS_MM, ArmGeometry, Constraint, Point, Tool, Unreachable
+from kinematics.geometry import AXIS_MM, ArmGeometry, Branch, Constraint, Point, Tool, Unreachable
 from kinematics.limits import JointRange, LimitViolation, widened_to, wrap
 from kinematics.paths.curves import LEAP_RAD, NearFollower
 from kinematics.spaces import Joints, Pose

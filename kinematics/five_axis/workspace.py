@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from kinematics.five_axis import FiveAxisArm
-from kinematics.five_axis.closed_form import Angles
+from kinematics.five_axis.closed_form import Angles, nearest_branch
 from kinematics.five_axis.nearest import Arc, arcs, plane_problems
 from kinematics.limits import JointRange
 
@@ -85,7 +85,7 @@ def _reach(
 
     def holds(x: float, z: float) -> bool:
         goal = (x * cosine, x * sine, z, pitch_rad, 0.0)
-        return any_roll.solve_angles(goal, near) is not None
+        return nearest_branch(goal, any_roll, near) is not None
 
     return holds
 

@@ -1,9 +1,9 @@
-"""Vectors, rotations, orientations and transforms, and graphs of named frames.
+"""Vectors, rotations, orientations and transforms.
 
 Which file decides what:
 
     vectors, matrices, numbers   arithmetic on plain tuples and floats
     rotations, orientations      rotation matrices, and every other way to state a rotation
-    transforms, graph            frames in frames
+    transforms                   frames in frames
     user_frame                   a frame measured by three points on the bench
 """

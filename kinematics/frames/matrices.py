@@ -64,7 +64,7 @@ def transposed(matrix: Matrix) -> Matrix:
     return tuple(zip(*matrix, strict=True))
 
 
-# Singular values, and eigenvectors by them.
+# Singular values.
 
 ORTHOGONAL = 1e-13
 """Cosine between two columns below which a sweep of rotations leaves them alone."""
@@ -137,17 +137,3 @@ def _sweep(columns: list[list[float]], turns: list[list[float]]) -> bool:
             sizes[i] = sum(map(mul, columns[i], columns[i]))
             sizes[j] = sum(map(mul, columns[j], columns[j]))
     return turned
-
-
-def symmetric_eigen(matrix: Matrix) -> tuple[tuple[float, ...], Matrix]:
-    """Return a symmetric matrix's eigenvalues, largest first, and unit eigenvectors in that order.
-
-    Shifted until none is negative, the eigenvalues are singular values, and their vectors the same.
-    """
-    shift = math.hypot(*(entry for row in matrix for entry in row))
-    shifted = tuple(
-        tuple(entry + shift if row == column else entry for column, entry in enumerate(entries))
-        for row, entries in enumerate(matrix)
-    )
-    found = singular(shifted)
-    return tuple(value - shift for value in found.values), found.right

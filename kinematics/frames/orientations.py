@@ -24,17 +24,13 @@ from enum import Enum
 from typing import Generic, TypeVar
 
 from kinematics.errors import (
-    NoNearestRotation,
-    NotAUnitQuaternion,
     ZeroVector,
     check_fields,
-    finite,
 )
-from kinematics.frames.matrices import symmetric_eigen
 from kinematics.frames.numbers import cos, number, numbers, sin
 from kinematics.frames.rotations import Matrix3, columns, multiply, rot_x, rot_y, rot_z
-from kinematics.frames.transforms import ROTATION_TOLERANCE, check_rotation, finite_matrix
-from kinematics.frames.vectors import Z_AXIS, Vector, add, cross, dot, norm, scale, unit
+from kinematics.frames.transforms import ROTATION_TOLERANCE, check_rotation
+from kinematics.frames.vectors import Z_AXIS, ZERO, Vector, add, cross, dot, norm, scale, unit
 from kinematics.limits import wrap
 
 DEGENERATE_RAD = ROTATION_TOLERANCE
@@ -74,8 +70,9 @@ class OrientationSolution(Generic[Representation]):
 class Quaternion:
     """w + x i + y j + z k of length 1: cos of half the angle, and sin of it along the axis.
 
-    Raises `NotAUnitQuaternion` for another length, `BadNumber` for what is not finite. `a * b`
-    turns by b and then by a, both about fixed axes, like the product of their matrices.
+    Four numbers of any length are scaled to it. Raises `ZeroVector` where all are zero, `BadNumber`
+    for what is not finite. `a * b` turns by b and then by a, both about fixed axes, like the
+    product of their matrices.
     """
 
     w: float
@@ -84,19 +81,12 @@ class Quaternion:
     z: float
 
     def __post_init__(self) -> None:
-        check_fields(self, finite, "w", "x", "y", "z")
-        length = math.hypot(self.w, self.x, self.y, self.z)
-        if abs(length - 1.0) > ROTATION_TOLERANCE:
-            raise NotAUnitQuaternion(length)
-
-    @classmethod
-    def of(cls, w: float, x: float, y: float, z: float) -> Quaternion:
-        """Scale four numbers to length 1. Raises `ZeroVector` where all are zero."""
-        w, x, y, z = numbers("a quaternion", (w, x, y, z), "wxyz")
-        length = math.hypot(w, x, y, z)
+        parts = numbers("a quaternion", (self.w, self.x, self.y, self.z), "wxyz")
+        length = math.hypot(*parts)
         if length == 0.0:
             raise ZeroVector
-        return cls(w / length, x / length, y / length, z / length)
+        for name, part in zip("wxyz", parts, strict=True):
+            object.__setattr__(self, name, part / length)
 
     @property
     def vector(self) -> Vector:
@@ -110,7 +100,7 @@ class Quaternion:
             add(scale(self.w, other.vector), scale(other.w, self.vector)),
             crossed,
         )
-        return Quaternion.of(w, x, y, z)  # scaled, so that long products do not drift
+        return Quaternion(w, x, y, z)  # scaled, so that long products do not drift
 
     def __neg__(self) -> Quaternion:
         return Quaternion(-self.w, -self.x, -self.y, -self.z)
@@ -118,11 +108,6 @@ class Quaternion:
     def inverse(self) -> Quaternion:
         """Return the conjugate, which turns back."""
         return Quaternion(self.w, -self.x, -self.y, -self.z)
-
-    def rotate(self, vector: Vector) -> Vector:
-        """Return the vector turned: v + 2w (q x v) + 2 q x (q x v)."""
-        turned = scale(2.0, cross(self.vector, vector))
-        return add(add(vector, scale(self.w, turned)), cross(self.vector, turned))
 
     def rotation(self) -> Matrix3:
         """Return the rotation matrix."""
@@ -160,13 +145,13 @@ def quaternion_of(matrix: Matrix3) -> Quaternion:
     squares = (1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i)
     match squares.index(max(squares)):
         case 0:
-            return Quaternion.of(squares[0], h - f, c - g, d - b)
+            return Quaternion(squares[0], h - f, c - g, d - b)
         case 1:
-            return Quaternion.of(h - f, squares[1], b + d, c + g)
+            return Quaternion(h - f, squares[1], b + d, c + g)
         case 2:
-            return Quaternion.of(c - g, b + d, squares[2], f + h)
+            return Quaternion(c - g, b + d, squares[2], f + h)
         case _:
-            return Quaternion.of(d - b, c + g, f + h, squares[3])
+            return Quaternion(d - b, c + g, f + h, squares[3])
 
 
 # Orientation by an axis and an angle: every rotation is one turn about one axis (Euler's theorem).
@@ -186,11 +171,6 @@ class AxisAngle:
         x, y, z = numbers("an axis", self.axis, "xyz")
         object.__setattr__(self, "axis", unit((x, y, z)))
         object.__setattr__(self, "angle_rad", number("angle_rad", self.angle_rad))
-
-    def quaternion(self) -> Quaternion:
-        """Return the unit quaternion of the turn."""
-        x, y, z = scale(math.sin(self.angle_rad / 2.0), self.axis)
-        return Quaternion.of(math.cos(self.angle_rad / 2.0), x, y, z)
 
     def rotation(self) -> Matrix3:
         """Return the rotation matrix (Rodrigues' formula)."""
@@ -225,16 +205,26 @@ def solve_axis_angle(matrix: Matrix3) -> OrientationSolution[AxisAngle]:
 
 
 def rotation_vector(matrix: Matrix3) -> Vector:
-    """Return the axis times the angle in rad: zero for no turn, and exact for the smallest ones.
+    """Return the axis times the angle in rad, exact for the smallest turns.
 
-    Raises `NotARotation`.
+    The matrix is taken to be a rotation; it is not checked, because descents call this at every
+    step.
     """
-    quaternion = solve_quaternion(matrix).first
-    half_sine = norm(quaternion.vector)
-    if half_sine == 0.0:
-        return quaternion.vector
-    angle = 2.0 * math.atan2(half_sine, quaternion.w)
-    return scale(angle / half_sine, quaternion.vector)
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    x, y, z = 0.5 * (h - f), 0.5 * (c - g), 0.5 * (d - b)
+    sine, cosine = math.hypot(x, y, z), 0.5 * (a + e + i - 1.0)
+    if sine == 0.0 and cosine > 0.0:
+        return ZERO
+    if sine <= SPLIT_SINE and cosine <= 0.0:
+        turn = quaternion_of(matrix)
+        x, y, z = turn.vector if turn.w >= 0.0 else scale(-1.0, turn.vector)
+        sine = math.hypot(x, y, z)
+        return scale(2.0 * math.atan2(sine, abs(turn.w)) / sine, (x, y, z))
+    return scale(math.atan2(sine, cosine) / sine, (x, y, z))
+
+
+SPLIT_SINE = 1e-3
+"""Sine of an angle below which, near half a turn, the sine no longer gives the axis."""
 
 
 def turn_between(first: Matrix3, second: Matrix3) -> float:
@@ -244,41 +234,6 @@ def turn_between(first: Matrix3, second: Matrix3) -> float:
     """
     turn = quaternion_of(first).inverse() * quaternion_of(second)
     return 2.0 * math.atan2(norm(turn.vector), abs(turn.w))
-
-
-# The rotation nearest to a matrix that rounding or measurement has spoiled.
-#
-# Nearest in the sum of squared differences of the entries. Method: the rotation R that maximises
-# the trace of R^t M belongs to the quaternion that is the leading eigenvector of a symmetric 4x4
-# matrix made of M's entries (P. B. Davenport's q method; B. K. P. Horn, "Closed-form solution of
-# absolute orientation using unit quaternions", 1987). It finds a proper rotation for every matrix
-# that has a single nearest one, left-handed ones included.
-
-TIE = 1e-9
-"""Relative gap of the two leading eigenvalues below which rounding would choose the rotation."""
-
-
-def nearest_rotation(matrix: Matrix3) -> Matrix3:
-    """Return the rotation nearest to a matrix.
-
-    Raises `NoNearestRotation` where several are equally near, and `BadNumber` or
-    `KinematicsError` for entries that are not finite numbers or another shape than 3x3.
-    """
-    size = max(abs(entry) for row in finite_matrix(matrix) for entry in row)
-    if size == 0.0:
-        raise NoNearestRotation
-    (a, b, c), (d, e, f), (g, h, i) = (tuple(x / size for x in row) for row in matrix)
-    values, vectors = symmetric_eigen(
-        (
-            (a + e + i, h - f, c - g, d - b),
-            (h - f, a - e - i, b + d, c + g),
-            (c - g, b + d, e - a - i, f + h),
-            (d - b, c + g, f + h, i - a - e),
-        )
-    )
-    if values[0] - values[1] <= TIE:
-        raise NoNearestRotation
-    return Quaternion.of(*vectors[0]).rotation()
 
 
 # Three angles: roll, pitch and yaw, and Euler's z-y-z.

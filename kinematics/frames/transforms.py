@@ -1,4 +1,4 @@
-"""Frames in frames: homogeneous transforms, bases, and whether a matrix is a rotation.
+"""Frames in frames: homogeneous transforms, and whether a matrix is a rotation.
 
 A `Transform` holds rotation and position in one (chapter 2, section 2.4): a 4x4 matrix of plain
 numbers, four rows, the last one 0, 0, 0, 1; positions in mm, angles in rad. The transform T of a
@@ -14,16 +14,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from enum import Enum
 from itertools import combinations
 from typing import cast
 
 from kinematics.errors import (
-    FlatBasis,
     KinematicsError,
     NotARotation,
-    RotationFlaw,
-    RotationProperty,
 )
 from kinematics.frames.numbers import as_list, number, numbers
 from kinematics.frames.rotations import (
@@ -39,11 +35,8 @@ from kinematics.frames.vectors import (
     Vector,
     add,
     angle_between,
-    cross,
     norm,
     scale,
-    triple,
-    unit,
 )
 
 Row4 = tuple[float, float, float, float]
@@ -138,66 +131,6 @@ def transform_vector(frame: Transform, vector: Vector) -> Vector:
     return rotate(rotation_of(frame), vector)
 
 
-# Bases: right- and left-handed axes, and vectors observed in one basis or another. A basis is a
-# `Matrix3` with its three axes as columns, all observed in one common frame.
-
-FLAT = 1e-12
-"""Share of the largest possible volume of three axes below which they count as one plane."""
-
-
-class Handedness(Enum):
-    """On which side of the plane of X and Y the Z axis is."""
-
-    RIGHT = "right-handed"
-    LEFT = "left-handed"
-
-
-def handedness(x: Vector, y: Vector, z: Vector) -> Handedness:
-    """Tell the handedness of three axes by the sign of x . (y x z). Raises `FlatBasis`."""
-    return Handedness.RIGHT if _volume(x, y, z) > 0.0 else Handedness.LEFT
-
-
-def third_axis(x: Vector, y: Vector, hand: Handedness = Handedness.RIGHT) -> Vector:
-    """Return the unit Z axis normal to X and Y that gives the basis its handedness.
-
-    Raises `ZeroVector` where X and Y are parallel, or one is zero.
-    """
-    z = unit(cross(unit(x), unit(y)))
-    return z if hand is Handedness.RIGHT else scale(-1.0, z)
-
-
-def inverse(matrix: Matrix3) -> Matrix3:
-    """Return the inverse by cofactors (equation 2.18), of any basis, skew ones included.
-
-    Raises `FlatBasis` where there is none.
-    """
-    x, y, z = columns(matrix)
-    volume = _volume(x, y, z)
-    return (
-        scale(1.0 / volume, cross(y, z)),
-        scale(1.0 / volume, cross(z, x)),
-        scale(1.0 / volume, cross(x, y)),
-    )
-
-
-def change_of_basis(old: Matrix3, new: Matrix3) -> Matrix3:
-    """Return the matrix that takes components in the old basis to components in the new one.
-
-    Any two bases will do. Between orthonormal ones of the same handedness it is a rotation;
-    between a right- and a left-handed one it is none, and its determinant is negative. Raises
-    `FlatBasis`.
-    """
-    handedness(*columns(old))
-    return multiply(inverse(new), old)
-
-
-def _volume(x: Vector, y: Vector, z: Vector) -> float:
-    volume = triple(x, y, z)
-    if abs(volume) <= FLAT * norm(x) * norm(y) * norm(z):
-        raise FlatBasis
-    return volume
-
-
 # Is a matrix a rotation? If not, which of the properties of chapter 2, section 2.3 fails, and by
 # how much: columns of length 1, normal to each other, and a determinant of 1.
 
@@ -205,16 +138,12 @@ ROTATION_TOLERANCE = 1e-9
 """How far lengths (of 1) and angles (rad) may be off: above rounding, below any arm's accuracy."""
 
 
-def is_rotation(matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE) -> bool:
-    """Tell whether a matrix is a rotation. Raises as `rotation_flaws` does."""
-    return not rotation_flaws(matrix, tolerance)
-
-
 def check_rotation(matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE) -> Matrix3:
     """Return the matrix in floats, or raise `NotARotation` with everything that is wrong.
 
     Numbers of another kind, such as symbols, have no size: a matrix with such entries is returned
-    as it is. Raises as `rotation_flaws` does.
+    as it is. Raises `BadNumber` for entries that are not finite numbers, and `KinematicsError` for
+    another shape than three rows of three.
     """
     matrix = finite_matrix(matrix)
     flaws = tuple(_flaws(matrix, tolerance)) if _are_floats(matrix) else ()
@@ -243,19 +172,8 @@ def _checked_position(position: Sequence[float]) -> Vector:
     return x, y, z
 
 
-def rotation_flaws(
-    matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE
-) -> tuple[RotationFlaw, ...]:
-    """Return every property of rotations that the matrix lacks; none for a rotation.
-
-    Raises `BadNumber` for entries that are not finite numbers, and `KinematicsError` for another
-    shape than three rows of three.
-    """
-    return tuple(_flaws(finite_matrix(matrix), tolerance))
-
-
 def finite_matrix(matrix: Matrix3) -> Matrix3:
-    """Return the matrix in floats; raises as `rotation_flaws` does."""
+    """Return the matrix in floats; raises as `check_rotation` does."""
     rows = cast(Matrix3, _rows(matrix, 3))
     if _are_floats(rows):
         return rows
@@ -286,19 +204,21 @@ def _are_floats(rows: Sequence[Sequence[float]]) -> bool:
     return True
 
 
-def _flaws(matrix: Matrix3, tolerance: float) -> Iterator[RotationFlaw]:
+def _flaws(matrix: Matrix3, tolerance: float) -> Iterator[str]:
+    """Yield every property of rotations that the matrix lacks, in words."""
     named = dict(zip("xyz", columns(matrix), strict=True))
     for name, column in named.items():
-        excess = norm(column) - 1.0
-        if abs(excess) > tolerance:
-            yield RotationFlaw(RotationProperty.UNIT_COLUMNS, name, excess)
+        length = norm(column)
+        if abs(length - 1.0) > tolerance:
+            yield f"column {name} has length {length:.9g} instead of 1"
     for first, second in combinations(named, 2):
         slant = _slant(named[first], named[second])
         if abs(slant) > tolerance:
-            yield RotationFlaw(RotationProperty.NORMAL_COLUMNS, f"{first} and {second}", slant)
+            angle_deg = 90.0 + math.degrees(slant)
+            yield f"columns {first} and {second} stand at {angle_deg:.9g}° instead of 90°"
     volume = determinant(matrix)
     if volume < 0.0:
-        yield RotationFlaw(RotationProperty.RIGHT_HANDED, "x, y and z", volume)
+        yield f"the determinant is {volume:.9g} instead of 1: the axes are left-handed"
 
 
 def _slant(u: Vector, v: Vector) -> float:

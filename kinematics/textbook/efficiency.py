@@ -17,23 +17,16 @@ import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import reduce
-from types import CodeType, FunctionType, SimpleNamespace
-from typing import Any, TypeVar
+from typing import Any
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.closed_form import closed_form as closed_form_of
+from kinematics.chains.code_lines import functions_of
 from kinematics.chains.generated import generated
 from kinematics.chains.links import Convention, JointKind, a_matrix
-from kinematics.five_axis import closed_form
-from kinematics.five_axis.closed_form import forward_frame
 from kinematics.frames import numbers
-from kinematics.frames.numbers import cos, sin
 from kinematics.frames.transforms import Transform, compose
-from kinematics.frames.vectors import Vector, add, scale, subtract
 from kinematics.textbook.study import example_posture
 from kinematics.textbook.systems.named import System
-
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,73 +155,9 @@ def plain(number: Any) -> Any:
     return number.value if isinstance(number, Count) else number
 
 
-def _hypot(x: Any, y: Any) -> Any:
-    """Return the length of (x, y) as a formula does: two products, a sum and a root."""
-    return numbers.sqrt(x * x + y * y)
-
-
-_FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "sin": numbers.sin,
-    "cos": numbers.cos,
-    "sqrt": numbers.sqrt,
-    "acos": numbers.acos,
-    "atan2": numbers.atan2,
-    "hypot": _hypot,
-}
-"""The functions that replace those of `math` when a function runs on counting numbers."""
-
-_MATH = SimpleNamespace(**{**vars(math), **_FUNCTIONS})
-
-
-def on_any_numbers(function: Function) -> Function:
-    """Return the same code with `math`'s functions replaced by the ones for any kind of number.
-
-    The replacements are those of `kinematics.frames.numbers`, for the fast paths, which call
-    `math` directly. Functions of this package that it calls by name are replaced in the same way.
-    The code object itself is shared, not copied or rewritten: what is counted is what runs.
-    """
-    made: Function = _rebound(function, {})
-    return made
-
-
-def _rebound(function: Any, done: dict[Any, Any]) -> Any:
-    if function in done:
-        return done[function]
-    scope = dict(function.__globals__)
-    made = FunctionType(
-        function.__code__, scope, function.__name__, function.__defaults__, function.__closure__
-    )
-    made.__kwdefaults__ = function.__kwdefaults__
-    done[function] = made
-    for name in _names(function.__code__):
-        value = scope.get(name)
-        if value is math:
-            scope[name] = _MATH
-        elif isinstance(value, FunctionType) and _is_ours(value):
-            scope[name] = _rebound(value, done)
-        elif name in _FUNCTIONS and value is getattr(math, name):
-            scope[name] = _FUNCTIONS[name]
-    return made
-
-
-def _names(code: CodeType) -> set[str]:
-    """Return the global names that a piece of code may look up, its inner functions' included."""
-    found = set(code.co_names)
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            found |= _names(constant)
-    return found
-
-
-def _is_ours(function: FunctionType) -> bool:
-    module: str = function.__module__ or ""
-    return module.split(".")[0] == __name__.split(".")[0] and module != numbers.__name__
-
-
-# The ways of computing an arm. Forward: the closed form that drives it, the straight-line function
-# generated from its table, the frames turned and moved one joint at a time, and the products of A
-# matrices, affine and in full. Inverse: each branch by its formulas, and all of them by the code
-# that computes common parts once. All counts come from running the code.
+# The ways of computing an arm. Forward: the straight-line function generated from its table, and
+# the products of A matrices, affine and in full. Inverse: each branch by its formulas. All counts
+# come from running the code.
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,10 +188,7 @@ def efficiency(system: System, joints: Sequence[float] | None = None) -> Efficie
     posture = tuple(joints) if joints is not None else example_posture(chain)
     return Efficiency(
         system.name,
-        (
-            *_shared_forward(system, posture),
-            *forward_ways(chain, posture),
-        ),
+        forward_ways(chain, posture),
         tuple(_inverse_ways(system, posture)),
     )
 
@@ -270,17 +196,13 @@ def efficiency(system: System, joints: Sequence[float] | None = None) -> Efficie
 def forward_ways(chain: Chain, joints: Sequence[float]) -> tuple[Way, ...]:
     """Return the counts of every way from a chain's link table to its hand's frame."""
     posture = tuple(joints)
-    straight = on_any_numbers(generated(chain).fk)
+    functions = {"sin": numbers.sin, "cos": numbers.cos}
+    straight = functions_of(generated(chain).source, functions, "counted kinematics")["fk"]
     return (
         Way(
             "straight line",
             "the function generated from the link table, constants folded",
             _counted(straight, posture),
-        ),
-        Way(
-            "recursion",
-            "one frame turned and moved from joint to joint, four moves a link",
-            _of_table(chain, posture, recursion),
         ),
         Way(
             "affine products",
@@ -297,36 +219,6 @@ def forward_ways(chain: Chain, joints: Sequence[float]) -> tuple[Way, ...]:
 
 Table = tuple[tuple[Any, Any, Any, Any], ...]
 """theta, d, a and alpha of each link, on any numbers."""
-
-
-def recursion(table: Table, convention: Convention = Convention.STANDARD) -> Transform:
-    """Return the frame of a link table by turning and moving one frame along the chain.
-
-    A link turns the frame about its own z by theta, moves it along z by d and along x by a, and
-    turns it about x by alpha; in Craig's convention x comes before z.
-    """
-    x: Vector = (1.0, 0.0, 0.0)
-    y: Vector = (0.0, 1.0, 0.0)
-    z: Vector = (0.0, 0.0, 1.0)
-    p: Vector = (0.0, 0.0, 0.0)
-    for theta, d, a, alpha in table:
-        if convention is Convention.CRAIG:
-            p = add(p, scale(a, x))
-            y, z = _turn(y, z, alpha)
-        x, y = _turn(x, y, theta)
-        p = add(p, scale(d, z))
-        if convention is Convention.STANDARD:
-            p = add(p, scale(a, x))
-            y, z = _turn(y, z, alpha)
-    rows = zip(x, y, z, p, strict=True)
-    first, second, third = rows
-    return first, second, third, (0.0, 0.0, 0.0, 1.0)
-
-
-def _turn(u: Vector, v: Vector, angle: Any) -> tuple[Vector, Vector]:
-    """Turn two unit vectors of a frame about the third."""
-    c, s = cos(angle), sin(angle)
-    return add(scale(c, u), scale(s, v)), subtract(scale(c, v), scale(s, u))
 
 
 def _affine(table: Table, convention: Convention) -> Transform:
@@ -375,27 +267,9 @@ def _without_twists(tally: Tally, chain: Chain) -> Tally:
     return replace(tally, sines=tally.sines - constant)
 
 
-def _shared_forward(system: System, posture: tuple[float, ...]) -> list[Way]:
-    """Return the count of the forward solution that the five-axis arms run on."""
-    if system.arm is None:
-        return []
-    what = "the formulas that an arm is driven by, common factors taken out"
-    lengths = system.arm.lengths
-    fast = on_any_numbers(forward_frame)
-    return [Way("closed form", what, _counted(lambda q: fast(q, lengths), posture))]
-
-
 def _inverse_ways(system: System, posture: tuple[float, ...]) -> list[Way]:
-    frame = system.fk(posture)
-    goal = system.goal_of(frame)
+    goal = system.goal_of(system.fk(posture))
     ways = [
-        Way(
-            "all branches together",
-            "the code that shares what the branches have in common",
-            _shared_inverse(system, goal, frame),
-        )
-    ]
-    ways += [
         Way(name, "this branch alone, by its formulas", _counted(_branch(system, name), goal))
         for name in system.signs
     ]
@@ -404,19 +278,6 @@ def _inverse_ways(system: System, posture: tuple[float, ...]) -> list[Way]:
 
 def _branch(system: System, name: str) -> Callable[[tuple[Any, ...]], object]:
     return lambda goal: system.solution(goal, name)
-
-
-def _shared_inverse(system: System, goal: tuple[float, ...], frame: Transform) -> Tally:
-    """Count the system's own fast inverse; nothing where it has none."""
-    ledger = Ledger()
-    if system.arm is not None:
-        inverse = on_any_numbers(closed_form.inverse)
-        inverse(ledger.numbers(goal), system.arm.lengths, (0.0,) * 5)
-    elif system.name == "puma":
-        closed = closed_form_of(system.chain())
-        if closed is not None:
-            on_any_numbers(closed.solver.frames)(ledger.numbers(frame), (0.0,) * 6)
-    return ledger.tally()
 
 
 def _counted(way: Callable[[tuple[Any, ...]], object], numbers: Sequence[float]) -> Tally:

@@ -14,14 +14,14 @@ from kinematics.textbook.accuracy import step_errors as step_errors
 from kinematics.textbook.accuracy import step_ranges as step_ranges
 from kinematics.textbook.accuracy import zero_errors as zero_errors
 from kinematics.textbook.efficiency import Efficiency as Efficiency
-from kinematics.textbook.efficiency import Ledger as Ledger
 from kinematics.textbook.efficiency import Tally as Tally
 from kinematics.textbook.efficiency import Way as Way
 from kinematics.textbook.efficiency import forward_ways as forward_ways
-from kinematics.textbook.efficiency import on_any_numbers as on_any_numbers
 from kinematics.textbook.notation import matrix_latex as matrix_latex
 from kinematics.textbook.notation import matrix_text as matrix_text
 from kinematics.textbook.study import Study as Study
+from kinematics.textbook.study import subject_of_chain as subject_of_chain
+from kinematics.textbook.study import subject_of_system as subject_of_system
 from kinematics.textbook.symbols import Symbol as Symbol
 from kinematics.textbook.symbols import coordinate as coordinate
 from kinematics.textbook.symbols import named as named
@@ -31,5 +31,4 @@ from kinematics.textbook.systems.named import NamedBranch as NamedBranch
 from kinematics.textbook.systems.named import System as System
 from kinematics.textbook.worked_example import symbolic_chain as symbolic_chain
 from kinematics.textbook.worked_example import symbolic_system as symbolic_system
-from kinematics.textbook.worked_example import work_chain as work_chain
-from kinematics.textbook.worked_example import work_system as work_system
+from kinematics.textbook.worked_example import work as work

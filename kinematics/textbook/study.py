@@ -79,7 +79,7 @@ def own_rows(system: System) -> tuple[int, ...]:
 def own_jacobian(system: System, values: Sequence[float]) -> Jacobian:
     """Return the rows of `own_rows`, a column a joint. Raises as `System.fk` does.
 
-    Pitch and roll of the five-axis build are those of `task_jacobian`, with the roll in the hand.
+    Pitch and roll of the five-axis build are its own, with the roll in the hand.
     """
     checked = system.chain().directions(values)
     if system.arm is not None:

@@ -39,30 +39,10 @@ from kinematics.textbook.study import (
     example_posture,
     named_factors,
     study,
-    subject_of_chain,
-    subject_of_system,
     table_branches,
 )
 from kinematics.textbook.symbols import coordinate, named
 from kinematics.textbook.systems.named import NamedBranch, Quantity, System, frame_coordinates
-
-
-def work_system(
-    system: System, joints: Sequence[float] | None = None, goal: Sequence[float] | None = None
-) -> Study:
-    """Return the worked example of a named system, as `work` does."""
-    return work(subject_of_system(system), joints, goal)
-
-
-def work_chain(
-    chain: Chain,
-    title: str = "",
-    source: str = "",
-    joints: Sequence[float] | None = None,
-    goal: Sequence[float] | None = None,
-) -> Study:
-    """Return the worked example of any chain, as `work` does."""
-    return work(subject_of_chain(chain.name, title, source, chain), joints, goal)
 
 
 def work(

@@ -18,6 +18,6 @@ parts = st.floats(-1.0, 1.0)
 rotations = (
     st.tuples(parts, parts, parts, parts)
     .filter(lambda q: math.hypot(*q) > 0.1)
-    .map(lambda q: Quaternion.of(*q).rotation())
+    .map(lambda q: Quaternion(*q).rotation())
 )
 transforms = st.builds(transform, rotations, vectors)

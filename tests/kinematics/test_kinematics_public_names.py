@@ -50,7 +50,7 @@ def test_an_unknown_name_is_an_attribute_error():
 def test_importing_the_room_loads_neither_numpy_nor_the_named_systems():
     code = (
         "import sys, kinematics\n"
-        "late = {'numpy', 'kinematics.textbook.systems', 'kinematics.frames.graph'}\n"
+        "late = {'numpy', 'kinematics.textbook.systems', 'kinematics.chains.urdf'}\n"
         "getattr(kinematics, '__warningregistry__', None)\n"  # as unittest asks every module
         "print(sorted(late & sys.modules.keys()))\n"
         "kinematics.Pose\n"
@@ -61,6 +61,6 @@ def test_importing_the_room_loads_neither_numpy_nor_the_named_systems():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines() == [
         "[]",
-        "['kinematics.frames.graph']",
-        "['kinematics.frames.graph', 'kinematics.textbook.systems']",
+        "['kinematics.chains.urdf']",
+        "['kinematics.chains.urdf', 'kinematics.textbook.systems']",
     ]

@@ -6,6 +6,7 @@ import math
 import pytest
 
 from kinematics import PRESETS, Joints, KinematicsError, UnknownPreset, preset
+from kinematics.frames.matrices import times
 
 
 @pytest.mark.parametrize(
@@ -77,7 +78,7 @@ def test_an_arm_on_closed_loop_drives_counts_its_encoders_and_is_a_template():
     turn = Joints.of(360, 0, 0, 0, 0)
     assert arm.transmission.to_motors(turn)[0] == 50 * 0x4000
     rad_s = minimover.joint_speeds_rad_s
-    rpm = [60 * rate / 0x4000 for rate in arm.transmission.motor_rates(rad_s, 20.0)]
+    rpm = [60 * rate / 0x4000 for rate in times(arm.transmission.matrix, (*rad_s, 20.0))]
     assert max(map(abs, rpm)) < 600
     # a newton is as many mm of the cable as on the arm whose mechanics it has
     per_n = [each.grip_steps_per_n / each.transmission.motors[-1].steps_per_unit
@@ -127,5 +128,5 @@ def test_the_teachmovers_speeds_are_its_papers():
     assert arm.joint_speeds_rad_s == (0.37, 0.15, 0.23, 1.31, 1.31)
     assert arm.no_load_speeds_rad_s == (0.42, 0.36, 0.82, 2.02, 2.02)
     assert arm.gripper_range_mm == (0.0, 76.0)
-    base_half_steps_s = arm.transmission.motor_rates((0.42, 0, 0, 0, 0))[0]
+    base_half_steps_s = times(arm.transmission.matrix, (0.42, 0, 0, 0, 0, 0))[0]
     assert base_half_steps_s == pytest.approx(0.42 * 7072 / math.tau)

@@ -133,11 +133,13 @@ def test_an_arm_without_a_gripper_motor_reports_no_opening():
 
 
 @given(transmissions, some_postures, st.floats(-50, 50))
-def test_motor_rates_are_the_change_of_exact_steps_and_lead_back(transmission, rates, opening_rate):
+def test_the_matrix_gives_the_change_of_exact_steps_and_leads_back(
+    transmission, rates, opening_rate
+):
     zero = transmission.to_exact(Joints((0.0,) * 5), 0.0)
     moved = transmission.to_exact(rates, opening_rate)
     changes = [b - a for a, b in zip(zero, moved, strict=True)]
-    made = transmission.motor_rates(rates, opening_rate)
+    made = times(transmission.matrix, (*rates, opening_rate)[: len(transmission.motors)])
     assert made == pytest.approx(changes, abs=1e-6)
     values = (*rates, opening_rate)[: len(made)]
     assert times(transmission.inverse, made) == pytest.approx(values, abs=1e-9)
@@ -150,8 +152,9 @@ def test_no_way_of_turning_the_joints_turns_a_motor_farther_than_its_most(
     most = transmission.most_steps((*amounts, opening))
     ways = itertools.product((1.0, -1.0), repeat=6)
     turned = [
-        transmission.motor_rates(
-            [s * a for s, a in zip(way, amounts, strict=False)], way[-1] * opening
+        times(
+            transmission.matrix,
+            [s * a for s, a in zip(way, (*amounts, opening), strict=True)][: len(most)],
         )
         for way in ways
     ]

@@ -19,8 +19,8 @@ from armdrive.cli.learn.joint_values import (
 from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
-from kinematics.five_axis import Branch
 from kinematics.frames.transforms import homogeneous
+from kinematics.geometry import Branch
 from kinematics.presets import PRESETS, preset
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
 

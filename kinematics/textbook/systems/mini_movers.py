@@ -14,15 +14,17 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
+from kinematics.chains.goals import HandTask, pose_of
 from kinematics.chains.links import DHLink
 from kinematics.errors import KinematicsError
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.closed_form import Lengths
-from kinematics.five_axis.rates import from_joints_to_tip, task_jacobian
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import Transform
+from kinematics.frames.vectors import ZERO
+from kinematics.geometry import AXIS_MM
 from kinematics.presets import preset
-from kinematics.spaces import JOINT_NAMES, Jacobian, Joints
+from kinematics.spaces import JOINT_NAMES, Jacobian
 from kinematics.textbook.systems.named import (
     QUARTER_TURN,
     NamedSingularity,
@@ -33,7 +35,6 @@ from kinematics.textbook.systems.named import (
 )
 from kinematics.textbook.systems.triangle import elbow_singularities, triangle
 
-HAND_SETS_BASE = "the tip is on the base axis: the hand's direction sets the base"
 COORDINATES = ("x_mm", "y_mm", "z_mm", "pitch_rad", "roll_rad")
 SIGNS = MappingProxyType(
     {
@@ -75,13 +76,54 @@ def _turned(angle: float, sign: float, offset: float) -> float:
     return turned + offset if offset else turned
 
 
+# The determinant of the task Jacobian is r * a2 * a3 * sin(elbow), up to its sign, where r is the
+# tip's distance from the base axis: the build is singular with the elbow straight or folded, and
+# with the tip over the base, and nowhere else.
+
+
 def own_jacobian(one: System, joints: Values) -> Jacobian:
-    """Return the task Jacobian with each column in the sense of the system's own joint."""
-    rows = task_jacobian(arm_of(one), Joints(relative_angles(one, joints)))
+    """Return the rows x, y, z (mm/rad), pitch and roll (rad/rad), by the system's own joints.
+
+    A tip behind the base axis pitches against its joints (see `five_axis`); on the axis itself
+    pitch counts as in front, and the tip can leave in the arm's own plane only.
+    """
+    base, *plane, _ = relative_angles(one, joints)
+    to_tip = from_joints_to_tip(plane, arm_of(one).lengths)
+    r = to_tip[0][0]
+    cos_base, sin_base = math.cos(base), math.sin(base)
+    sense = -1.0 if r < -AXIS_MM else 1.0
+    rows = (
+        (-r * sin_base, *(-cos_base * rise for _, rise in to_tip), 0.0),
+        (r * cos_base, *(-sin_base * rise for _, rise in to_tip), 0.0),
+        (0.0, *(reach for reach, _ in to_tip), 0.0),
+        (0.0, sense, sense, sense, 0.0),
+        (0.0, 0.0, 0.0, 0.0, 1.0),
+    )
     return tuple(
         tuple(entry * sign for entry, (sign, _) in zip(row, one.senses, strict=True))
         for row in rows
     )
+
+
+def from_joints_to_tip(plane: Sequence[float], lengths: Lengths) -> list[tuple[float, float]]:
+    """Return how far the tip lies outwards of and above shoulder, elbow and wrist.
+
+    `plane` holds their angles. What is above a joint is also how fast the tip moves inwards while
+    that joint turns.
+    """
+    shoulder, elbow, wrist = plane
+    _, upper, fore, hand = lengths
+    found = []
+    reach = rise = 0.0
+    for length, elevation in (
+        (hand, shoulder + elbow + wrist),
+        (fore, shoulder + elbow),
+        (upper, shoulder),
+    ):
+        reach += length * math.cos(elevation)
+        rise += length * math.sin(elevation)
+        found.append((reach, rise))
+    return found[::-1]
 
 
 def _formulas(one: System, goal: Values, side: float, bend: float) -> Solved:
@@ -97,12 +139,10 @@ def _formulas(one: System, goal: Values, side: float, bend: float) -> Solved:
     return joints, (Quantity("r0", r0, "mm"), Quantity("z0", z0, "mm"), *elbow.workings())
 
 
-def _coordinates_of(one: System, frame: Transform) -> Values:
-    """Return x, y, z, pitch and roll of a frame, as far as five axes can give it.
-
-    On the base axis the pitch counts in the plane of the hand.
-    """
-    return arm_of(one).solve_transform(frame).goal
+def _coordinates_of(_one: System, frame: Transform) -> Values:
+    """Return x, y, z, pitch and roll of a hand; on the base axis in the hand's own plane."""
+    pose = pose_of(frame, HandTask.IN_PLANE, ZERO)
+    return *pose.position_mm, pose.pitch_rad, pose.roll_rad
 
 
 ELBOW_FOLDED = (
@@ -122,7 +162,7 @@ _CLOSE_MM = 1e-10
 
 
 def _singularities(one: System, joints: Values) -> Sequence[NamedSingularity]:
-    """Return the three ways in which this build is singular (`task_jacobian` says why)."""
+    """Return the three ways in which this build is singular (see `own_jacobian`)."""
     _, *plane, _ = relative_angles(one, joints)
     lengths = arm_of(one).lengths
     straight, folded = elbow_singularities(plane[1], lengths[1], lengths[2])

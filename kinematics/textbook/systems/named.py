@@ -20,15 +20,12 @@ from itertools import product
 from typing import Any
 
 from kinematics.chains.chain import Chain, JointViolation
-from kinematics.chains.generated import generated
 from kinematics.chains.links import Convention, JointKind
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis import FiveAxisArm
 from kinematics.frames.numbers import goal_numbers, numbers
 from kinematics.frames.orientations import RPY, solve_rpy, turn_between
-from kinematics.frames.rotations import IDENTITY, multiply, rotate
 from kinematics.frames.transforms import Transform, check_transform, position_of, rotation_of
-from kinematics.frames.vectors import ZERO, Vector, add
 from kinematics.geometry import AXIS_MM
 from kinematics.limits import wrap
 from kinematics.text import filled
@@ -293,20 +290,6 @@ class System:
         and `BadNumber` for one that is not finite.
         """
         return self.chain().fk(joints)
-
-    def by_trigonometry(self, *joints: float) -> Vector:
-        """Return the tip (x, y, z) in mm as sums of sines and cosines (section 5)."""
-        chain = self.chain()
-        return position_of(generated(chain).fk(chain.directions(joints)))
-
-    def by_vectors(self, *joints: float) -> Vector:
-        """Return the tip as the sum of the link vectors, each turned into the base frame."""
-        chain = self.chain()
-        tip, turned = ZERO, IDENTITY
-        for step in (chain.base, *chain.matrices(joints), chain.tool):
-            tip = add(tip, rotate(turned, position_of(step)))
-            turned = multiply(turned, rotation_of(step))
-        return tip
 
     def goal_of(self, frame: Transform) -> Values:
         """Return the system's own coordinates of a hand's frame. Raises `NotARotation`."""

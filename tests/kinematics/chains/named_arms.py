@@ -14,11 +14,6 @@ def table(*rows, convention=Convention.STANDARD):
     return Chain(tuple(DHLink(*row) for row in rows), convention)
 
 
-def seen_from_the_hand(chain):
-    """The same arm with base and hand exchanged."""
-    return Chain(chain.links[::-1], Convention.CRAIG)
-
-
 PUMA_560 = table(
     (0, 0, 0, QUARTER), (0, 0, 431.8, 0), (0, 150.05, 20.3, -QUARTER),
     (0, 431.8, 0, QUARTER), (0, 0, 0, -QUARTER), (0, 56.25, 0, 0),
@@ -35,21 +30,13 @@ THOR = table(
     (0, 202, 0, QUARTER), (QUARTER, 0, 160, 0), (0, 0, 0, QUARTER),
     (0, 195, 0, -QUARTER), (0, 0, 0, QUARTER), (0, 67, 0, 0),
 )  # fmt: skip
+SKEW_WRIST = table(
+    (0, 400, 25, -QUARTER), (0, 0, 455, 0), (0.2, 0, 35, -QUARTER),
+    (0, 420, 0, 1.2), (0.4, 0, 0, -1.1), (0, 80, 0, 0),
+)  # fmt: skip
 UR5 = table(
     (0, 89.159, 0, QUARTER), (0, 0, -425, 0), (0, 0, -392.25, 0),
     (0, 109.15, 0, QUARTER), (0, 94.65, 0, -QUARTER), (0, 82.3, 0, 0),
-)  # fmt: skip
-SCARA_AND_WRIST = table(
-    (0, 200, 250, 0), (0, 30, 200, QUARTER), (0, 20, 300, QUARTER),
-    (0, 250, 0, QUARTER), (0, 0, 0, -QUARTER), (0, 60, 0, 0),
-)  # fmt: skip
-SHOULDER_MEETS = table(
-    (0, 200, 0, 0.9), (0, 30, 200, 1.2), (0, 20, 300, QUARTER),
-    (0, 250, 0, 1.2), (0, 0, 0, -1.1), (0, 60, 0, 0),
-)  # fmt: skip
-ELBOW_MEETS = table(
-    (0, 200, 100, 0.9), (0, 30, 0, 1.2), (0, 20, 300, QUARTER),
-    (0, 250, 0, 1.2), (0, 0, 0, -1.1), (0, 60, 0, 0),
 )  # fmt: skip
 NOTHING_MEETS_BUT_THE_WRIST = table(
     (0, 200, 100, 0.9), (0, 30, 200, 1.2), (0, 20, 300, QUARTER),
@@ -58,10 +45,6 @@ NOTHING_MEETS_BUT_THE_WRIST = table(
 PARALLEL_AND_OFFSET = table(
     (0, 162.5, 30, QUARTER), (0, 10, -425, 0), (0, 0, -392.2, 0),
     (0.3, 133.3, 20, 1.1), (0, 99.7, 44, -0.9), (0, 99.6, 0, 0),
-)  # fmt: skip
-LAST_PAIR_PARALLEL = table(
-    (0, 162.5, 30, QUARTER), (0, 10, -425, 0), (0, 0, -392.2, 0),
-    (0.3, 133.3, 20, 1.1), (0, 99.7, 44, 0), (0, 99.6, 0, 0.3),
 )  # fmt: skip
 MINI_MOVER = table(
     (0, 195, 0, QUARTER), (0, 0, 177.8, 0), (0, 0, 177.8, 0), (QUARTER, 0, 0, QUARTER),
@@ -91,23 +74,16 @@ COBOT_WITHOUT_WRIST = table(
 )  # fmt: skip
 """No axes meet and none are parallel: this arm has no closed form."""
 
-FORWARDS = {
+ARMS = {
     "Puma 560": PUMA_560,
     "KUKA KR 6": KUKA_KR6,
     "AR4": AR4,
     "Thor": THOR,
     "UR5": UR5,
-    "SCARA with a wrist": SCARA_AND_WRIST,
-    "axes 1 and 2 meet": SHOULDER_MEETS,
-    "axes 2 and 3 meet": ELBOW_MEETS,
-    "three and two parallel": LAST_PAIR_PARALLEL,
+    "a wrist of other angles": SKEW_WRIST,
     "Mini-mover": MINI_MOVER,
     "SCORBOT": SCORBOT,
     "beside the base": BESIDE_THE_BASE,
-}
-
-ARMS = FORWARDS | {
-    f"{name}, from the hand": seen_from_the_hand(chain) for name, chain in FORWARDS.items()
 }
 
 

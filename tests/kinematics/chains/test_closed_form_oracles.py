@@ -6,7 +6,7 @@ import pytest
 from chain_cases import gap, turn_gap
 from hypothesis import given
 from hypothesis import strategies as st
-from named_arms import FORWARDS
+from named_arms import ARMS
 
 from kinematics.chains.closed_form import closed_form
 from kinematics.chains.generated import generated
@@ -19,7 +19,7 @@ from kinematics.frames.vectors import subtract
 np = pytest.importorskip("numpy")
 eaik = pytest.importorskip("eaik.IK_HP", reason="the oracle EAIK is not installed")
 
-SIX = sorted(name for name, chain in FORWARDS.items() if len(chain) == 6)
+SIX = sorted(name for name, chain in ARMS.items() if len(chain) == 6)
 angles = st.tuples(*[st.floats(-3.0, 3.0)] * 6)
 
 
@@ -35,7 +35,7 @@ def its_robot(chain):
 @pytest.mark.parametrize("name", SIX)
 @given(values=angles)
 def test_eaik_finds_no_posture_that_is_not_found_here(name, values):
-    chain = FORWARDS[name]
+    chain = ARMS[name]
     if condition(chain, values).smallest < 1e-3:
         return
     robot, hand = its_robot(chain)
@@ -61,7 +61,7 @@ with warnings.catch_warnings():
 @pytest.mark.parametrize("name", SIX)
 @given(values=angles)
 def test_pinocchio_confirms_where_every_posture_holds_the_hand(name, values):
-    chain = FORWARDS[name]
+    chain = ARMS[name]
     axes = axes_of(chain, chain.zero)
     model, parent, before = pinocchio.Model(), 0, pinocchio.SE3.Identity()
     for index, frame in enumerate(axes.frames):

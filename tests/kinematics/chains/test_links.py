@@ -18,13 +18,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kinematics.chains.chain import Chain, chain_of_rows, rows_of, table_text
-from kinematics.chains.links import LINK_TYPES, Convention, DHLink, JointKind, a_matrix, link_type
+from kinematics.chains.links import Convention, DHLink, JointKind, a_matrix
 from kinematics.errors import BadNumber
 from kinematics.frames.rotations import rot_x, rot_z
 from kinematics.frames.transforms import compose, invert, position_of, transform, translation
 from kinematics.frames.vectors import cross, distance, norm, subtract
 
 ORIGIN = (0.0, 0.0, 0.0)
+TURNS, SLIDES = JointKind.REVOLUTE, JointKind.PRISMATIC
 
 
 @given(angles, lengths, lengths, angles)
@@ -72,80 +73,58 @@ def test_only_a_joint_that_ends_has_limits():
     assert DHLink(low=-1.0).has_limits
 
 
-def test_the_eight_types_are_the_table_of_section_2():
-    table = {
-        number: (one.near.value[0], one.far.value[0], one.variable, one.has_length,
-                 one.has_distance, math.degrees(one.alpha_rad))
-        for number, one in LINK_TYPES.items()
-    }  # fmt: skip
-    assert table == {
-        1: ("r", "r", "theta", True, False, 0),
-        2: ("r", "r", "theta", True, False, 90),
-        3: ("r", "r", "theta", False, True, 90),
-        4: ("r", "r", "theta", False, False, 90),
-        5: ("p", "p", "d", False, False, 90),
-        6: ("r", "p", "theta", False, True, 90),
-        7: ("r", "p", "theta", True, False, 0),
-        8: ("p", "r", "d", False, False, 90),
-    }
-
-
-@pytest.mark.parametrize("number", range(1, 9))
-def test_a_type_says_how_its_two_axes_lie(number):
-    kind = link_type(number)
-    link = kind.link(a_mm=30.0 if kind.has_length else 0.0, d_mm=20.0 if kind.has_distance else 0.0)
-    frame = link.matrix(0.4)
-    far_axis = (frame[0][2], frame[1][2], frame[2][2])
-    assert far_axis[2] == pytest.approx(math.cos(kind.alpha_rad), abs=1e-12)
-    off_axis_mm = math.hypot(*position_of(frame)[:2])
-    assert off_axis_mm == pytest.approx(30.0 if kind.has_length else 0.0)
-    parallel, intersect = "parallel" in kind.sentence, "intersect" in kind.sentence
-    assert not parallel or kind.alpha_rad == 0.0
-    assert not intersect or (kind.alpha_rad == QUARTER and off_axis_mm == 0.0)
-
+TYPES = {
+    1: lambda a, _: DHLink(a_mm=a),
+    2: lambda a, _: DHLink(a_mm=a, alpha_rad=QUARTER),
+    3: lambda _, d: DHLink(d_mm=d, alpha_rad=QUARTER),
+    4: lambda *_: DHLink(alpha_rad=QUARTER),
+    5: lambda *_: DHLink(alpha_rad=QUARTER, kind=SLIDES),
+    6: lambda _, d: DHLink(d_mm=d, alpha_rad=QUARTER),
+    7: lambda a, _: DHLink(a_mm=a),
+    8: lambda *_: DHLink(alpha_rad=QUARTER, kind=SLIDES),
+}
+"""The eight link types of section 2, of a length and a distance."""
 
 C, S, H = 0.8, 0.6, math.atan2(0.6, 0.8)
 """A joint at an angle whose cosine and sine are short decimals."""
 
 
 @pytest.mark.parametrize(
-    ("number", "constants", "value", "matrix"),
+    ("number", "value", "matrix"),
     [  # by hand from section 6: the columns are x and z of the far frame, and its origin between
-        (1, {"a_mm": 50}, H, ((C, -S, 0, 40), (S, C, 0, 30), (0, 0, 1, 0))),
-        (2, {"a_mm": 50}, H, ((C, 0, S, 40), (S, 0, -C, 30), (0, 1, 0, 0))),
-        (3, {"d_mm": 20}, H, ((C, 0, S, 0), (S, 0, -C, 0), (0, 1, 0, 20))),
-        (4, {}, H, ((C, 0, S, 0), (S, 0, -C, 0), (0, 1, 0, 0))),
-        (5, {}, 35.0, ((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 35))),
-        (6, {"d_mm": 20}, H, ((C, 0, S, 0), (S, 0, -C, 0), (0, 1, 0, 20))),
-        (7, {"a_mm": 50}, H, ((C, -S, 0, 40), (S, C, 0, 30), (0, 0, 1, 0))),
-        (8, {}, 35.0, ((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 35))),
+        (1, H, ((C, -S, 0, 40), (S, C, 0, 30), (0, 0, 1, 0))),
+        (2, H, ((C, 0, S, 40), (S, 0, -C, 30), (0, 1, 0, 0))),
+        (3, H, ((C, 0, S, 0), (S, 0, -C, 0), (0, 1, 0, 20))),
+        (4, H, ((C, 0, S, 0), (S, 0, -C, 0), (0, 1, 0, 0))),
+        (5, 35.0, ((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 35))),
+        (6, H, ((C, 0, S, 0), (S, 0, -C, 0), (0, 1, 0, 20))),
+        (7, H, ((C, -S, 0, 40), (S, C, 0, 30), (0, 0, 1, 0))),
+        (8, 35.0, ((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 35))),
     ],
 )
-def test_the_a_matrix_of_each_type_in_numbers(number, constants, value, matrix):
-    made = link_type(number).link(**constants).matrix(value)
+def test_the_a_matrix_of_each_type_in_numbers(number, value, matrix):
+    made = TYPES[number](50.0, 20.0).matrix(value)
     assert gap(made, (*matrix, (0, 0, 0, 1))) < 1e-12
 
 
 @pytest.mark.parametrize(
-    ("number", "constants", "value", "far_value", "point"),
+    ("number", "far", "value", "far_value", "point"),
     [  # 10 mm further along the far axis, or from the far joint along its link
-        (1, {"a_mm": 50}, H, math.pi / 2, (34, 38, 0)),
-        (2, {"a_mm": 50}, H, math.pi / 2, (40, 30, 10)),
-        (3, {"d_mm": 20}, H, 0.0, (8, 6, 20)),
-        (4, {}, H, math.pi / 2, (0, 0, 10)),
-        (5, {}, 35.0, 10.0, (0, -10, 35)),
-        (6, {"d_mm": 20}, H, 10.0, (6, -8, 20)),
-        (7, {"a_mm": 50}, H, 10.0, (40, 30, 10)),
-        (8, {}, 35.0, math.pi / 2, (0, 0, 45)),
+        (1, TURNS, H, math.pi / 2, (34, 38, 0)),
+        (2, TURNS, H, math.pi / 2, (40, 30, 10)),
+        (3, TURNS, H, 0.0, (8, 6, 20)),
+        (4, TURNS, H, math.pi / 2, (0, 0, 10)),
+        (5, SLIDES, 35.0, 10.0, (0, -10, 35)),
+        (6, SLIDES, H, 10.0, (6, -8, 20)),
+        (7, SLIDES, H, 10.0, (40, 30, 10)),
+        (8, TURNS, 35.0, math.pi / 2, (0, 0, 45)),
     ],
 )
 def test_a_link_of_each_type_with_a_second_one_reaches_a_point_found_by_hand(
-    number, constants, value, far_value, point
+    number, far, value, far_value, point
 ):
-    kind = link_type(number)
-    turns = kind.far is JointKind.REVOLUTE
-    second = DHLink(a_mm=10.0) if turns else DHLink(kind=JointKind.PRISMATIC)
-    tip = compose(kind.link(**constants).matrix(value), second.matrix(far_value))
+    second = DHLink(a_mm=10.0) if far is TURNS else DHLink(kind=SLIDES)
+    tip = compose(TYPES[number](50.0, 20.0).matrix(value), second.matrix(far_value))
     assert position_of(tip) == pytest.approx(point, abs=1e-12)
 
 
@@ -231,13 +210,13 @@ def test_a_table_makes_the_chain_it_was_made_of(chain):
 
 def test_the_table_as_text():
     assert table_text(ALPHA_II).splitlines() == [
-        "Alpha II: standard convention, * varies",
-        "joint     theta/deg   d/mm   a/mm  alpha/deg",
-        "base             0*    215      0        -90",
-        "shoulder         0*      0  177.8          0",
-        "elbow            0*      0  177.8          0",
-        "pitch            0*      0      0        -90",
-        "roll             0*  129.5      0          0",
+        "Alpha II: standard convention, mm and degrees, * varies",
+        "joint     theta      d      a  alpha",
+        "base         0*    215      0    -90",
+        "shoulder     0*      0  177.8      0",
+        "elbow        0*      0  177.8      0",
+        "pitch        0*      0      0    -90",
+        "roll         0*  129.5      0      0",
     ]
 
 
@@ -245,7 +224,7 @@ def test_the_text_says_which_convention_and_which_number_varies():
     slide = DHLink(0.0, 5.0, 0.0, QUARTER, JointKind.PRISMATIC)
     text = table_text(Chain((slide,), Convention.CRAIG))
     assert "craig convention" in text
-    assert "alpha before/deg" in text
+    assert "a and alpha of the link before" in text
     assert "5*" in text
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from kinematics import FiveAxisArm, JointRange, Pose
 from kinematics.chains.chain import Chain
 from kinematics.chains.goals import ALL_PARTS, Part, pose_goal
-from kinematics.chains.inverse import Effort, Reason, solve_frame_ik, solve_goal
+from kinematics.chains.inverse import Reason, solve_frame_ik, solve_goal
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.nearest import nearest
 from kinematics.frames.rotations import rot_x
@@ -23,7 +23,7 @@ from kinematics.frames.vectors import distance
 ARM = FiveAxisArm(
     195.0, 177.8, 177.8, 96.5, tuple(JointRange(one.low, one.high) for one in MINI_MOVER.links)
 )
-QUICK = Effort(starts=6)
+QUICK = 6
 
 
 def solve_pose_ik(chain, pose, *, pitch_free=False, roll_free=False, **further):
@@ -158,7 +158,7 @@ def test_five_axes_meet_the_position_and_say_by_how_much_the_hand_is_off(tilt):
     goal = compose(
         MINI_MOVER.fk((0.2, 0.6, -1.0, 0.3, 0.4)), transform(rot_x(tilt), (0.0, 0.0, 0.0))
     )
-    solution = solve_frame_ik(MINI_MOVER, goal, effort=QUICK)
+    solution = solve_frame_ik(MINI_MOVER, goal, starts=QUICK)
     assert solution.reason is Reason.TOO_FEW_AXES
     assert Part.POSITION in solution.met
     assert Part.HEADING in solution.missed
@@ -169,7 +169,7 @@ def test_five_axes_meet_the_position_and_say_by_how_much_the_hand_is_off(tilt):
 
 def test_what_is_left_free_is_not_missed():
     pose = Pose.of(x_mm=250, y_mm=80, z_mm=120, pitch_deg=150, roll_deg=20)
-    assert not solve_pose_ik(MINI_MOVER, pose, effort=QUICK).ok
+    assert not solve_pose_ik(MINI_MOVER, pose, starts=QUICK).ok
     free = solve_pose_ik(MINI_MOVER, pose, pitch_free=True)
     assert free.ok
     assert Part.PITCH not in free.met
@@ -202,7 +202,7 @@ def test_no_answer_is_wrong_and_not_flagged(chain):
     bent = [0.3, 0.5, -0.9, 0.4, 0.0, 0.2][: len(chain)]  # a Puma's wrist is straight
     frames += [chain.fk(chain.clamp(values)) for values in (chain.zero, bent)]
     for frame in frames:
-        solution = solve_frame_ik(chain, frame, effort=Effort(starts=3))
+        solution = solve_frame_ik(chain, frame, starts=3)
         off = gap(chain.fk(solution.joints), frame)
         assert solution.ok == (off < 1e-3)
         assert not chain.violations(solution.joints)

@@ -4,13 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from chain_cases import chains_and_values
-from hypothesis import given
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.chains.many import BLOCK, reach_maps, spans_of, tips_of_many
+from kinematics.chains.many import BLOCK, reach_maps, spans_of
 from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import position_of
 from kinematics.limits import spread_over
@@ -59,43 +57,6 @@ def test_a_reach_without_end_is_refused():
             take(endless)
     with pytest.raises(KinematicsError, match="at least one posture"):
         spread_over(spans_of(Chain((DHLink(),))), 0)
-
-
-@given(chains_and_values())
-def test_many_postures_are_taken_as_one(case):
-    chain, values = case
-    (tip,) = tips_of_many(chain, [values])
-    assert tuple(tip) == pytest.approx(position_of(chain.fk(values)), abs=1e-9)
-
-
-@pytest.mark.parametrize("count", [1, 7, BLOCK - 1, BLOCK, 2 * BLOCK + 5])
-@pytest.mark.parametrize("arm", REAL_ARMS.values(), ids=REAL_ARMS)
-def test_every_length_of_array_and_every_layout_is_taken(arm, count):
-    postures = np.random.default_rng(3).uniform(-3.0, 3.0, (count, len(arm)))
-    tips = tips_of_many(arm, postures)
-    assert tips.shape == (count, 3)
-    np.testing.assert_array_equal(tips_of_many(arm, np.asfortranarray(postures)), tips)
-    for index in (0, count // 2, count - 1):
-        assert tuple(tips[index]) == pytest.approx(position_of(arm.fk(postures[index])), abs=1e-9)
-
-
-def test_no_postures_reach_nothing_and_another_shape_is_refused():
-    puma = REAL_ARMS["puma"]
-    assert tips_of_many(puma, np.empty((0, 6))).shape == (0, 3)
-    for shape in ((3, 5), (6,), (2, 6, 1)):
-        with pytest.raises(KinematicsError, match=r"shape \(N, 6\) is needed, not of shape"):
-            tips_of_many(puma, np.zeros(shape))
-    for wrong in ("none", object(), [["a"] * 6]):
-        with pytest.raises(KinematicsError, match="an array of numbers is needed"):
-            tips_of_many(puma, wrong)
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_a_posture_of_no_numbers_comes_nowhere(bad):
-    with np.errstate(invalid="ignore"):
-        tips = tips_of_many(REAL_ARMS["puma"], [(0.1,) * 6, (bad,) * 6])
-    assert np.isfinite(tips[0]).all()
-    assert np.isnan(tips[1]).all()
 
 
 @pytest.mark.parametrize("arm", REAL_ARMS.values(), ids=REAL_ARMS)

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 import pytest
 from chain_cases import gap, turn_gap
-from frame_cases import any_angle, directed, rotations, vectors
+from frame_cases import any_angle, directed, rotations
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,7 +16,6 @@ from kinematics import (
     Degeneracy,
     EulerZYZ,
     NotARotation,
-    NotAUnitQuaternion,
     Quaternion,
     ZeroVector,
     rotation_vector,
@@ -147,7 +146,6 @@ def test_axis_and_angle_come_back(axis, angle):
     assert gap(solved.first.axis, made.axis) < 1e-9
     assert solved.second.angle_rad == -solved.first.angle_rad
     assert gap(solved.second.axis, scale(-1.0, solved.first.axis)) < 1e-15
-    assert gap(made.quaternion().rotation(), made.rotation()) < 1e-14
     assert gap(rotation_vector(made.rotation()), scale(angle, made.axis)) < 1e-8
 
 
@@ -173,6 +171,9 @@ def test_half_a_turn_has_two_axes(axis):
     assert solved.first.angle_rad == solved.second.angle_rad == math.pi
     assert gap(solved.first.rotation(), made.rotation()) < 1e-9
     assert gap(solved.second.rotation(), made.rotation()) < 1e-9
+    vector = rotation_vector(made.rotation())
+    assert norm(vector) == pytest.approx(math.pi, abs=1e-8)
+    assert gap(AxisAngle(vector, math.pi).rotation(), made.rotation()) < 1e-8
     assert min(gap(made.axis, solved.first.axis), gap(made.axis, solved.second.axis)) < 1e-9
     quaternions = solve_quaternion(made.rotation())
     assert quaternions.degeneracy is Degeneracy.HALF_TURN
@@ -190,12 +191,11 @@ def test_the_smallest_turns_keep_their_digits():
     assert rotation_vector(rot_z(3e-12)) == pytest.approx((0.0, 0.0, 3e-12), abs=1e-25)
 
 
-@given(rotations, rotations, vectors)
-def test_quaternions_multiply_and_turn_like_their_matrices(a, b, v):
+@given(rotations, rotations)
+def test_quaternions_multiply_and_turn_like_their_matrices(a, b):
     p, q = quaternion_of(a), quaternion_of(b)
     assert gap((p * q).rotation(), multiply(a, b)) < 1e-14
     assert gap(p.inverse().rotation(), transpose(a)) < 1e-14
-    assert gap(p.rotate(v), rotate(a, v)) < 1e-12 * (1.0 + norm(v))
     assert gap((-p).rotation(), a) < 1e-14
 
 
@@ -214,7 +214,7 @@ def test_the_turn_between_two_rotations_is_the_one_that_was_made(m, axis, angle)
 
 
 def test_long_products_do_not_drift():
-    step = AxisAngle((1.0, 2.0, 3.0), 0.1).quaternion()
+    step = quaternion_of(AxisAngle((1.0, 2.0, 3.0), 0.1).rotation())
     product = Quaternion(1.0, 0.0, 0.0, 0.0)
     for _ in range(2000):
         product *= step
@@ -228,12 +228,10 @@ def test_what_is_no_rotation_is_not_solved(solve):
         solve(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)))
 
 
-def test_a_quaternion_of_another_length_is_refused():
-    with pytest.raises(NotAUnitQuaternion, match=r"not 2.*Quaternion\.of"):
-        Quaternion(2.0, 0.0, 0.0, 0.0)
-    assert Quaternion.of(2.0, 0.0, 0.0, 0.0) == Quaternion(1.0, 0.0, 0.0, 0.0)
+def test_four_numbers_of_any_length_make_a_quaternion_of_length_1_but_for_zeros():
+    assert Quaternion(2.0, 0.0, 0.0, 0.0) == Quaternion(1.0, 0.0, 0.0, 0.0)
     with pytest.raises(ZeroVector):
-        Quaternion.of(0.0, 0.0, 0.0, 0.0)
+        Quaternion(0.0, 0.0, 0.0, 0.0)
     with pytest.raises(ZeroVector):
         AxisAngle((0.0, 0.0, 0.0), 1.0)
 

@@ -31,7 +31,7 @@ GUARDS = Guards()
 def at(x_mm, z_mm, pitch_deg, elbow="up", arm=LOOSE):
     pose = Pose.of(x_mm=x_mm, y_mm=0, z_mm=z_mm, pitch_deg=pitch_deg)
     for branch in arm.branches(pose):
-        if branch.base.value == "front" and branch.elbow.value == elbow:
+        if branch.name == f"base front, elbow {elbow}":
             return branch.joints
     raise AssertionError("not in reach")
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER
 
 from kinematics import KinematicsError, Pose, line_path, preset
+from kinematics.frames.matrices import times
 from kinematics.paths.profiles import jerk_limited
 from kinematics.paths.timing import MotionLimits, timed
 
@@ -47,9 +48,7 @@ def test_without_acceleration_limits_each_chord_takes_its_least_time():
     corners = [(*joints, 10.0 + index) for index, joints in enumerate(line_corners())]
     path = timed(corners, limits, speed=0.5)
     for (a, b), (before_s, behind_s) in zip(pairwise(corners), pairwise(path.times_s), strict=True):
-        rates = transmission.motor_rates(
-            [y - x for x, y in zip(a[:5], b[:5], strict=True)], b[5] - a[5]
-        )
+        rates = times(transmission.matrix, [y - x for x, y in zip(a, b, strict=True)])
         busiest_s = max(abs(rate) for rate in rates) / 100.0
         slowest_s = max(abs(y - x) / speed for x, y, speed in zip(a, b, speeds, strict=True))
         assert behind_s - before_s == pytest.approx(max(busiest_s, slowest_s) / 0.5, rel=1e-9)

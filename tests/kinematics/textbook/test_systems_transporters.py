@@ -98,9 +98,7 @@ def test_five_axis_systems_are_the_driver_s_arms(one, data):
     if any(branch.degenerate for branch in ours):
         return  # two names of one posture
     theirs = one.arm.branches(Pose(*goal))
-    assert {(b.within_limits, b.name) for b in ours} == {
-        (b.within_limits, f"base {b.base.value}, elbow {b.elbow.value}") for b in theirs
-    }
+    assert {(b.within_limits, b.name) for b in ours} == {(b.within_limits, b.name) for b in theirs}
 
 
 @pytest.mark.parametrize("one", FIVE, ids=lambda one: one.name)

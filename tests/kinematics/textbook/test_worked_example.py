@@ -15,8 +15,7 @@ from kinematics.textbook.worked_example import (
     sections,
     symbolic_example,
     symbolic_sections,
-    work_chain,
-    work_system,
+    work,
 )
 
 DEG = math.pi / 180.0
@@ -28,7 +27,7 @@ def whole_text(example):
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_text_names_every_joint_branch_and_step(name):
-    example = work_system(system(name))
+    example = work(named(name))
     text = whole_text(example)
     for expected in (
         *example.subject.chain.joint_names,
@@ -40,7 +39,7 @@ def test_the_text_names_every_joint_branch_and_step(name):
 
 
 def test_the_readers_own_numbers_are_used():
-    text = whole_text(work_system(system("two-link-1"), (30 * DEG, 40 * DEG)))
+    text = whole_text(work(named("two-link-1"), (30 * DEG, 40 * DEG)))
     assert "theta1 30°, theta2 40°" in text
     assert "reach: a ring in the plane z = 0, 50 mm to 350 mm from the first joint" in text
     assert "[  0.342  -0.9397  0  224.51 ]" in text
@@ -54,36 +53,44 @@ def test_the_readers_own_numbers_are_used():
 
 def test_a_goal_takes_a_branch_within_the_limits():
     goal = (250.0, 0.0, 120.0, -math.pi / 2, 0.0)
-    example = work_system(system("minimover5"), goal=goal)
+    example = work(named("minimover5"), goal=goal)
     assert example.goal == goal
     assert not example.violations
     assert system("minimover5").goal_of(example.frame) == pytest.approx(goal, abs=1e-9)
 
 
 def test_joints_and_a_goal_together_show_the_posture_and_solve_the_goal():
-    example = work_system(system("two-link-1"), (0.1, 0.2), (100.0, 200.0))
+    example = work(named("two-link-1"), (0.1, 0.2), (100.0, 200.0))
     assert example.values == (0.1, 0.2)
     assert example.goal == (100.0, 200.0)
 
 
 def test_a_goal_out_of_reach_is_refused():
     with pytest.raises(OutOfReach):
-        work_system(system("two-link-1"), goal=(900.0, 0.0))
+        work(named("two-link-1"), goal=(900.0, 0.0))
 
 
 def test_degenerate_cases_are_said_in_words():
-    stretched = whole_text(work_system(system("two-link-1"), goal=(350.0, 0.0)))
+    stretched = whole_text(work(named("two-link-1"), goal=(350.0, 0.0)))
     assert "1 solution, 1 within the joint limits" in stretched
     assert "degenerate: elbow stretched" in stretched
-    on_axis = whole_text(work_system(system("two-link-3"), goal=(0.0, 0.0)))
+    on_axis = whole_text(work(named("two-link-3"), goal=(0.0, 0.0)))
     assert "free: theta1; any value serves" in on_axis
     assert "degenerate: the tip is on the base axis" in on_axis
 
 
 def test_a_posture_beyond_a_limit_is_shown_and_said():
-    text = whole_text(work_system(system("minimover5"), (2.0, 0.7, -1.0, -0.3, 0.0)))
+    text = whole_text(work(named("minimover5"), (2.0, 0.7, -1.0, -0.3, 0.0)))
     assert "but: base 24.59° beyond its limit of 90°" in text
     assert "not within the limits: " in text
+
+
+def named(name):
+    return subject_of_system(system(name))
+
+
+def own(chain=None):
+    return subject_of_chain("own", "My arm", "my bench", chain or OWN)
 
 
 LINKS = (
@@ -95,7 +102,7 @@ OWN = Chain(LINKS, name="own")
 
 
 def test_any_chain_is_solved_by_numbers():
-    example = work_chain(OWN, "My arm", "my bench")
+    example = work(own())
     assert example.branches == ()
     assert example.solution.ok
     assert example.frame == OWN.fk(example.values)
@@ -106,7 +113,7 @@ def test_any_chain_is_solved_by_numbers():
 
 def test_a_chain_with_a_closed_form_shows_all_its_solutions():
     chain = system("puma").chain()
-    example = work_chain(chain)
+    example = work(own(chain))
     text = whole_text(example)
     assert "All solutions, in closed form" in text
     assert "class: spherical wrist: the last three axes meet in one point" in text
@@ -114,22 +121,22 @@ def test_a_chain_with_a_closed_form_shows_all_its_solutions():
     for branch in example.branches:
         assert branch.name in text
         assert branch.within_limits or "not within the limits: " in text
-    asked = work_chain(chain, goal=example.goal)
+    asked = work(own(chain), goal=example.goal)
     assert len(asked.branches) == len(example.branches) == 8
-    assert work_chain(chain, goal=example.goal[:3]).branches == ()
+    assert work(own(chain), goal=example.goal[:3]).branches == ()
 
 
 def test_a_position_alone_may_be_asked_of_a_chain():
-    target = work_chain(OWN, joints=(0.4, 0.3, 40.0)).frame
+    target = work(own(), joints=(0.4, 0.3, 40.0)).frame
     place = tuple(row[3] for row in target[:3])
-    example = work_chain(OWN, goal=place)
+    example = work(own(), goal=place)
     assert example.goal == pytest.approx(place)
     assert example.solution.ok
     assert len(example.coordinates) == 3
 
 
 def test_a_goal_that_a_chain_misses_is_accounted_for():
-    example = work_chain(OWN, goal=(900.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    example = work(own(), goal=(900.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert not example.solution.ok
     assert "missed: position by" in whole_text(example)
 
