@@ -55,7 +55,7 @@ from kinematics.textbook.accuracy import (
 )
 from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency, forward_ways
 from kinematics.textbook.notation import notation
-from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject, example_posture
+from kinematics.textbook.study import FRAME_COORDINATES, ROW_NAMES, Study, Subject, example_posture
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.systems.named import NamedBranch
@@ -179,7 +179,20 @@ def example_view(example: Study) -> dict[str, Any]:
         **frame_view(example.frame),
         "rpy_degenerate": degeneracy.value if degeneracy else "",
         "structure": how_solved(subject.chain).structure,
+        "jacobian": {
+            "rows": [ROW_NAMES[row] for row in subject.rows],
+            "values": _rows(example.jacobian),
+        },
+        "singular_values": list(example.condition.singular_values),
         "condition": example.condition.sentence,
+        "singularities": [
+            {
+                "reason": one.reason,
+                "away_deg": None if one.distance_rad is None else math.degrees(one.distance_rad),
+                "away_mm": one.distance_mm,
+            }
+            for one in example.singularities
+        ],
         "derivation": [
             {"title": step.title, "formula": step.formula, "why": step.why}
             for step in (() if system is None else system.notes.derivation)
@@ -233,7 +246,7 @@ def _goal(example: Study, values: tuple[float, ...]) -> dict[str, float]:
     return dict(map(shown, example.coordinates, values))
 
 
-def _rows(matrix: Transform) -> list[list[float]]:
+def _rows(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
     return [list(row) for row in matrix]
 
 

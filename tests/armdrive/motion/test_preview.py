@@ -210,8 +210,11 @@ def test_a_preview_works_for_an_arm_of_a_model_file(tmp_path):
         goal = Pose.of(x_mm=250, y_mm=-60, z_mm=140, pitch_deg=-80)
         preview = arm.preview(PoseMove(goal))
         assert preview.possible
-        assert [way.taken for way in preview.ways] == [True]
-        assert preview.ways[0].name == ""
+        taken, *others = preview.ways
+        assert taken.taken
+        assert len(others) == 3
+        assert all(other.against for other in others)
+        assert taken.name.startswith("solution ")
         arm.move_to(goal)
         assert preview.end == arm.parts.core.position.coordinates.joints
 

@@ -147,7 +147,7 @@ def test_efficiency_prints_counts(call, own):
     assert "multiplications" in said
     assert "full products" in said
     (mine,) = call("explain", "efficiency", own, "--json", code=0).json["efficiency"]
-    assert (len(mine["forward"]), mine["inverse"]) == (4, [])
+    assert (len(mine["forward"]), mine["inverse"]) == (3, [])
     found = call("explain", "efficiency", "two-link-1", "--json", code=0).json["efficiency"]
     assert [each["system"] for each in found] == ["two-link-1"]
     ways = {way["name"]: way for way in found[0]["forward"]}
