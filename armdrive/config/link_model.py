@@ -40,8 +40,8 @@ from armdrive.text.toml import (
 )
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.assignment import JointAxis, ZeroPosition, assign_frames, tip_frame
-from kinematics.chains.chain import Chain, chain_of_rows
-from kinematics.chains.links import Convention, JointKind
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.chains.urdf import MOST_CHARACTERS, read_urdf
 from kinematics.errors import KinematicsError
 from kinematics.frames.orientations import RPY
@@ -177,6 +177,27 @@ class JointRow:
     low_mm: float | None = setting(None, "the same of a prismatic joint")
     high_mm: float | None = setting(None, "the same of a prismatic joint")
 
+    def own(self, key: str, where: str) -> float | None:
+        """Return a value in the unit of the joint, None if it is left out.
+
+        Raises `ArmFileError` for a value in the unit of the other kind of joint.
+        """
+        turns = self.kind == JointKind.REVOLUTE.value
+        unit, other = ("deg", "mm") if turns else ("mm", "deg")
+        if getattr(self, f"{key}_{other}") is not None:
+            raise ArmFileError(f"{where}: a {self.kind} joint has {key}_{unit}, not {key}_{other}")
+        value: float | None = getattr(self, f"{key}_{unit}")
+        return math.radians(value) if turns and value is not None else value
+
+    def bounds(self, where: str) -> tuple[float, float]:
+        """Return the lowest and the highest value, infinite without limits."""
+        low, high = self.own("low", where), self.own("high", where)
+        return -math.inf if low is None else low, math.inf if high is None else high
+
+    def name(self, number: int) -> str:
+        """Return the joint's name, by default with its number."""
+        return self.joint or f"joint_{number}"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkRow(JointRow):
@@ -188,6 +209,16 @@ class LinkRow(JointRow):
     alpha_deg: float = setting(0.0, "twist of the link")
     offset_deg: float | None = setting(None, "how far the table's zero lies from the joint's own")
     offset_mm: float | None = setting(None, "the same of a prismatic joint")
+
+    def link(self, where: str) -> DHLink:
+        """Return the link. Raises `ArmFileError`, which names the row."""
+        low, high = self.bounds(where)
+        theta, alpha = map(math.radians, (self.theta_deg, self.alpha_deg))
+        offset = self.own("offset", where) or 0.0
+        with _at(where):
+            return DHLink(
+                theta, self.d_mm, self.a_mm, alpha, JointKind(self.kind), offset, low, high
+            )
 
 
 def _model(table: TomlTable, name: str) -> Model | None:
@@ -225,33 +256,19 @@ def _chain_of_links(table: TomlTable, convention: Convention, called: str) -> Ch
     if len(given) > MOST_LINKS:
         problems.note(f"a model has at most {MOST_LINKS} links, not {len(given)}")
     base, tool = (table.table(key).section(Placement) for key in ("base", "tool"))
-    rows = table.rows("links")[:MOST_LINKS] if given else []
-    for row in rows:
-        before = problems.count
-        row.section(LinkRow)
-        if problems.count == before:
-            problems.attempt(partial(_check_link, row), None)
+    links, names = [], []
+    for place, row in enumerate(table.rows("links")[:MOST_LINKS] if given else [], 1):
+        read = row.section(LinkRow)
+        if read is not None:
+            links.append(problems.attempt(partial(read.link, row.where), None))
+            names.append(read.name(place))
+    whole = tuple(link for link in links if link is not None)
     if problems.found:
         return None
+    before, after = ((placed or Placement()).frame() for placed in (base, tool))
     return problems.attempt(
-        lambda: chain_of_rows(
-            [row.entries for row in rows],
-            convention=convention,
-            base=(base or Placement()).frame(),
-            tool=(tool or Placement()).frame(),
-            name=called,
-        ),
-        None,
+        lambda: Chain(whole, convention, before, after, called, tuple(names)), None
     )
-
-
-def _check_link(row: TomlTable) -> None:
-    """Raise `ArmFileError` for keys that do not fit the kind of joint, or each other."""
-    # each row is tried alone, so that one wrong row hides no other and the message names its own
-    try:
-        chain_of_rows([row.entries])
-    except KinematicsError as error:
-        raise ArmFileError(f"{row.where}: {str(error).removeprefix('row 1: ')}") from None
 
 
 def _clean(entry: float) -> float:
@@ -278,22 +295,10 @@ class AxisRow(JointRow):
 
     def axis(self, where: str, number: int) -> JointAxis:
         """Return the joint's axis. Raises `ArmFileError`, which names the row."""
-        kind = JointKind(self.kind)
-        turns = kind is JointKind.REVOLUTE
-        own, other = ("deg", "mm") if turns else ("mm", "deg")
-        for key in ("low", "high"):
-            if getattr(self, f"{key}_{other}") is not None:
-                raise ArmFileError(
-                    f"{where}: a {self.kind} joint has {key}_{own}, not {key}_{other}"
-                )
-        low, high = (getattr(self, f"{key}_{own}") for key in ("low", "high"))
-        low, high = -math.inf if low is None else low, math.inf if high is None else high
-        if turns:
-            low, high = math.radians(low), math.radians(high)
-        name = self.joint or f"joint_{number}"
+        bounds, name = self.bounds(where), self.name(number)
         with _at(f"{where}.direction"):
             direction = unit(self.direction)
-        return JointAxis(self.point_mm, direction, kind, name, low, high)
+        return JointAxis(self.point_mm, direction, JointKind(self.kind), name, *bounds)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,11 +7,11 @@ mm, angles in rad; a joint's value is in rad where it is revolute and in mm wher
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.errors import KinematicsError, finite, require, suggestion
+from kinematics.errors import KinematicsError, require
 from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD, as_list, is_own_kind, numbers
 from kinematics.frames.transforms import (
     IN_PLACE,
@@ -234,43 +234,15 @@ class Chain:
         return replace(self, links=links)
 
 
-# Chains as tables of plain rows, in mm and degrees, as a person writes them, and as text.
-#
-# An edge for people: keys say their unit. A row of a revolute joint has `theta_deg`, `d_mm`,
-# `a_mm`, `alpha_deg`, `offset_deg`, `low_deg`, `high_deg`; a prismatic one has `offset_mm`,
-# `low_mm`, `high_mm` instead. `joint` is its name and `kind` is "revolute" or "prismatic". What is
-# left out is zero, and without limits.
+# Chains as tables of plain rows, in mm and degrees, as model files have them, and as text.
 
 Row = dict[str, str | float]
 
-_COMMON = ("joint", "kind", "theta_deg", "d_mm", "a_mm", "alpha_deg")
 _OWN = ("offset", "low", "high")
 
 
-def chain_of_rows(
-    rows: Iterable[Mapping[str, object]],
-    *,
-    convention: Convention = Convention.STANDARD,
-    base: Transform = IN_PLACE,
-    tool: Transform = IN_PLACE,
-    name: str = "",
-) -> Chain:
-    """Make a chain of table rows.
-
-    Raises `KinematicsError`, which names the row, for a key that no row has (with the nearest
-    one) or a kind that no joint is, and `BadNumber` for what is not a number.
-    """
-    listed = as_list(rows) or ()
-    for number, row in enumerate(listed, 1):
-        if not isinstance(row, Mapping):
-            raise KinematicsError(f"row {number} is a table of keys and values, not {row!r}")
-    links = tuple(_link(number, row) for number, row in enumerate(listed, 1))
-    names = tuple(str(row.get("joint", f"joint_{i}")) for i, row in enumerate(listed, 1))
-    return Chain(links, convention, base, tool, name, names)
-
-
 def rows_of(chain: Chain) -> tuple[Row, ...]:
-    """Return the rows that `chain_of_rows` makes this chain's links of."""
+    """Return the rows of [[links]] in a model file that describe this chain."""
     return tuple(
         _row(name, link) for name, link in zip(chain.joint_names, chain.links, strict=True)
     )
@@ -299,46 +271,6 @@ def table_text(chain: Chain) -> str:
     before = "; a and alpha of the link before" if craig else ""
     said = f"{title}{chain.convention.value} convention, mm and degrees, * varies{before}"
     return "\n".join([said, *aligned(cells, left=1)])
-
-
-def _link(number: int, row: Mapping[str, object]) -> DHLink:
-    kind = _kind(number, row.get("kind", JointKind.REVOLUTE.value))
-    unit = "deg" if kind is JointKind.REVOLUTE else "mm"
-    allowed = [*_COMMON, *(f"{key}_{unit}" for key in _OWN)]
-    for key in row:
-        if key not in allowed:
-            hint = suggestion(key, allowed)
-            raise KinematicsError(
-                f"row {number}: a {kind.value} joint has no {key!r}{hint} "
-                f"(there are {', '.join(allowed)})"
-            )
-
-    def number_of(key: str) -> float:
-        value = finite(key, row.get(key, 0.0))
-        return math.radians(value) if key.endswith("_deg") else value
-
-    def bound_of(key: str, without: float) -> float:
-        return number_of(key) if key in row else without
-
-    return DHLink(
-        number_of("theta_deg"),
-        number_of("d_mm"),
-        number_of("a_mm"),
-        number_of("alpha_deg"),
-        kind,
-        number_of(f"offset_{unit}"),
-        bound_of(f"low_{unit}", -math.inf),
-        bound_of(f"high_{unit}", math.inf),
-    )
-
-
-def _kind(number: int, given: object) -> JointKind:
-    for kind in JointKind:
-        if given is kind or given == kind.value:
-            return kind
-    raise KinematicsError(
-        f"row {number}: a joint is {' or '.join(kind.value for kind in JointKind)}, not {given!r}"
-    )
 
 
 def _row(name: str, link: DHLink) -> Row:

@@ -82,13 +82,19 @@ def test_omitted_values_are_zero_unlimited_and_named_by_the_file(tmp_path):
     lengths=st.tuples(*[st.floats(-500.0, 500.0)] * 2),
     convention=st.sampled_from(Convention),
     kind=st.sampled_from(JointKind),
+    ends=st.tuples(*[st.floats(0.0, 90.0)] * 3),
 )
-def test_a_chains_own_rows_make_the_chain_again(angles, lengths, convention, kind):
+def test_a_chains_own_rows_make_the_chain_again(angles, lengths, convention, kind, ends):
     row = {"theta_deg": angles[0], "alpha_deg": angles[1], "d_mm": lengths[0], "a_mm": lengths[1]}
+    unit = "deg" if kind is JointKind.REVOLUTE else "mm"
+    row |= {f"low_{unit}": -ends[0], f"high_{unit}": ends[1], f"offset_{unit}": ends[2]}
     document = {"convention": convention.value, "links": [{**row, "kind": kind.value}]}
     chain = parse_model(document).chain
     again = parse_model({"convention": convention.value, "links": list(rows_of(chain))}).chain
     assert chain.links[0].kind is kind
+    assert again.limits[0] == pytest.approx(chain.limits[0], abs=1e-9)
+    low, high = (math.degrees(end) if unit == "deg" else end for end in chain.limits[0])
+    assert (low, high) == pytest.approx((-ends[0], ends[1]), abs=1e-9)
     for one, other in zip(chain.fk([0.5]), again.fk([0.5]), strict=True):
         assert one == pytest.approx(other, abs=1e-9)
 
@@ -123,7 +129,7 @@ def two_axes(**wrong):
         ({"links": [{"theta": 0}]}, "unknown key 'theta' in [links[1]]; did you mean 'theta_deg'?"),
         ({"links": [{"kind": "round"}]}, "links[1].kind is one of revolute, prismatic, not 'round"),
         ({"links": [{"a_mm": "long"}]}, "links[1].a_mm must be a finite number"),
-        ({"links": [{"low_mm": 1}]}, "links[1]: a revolute joint has no 'low_mm'"),
+        ({"links": [{"low_mm": 1}]}, "links[1]: a revolute joint has low_deg, not low_mm"),
         ({"links": [{"low_deg": 10, "high_deg": -10}]}, "must not lie above"),
         ({"axes": [], "tip": TIP}, "at least one axis"),
         ({"axes": 3, "tip": TIP}, "axes must be a list"),
@@ -309,7 +315,11 @@ IN_MODEL = [
     ("low_deg = -160\n", "", "waist' has no limits"),
     ('joint = "waist"', 'joint = "my waist"', "cannot be called 'my waist'"),
     ('joint = "waist"', 'joint = "opening"', "cannot be called 'opening'"),
-    ('joint = "waist"\n', 'joint = "waist"\nkind = "prismatic"\n', "prismatic joint has no"),
+    (
+        'joint = "waist"\n',
+        'joint = "waist"\nkind = "prismatic"\n',
+        "prismatic joint has low_mm, not low_deg",
+    ),
 ]
 IN_FINGERS = [
     ("[fingers]\nrange_mm = [0, 76]\nspeed_mm_s = 20\nsteps_per_n", "[park]\n#", "fingers"),

@@ -9,15 +9,14 @@ from chain_cases import (
     MINI_MOVER,
     QUARTER,
     angles,
-    chains,
     chains_and_values,
     gap,
     lengths,
 )
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.chains.chain import Chain, chain_of_rows, rows_of, table_text
+from kinematics.chains.chain import Chain, table_text
 from kinematics.chains.links import Convention, DHLink, JointKind, a_matrix
 from kinematics.errors import BadNumber
 from kinematics.frames.rotations import rot_x, rot_z
@@ -193,19 +192,6 @@ def test_a_prismatic_limit_is_in_mm():
     chain = Chain((DHLink(kind=JointKind.PRISMATIC, low=0.0, high=80.0),))
     (broken,) = chain.violations([90.0])
     assert (broken.value, broken.bound, broken.unit) == (90.0, 80.0, "mm")
-
-
-@given(chains())
-@example(MINI_MOVER)
-def test_a_table_makes_the_chain_it_was_made_of(chain):
-    again = chain_of_rows(
-        rows_of(chain), convention=chain.convention, base=chain.base, tool=chain.tool
-    )
-    assert again.joint_names == chain.joint_names
-    for one, other in zip(chain.links, again.links, strict=True):
-        assert other.kind is one.kind
-        assert other.parameters(0.3) == pytest.approx(one.parameters(0.3), abs=1e-11)
-        assert (other.low, other.high) == pytest.approx((one.low, one.high))
 
 
 def test_the_table_as_text():

@@ -7,8 +7,9 @@ import pytest
 from chain_cases import gap
 
 from armdrive.config.link_model import read_model
-from kinematics.chains.chain import chain_of_rows
+from kinematics.chains.chain import Chain
 from kinematics.chains.jacobians import condition_of
+from kinematics.chains.links import DHLink, JointKind
 from kinematics.frames.rotations import determinant, multiply, transpose
 from kinematics.frames.transforms import compose, position_of, rotation_of
 from kinematics.textbook.stepping import coordinates_of, step_axis, step_joint
@@ -31,13 +32,13 @@ SCARA = subject_of_chain(
     "scara",
     "A SCARA",
     "",
-    chain_of_rows(
-        [
-            {"a_mm": 200.0, "low_deg": -150, "high_deg": 150},
-            {"a_mm": 150.0, "alpha_deg": 180.0, "low_deg": -150, "high_deg": 150},
-            {"kind": "prismatic", "low_mm": 0.0, "high_mm": 100.0},
-            {"low_deg": -180, "high_deg": 180},
-        ]
+    Chain(
+        (
+            DHLink(a_mm=200.0, low=-2.6, high=2.6),
+            DHLink(a_mm=150.0, alpha_rad=math.pi, low=-2.6, high=2.6),
+            DHLink(kind=JointKind.PRISMATIC, low=0.0, high=100.0),
+            DHLink(low=-math.pi, high=math.pi),
+        )
     ),
 )
 
@@ -276,6 +277,6 @@ def test_a_five_axis_arm_over_its_base_says_what_it_cannot_do():
 
 
 def test_a_planar_table_is_judged_in_its_plane():
-    planar = chain_of_rows([{"a_mm": 200.0}, {"a_mm": 150.0}, {"a_mm": 80.0}])
+    planar = Chain(tuple(DHLink(a_mm=a) for a in (200.0, 150.0, 80.0)))
     assert chain_rows(planar) == (0, 1)
     assert chain_rows(SCARA.chain) == (0, 1, 2, 5)
