@@ -6,11 +6,12 @@ properties named `_deg`, which are edges where a person reads or types.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import operator
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, SupportsIndex
+from typing import TYPE_CHECKING, Any, ClassVar, SupportsIndex, TypedDict, Unpack
 
 from kinematics.errors import (
     BadNumber,
@@ -36,6 +37,17 @@ JOINTS_EXAMPLE = "Joints.of(0, 40, -60, -70, 0)"
 Jacobian = tuple[tuple[float, ...], ...]
 """Six rows, one column a joint: the tip's velocity (mm per rad or mm of the joint) along the
 world's x, y and z, then its rate of turning (rad per rad or mm) about them."""
+
+
+class Coordinates(TypedDict, total=False):
+    """The coordinates of a pose as `Pose.of` and `Pose.replace` name them."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    pitch_deg: float
+    roll_deg: float
+    yaw_deg: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +98,23 @@ class Pose:
             hand_angle("roll_deg", roll_deg),
             None if yaw_deg is None else hand_angle("yaw_deg", yaw_deg),
         )
+
+    def replace(self, **coordinates: Unpack[Coordinates]) -> Pose:
+        """Return this pose with the named coordinates at new values: `pose.replace(z_mm=80)`.
+
+        Raises `KinematicsError` for an unknown coordinate, and `BadNumber`.
+        """
+        new: dict[str, Any] = {}
+        for name, value in coordinates.items():
+            if name not in Coordinates.__annotations__:
+                known = ", ".join(Coordinates.__annotations__)
+                hint = suggestion(name, Coordinates.__annotations__)
+                raise KinematicsError(f"no coordinate is named {name!r}; a pose has {known}{hint}")
+            axis, _, unit = name.rpartition("_")
+            new[f"{axis}_rad" if unit == "deg" else name] = (
+                hand_angle(name, value) if unit == "deg" else value
+            )
+        return dataclasses.replace(self, **new)
 
     @property
     def position_mm(self) -> tuple[float, float, float]:
