@@ -36,7 +36,6 @@ from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog import Jogged
-from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
 from armdrive.moves import (
     BASE_FRAME,
@@ -57,6 +56,7 @@ from armdrive.moves import (
     TipJog,
     by_name,
     jog_axes,
+    joint_goal,
 )
 from armdrive.runtime.arm_state import EMERGENCY_STOP
 from armdrive.runtime.clock import PaceChoice
@@ -310,7 +310,7 @@ class Arm:
     @overload
     def move_j(
         self,
-        angles_deg: Angles | None = None,
+        goal: Joints | Angles | None = None,
         /,
         *,
         speed: float = 1.0,
@@ -320,7 +320,7 @@ class Arm:
     @overload
     def move_j(
         self,
-        angles_deg: Angles | None = None,
+        goal: Joints | Angles | None = None,
         /,
         *,
         speed: float = 1.0,
@@ -330,7 +330,7 @@ class Arm:
     @blocking
     async def move_j(
         self,
-        angles_deg: Angles | None = None,
+        goal: Joints | Angles | None = None,
         /,
         *,
         speed: float = 1.0,
@@ -339,10 +339,11 @@ class Arm:
     ) -> Moved | Handle[Moved]:
         """Move the named joints, `shoulder_deg=40, elbow_deg=-60`; the others stay.
 
-        The path is straight in joint space. If a model file gives joints other names, use a
-        mapping: `{"turret_deg": 30}`. With `wait=False`, return a `Handle` at once.
+        The path is straight in joint space. `goal` is a posture, such as an earlier `arm.joints`,
+        or a mapping for joints with other names: `{"turret_deg": 30}`. With `wait=False`, return a
+        `Handle` at once.
         """
-        return await self._moving.go(JointMove(by_name(angles_deg, joints_deg), speed), wait)
+        return await self._moving.go(JointMove(joint_goal(goal, joints_deg), speed), wait)
 
     @overload
     def move_to(
@@ -363,10 +364,10 @@ class Arm:
     ) -> Moved | Handle[Moved]:
         """Move the tip to a pose by a joint motion, to the posture nearest to the current one.
 
-        For a named point, `move_to("pick")`, the arm moves to the point's joint angles; the gripper
-        does not move. `frame` is the pose's frame: "base", a frame of the arm file, or "tool", in
-        which the pose is a change from the current pose of the tool.
-        Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest allowed pose.
+        The goal may also be joint angles or a point, `move_to("pick")`, whose joint angles the arm
+        moves to; the gripper does not move. `frame` is the pose's frame: "base", a frame of the arm
+        file, or "tool", in which the pose is a change from the current pose of the tool.
+        Raises `Unreachable` or `OutOfBounds`; their `nearest` is a pose that `move_to` reaches.
         """
         return await self._moving.go(
             move_to_place(goal, line=False, speed=speed, frame=frame), wait
@@ -389,10 +390,10 @@ class Arm:
     async def move_l(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: bool = True
     ) -> Moved | Handle[Moved]:
-        """Move the tip along a straight line to a pose or a named point.
+        """Move the tip along a straight line to the pose of a goal like that of `move_to`.
 
         The line is straight in x, y, z, pitch and roll. If it ends in a different posture from the
-        one in which the point was taught, `note` of the result says so.
+        joint angles or the point, `note` of the result says so.
         `frame` works as in `move_to`: `move_l(Pose.of(x_mm=0, y_mm=0, z_mm=-30, pitch_deg=0),
         frame="tool")` draws the hand back by 30 mm.
         The tip deviates from the line by at most `motion.line_tolerance_mm` of the arm file plus
@@ -626,11 +627,6 @@ class Arm:
         self._parts.pace.wake()
 
     @property
-    def paused(self) -> bool:
-        """Whether the arm is paused: the same as `status.paused`, but cheap to read."""
-        return self._parts.core.speed_override.paused
-
-    @property
     def speed_override(self) -> float:
         """The factor, from 0.01 to 1, by which the arm slows every requested speed.
 
@@ -672,11 +668,6 @@ class Arm:
     def model(self) -> ArmModel:
         """The arm's model: geometry, limits, transmission, reference posture."""
         return self.config.model
-
-    @property
-    def speeds(self) -> SpeedLimits:
-        """The speed limits used for planning; a connected device may report its own limits."""
-        return self._parts.speeds
 
     @property
     def abilities(self) -> Abilities:

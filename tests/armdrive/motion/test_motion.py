@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from armdrive.config.sections import MotionSettings
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused, Stopped
+from armdrive.moves import GraspMove
 from armdrive.registry import dialect
 from armdrive.runtime.position import DeviceReadings, FingerState
 from armdrive.sim.world.body import ArmBody
@@ -418,7 +419,7 @@ def test_an_arm_without_a_gripper_motor_says_so(six):
         six.gripper.open,
         six.gripper.close,
         six.gripper.grasp,
-        lambda: six.gripper.move(10),
+        lambda: six.gripper.open(10),
         lambda: six.gripper.opening_mm,
         lambda: six.jog_j(gripper_mm=3),
     ):
@@ -469,7 +470,7 @@ def arm_around_a_block(width_mm, config=None):
 )
 def test_a_grasp_measures_the_block_and_presses_as_asked(width_mm, force_n):
     arm = arm_around_a_block(width_mm)
-    found = arm.gripper.feel(force_n=force_n)
+    found = arm.run(GraspMove(force_n))
     assert found.holding
     assert found.width_mm == pytest.approx(width_mm, abs=0.3)
     assert arm.twin.world.grip_force_n == pytest.approx(force_n, abs=1.0)
@@ -493,7 +494,7 @@ def test_fingers_that_meet_within_a_millimetre_hold_nothing(trip_force_n, width_
     gripper = replace(config.gripper, trip_force_n=trip_force_n)
     arm = sim_arm(replace(config, gripper=gripper), at=OVER_THE_TABLE)
     arm.gripper.open()
-    found = arm.gripper.feel()
+    found = arm.run(GraspMove())
     assert (found.width_mm, found.holding) == (width_mm, width_mm != 0.0)
     assert arm.gripper.opening_mm == width_mm
 

@@ -38,7 +38,7 @@ def held(call):
 def test_commands_that_need_the_arm_name_its_holder(call, held):
     for words in (("home",), ("move", "--z", "60"), ("move", "--z", "60", "--json")):
         sentence = call.refused(*words, code=4)
-        assert f"{ARM} is held by the program" in sentence
+        assert f"{ARM} is held by this program" in sentence
         assert f"(process {os.getpid()})" in sentence
         assert "`armdrive stop`" in sentence
 
