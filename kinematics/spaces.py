@@ -52,7 +52,7 @@ class Coordinates(TypedDict, total=False):
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where the finger tips are and how the hand points: the task space of an arm.
+    """Where the finger tips are, in mm, and how the hand points: a pitch of -pi/2 is straight down.
 
     x, y, z in mm from the point of the table under the base axis, z up. Pitch is the elevation
     of the hand above the horizontal, seen in the vertical plane through the base axis and the
@@ -167,13 +167,12 @@ def refuse_yaw(pose: Pose) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Joints:
-    """Joint angles in rad, relative, in the order of the arm's joints (`names`).
+    """Joint angles: `joints.base_deg`, `joints["base"]` in rad; in the order of the arm's `names`.
 
-    Of the Mini-mover's build: base; shoulder, the elevation of the upper arm, up positive;
-    elbow, forearm elevation minus upper-arm elevation; wrist pitch, hand elevation minus forearm
-    elevation; wrist roll. Iterates over the angles. `joints["base"]` and `joints.base_rad` are a
-    joint's angle in rad, `joints.base_deg` in degrees; of any name that the arm's joints have. An
-    index and `replace` take the names with units as well.
+    They are relative. Of the Mini-mover's build: base; shoulder, the elevation of the upper arm, up
+    positive; elbow, forearm elevation minus upper-arm elevation; wrist pitch, hand elevation minus
+    forearm elevation; wrist roll. Iterates over the angles in rad. An attribute, an index and
+    `replace` take the name of any joint of the arm, with its unit; `joints["base"]` is in rad.
     """
 
     angles_rad: tuple[float, ...]

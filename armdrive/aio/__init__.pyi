@@ -313,7 +313,7 @@ class AsyncArm(AsyncConnection):
         """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`."""
     @property
     def jogging(self) -> Jogging:
-        """Jogs that nobody waits for, as keys and sticks need them: `jogging.hold(...)`."""
+        """Jogs for keys and sticks, which no call waits for: `jogging.hold(...)`."""
     async def stop(self) -> None:
         """Stop, and wait until the arm stands. Allowed in every state and from any thread."""
     def estop(self) -> None:

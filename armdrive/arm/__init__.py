@@ -135,15 +135,14 @@ class Arm:
         twin: SimulatedArm | None = None,
         reconnect: bool | None = None,
     ) -> Arm:
-        """Connect to an arm: `target` is an arm file's name, a port with `dialect=`, or `sim:NAME`.
+        """Connect to an arm: an arm file's name, `sim:` and a dialect, or a port with `dialect=`.
 
         Without a target, connect to the simulated TeachMover or, in a script under `armdrive run`,
-        to the arm that the command names. `dialect` and `baud` belong to a port. `pace` is
-        "simulated", "real", a multiple of real time, or a `SimulatedClock` that several simulated
-        arms share. With `allow_restored`, a remembered position needs no confirmation. `operator`
-        is the function that `home` and `reference.verify` ask. With `reconnect`, a lost connection
-        is restored automatically; the default is in the arm file. `twin` is the simulated arm to
-        use.
+        to the arm that the command names. `baud` belongs to a port. `pace` is "simulated", "real",
+        a multiple of real time, or a `SimulatedClock` that several simulated arms share. With
+        `allow_restored`, a remembered position needs no confirmation. `home` and `reference.verify`
+        ask the function `operator`. With `reconnect`, a lost connection is restored automatically;
+        the default is in the arm file. `twin` is the simulated arm to use.
 
         If the environment has `ARMDRIVE_FORCE_SIM=1`, every arm is simulated. Raises
         `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.
@@ -246,20 +245,22 @@ class Arm:
     ) -> Pose:
         """Reference the arm, by its homing switches or by an operator; return its pose.
 
-        If the arm file has a `[homing]` section and the device can home by itself, the arm
-        **moves**: the device seeks its switches. Any other arm needs an operator: `operator` is
-        called with a `PostureRequest`, may jog the arm, and returns True once the arm stands in
-        the reference posture. Raises `OperatorNeeded` without an operator; a simulated arm has a
-        simulated one. The engine's thread calls `report` with the motor names of each group that
-        has found its switches; `report` must not block. `stops` works as in `start`, but without it
-        an operator is asked also after a stop by another program.
+        With a `[homing]` section in the arm file and a device that homes by itself, the arm
+        **moves**: the device seeks its switches. The engine's thread then calls `report` with the
+        motor names of each group that has found them; `report` must not block.
+
+        Any other arm needs an operator: `operator` is called with a `PostureRequest`, may jog the
+        arm, and returns True once the arm stands in the reference posture. A simulated arm has a
+        simulated one; `armdrive run` asks in the terminal. Raises `OperatorNeeded` without one.
+        `stops` works as in `start`, except that an operator is also asked after a stop by another
+        program.
         """
         asked = operator or self.operator
         return await home(self._parts, self._reference, asked, report, stops)
 
     @property
     def reference(self) -> ArmReference:
-        """What the position rests on: `reference.declare(...)`, `confirm()`, `verify()`."""
+        """What the position rests on: `reference.declare(...)`, `reference.verify()`."""
         return self._reference
 
     # -- moving ---------------------------------------------------------------------------------
@@ -302,7 +303,6 @@ class Arm:
     def preview(self, move: Move) -> Preview:
         """Return what a move would do, or why it is refused. Sends nothing, moves nothing.
 
-        For a refused move, the result contains the error and the nearest alternative.
         Raises `BadRequest` for an unknown joint, frame or point.
         """
         return self._moving.preview(move)
@@ -469,9 +469,9 @@ class Arm:
     ) -> Moved | Handle[Moved]:
         """Move along a path of several parts: `LinePart`, `ArcPart`, `PosePart`, `JointPart`.
 
-        The arm stops at the end of each part, unless the part has a `blend_mm`: at that distance
-        from its end, the arm turns into the next part without stopping. The whole path is checked
-        first and keeps one posture. `note` of the result names blends that had to be smaller.
+        The arm stops at the end of each part, unless the part has a `blend_mm`: that far before its
+        end, the arm turns into the next part without stopping. The path keeps one posture. `note`
+        of the result names blends that had to be smaller.
         """
         return await self._moving.go(PathMove(tuple(parts), speed, frame), wait)
 
@@ -543,7 +543,7 @@ class Arm:
 
     @property
     def jogging(self) -> Jogging:
-        """Jogs that nobody waits for, as keys and sticks need them: `jogging.hold(...)`."""
+        """Jogs for keys and sticks, which no call waits for: `jogging.hold(...)`."""
         return self._jogging
 
     # -- stopping, waiting and slowing down -----------------------------------------------------
@@ -612,11 +612,11 @@ class Arm:
     def pause(self) -> None:
         """Pause the arm after its current burst or segment, until `resume` or a stop.
 
-        `resume` continues the current motion with the same plan, unless the arm has been moved;
-        later motions wait too. After 8 h they end with `WrongState`, and the arm stays paused. In
-        simulated time, a call ends after 600 s if only its own program could resume. A running jog
-        ends at once, and new jogs are refused. `pause` cannot interrupt a controller's own homing
-        or a servo's motion; only a stop can.
+        `resume` continues the motion with the same plan, unless the arm has been moved. Later
+        motions wait too. After 8 h (after 600 s of simulated time, if only the program itself could
+        resume), they end with `WrongState`, and the arm stays paused. A running jog ends at once,
+        and new jogs are refused. A controller's own homing and a servo's motion can only be
+        stopped.
         """
         self._parts.core.speed_override.pause()
         self._parts.pace.wake()
