@@ -190,7 +190,8 @@ class Table:
     def put(self, block: TableBlock) -> TableBlock:
         """Put a block down; return where it came to rest."""
         with self.lock:
-            self.take(block.name)
+            if block.name in self.blocks:
+                self.take(block.name)
             self.blocks[block.name] = block
             self.settle()
             self._look()
