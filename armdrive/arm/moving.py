@@ -231,6 +231,8 @@ class Moving:
         """Raise `Refused` if a move of this kind is not possible now, whatever its goal."""
         core = self._core
         self._parts.runner.require_link()  # the loss explains all that follows from it
+        if core.state is State.ERROR_STOP:  # the arm takes no reference either
+            self._parts.runner.require(Event.MOVE)
         if is_cartesian(move):
             core.require_geometry()
         for each in move.moves if isinstance(move, MoveSequence) else (move,):
