@@ -18,14 +18,7 @@ from armdrive.connect import port as mending
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.port import PAUSES_S, NewLink, PortOpening, Reconnector
 from armdrive.connect.target import find, simulated_config
-from armdrive.errors import (
-    NoAnswer,
-    NoSuchPort,
-    NotReferenced,
-    PortInUse,
-    PortUnavailable,
-    WrongState,
-)
+from armdrive.errors import NoAnswer, NoSuchPort, NotReferenced, PortInUse, PortUnavailable
 from armdrive.moves import Jog, Space
 from armdrive.registry import DIALECTS, simulate
 from armdrive.sim.wire import MemoryLink
