@@ -50,6 +50,7 @@ from armdrive.moves import Jog as Jog
 from armdrive.moves import JogMove as JogMove
 from armdrive.moves import JointMove as JointMove
 from armdrive.moves import LineMove as LineMove
+from armdrive.moves import Move as Move
 from armdrive.moves import MoveSequence as MoveSequence
 from armdrive.moves import ParkMove as ParkMove
 from armdrive.moves import PathMove as PathMove

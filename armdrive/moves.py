@@ -97,6 +97,18 @@ def by_name(amounts: Angles | None, named: Mapping[str, object]) -> dict[str, fl
     return {word: finite(word, value) for word, value in {**given, **named}.items()}
 
 
+def joint_goal(
+    goal: Joints | Angles | None, named: Mapping[str, object]
+) -> Joints | dict[str, float]:
+    """Return the goal of a joint motion: a posture with the named joints replaced, or their angles.
+
+    Raises `KinematicsError` for a joint that the posture does not have.
+    """
+    if isinstance(goal, Joints):
+        return goal.replace(**{word: finite(word, value) for word, value in named.items()})
+    return by_name(goal, named)
+
+
 @dataclass(frozen=True, slots=True)
 class Jog:
     """A jog of one or more axes at once.

@@ -46,7 +46,7 @@ def send_mks(bench: DenseMemoryBench, ways: Motors, speed: float) -> None:
     arm, device = bench.arm, bench.twin.device
     assert arm is not None
     host = Host(range(1, 7))
-    rpm = max(int(arm.speeds.motor_hz / COUNTS_S_PER_RPM * speed), 1)
+    rpm = max(int(arm.parts.speeds.motor_hz / COUNTS_S_PER_RPM * speed), 1)
     for node, (way, counted) in enumerate(zip(ways, device.registers, strict=True), 1):
         order = MoveAbsoluteAxis(counted + way, rpm, ACC)
         bench.twin.link.write(host.send(node, order), arm.parts.pace.now_s())
@@ -57,7 +57,7 @@ def send_cia402(bench: DenseMemoryBench, ways: Motors, speed: float) -> None:
     arm, device = bench.arm, bench.twin.device
     assert arm is not None
     bus = CanopenHost(range(1, 7))
-    hz = arm.speeds.motor_hz
+    hz = arm.parts.speeds.motor_hz
     profile = {
         PROFILE_SPEED: max(round(hz * speed), 1),
         PROFILE_ACCELERATION: round(hz / RAMP_S),

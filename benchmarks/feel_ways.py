@@ -60,10 +60,10 @@ class Way:
         here = ArmCoordinates(self.start, arm.parts.core.position.coordinates.opening_mm)
         try:
             if self.via is None:
-                plan_line(arm.config, arm.speeds, here, self.goal, 1.0)
+                plan_line(arm.config, arm.parts.speeds, here, self.goal, 1.0)
             else:
                 moves = [ArcPart(self.via, self.goal)]
-                plan_route(arm.config, arm.speeds, here, moves, 1.0)
+                plan_route(arm.config, arm.parts.speeds, here, moves, 1.0)
         except (ArmError, KinematicsError):
             return False
         return True

@@ -64,8 +64,8 @@ def calls(rounds: int = 15, times: int = 20) -> Section:
             ),
             "arm.move_to(pose)": alternating(arm.move_to),
             "arm.move_l(pose), 80 mm": alternating(arm.move_l),
-            "arm.gripper.move(mm)": alternating(
-                lambda pose: arm.gripper.move(30.0 if pose is FAR else 40.0)
+            "arm.gripper.open(mm)": alternating(
+                lambda pose: arm.gripper.open(30.0 if pose is FAR else 40.0)
             ),
         }
         taken = interleaved(cases, rounds)

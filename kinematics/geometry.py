@@ -243,7 +243,8 @@ class Unreachable(KinematicsError):
     shoulder axis, or for how far the nearest posture that a search found stays away; "rad" for a
     joint's angle); `joint` is None unless a joint limit is the reason.
     `nearest` is a pose that can be reached: the nearest one of this pitch and roll, or, where
-    none holds them, of the nearest pitch or roll that can be held.
+    none holds them, of the nearest pitch or roll that can be held. In a call of an arm, a joint
+    motion leads there from the current posture; it is None if none does.
     """
 
     def __init__(
@@ -255,7 +256,7 @@ class Unreachable(KinematicsError):
         unit: str,
         *,
         goal: Pose,
-        nearest: Pose,
+        nearest: Pose | None,
         joint: str | None = None,
     ) -> None:
         self.reason = reason
@@ -267,10 +268,11 @@ class Unreachable(KinematicsError):
         self.unit = unit
         self.goal = goal
         self.nearest = nearest
-        held = " with this pitch" if nearest.pitch_rad == goal.pitch_rad else ""
-        super().__init__(
-            f"{goal} is out of reach: {reason}; nearest pose that can be reached{held}: {nearest}"
-        )
+        instead = ""
+        if nearest is not None:
+            held = " with this pitch" if nearest.pitch_rad == goal.pitch_rad else ""
+            instead = f"; nearest pose that can be reached{held}: {nearest}"
+        super().__init__(f"{goal} is out of reach: {reason}{instead}")
 
     @classmethod
     def by_limit(
@@ -281,7 +283,7 @@ class Unreachable(KinematicsError):
         constraint = Constraint.JOINT_LIMIT
         return cls(reason, constraint, value, bound, "rad", goal=goal, nearest=nearest, joint=joint)
 
-    def instead(self, nearest: Pose, goal: Pose | None = None) -> Unreachable:
+    def instead(self, nearest: Pose | None, goal: Pose | None = None) -> Unreachable:
         """Return the same refusal with another nearest pose, and perhaps of another goal."""
         return Unreachable(
             self.reason,

@@ -6,11 +6,12 @@ properties named `_deg`, which are edges where a person reads or types.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import operator
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, SupportsIndex
+from typing import TYPE_CHECKING, Any, ClassVar, SupportsIndex, TypedDict, Unpack
 
 from kinematics.errors import (
     BadNumber,
@@ -38,9 +39,20 @@ Jacobian = tuple[tuple[float, ...], ...]
 world's x, y and z, then its rate of turning (rad per rad or mm) about them."""
 
 
+class Coordinates(TypedDict, total=False):
+    """The coordinates of a pose as `Pose.of` and `Pose.replace` name them."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    pitch_deg: float
+    roll_deg: float
+    yaw_deg: float
+
+
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where the finger tips are and how the hand points: the task space of an arm.
+    """Where the finger tips are, in mm, and how the hand points: a pitch of -pi/2 is straight down.
 
     x, y, z in mm from the point of the table under the base axis, z up. Pitch is the elevation
     of the hand above the horizontal, seen in the vertical plane through the base axis and the
@@ -86,6 +98,23 @@ class Pose:
             hand_angle("roll_deg", roll_deg),
             None if yaw_deg is None else hand_angle("yaw_deg", yaw_deg),
         )
+
+    def replace(self, **coordinates: Unpack[Coordinates]) -> Pose:
+        """Return this pose with the named coordinates at new values: `pose.replace(z_mm=80)`.
+
+        Raises `KinematicsError` for an unknown coordinate, and `BadNumber`.
+        """
+        new: dict[str, Any] = {}
+        for name, value in coordinates.items():
+            if name not in Coordinates.__annotations__:
+                known = ", ".join(Coordinates.__annotations__)
+                hint = suggestion(name, Coordinates.__annotations__)
+                raise KinematicsError(f"no coordinate is named {name!r}; a pose has {known}{hint}")
+            axis, _, unit = name.rpartition("_")
+            new[f"{axis}_rad" if unit == "deg" else name] = (
+                hand_angle(name, value) if unit == "deg" else value
+            )
+        return dataclasses.replace(self, **new)
 
     @property
     def position_mm(self) -> tuple[float, float, float]:
@@ -138,13 +167,12 @@ def refuse_yaw(pose: Pose) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Joints:
-    """Joint angles in rad, relative, in the order of the arm's joints (`names`).
+    """Joint angles: `joints.base_deg`, `joints["base"]` in rad; in the order of the arm's `names`.
 
-    Of the Mini-mover's build: base; shoulder, the elevation of the upper arm, up positive;
-    elbow, forearm elevation minus upper-arm elevation; wrist pitch, hand elevation minus forearm
-    elevation; wrist roll. Iterates over the angles. `joints["base"]` and `joints.base_rad` are a
-    joint's angle in rad, `joints.base_deg` in degrees; of any name that the arm's joints have. An
-    index and `replace` take the names with units as well.
+    They are relative. Of the Mini-mover's build: base; shoulder, the elevation of the upper arm, up
+    positive; elbow, forearm elevation minus upper-arm elevation; wrist pitch, hand elevation minus
+    forearm elevation; wrist roll. Iterates over the angles in rad. An attribute, an index and
+    `replace` take the name of any joint of the arm, with its unit; `joints["base"]` is in rad.
     """
 
     angles_rad: tuple[float, ...]

@@ -148,7 +148,7 @@ class ArmLink:
         """
         if not self.pausable:
             raise BadRequest("nothing moves: there is nothing to pause")
-        if self._desk.arm.paused:
+        if self._desk.arm.status.paused:
             self._desk.confirmation.press("resumes", self._desk.arm.resume, needed=1)
             return
         self.paused_at = place

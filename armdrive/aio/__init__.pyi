@@ -18,7 +18,6 @@ from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog import Jogged
-from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
 from armdrive.motion.reference import Verified
 from armdrive.moves import (
@@ -56,12 +55,8 @@ class AsyncGripper(AsyncCalls[Gripper]):
         """Open the fingers to a width in mm, or all the way."""
     async def close(self, opening_mm: float = ..., *, speed: float = ...) -> Moved:
         """Close the fingers to a width in mm. To detect an object, use `grasp`."""
-    async def move(self, opening_mm: float, *, speed: float = ...) -> Moved:
-        """Move the fingers to an opening in mm."""
     async def grasp(self, *, force_n: float = ...) -> float:
         """Close the fingers on an object; return its width in mm, or 0.0 if there is none."""
-    async def feel(self, *, force_n: float = ...) -> Grasped:
-        """Grasp an object like `grasp`, and return the force as well."""
 
 class AsyncInputsOutputs(AsyncCalls[InputsOutputs]):
     """The inputs and outputs of an arm: the calls of `InputsOutputs`, as coroutines."""
@@ -218,7 +213,7 @@ class AsyncArm(AsyncConnection):
     @overload
     async def move_j(
         self,
-        angles_deg: Angles | None = ...,
+        goal: Joints | Angles | None = ...,
         /,
         *,
         speed: float = ...,
@@ -229,7 +224,7 @@ class AsyncArm(AsyncConnection):
     @overload
     async def move_j(
         self,
-        angles_deg: Angles | None = ...,
+        goal: Joints | Angles | None = ...,
         /,
         *,
         speed: float = ...,
@@ -249,7 +244,7 @@ class AsyncArm(AsyncConnection):
     async def move_l(
         self, goal: Place, *, speed: float = ..., frame: str = ..., wait: Literal[True] = ...
     ) -> Moved:
-        """Move the tip along a straight line to a pose or a named point."""
+        """Move the tip along a straight line to the pose of a goal like that of `move_to`."""
     @overload
     async def move_l(
         self, goal: Place, *, speed: float = ..., frame: str = ..., wait: Literal[False]
@@ -318,7 +313,7 @@ class AsyncArm(AsyncConnection):
         """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`."""
     @property
     def jogging(self) -> Jogging:
-        """Jogs that nobody waits for, as keys and sticks need them: `jogging.hold(...)`."""
+        """Jogs for keys and sticks, which no call waits for: `jogging.hold(...)`."""
     async def stop(self) -> None:
         """Stop, and wait until the arm stands. Allowed in every state and from any thread."""
     def estop(self) -> None:
@@ -334,9 +329,6 @@ class AsyncArm(AsyncConnection):
         """Pause the arm after its current burst or segment, until `resume` or a stop."""
     def resume(self) -> None:
         """Resume a paused arm. A motion ended by an error, a stop or a lost link stays ended."""
-    @property
-    def paused(self) -> bool:
-        """Whether the arm is paused: the same as `status.paused`, but cheap to read."""
     @property
     def speed_override(self) -> float:
         """The factor, from 0.01 to 1, by which the arm slows every requested speed."""
@@ -359,9 +351,6 @@ class AsyncArm(AsyncConnection):
     @property
     def model(self) -> ArmModel:
         """The arm's model: geometry, limits, transmission, reference posture."""
-    @property
-    def speeds(self) -> SpeedLimits:
-        """The speed limits used for planning; a connected device may report its own limits."""
     @property
     def abilities(self) -> Abilities:
         """The capabilities of the arm's controller."""

@@ -36,7 +36,6 @@ from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog import Jogged
-from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
 from armdrive.moves import (
     BASE_FRAME,
@@ -57,6 +56,7 @@ from armdrive.moves import (
     TipJog,
     by_name,
     jog_axes,
+    joint_goal,
 )
 from armdrive.runtime.arm_state import EMERGENCY_STOP
 from armdrive.runtime.clock import PaceChoice
@@ -135,15 +135,14 @@ class Arm:
         twin: SimulatedArm | None = None,
         reconnect: bool | None = None,
     ) -> Arm:
-        """Connect to an arm: `target` is an arm file's name, a port with `dialect=`, or `sim:NAME`.
+        """Connect to an arm: an arm file's name, `sim:` and a dialect, or a port with `dialect=`.
 
         Without a target, connect to the simulated TeachMover or, in a script under `armdrive run`,
-        to the arm that the command names. `dialect` and `baud` belong to a port. `pace` is
-        "simulated", "real", a multiple of real time, or a `SimulatedClock` that several simulated
-        arms share. With `allow_restored`, a remembered position needs no confirmation. `operator`
-        is the function that `home` and `reference.verify` ask. With `reconnect`, a lost connection
-        is restored automatically; the default is in the arm file. `twin` is the simulated arm to
-        use.
+        to the arm that the command names. `baud` belongs to a port. `pace` is "simulated", "real",
+        a multiple of real time, or a `SimulatedClock` that several simulated arms share. With
+        `allow_restored`, a remembered position needs no confirmation. `home` and `reference.verify`
+        ask the function `operator`. With `reconnect`, a lost connection is restored automatically;
+        the default is in the arm file. `twin` is the simulated arm to use.
 
         If the environment has `ARMDRIVE_FORCE_SIM=1`, every arm is simulated. Raises
         `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.
@@ -246,20 +245,22 @@ class Arm:
     ) -> Pose:
         """Reference the arm, by its homing switches or by an operator; return its pose.
 
-        If the arm file has a `[homing]` section and the device can home by itself, the arm
-        **moves**: the device seeks its switches. Any other arm needs an operator: `operator` is
-        called with a `PostureRequest`, may jog the arm, and returns True once the arm stands in
-        the reference posture. Raises `OperatorNeeded` without an operator; a simulated arm has a
-        simulated one. The engine's thread calls `report` with the motor names of each group that
-        has found its switches; `report` must not block. `stops` works as in `start`, but without it
-        an operator is asked also after a stop by another program.
+        With a `[homing]` section in the arm file and a device that homes by itself, the arm
+        **moves**: the device seeks its switches. The engine's thread then calls `report` with the
+        motor names of each group that has found them; `report` must not block.
+
+        Any other arm needs an operator: `operator` is called with a `PostureRequest`, may jog the
+        arm, and returns True once the arm stands in the reference posture. A simulated arm has a
+        simulated one; `armdrive run` asks in the terminal. Raises `OperatorNeeded` without one.
+        `stops` works as in `start`, except that an operator is also asked after a stop by another
+        program.
         """
         asked = operator or self.operator
         return await home(self._parts, self._reference, asked, report, stops)
 
     @property
     def reference(self) -> ArmReference:
-        """What the position rests on: `reference.declare(...)`, `confirm()`, `verify()`."""
+        """What the position rests on: `reference.declare(...)`, `reference.verify()`."""
         return self._reference
 
     # -- moving ---------------------------------------------------------------------------------
@@ -302,7 +303,6 @@ class Arm:
     def preview(self, move: Move) -> Preview:
         """Return what a move would do, or why it is refused. Sends nothing, moves nothing.
 
-        For a refused move, the result contains the error and the nearest alternative.
         Raises `BadRequest` for an unknown joint, frame or point.
         """
         return self._moving.preview(move)
@@ -310,7 +310,7 @@ class Arm:
     @overload
     def move_j(
         self,
-        angles_deg: Angles | None = None,
+        goal: Joints | Angles | None = None,
         /,
         *,
         speed: float = 1.0,
@@ -320,7 +320,7 @@ class Arm:
     @overload
     def move_j(
         self,
-        angles_deg: Angles | None = None,
+        goal: Joints | Angles | None = None,
         /,
         *,
         speed: float = 1.0,
@@ -330,7 +330,7 @@ class Arm:
     @blocking
     async def move_j(
         self,
-        angles_deg: Angles | None = None,
+        goal: Joints | Angles | None = None,
         /,
         *,
         speed: float = 1.0,
@@ -339,10 +339,11 @@ class Arm:
     ) -> Moved | Handle[Moved]:
         """Move the named joints, `shoulder_deg=40, elbow_deg=-60`; the others stay.
 
-        The path is straight in joint space. If a model file gives joints other names, use a
-        mapping: `{"turret_deg": 30}`. With `wait=False`, return a `Handle` at once.
+        The path is straight in joint space. `goal` is a posture, such as an earlier `arm.joints`,
+        or a mapping for joints with other names: `{"turret_deg": 30}`. With `wait=False`, return a
+        `Handle` at once.
         """
-        return await self._moving.go(JointMove(by_name(angles_deg, joints_deg), speed), wait)
+        return await self._moving.go(JointMove(joint_goal(goal, joints_deg), speed), wait)
 
     @overload
     def move_to(
@@ -363,10 +364,10 @@ class Arm:
     ) -> Moved | Handle[Moved]:
         """Move the tip to a pose by a joint motion, to the posture nearest to the current one.
 
-        For a named point, `move_to("pick")`, the arm moves to the point's joint angles; the gripper
-        does not move. `frame` is the pose's frame: "base", a frame of the arm file, or "tool", in
-        which the pose is a change from the current pose of the tool.
-        Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest allowed pose.
+        The goal may also be joint angles or a point, `move_to("pick")`, whose joint angles the arm
+        moves to; the gripper does not move. `frame` is the pose's frame: "base", a frame of the arm
+        file, or "tool", in which the pose is a change from the current pose of the tool.
+        Raises `Unreachable` or `OutOfBounds`; their `nearest` is a pose that `move_to` reaches.
         """
         return await self._moving.go(
             move_to_place(goal, line=False, speed=speed, frame=frame), wait
@@ -389,10 +390,10 @@ class Arm:
     async def move_l(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: bool = True
     ) -> Moved | Handle[Moved]:
-        """Move the tip along a straight line to a pose or a named point.
+        """Move the tip along a straight line to the pose of a goal like that of `move_to`.
 
         The line is straight in x, y, z, pitch and roll. If it ends in a different posture from the
-        one in which the point was taught, `note` of the result says so.
+        joint angles or the point, `note` of the result says so.
         `frame` works as in `move_to`: `move_l(Pose.of(x_mm=0, y_mm=0, z_mm=-30, pitch_deg=0),
         frame="tool")` draws the hand back by 30 mm.
         The tip deviates from the line by at most `motion.line_tolerance_mm` of the arm file plus
@@ -468,9 +469,9 @@ class Arm:
     ) -> Moved | Handle[Moved]:
         """Move along a path of several parts: `LinePart`, `ArcPart`, `PosePart`, `JointPart`.
 
-        The arm stops at the end of each part, unless the part has a `blend_mm`: at that distance
-        from its end, the arm turns into the next part without stopping. The whole path is checked
-        first and keeps one posture. `note` of the result names blends that had to be smaller.
+        The arm stops at the end of each part, unless the part has a `blend_mm`: that far before its
+        end, the arm turns into the next part without stopping. The path keeps one posture. `note`
+        of the result names blends that had to be smaller.
         """
         return await self._moving.go(PathMove(tuple(parts), speed, frame), wait)
 
@@ -542,7 +543,7 @@ class Arm:
 
     @property
     def jogging(self) -> Jogging:
-        """Jogs that nobody waits for, as keys and sticks need them: `jogging.hold(...)`."""
+        """Jogs for keys and sticks, which no call waits for: `jogging.hold(...)`."""
         return self._jogging
 
     # -- stopping, waiting and slowing down -----------------------------------------------------
@@ -611,11 +612,11 @@ class Arm:
     def pause(self) -> None:
         """Pause the arm after its current burst or segment, until `resume` or a stop.
 
-        `resume` continues the current motion with the same plan, unless the arm has been moved;
-        later motions wait too. After 8 h they end with `WrongState`, and the arm stays paused. In
-        simulated time, a call ends after 600 s if only its own program could resume. A running jog
-        ends at once, and new jogs are refused. `pause` cannot interrupt a controller's own homing
-        or a servo's motion; only a stop can.
+        `resume` continues the motion with the same plan, unless the arm has been moved. Later
+        motions wait too. After 8 h (after 600 s of simulated time, if only the program itself could
+        resume), they end with `WrongState`, and the arm stays paused. A running jog ends at once,
+        and new jogs are refused. A controller's own homing and a servo's motion can only be
+        stopped.
         """
         self._parts.core.speed_override.pause()
         self._parts.pace.wake()
@@ -624,11 +625,6 @@ class Arm:
         """Resume a paused arm. A motion ended by an error, a stop or a lost link stays ended."""
         self._parts.core.speed_override.end_pause()
         self._parts.pace.wake()
-
-    @property
-    def paused(self) -> bool:
-        """Whether the arm is paused: the same as `status.paused`, but cheap to read."""
-        return self._parts.core.speed_override.paused
 
     @property
     def speed_override(self) -> float:
@@ -672,11 +668,6 @@ class Arm:
     def model(self) -> ArmModel:
         """The arm's model: geometry, limits, transmission, reference posture."""
         return self.config.model
-
-    @property
-    def speeds(self) -> SpeedLimits:
-        """The speed limits used for planning; a connected device may report its own limits."""
-        return self._parts.speeds
 
     @property
     def abilities(self) -> Abilities:

@@ -35,6 +35,11 @@ def _angles(name: str, value: object) -> object:
     raise wrong(name, value, "values by their names", f"{ANGLES}, or as keywords: shoulder_deg=40")
 
 
+def _joint_goal(name: str, value: object) -> object:
+    """Accept all joint angles of the arm, or a mapping like `_angles`."""
+    return value if isinstance(value, Joints) else _angles(name, value)
+
+
 def _lines(name: str, value: object) -> object:
     """Accept the number of an input or output, or several numbers."""
     return _SEVERAL_LINES(name, value) if hasattr(value, "__iter__") else whole(name, value)
@@ -46,7 +51,9 @@ def _pace(name: str, value: object) -> object:
     return value if known else number(name, value)
 
 
-_PLACE = made_of((Pose, Point, str), "a pose, a point or the name of a point", POSE_EXAMPLE)
+_PLACE = made_of(
+    (Pose, Joints, Point, str), "a pose, joint angles, a point or the name of a point", POSE_EXAMPLE
+)
 _SEVERAL_LINES = several(whole, "a number counted from 1, or several", LINES)
 
 RULES: Mapping[str, Rule] = MappingProxyType(
@@ -59,6 +66,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         ),
         "Angles": _angles,
         "Jog": made_of(Jog, "a jog", "Jog.joint(shoulder=1)"),
+        "Joints | Angles": _joint_goal,
         "Joints | Pose": made_of((Joints, Pose), "joint angles or a pose", POSE_EXAMPLE),
         "Lines": _lines,
         "Operator": call,

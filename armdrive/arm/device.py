@@ -84,11 +84,11 @@ class InputsOutputs(ArmPart):
 
         `wait(high=3, low=(1, 2), within_s=10)` waits on the arm's own clock, not counting pauses,
         and other calls may run meanwhile. While the arm stands, its inputs are read 20 times a
-        second; while it moves, as often as the controller reports them. Raises `InputTimeout` at
-        the deadline, in simulated time after 600 s at the latest,
-        `Stopped` if the arm is stopped or the program was suspended, `LinkLost` if the connection
-        is lost, `WrongState` if the arm is disabled or in error-stop, and `Refused` if it has no
-        inputs.
+        second; while it moves, as often as the controller reports them.
+
+        Raises `InputTimeout` at the deadline (in simulated time after 600 s at the latest),
+        `Stopped` if the arm is stopped or the program was suspended, `LinkLost`, `WrongState` if
+        the arm is disabled or in error-stop, and `Refused` if it has no inputs.
         """
         want, shun = input_bits(self._core, high), input_bits(self._core, low)
         patience_s = self._patience_s(within_s)

@@ -111,7 +111,7 @@ class JogSessions:
 @traced("jogging")
 @checked_calls(RULES)
 class Jogging(ArmPart):
-    """Jogs that nobody waits for: for keys, buttons and sticks that a person holds or taps."""
+    """Jogs for keys, buttons and sticks that a person holds or taps. No call waits for the end."""
 
     def __init__(self, parts: Parts, sessions: JogSessions) -> None:
         super().__init__(parts)

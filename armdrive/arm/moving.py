@@ -12,7 +12,7 @@ from typing import Any, Protocol, overload
 
 from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
 from armdrive.arm.jogging import JogSessions
-from armdrive.blocking import blocking, coroutine_of
+from armdrive.blocking import blocking
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, LinkLost, Refused
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
@@ -59,19 +59,20 @@ from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Point
 from armdrive.tasks import TaskBody
 from armdrive.trace.recorder import traced
-from kinematics.spaces import Motors, Pose
+from kinematics.spaces import Joints, Motors, Pose
 
-Place = Pose | Point | str
-"""A pose, a point, or the name of a point."""
+Place = Pose | Joints | Point | str
+"""A pose, joint angles, a point, or the name of a point."""
 
 
 def move_to_place(place: Place, *, line: bool, speed: float, frame: str) -> Motion:
     """Return the move to a place, by a joint motion or along a straight line."""
-    if not isinstance(place, Point):
-        return LineMove(place, speed, frame) if line else PoseMove(place, speed, frame)
+    goal = place.joints if isinstance(place, Point) else place
+    if not isinstance(goal, Joints):
+        return LineMove(goal, speed, frame) if line else PoseMove(goal, speed, frame)
     if frame != BASE_FRAME:
         raise BadRequest(SAME_IN_EVERY_FRAME)
-    return LineMove(place.joints, speed) if line else JointMove(place.joints, speed)
+    return LineMove(goal, speed) if line else JointMove(goal, speed)
 
 
 # Carrying out a planned move, step by step.
@@ -230,6 +231,8 @@ class Moving:
         """Raise `Refused` if a move of this kind is not possible now, whatever its goal."""
         core = self._core
         self._parts.runner.require_link()  # the loss explains all that follows from it
+        if core.state is State.ERROR_STOP:  # the arm takes no reference either
+            self._parts.runner.require(Event.MOVE)
         if is_cartesian(move):
             core.require_geometry()
         for each in move.moves if isinstance(move, MoveSequence) else (move,):
@@ -310,11 +313,6 @@ class Gripper(ArmPart):
     @blocking
     async def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> Moved:
         """Close the fingers to a width in mm. To detect an object, use `grasp`."""
-        return await coroutine_of(self.move)(opening_mm, speed=speed)
-
-    @blocking
-    async def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
-        """Move the fingers to an opening in mm."""
         return await finished(self._arm.start(GripperMove(opening_mm, speed)))
 
     @blocking
@@ -323,9 +321,4 @@ class Gripper(ArmPart):
 
         The force, about 2 lb by default, is applied after the grip switch has tripped.
         """
-        return (await coroutine_of(self.feel)(force_n=force_n)).width_mm
-
-    @blocking
-    async def feel(self, *, force_n: float = 8.9) -> Grasped:
-        """Grasp an object like `grasp`, and return the force as well."""
-        return await finished(self._arm.start(GraspMove(force_n)))
+        return (await finished(self._arm.start(GraspMove(force_n)))).width_mm

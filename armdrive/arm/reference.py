@@ -256,8 +256,8 @@ async def home(
     if operator is None:
         raise OperatorNeeded(
             "this arm has no homing switches, so a person has to look: call `home()` with an "
-            "operator, or bring it to a known posture and call `reference.declare()`. "
-            f"{request}"
+            "operator, run the program with `armdrive run` in a terminal, or bring the arm to a "
+            f"known posture and call `reference.declare()`. {request}"
         )
     runner.require(Event.HOME)
     # the operator acts after all stops so far

@@ -133,8 +133,9 @@ class WrongState(Refused):
 class OutOfBounds(Refused):
     """A point of the motion would violate a joint limit or a guard.
 
-    `name` is the joint or guard, `value` and `bound` are in the unit that the message names, and
-    `nearest` is the nearest allowed pose if the goal itself is at fault, else None.
+    `name` is the joint or guard, `value` and `bound` are in the unit that the message names.
+    `nearest` is None unless the goal itself is at fault and a joint motion reaches an allowed pose
+    near it.
     """
 
     code = "E205"

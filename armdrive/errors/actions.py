@@ -45,7 +45,7 @@ PHRASES = (
         "press {confirm}",
     ),
     Wording(
-        "call `home()` with an operator",
+        "call `home()` with an operator, run the program with `armdrive run` in a terminal",
         "run `armdrive home` in a terminal",
         "type `home` in a terminal",
         "press {reference}",
@@ -80,9 +80,7 @@ PHRASES = (
         "run `armdrive resume` in another terminal",
         "run `armdrive resume` in another terminal",
     ),
-    Wording(
-        "call `connect()` again", "run the command again", "type `reconnect`", "press {reconnect}"
-    ),
+    Wording("call `reconnect()`", "run the command again", "type `reconnect`", "press {reconnect}"),
     Wording("add `overwrite=True`", "add `--force`", "add `over`", "remove it first"),
     Wording("call `moved_to()`", "add `--shift`", "add `--shift`", "add `--shift`"),
     Wording("call `without_origin()`", "add `--as-is`", "add `--as-is`", "add `--as-is`"),

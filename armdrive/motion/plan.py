@@ -293,18 +293,62 @@ def audit(config: ArmConfig, corners: list[Joints]) -> None:
 def posture_for(config: ArmConfig, goal: Pose, seed: Joints) -> Joints:
     """Return the allowed posture for a pose that is nearest to the seed.
 
-    Raises `Unreachable` or `OutOfBounds`; both name the nearest reachable pose outside all guards.
+    Raises `Unreachable` or `OutOfBounds`; both name a nearest pose that a joint motion reaches.
     """
     arm, guards = config.model.arm, config.model.guards
     try:
         joints = arm.ik(goal, seed)
     except Unreachable as refusal:
-        allowed = nearest_allowed(arm, guards, goal, seed)
-        raise refusal.instead(allowed) if allowed is not None else refusal from None
+        raise refusal.instead(_nearest_goal(config, goal, seed)) from None
     broken = guards.violation(arm, joints)
     if broken is None or guards.violations(arm, seed):
         return joints  # a start inside a guard may have a way out: the audit checks the whole path
-    raise guard_error(broken, 1.0, nearest_allowed(arm, guards, goal, seed))
+    raise guard_error(broken, 1.0, _nearest_goal(config, goal, seed))
+
+
+FURTHER_MM = (0.0, 0.1, 0.3, 1.0, 3.0)
+"""How far beyond the bound a pose is moved until it is allowed as messages print it."""
+
+
+def _nearest_goal(config: ArmConfig, goal: Pose, seed: Joints) -> Pose | None:
+    """Return the nearest allowed pose; None if no joint motion leads there from the seed.
+
+    If possible, it is rounded as messages print it, so that a person can type what they read.
+    """
+    arm = config.model.arm
+    exact = nearest_allowed(arm, config.model.guards, goal, seed)
+    if exact is None or not _leads_to(config, seed, exact):
+        return None
+    away_mm = math.dist(goal.position_mm, exact.position_mm) or 1.0
+    ends = tuple(zip(goal.position_mm, exact.position_mm, strict=True))
+    for further_mm in FURTHER_MM:
+        x, y, z = (round(b + (b - a) * further_mm / away_mm, 1) for a, b in ends)
+        pose = replace(_printed(exact, goal), x_mm=x, y_mm=y, z_mm=z)
+        if _leads_to(config, seed, pose):
+            return pose
+    return exact
+
+
+def _printed(pose: Pose, goal: Pose) -> Pose:
+    """Return a pose with its angles as messages print them; those of the goal stay exact."""
+    angles = {
+        name: math.radians(round(math.degrees(angle), 1))
+        for name in ("pitch_rad", "roll_rad", "yaw_rad")
+        if (angle := getattr(pose, name)) is not None and angle != getattr(goal, name)
+    }
+    return replace(pose, **angles)
+
+
+def _leads_to(config: ArmConfig, seed: Joints, pose: Pose) -> bool:
+    """Return whether a joint motion leads from the seed to a pose."""
+    joints = config.model.arm.solve(pose, seed)
+    if joints is None:
+        return False
+    try:
+        audit(config, [seed, joints])
+    except OutOfBounds:
+        return False
+    return True
 
 
 def limit_error(violation: LimitViolation) -> OutOfBounds:

@@ -145,8 +145,8 @@ class Furthest:
 def instead_of(ground: Ground, move: SingleMove, refusal: ArmError | None) -> Furthest | None:
     """Return an alternative to a refused absolute move; None if nothing is possible.
 
-    The alternative is the nearest pose that the refusal names, if the arm can go there; otherwise
-    the farthest point of the requested path that limits and guards allow.
+    The alternative is the nearest pose that the refusal names, if any; otherwise the farthest point
+    of the requested path that limits and guards allow.
     """
     near = getattr(refusal, "nearest", None)
     speed = getattr(move, "speed", 1.0)
@@ -156,13 +156,11 @@ def instead_of(ground: Ground, move: SingleMove, refusal: ArmError | None) -> Fu
             plan = _plan(ground, each)
             if plan is not None:
                 return _furthest(ground, plan.end.joints, 1.0)
-    part = _parts(ground, move, near)
+    part = _parts(ground, move)
     return None if part is None else _furthest_along(ground, part)
 
 
-def _parts(
-    ground: Ground, move: SingleMove, near: Pose | None
-) -> Callable[[float], SingleMove] | None:
+def _parts(ground: Ground, move: SingleMove) -> Callable[[float], SingleMove] | None:
     """Return a function that makes a move along a share of the requested path."""
     arm, here, asked = ground.config.model.arm, ground.here, pose_of(move, ground)
     match move:
@@ -174,8 +172,8 @@ def _parts(
             return lambda share: LineMove(line.pose(share), move.speed)
         case JointMove(goal=Joints() as end):
             pass
-        case PoseMove() if (pose := near or asked) is not None:
-            solved = arm.solve(pose, here.joints)
+        case PoseMove() if asked is not None:
+            solved = arm.solve(asked, here.joints)
             if solved is None:
                 return None
             end = solved

@@ -46,8 +46,8 @@ class ScriptCall:
     """Whether the fingers close on an object."""
 
 
-GRASPS = ("gripper.grasp", "gripper.feel")
-"""Calls that close the gripper on an object."""
+GRASP = "gripper.grasp"
+"""The call that closes the gripper on an object."""
 
 
 def _feels(argument: object) -> bool:
@@ -64,7 +64,7 @@ def _listener(
     def begins(name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
         line = script_line(sys._getframe(2), script)  # noqa: SLF001 - the noted call's own
         if line is not None:
-            grasps = name in GRASPS or any(map(_feels, (*words, *named.values())))
+            grasps = name == GRASP or any(map(_feels, (*words, *named.values())))
             on_call(arm, ScriptCall(name, line, grasps))
 
     return begins

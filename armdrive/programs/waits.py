@@ -65,9 +65,9 @@ class Waits:
         Raises `Stopped`, and `WrongState` after the time that a motion would wait.
         """
         self.require_no_stop()
-        if self._arm.paused:
+        if self._arm.status.paused:
             waited_s, longest_s = 0.0, self._arm.parts.core.speed_override.longest_real_s
-            while self._arm.paused:
+            while self._arm.status.paused:
                 if waited_s >= longest_s:
                     raise given_up(waited_s)
                 time.sleep(BREATH_S)

@@ -86,7 +86,7 @@ STUCK_S = 1e-6
 
 @known_attributes
 class SimulatedClock:
-    """Simulated time for one arm or several: `Arm.connect("sim:robko01", pace=clock)`.
+    """Simulated time, `now_s`, for one arm or several: `Arm.connect("sim:grbl", pace=clock)`.
 
     While a caller waits for any arm, time passes for all of them. `lock` is held during a turn. If
     several threads wait at once, each of them advances the clock, and runs are not repeatable.

@@ -582,11 +582,11 @@ class MemoryLink(Link):
     def _check(self, now_s: float) -> None:
         """Pass a pulled or replugged cable on to the line, on the thread that owns the line."""
         if self._closed:
-            raise LinkLost(f"the wire to the {self._name} is closed: call `connect()` again")
+            raise LinkLost(f"the wire to the {self._name} is closed: call `reconnect()`")
         if not self._plugged:
             self._cut_off(now_s)
             raise LinkLost(
-                f"the cable to the {self._name} is unplugged: plug it in and call `connect()` again"
+                f"the cable to the {self._name} is unplugged: plug it in and call `reconnect()`"
             )
         if not self._connected:
             self._line.replug(now_s)

@@ -39,6 +39,7 @@ from armdrive.storage.lock_client import (
     address_of,
     holder_words,
     knock,
+    notice_of,
     notice_path,
     try_lock,
 )
@@ -325,6 +326,10 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
             lock = try_lock(name)
             if lock is None:
                 self.release()
+                if (notice_of(name) or {}).get("pid") == os.getpid():
+                    raise ArmInUse(
+                        f"{name} is held by this program: use that connection, or close it first"
+                    )
                 raise ArmInUse(
                     f"{name} is held by {holder_words(name)}: close that connection, end that "
                     f"program, or stop the arm with `armdrive stop`"

@@ -163,8 +163,8 @@ class ArmWorld:
         """Put a block down, with its bottom's centre at x, y, z; return the block at rest."""
         return self._table.put(TableBlock(name, x_mm, y_mm, z_mm, width_mm, height_mm))
 
-    def take(self, name: str) -> TableBlock | None:
-        """Remove and return a block; None if there is no block of that name."""
+    def take(self, name: str) -> TableBlock:
+        """Remove and return a block, even out of the fingers. Raises `BadRequest` if none is it."""
         return self._table.take(name)
 
     @property

@@ -492,6 +492,6 @@ class CanLink(Link):
 
     def _check(self) -> None:
         if self._closed:
-            raise LinkLost(f"the wire {self._name} is closed: call `connect()` again")
+            raise LinkLost(f"the wire {self._name} is closed: call `reconnect()`")
         if self._watch.lost:
             raise lost_link(f"the CAN bus on {self._name}", self._watch.lost, "wait for its end")

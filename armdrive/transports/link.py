@@ -53,7 +53,7 @@ def lost_link(wire: str, why: str, todo: str) -> LinkLost:
     """Return the error for a lost `wire`, such as "the connection on COM3"; `todo` comes first."""
     return LinkLost(
         f"{wire} was lost ({why}). The arm moves on for at most the time and distance that its "
-        f"status announces; {todo}, then call `connect()` again"
+        f"status announces; {todo}, then call `reconnect()`"
     )
 
 
@@ -122,11 +122,11 @@ class AbsentLink(Link):
 
     def write(self, data: bytes, now_s: float) -> None:  # noqa: ARG002 - as any link
         """Raise `LinkLost`."""
-        raise LinkLost(f"the connection on {self._description} is gone: call `connect()` again")
+        raise LinkLost(f"the connection on {self._description} is gone: call `reconnect()`")
 
     def read(self, now_s: float) -> bytes:  # noqa: ARG002
         """Raise `LinkLost`."""
-        raise LinkLost(f"the connection on {self._description} is gone: call `connect()` again")
+        raise LinkLost(f"the connection on {self._description} is gone: call `reconnect()`")
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until `wake` is called, or the timeout."""

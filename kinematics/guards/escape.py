@@ -154,7 +154,7 @@ class _Search:
         try:
             self.arm.ik_near(goal, nearby)
         except Unreachable as refusal:
-            return refusal.nearest
+            return refusal.nearest or goal
         return goal
 
     def on_the_way(self) -> Pose | None:

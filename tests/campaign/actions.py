@@ -313,7 +313,7 @@ def gripper(stage: Stage) -> TypedError | None:
         return grasp(stage)
     aim = JointsAim(expected_motors(stage), {}, opening_mm, stage.near_steps)
     command = command_of(stage, f"gripper {opening_mm}", aim)
-    return call(stage, lambda: arm.gripper.move(opening_mm), command, 10.0 + TIMEOUT_MARGIN_S)
+    return call(stage, lambda: arm.gripper.open(opening_mm), command, 10.0 + TIMEOUT_MARGIN_S)
 
 
 BLOCK = "grasped"

@@ -82,7 +82,7 @@ def joint_goal(
         start.joints.replace(**{name: here[name] + turn for name, turn in turns.items()}),
         start.opening_mm,
     )
-    whole_s = arm.speeds.duration_s(start, whole, 1.0)
+    whole_s = arm.parts.speeds.duration_s(start, whole, 1.0)
     share = min(longest_s / whole_s, 1.0) if whole_s > 0.0 else 1.0
     goal = {f"{name}_deg": math.degrees(here[name] + share * turn) for name, turn in turns.items()}
     return goal, whole_s * share

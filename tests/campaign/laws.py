@@ -64,7 +64,7 @@ def call(
             # the command begins where the arm comes to rest, which is not known yet
             command.span = command.aim = None
         stage.watch.begin(command)
-    if arm is not None and arm.paused and command is not None:
+    if arm is not None and arm.status.paused and command is not None:
         longest_s += LONGEST_SIMULATED_WAIT_S  # the driver gives up the call after this time
     name = command.what if command is not None else getattr(act, "__qualname__", "a call")
     stage.schedule.deadlines.begin(name, stage.now_s + longest_s)

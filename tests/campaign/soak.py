@@ -298,7 +298,7 @@ class Soak:
         arm = self.stage.arm
         for act in (
             lambda: arm.move_j(**self.start_deg),
-            lambda: arm.gripper.move(self._opening_mm),
+            lambda: arm.gripper.open(self._opening_mm),
         ):
             error = call(self.stage, act, Command("back to the start"), 120.0)
             if error is not None:

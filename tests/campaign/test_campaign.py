@@ -177,13 +177,8 @@ def only(monkeypatch, action):
 
 def test_a_grasp_that_measures_wrongly_is_found_out(monkeypatch):
     only(monkeypatch, "gripper")
-    feel = Gripper.feel
-
-    def wider(self, **words):
-        found = feel(self, **words)
-        return replace(found, width_mm=found.width_mm + 3.0)
-
-    monkeypatch.setattr(Gripper, "feel", wider)
+    grasp = Gripper.grasp
+    monkeypatch.setattr(Gripper, "grasp", lambda self, **words: grasp(self, **words) + 3.0)
     assert "between the fingers" in found_by_the_campaign(first=3)
 
 

@@ -32,7 +32,7 @@ def joints_from(
     named[second] = math.radians(here[second] + second_deg)
     start = arm.parts.core.position.coordinates
     end = ArmCoordinates(start.joints.replace(**named), start.opening_mm)
-    share = min(LONGEST_S / arm.speeds.duration_s(start, end, 1.0), 1.0)
+    share = min(LONGEST_S / arm.parts.speeds.duration_s(start, end, 1.0), 1.0)
     return {
         f"{first}_deg": here[first] + share * first_deg,
         f"{second}_deg": here[second] + share * second_deg,
@@ -69,7 +69,7 @@ def sweep_plan(arm: Arm, turn_deg: float = 60.0) -> tuple[Motors, Motors, float]
     ends = (
         arm.parts.core.transmission.to_motors(each.joints, each.opening_mm) for each in (start, end)
     )
-    return *ends, arm.speeds.duration_s(start, end, 1.0)
+    return *ends, arm.parts.speeds.duration_s(start, end, 1.0)
 
 
 def shifted(pose: Pose, x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) -> Pose:

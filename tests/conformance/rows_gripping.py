@@ -51,11 +51,11 @@ def a_servo_moves_to_the_requested_opening(bench: Bench) -> None:
     arm = _arm_with(bench, "servo")
     with bench.check_unmoved("a servo"):
         for opening_mm in (WIDTH_MM, FURTHER_MM):
-            arm.gripper.move(opening_mm)
+            arm.gripper.open(opening_mm)
             _check_fingers(bench, arm, opening_mm)
     widest_mm = arm.model.gripper_range_mm[1]
     check_refused(
-        lambda: arm.gripper.move(widest_mm + 5.0), OutOfBounds, "wider than the fingers open"
+        lambda: arm.gripper.open(widest_mm + 5.0), OutOfBounds, "wider than the fingers open"
     )
     _check_fingers_stay(bench, arm, FURTHER_MM)
 
@@ -68,7 +68,7 @@ def an_output_opens_and_closes(bench: Bench) -> None:
         _check_fingers(bench, arm, wide_mm)
         arm.gripper.close()  # this output is on, and a reset would switch it off
         _check_fingers(bench, arm, narrow_mm)
-        check_refused(lambda: arm.gripper.move(WIDTH_MM), BadRequest, "half open by an output")
+        check_refused(lambda: arm.gripper.open(WIDTH_MM), BadRequest, "half open by an output")
     _check_fingers_stay(bench, arm, narrow_mm)
 
 

@@ -160,7 +160,7 @@ def fingers_open_and_close(bench: Bench) -> None:
     arm = bench.ready()
     before = bench.look()
     for opening_mm in (12.0, 24.0):
-        arm.gripper.move(opening_mm)
+        arm.gripper.open(opening_mm)
         check_arrived(bench, arm)
         off = abs(bench.look().opening_mm - opening_mm)
         check(off <= FINGERS_MM, f"the fingers are {off:.1f} mm from {opening_mm} mm")
@@ -169,7 +169,7 @@ def fingers_open_and_close(bench: Bench) -> None:
 
 def a_grasp_of_nothing_measures_0_mm(bench: Bench) -> None:
     arm = bench.ready()
-    arm.gripper.move(10.0)
+    arm.gripper.open(10.0)
     width_mm = arm.gripper.grasp()
     check(width_mm == 0.0, f"nothing between the fingers, and the grasp measured {width_mm:.1f} mm")
     check(bench.look().opening_mm <= FINGERS_MM, "the fingers did not close")

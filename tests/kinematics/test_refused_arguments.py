@@ -69,6 +69,7 @@ LINKS = (DHLink(a_mm=100.0), DHLink(a_mm=80.0))
 OWN = subject_of_chain("", "", "", Chain(LINKS))
 SLIDE = DHLink(kind=JointKind.PRISMATIC)
 HOME = Joints.of(0, 40, -60, -70, 0)
+A_POSE = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
 AT_HOME = TEACHMOVER.fk(HOME)
 ORIGIN = (0.0, 0.0, 0.0)
 CABLES = preset("teachmover").transmission
@@ -246,6 +247,10 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: HOME.replace(base_deg=None), "base_deg must be a finite number"),
         (lambda: HOME.replace(base_degrees=3), "no joint is named 'base_degrees'.*'base_deg'"),
         (lambda: HOME.replace(sholder_deg=3), r"did you mean 'shoulder_deg'\?$"),
+        (lambda: A_POSE.replace(z=3), "no coordinate is named 'z'; a pose has x_mm, .*'z_mm'"),
+        (lambda: A_POSE.replace(pitch_rad=3), r"; write pitch_deg=math.degrees\(\.\.\.\)"),
+        (lambda: A_POSE.replace(z_mm="3"), "z_mm must be a finite number"),
+        (lambda: A_POSE.replace(roll_deg=999), "roll_deg must be within two turns, 720° either"),
         (lambda: HOME["sholder"], r"did you mean 'shoulder'\?$"),
         (lambda: HOME["turret_deg"], "no joint is named 'turret_deg'"),
         (lambda: TEACHMOVER.fk(TURNED_ROUND), "joints of this arm are base, .* not wrist_roll, "),
@@ -527,6 +532,14 @@ def test_a_joint_of_any_unit_is_the_same_joint():
     assert turned == Joints.of(3, 40, -60, -70, 0)
     assert turned["base"] == turned["base_rad"] == turned.base_rad == turned[0]
     assert turned["base_deg"] == turned.base_deg == pytest.approx(3.0)
+
+
+def test_coordinates_of_a_pose_are_replaced_by_their_names():
+    assert A_POSE.replace(z_mm=80, pitch_deg=-60) == Pose.of(
+        x_mm=250, y_mm=0, z_mm=80, pitch_deg=-60
+    )
+    assert A_POSE.replace(yaw_deg=30).yaw_rad == math.radians(30)
+    assert A_POSE.replace() == A_POSE
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
 
 async def test_the_banner_says_once_how_to_get_the_arm_back():
     async with Session() as session:
-        lost = "the cable is unplugged: plug it in and call `connect()` again"
+        lost = "the cable is unplugged: plug it in and call `reconnect()`"
         session.arm.set(state=State.DISCONNECTED, error=lost, error_code="E407")
         await session.poll()
         said = "LINK LOST  [E407] the cable is unplugged: plug it in and press L. ctrl+q leaves."

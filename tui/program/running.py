@@ -364,7 +364,7 @@ class DeskRun:
         arm.pause()
         self.asks = text or "the program waits for you"
         try:
-            while arm.paused and not over():
+            while arm.status.paused and not over():
                 time.sleep(BREATH_S)
         finally:
             self.asks = ""

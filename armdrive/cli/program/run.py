@@ -47,7 +47,7 @@ MOVING = frozenset(
     {
         "run", "start", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors",
         "park", "home", "jog_j", "jog_l", "jogging.hold", "jogging.nudge", "gripper.grasp",
-        "gripper.feel", "reference.verify",
+        "reference.verify",
     }
 )  # fmt: skip
 """The calls before which --step waits, and which are worth a line."""

@@ -135,7 +135,7 @@ class RunTerminal:
         keys = self._keys() if self._keys else contextlib.nullcontext(unpressed)
         with self._shown.paused(self._arm), keys as pressed:
             self._shown.waits(text, enter=self._keys is not None)
-            while self._arm.paused and not over():
+            while self._arm.status.paused and not over():
                 try:
                     if pressed():
                         self._arm.resume()

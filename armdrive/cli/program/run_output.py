@@ -235,8 +235,8 @@ class Display:
         if self.run.step is None:
             return
         arm = self.run.step.arm
-        if arm.paused is not self._paused:
-            self._paused = arm.paused
+        if arm.status.paused is not self._paused:
+            self._paused = not self._paused
             word = "paused" if self._paused else "going on"
             self.tell({"event": word.replace(" ", "-"), **self.run.view()}, word)
         if self._draws:

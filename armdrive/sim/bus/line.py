@@ -151,7 +151,7 @@ class BusLine(DeviceLine):
             return ""
         return (
             "is bus-off: it saw too many errors and left the bus. Check the cable, its two "
-            "terminating resistors and the bit rate, then call `connect()` again"
+            "terminating resistors and the bit rate, then call `reconnect()`"
         )
 
     @property

@@ -128,8 +128,8 @@ class World:
         """Put a block down; return where it came to rest, possibly on other blocks."""
         return self.scene.put(block, self.tip, self._pull_mm)
 
-    def take(self, name: str) -> TableBlock | None:
-        """Take a block away; return None if there is no block of that name."""
+    def take(self, name: str) -> TableBlock:
+        """Take a block away. Raises `BadRequest` if there is no block of that name."""
         return self.scene.take(name, self.tip, self._pull_mm)
 
     def restore_blocks(self, blocks: Iterable[TableBlock], held: str | None) -> None:

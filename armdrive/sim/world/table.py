@@ -190,18 +190,22 @@ class Table:
     def put(self, block: TableBlock) -> TableBlock:
         """Put a block down; return where it came to rest."""
         with self.lock:
-            self.take(block.name)
+            if block.name in self.blocks:
+                self.take(block.name)
             self.blocks[block.name] = block
             self.settle()
             self._look()
             return self.blocks[block.name]
 
-    def take(self, name: str) -> TableBlock | None:
-        """Take a block away, even out of the fingers; return None if there is no such block."""
+    def take(self, name: str) -> TableBlock:
+        """Take a block away, even out of the fingers. Raises `BadRequest` if none has that name."""
         with self.lock:
+            if name not in self.blocks:
+                there = ", ".join(self.blocks) or "none"
+                raise BadRequest(f"there is no block {name!r}; there are: {there}")
             for hand in self._hands:
                 hand.forget(name)
-            taken = self.blocks.pop(name, None)
+            taken = self.blocks.pop(name)
             self.settle()
             self._look()
             return taken
@@ -355,11 +359,11 @@ class GripScene:
         put = self._table.put(block.at(self._stand.on_table(block.place)))
         return put.at(self._stand.from_base(put.place))
 
-    def take(self, name: str, tip: Point, opening_mm: float) -> TableBlock | None:
+    def take(self, name: str, tip: Point, opening_mm: float) -> TableBlock:
         """Take a block away, even out of the fingers."""
         self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
         taken = self._table.take(name)
-        return taken and taken.at(self._stand.from_base(taken.place))
+        return taken.at(self._stand.from_base(taken.place))
 
     # -- queries ---------------------------------------------------------------------------
 

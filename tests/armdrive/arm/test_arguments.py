@@ -185,7 +185,7 @@ def seen() -> tuple[object, ...]:
     return (
         len(arm.twin.link.sent), arm.twin.world.motors, status.state, status.acknowledged,
         status.trust, status.outputs, arm.parts.core.hold, list(arm.parts.core.nudges), arm.stops,
-        arm.speed_override, arm.paused, dict(arm.points), arm.twin.faults.active, arm.closed,
+        arm.speed_override, status.paused, dict(arm.points), arm.twin.faults.active, arm.closed,
         arm.parts.pace.now_s(), arm.operator,
     )  # fmt: skip
 
@@ -383,7 +383,10 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda arm: arm.move_to((1, 2, 3)), r"^goal must be a pose, a point .* not \(1, 2, 3\)"),
+        (
+            lambda arm: arm.move_to((1, 2, 3)),
+            r"^goal must be a pose, joint angles, a point .* not \(1, 2, 3\)",
+        ),
         (lambda arm: arm.move_to((1, 2, 3)), r"for example Pose\.of\(x_mm=250, "),
         (lambda arm: arm.move_l(None), "^goal must be a pose"),
         (lambda arm: arm.move_j(30), r'not 30; for example {"shoulder_deg": 40}, or as keywords'),
@@ -395,7 +398,7 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
         (lambda arm: arm.move_j(shoulder_rad=3), r"; write shoulder_deg=math\.degrees\(\.\.\.\)\n"),
         (lambda arm: arm.move_j(base_deg=3, sped=0.5), "did you mean 'speed'"),
         (lambda arm: arm.move_j({"base_deg": 1}, base_deg=2), "base_deg is given twice"),
-        (lambda arm: arm.move_j({1: 2}), "angles_deg must be"),
+        (lambda arm: arm.move_j({1: 2}), "goal must be"),
         (lambda arm: arm.preview(JointMove({"sholder_deg": 3})), "did you mean 'shoulder_deg'"),
         (
             lambda arm: arm.preview(A_POSE),
@@ -456,7 +459,6 @@ def test_the_sentence_says_what_was_expected(call, said):
 
 AT_A_SPEED = {
     "move_j": lambda arm, speed: arm.move_j(base_deg=1, speed=speed),
-    "gripper.move": lambda arm, speed: arm.gripper.move(20.0, speed=speed),
     "speed_override": lambda arm, speed: setattr(arm, "speed_override", speed),
 }
 

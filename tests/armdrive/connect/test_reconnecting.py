@@ -183,6 +183,11 @@ def test_a_board_that_lost_its_power_meanwhile_is_suspect(connected):
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.current is Current.UNKNOWN
+    with pytest.raises(WrongState, match=r"error-stop: look at the arm, then call `reset\(\)`"):
+        arm.move_j(shoulder_deg=50)  # `home` would be refused too
+    arm.reset()
+    with pytest.raises(NotReferenced, match=r"look at the arm, then call `home\(\)`"):
+        arm.move_j(shoulder_deg=50)
 
 
 @pytest.mark.parametrize(("board", "trust"), [("uno", Trust.SUSPECT), ("leonardo", Trust.RESTORED)])
@@ -452,11 +457,11 @@ def test_every_call_after_a_loss_says_why_the_link_is_lost_and_what_to_do(connec
     unplug(arm)
     assert arm.preview(JointMove({"base_deg": 10})).refusal is not None
     for call in AFTER_A_LOSS.values():
-        with pytest.raises(LinkLost, match=r"unplugged: plug it in and call `connect\(\)` again"):
+        with pytest.raises(LinkLost, match=r"unplugged: plug it in and call `reconnect\(\)`"):
             call(arm)
     arm.close()
     for call in AFTER_A_LOSS.values():
-        with pytest.raises(LinkLost, match=r"call `connect\(\)` again"):
+        with pytest.raises(LinkLost, match="the connection was closed: connect again"):
             call(arm)
 
 

@@ -182,7 +182,7 @@ def test_boards_that_queue_are_driven_with_ramps_and_others_are_not():
     for name, ramps in (("grbl", True), ("teachmover", False)):
         with Arm.connect(f"sim:{name}") as arm:
             assert (arm.config.motion.ramp_s > 0.0) is ramps
-            legs = plan_joints(arm.config, arm.speeds, START, END, 1.0).legs
+            legs = plan_joints(arm.config, arm.parts.speeds, START, END, 1.0).legs
             assert (len(legs) > 1) is ramps
 
 

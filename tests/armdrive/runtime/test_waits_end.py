@@ -445,7 +445,7 @@ CALLS = {
     "hold": lambda arm: arm.jogging.hold(Jog.joint(base=1.0), speed=0.3, for_s=0.5),
     "handle": lambda arm: arm.move_j(base_deg=2.0, wait=False).wait(),
     "cancel": lambda arm: arm.move_j(base_deg=9.0, wait=False).cancel(),
-    "gripper": lambda arm: arm.gripper.move(15.0),
+    "gripper": lambda arm: arm.gripper.open(15.0),
     "grasp": lambda arm: arm.gripper.grasp(),
     "home": lambda arm: arm.home(),
     "verify": lambda arm: arm.reference.verify(operator=arm.operator),

@@ -195,7 +195,7 @@ CALLS = st.sampled_from(
         lambda arm: arm.enable(),
         lambda arm: arm.io.read(),
         lambda arm: arm.io.write(3),
-        lambda arm: arm.gripper.move(15.0),
+        lambda arm: arm.gripper.open(15.0),
         lambda arm: arm.sleep(0.07),
         lambda arm: arm.sleep(1.3),
     ]

@@ -153,7 +153,7 @@ def test_a_caller_that_drips_bytes_is_disconnected_after_its_time(arm, monkeypat
                     now[0] += 0.2
                     os.write(connection.fileno(), bytes([byte]))
             assert "no complete request arrived" in answered(connection)["error"]
-        assert not arm.paused
+        assert not arm.status.paused
     finally:
         monkeypatch.undo()
         holding.release()
@@ -185,7 +185,7 @@ def test_the_number_of_requests_at_a_time_is_limited_except_for_stops(arm, holdi
         more = call()
         more.send_bytes(b'{"request": "pause"}')
         assert "are being answered already" in answered(more)["error"]
-        assert not arm.paused
+        assert not arm.status.paused
         assert ask_holder("bench", "stop") == {"done": "stop"}
         assert arm.parts.engine.stop_asked
     finally:

@@ -16,16 +16,22 @@ from waiting import looks, soon
 from armdrive import Arm
 from armdrive.connect.control_socket import serve, serve_stop
 from armdrive.errors import ArmError, ArmInUse, HolderError
+from armdrive.storage import arm_lock
 from armdrive.storage import files as places
 from armdrive.storage import lock_client as holder
 from armdrive.storage.arm_lock import MOST_WATCHERS, hold
 from armdrive.storage.lock_client import ask_holder, follow_holder, held_arms, watch_holder
 
 
-def test_a_held_arm_is_refused_to_others_by_each_of_its_names(holding):
+def test_a_held_arm_is_refused_to_others_by_each_of_its_names(holding, monkeypatch):
     for name in ("bench", "/dev/ttyUSB0"):
-        with pytest.raises(ArmInUse, match=f"{name} is held by the program .*{os.getpid()}"):
+        with pytest.raises(ArmInUse, match=f"{name} is held by this program: use that conn"):
             hold(name)
+    notice = {"program": "first.py", "pid": 0}
+    for module in (arm_lock, holder):
+        monkeypatch.setattr(module, "notice_of", lambda name: notice)
+    with pytest.raises(ArmInUse, match=r"held by the program first\.py \(process 0\): .* end that"):
+        hold("bench")
 
 
 def test_an_arm_that_is_locked_without_a_socket_is_not_said_to_be_free():

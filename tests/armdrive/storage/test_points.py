@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from pages import page_path
 
 from armdrive.errors import (
+    ArmError,
     BadRequest,
     NotReferenced,
     OutOfBounds,
@@ -358,6 +359,25 @@ def test_a_line_to_a_point_ends_in_its_pose_and_notes_another_posture(arm):
     assert "posture" in arm.move_l("over").note
 
 
+GOING = {
+    "move_j": lambda arm, joints: arm.move_j(joints),
+    "move_j, one joint changed": lambda arm, joints: arm.move_j(
+        joints.replace(base_deg=50), base_deg=joints.base_deg
+    ),
+    "move_to": lambda arm, joints: arm.move_to(joints),
+    "move_l": lambda arm, joints: arm.move_l(joints),
+    "move_to a point": lambda arm, joints: arm.move_to(Point(joints)),
+}
+
+
+@pytest.mark.parametrize("way", GOING)
+def test_an_arm_goes_back_to_joint_angles_that_it_had(arm, way):
+    before, steps = arm.joints, arm.status.acknowledged
+    arm.move_j(base_deg=20)
+    GOING[way](arm, before)
+    assert arm.status.acknowledged == steps
+
+
 def test_a_preview_of_a_point_is_the_motion_to_it(arm):
     arm.move_j(base_deg=20)
     arm.points.teach("aside")
@@ -389,8 +409,11 @@ def test_an_invalid_goal_is_refused_by_name(arm):
         arm.move_to("nowhere")
     with pytest.raises(BadRequest, match="every frame"):
         arm.move_to("pick", frame="tool")
-    with pytest.raises(BadRequest, match="a goal for this arm needs"):
-        arm.move_to(Point(Joints((0.0,), ("lift",))))
+    for call in (arm.move_to, arm.move_l, arm.move_j):
+        with pytest.raises(BadRequest, match="a goal for this arm needs"):
+            call(Joints((0.0,), ("lift",)))
+    with pytest.raises(ArmError, match="no joint is named 'lift_deg'"):
+        arm.move_j(arm.joints, lift_deg=3)
 
 
 def test_every_arm_has_a_file_of_its_own_for_its_own_joints(tmp_path, arm):

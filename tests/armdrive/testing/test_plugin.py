@@ -160,6 +160,8 @@ def test_held_and_knocked_over_blocks_are_reported(world):
         arm.move_l(down(250, 60, 15))
     assert [each.kind for each in world.incidents] == [IncidentKind.KNOCK]
     assert world.take("A").name == "A"
+    with pytest.raises(BadRequest, match="there is no block 'A'; there are: B"):
+        world.take("A")
     assert world.held is None
 
 
@@ -387,7 +389,8 @@ def test_a_block_that_is_taken_away_is_gone_out_of_all_fingers():
     assert table.take("A") == TALL.at(TALL.place)
     assert (near.scene.held, far.scene.held) == (None, None)
     assert (near.scene.contact_mm, far.scene.contact_mm) == (0.0, 0.0)
-    assert table.take("A") is None
+    with pytest.raises(BadRequest, match="there is no block 'A'; there are: none"):
+        table.take("A")
 
 
 def test_a_saved_world_is_put_on_no_other_table():

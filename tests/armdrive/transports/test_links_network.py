@@ -71,7 +71,7 @@ def test_a_tcp_link_carries_bytes_both_ways_and_wakes(listener):
     assert link.next_s() == float("inf")
     client.close()
     link.wait(LONG_S)
-    with pytest.raises(LinkLost, match=r"check the network, then call `connect\(\)` again"):
+    with pytest.raises(LinkLost, match=r"check the network, then call `reconnect\(\)`"):
         link.read(0.0)
     link.close()
     link.close()

@@ -281,13 +281,13 @@ async def test_a_pause_lasts_until_the_key_is_pressed_again(arm, tmp_path):
         await session.begin()
         await session.at_line(2)
         await session.press("p")
-        await session.until(lambda: arm.paused)
+        await session.until(lambda: arm.status.paused)
         assert "PAUSED" in session.text("run")
         assert "p on the program screen resumes it" in session.text("banner")
         await session.press("p", after_s=1.0)
         session.clock.now_s += 0.5
         await session.poll()
-        assert not arm.paused
+        assert not arm.status.paused
 
 
 async def test_stepping_waits_before_each_motion_and_a_held_key_makes_one_step(arm, tmp_path):
@@ -377,7 +377,7 @@ async def test_leaving_ends_a_wait_for_an_input_or_for_a_person(arm, tmp_path, h
         await session.until(lambda: not run.busy)
         assert run.failed
         arm.sleep(0.1)  # simulated time passes only while somebody waits
-        assert not arm.paused, "a stop ends a pause, too"
+        assert not arm.status.paused, "a stop ends a pause, too"
 
 
 async def test_a_stop_ends_a_motion_at_once(arm, tmp_path):

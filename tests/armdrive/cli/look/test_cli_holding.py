@@ -35,7 +35,8 @@ def held(call):
         yield arm
 
 
-def test_commands_that_need_the_arm_name_its_holder(call, held):
+def test_commands_that_need_the_arm_name_its_holder(call, held, monkeypatch):
+    monkeypatch.setattr(arm_lock, "notice_of", lambda name: None)  # seen as by another process
     for words in (("home",), ("move", "--z", "60"), ("move", "--z", "60", "--json")):
         sentence = call.refused(*words, code=4)
         assert f"{ARM} is held by the program" in sentence

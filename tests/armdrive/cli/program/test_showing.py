@@ -195,7 +195,7 @@ def test_what_waits_for_a_person_ends_with_the_run(arm):
     person.say("hello")
     person.hold("turn it", lambda: True)
     assert shown == ["hello", "turn it"]
-    assert arm.paused  # whoever ended the run says what becomes of the arm
+    assert arm.status.paused  # whoever ended the run says what becomes of the arm
 
 
 def test_a_display_is_updated_at_each_percent_and_each_second():

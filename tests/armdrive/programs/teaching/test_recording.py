@@ -174,7 +174,7 @@ def test_a_recorded_program_repeats_the_motion():
         recorder, recorded_tips = ProgramRecorder("tour", Choices()), []
         for goal in goals:
             arm.move_to(goal)
-            arm.gripper.move(20.0 + goal.y_mm / 10)
+            arm.gripper.open(20.0 + goal.y_mm / 10)
             recorded_tips.append((arm.twin.world.tip, arm.twin.world.motors))
             arm.sleep(1.0)
             recorder.see(seen_in(status_view(arm.status), JOINT_NAMES), arm.status.time_s)

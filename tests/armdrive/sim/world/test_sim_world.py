@@ -269,9 +269,10 @@ class TestBlocks:
 
     def test_a_block_in_the_fingers_can_be_taken_away(self):
         world = holding()
-        assert world.take("A") is not None
+        assert world.take("A").name == "A"
         assert world.scene.held is None
-        assert world.take("A") is None
+        with pytest.raises(BadRequest, match="there is no block 'A'"):
+            world.take("A")
 
     @pytest.mark.parametrize(
         "sizes",
