@@ -21,7 +21,7 @@ from armdrive.tasks import (
     Request,
     RequestRejected,
 )
-from armdrive.text.toml import within
+from armdrive.text.toml import check_settings, setting
 from firmware_protocol.events import Unreadable
 from firmware_protocol.tutor import (
     RATE_MAX_HZ,
@@ -44,12 +44,12 @@ LONGEST_ANSWER = len("p" + 6 * " -2147483647" + "\n")
 
 @dataclass(frozen=True, slots=True)
 class TutorSettings:
-    """The section [tutor] of an arm file: `answer_margin_s` is added to every deadline."""
+    """The section [tutor] of an arm file."""
 
-    answer_margin_s: float = 0.5
+    answer_margin_s: float = setting(0.5, "added to every deadline", low=0.1, high=10.0)
 
     def __post_init__(self) -> None:
-        within("tutor.answer_margin_s", self.answer_margin_s, 0.1, 10.0)
+        check_settings(self, "tutor")
 
 
 class TutorController(ScriptRunner[DeviceEvent]):
@@ -69,11 +69,15 @@ class TutorController(ScriptRunner[DeviceEvent]):
         io = self.io
         began_s = io.now_s
         data = self._host.send(command)
-        io.write(data, data.decode("ascii").strip())
-        motion_s = self._motion_s(command)
         wire_s = (len(data) + LONGEST_ANSWER) * self._byte_s
-        until_s = began_s + 2.0 * motion_s + wire_s + self._settings.answer_margin_s
-        message = yield from io.wait_for(until_s, lambda each: isinstance(each, Answer))
+        longest_s = 2.0 * self._motion_s(command) + wire_s + self._settings.answer_margin_s
+        # the first one may follow half a line that another program has left in the board
+        for _ in range(2 if isinstance(command, Where) else 1):
+            io.write(data, data.decode("ascii").strip())
+            until_s = io.now_s + longest_s
+            message = yield from io.wait_for(until_s, lambda each: isinstance(each, Answer))
+            if not isinstance(message, Failed):
+                break
         match message:
             case Ok():
                 return Done()
