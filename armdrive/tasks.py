@@ -302,7 +302,8 @@ class Timeout:
 
     def __str__(self) -> str:
         more = f", {self.note}" if self.note else ""
-        return f"no answer to `{self.to}` within {self.waited_s:.1f} s{more}"
+        to = f" to `{self.to}`" if self.to else ""
+        return f"no answer{to} within {self.waited_s:.1f} s{more}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,9 @@ ProtocolError                base class
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class ProtocolError(ValueError):
     """Base class of the codecs' errors."""
@@ -32,6 +35,18 @@ class BadField(LocalProtocolError):
 
 class RemoteProtocolError(ProtocolError):
     """The other side sent something that is unreadable or out of place."""
+
+
+@contextmanager
+def chosen_by_sender() -> Iterator[None]:
+    """Raise `RemoteProtocolError` for a bad field of a message that is made from received bytes.
+
+    Works as a block, and as a decorator of a function that decodes.
+    """
+    try:
+        yield
+    except BadField as error:
+        raise RemoteProtocolError(str(error)) from None
 
 
 def whole(field: str, value: object, low: int, high: int) -> int:

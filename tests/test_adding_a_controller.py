@@ -11,6 +11,7 @@ from pages import ROOT, page
 
 PAGE = page("adding-a-controller")
 TUTOR = ROOT / "examples" / "tutor"
+TEST_HELPERS = (ROOT / "tests", ROOT / "tests" / "armdrive")
 FILES = [
     (path.relative_to(TUTOR).as_posix(), path.read_text(encoding="utf-8"))
     for path in sorted(TUTOR.rglob("*.py"))
@@ -64,7 +65,7 @@ def tree(tmp_path_factory):
 
 def run(tree: Path, words: list[str]) -> str:
     own = {
-        "PYTHONPATH": str(tree),
+        "PYTHONPATH": os.pathsep.join(map(str, (tree, *TEST_HELPERS))),
         "HOME": str(tree / "home"),
         "XDG_STATE_HOME": str(tree / "state"),
     }
@@ -125,3 +126,20 @@ def test_its_device_is_recognised_by_its_own_probe_and_its_words_are_told(tree):
         "b'P\\n' tutor",
         "move at 250 steps/s: base +10",
     ]
+
+
+def test_its_device_is_found_and_connected_although_it_holds_half_a_line(tree):
+    program = (
+        "from doctor_bench import SimPort, made\n"
+        "from armdrive import Arm\n"
+        "from armdrive.connect.parts import connect_simulated\n"
+        "from armdrive.connect.target import simulated_config\n"
+        "from armdrive.registry import simulate\n"
+        "print(SimPort(made('tutor')).examine().identity.dialect)\n"
+        "config = simulated_config('tutor')\n"
+        "twin = simulate(config)\n"
+        "twin.link.write(b'M 250 10', 0.0)\n"
+        "with Arm(connect_simulated(config, twin=twin)) as arm:\n"
+        "    print(arm.status.state.value)\n"
+    )
+    assert run(tree, ["-c", program]).split() == ["tutor", "standby"]

@@ -203,7 +203,7 @@ def test_a_map_names_every_file_of_its_package_and_no_other(package):
     for name in {each for line in MAPPED.findall(text) for each in re.split(r",\s*", line)}:
         assert (package / name).exists() or name.rstrip("/") in inside, f"there is no {name}"
     unnamed = {name for name in files if not re.search(rf"\b{name}\b", text)}
-    assert unnamed <= {"__init__", "__main__"}
+    assert unnamed <= {"__init__", "__main__", *DIALECTS}
 
 
 def test_the_packages_that_a_reader_enters_by_have_a_map():

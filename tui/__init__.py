@@ -5,7 +5,7 @@ Which file decides what:
     app         how keys and clicks are handled, stops first; which are stale and dropped
     keys/       the keys, their names, and which presses count
     desk        the app of one arm: its link, its calls, and the keys of all screens
-    safety      the panel on every screen: state, trust, stopping distance
+    safety      the panel on every screen: state, trust, stopping distance; why keys do nothing
     jog/, move/, points/, program/, setup/, log   one screen each
     watch       an arm that another program drives; `model_desk` a model without an arm
     settings    the operator's settings, such as steps and speeds, and which are saved

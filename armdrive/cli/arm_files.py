@@ -19,7 +19,7 @@ from armdrive.text.reading import read_text
 from kinematics.errors import suggestion
 
 DEFAULT_FILE = "default"
-LONGEST_NAME = 4096
+LARGEST_BYTES = 4096  # of the file that names it
 """The most bytes that are read of the file with the default arm's name."""
 
 
@@ -67,7 +67,7 @@ def chosen_default() -> str | None:
     """Return the arm that was chosen as default, or None."""
     try:
         text = read_text(
-            _default_path(), "the chosen arm", ArmFileError, most_bytes=LONGEST_NAME, own=True
+            _default_path(), "the chosen arm", ArmFileError, most_bytes=LARGEST_BYTES, own=True
         )
         return text.strip() or None
     except ArmFileError:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.errors import ArmFileError
+from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import HomeDevice
 from armdrive.text.toml import (
     TomlTable,
@@ -71,6 +72,11 @@ class Connection:
 
     def __post_init__(self) -> None:
         check_settings(self, "connection")
+
+    @property
+    def byte_s(self) -> float:
+        """How long a byte takes on a serial wire."""
+        return BITS_A_BYTE / self.baud
 
     @property
     def keeps_dtr(self) -> bool:

@@ -70,25 +70,22 @@ def _section(name: str, values: Iterable[tuple[str, Any]], *, array: bool = Fals
 
 
 def _sections(config: ArmConfig, table: Mapping[str, Any]) -> Iterator[TomlSection]:
+    """Yield every section in its order. Those without entries are not written."""
     model = config.bare
     transmission, names = model.transmission, model.arm.joint_names
     backlash = tuple(backlash_keys(config.backlash_steps, transmission))
-    preset = isinstance(model, ArmPreset)
     top = [("model", table["model"]), ("title", config.title)]
-    if preset and transmission is not None and transmission.has_gripper:
+    if isinstance(model, ArmPreset) and transmission is not None and transmission.has_gripper:
         top.append(("steps_per_mm", abs(transmission.motors[-1].steps_per_unit)))
         top += [(key, mm) for _, key, mm in backlash if key == SLIDING]
     yield TomlSection("", (FORMAT_ENTRY, *_section("", top).entries))
-    if "urdf" in table:
-        yield _section("urdf", require_table(table["urdf"], "urdf").items())
+    yield _as_read("urdf", table)
     yield _settings("connection", config.connection)
     yield _settings("motion", config.motion)
     yield _settings("gripper", config.gripper)
     yield _settings(config.connection.dialect, config.device)
-    if model.reference is not None:
-        yield _posture("reference", model.reference.pose)
-    if config.park is not None:
-        yield _posture("park", config.park)
+    yield _posture("reference", None if model.reference is None else model.reference.pose)
+    yield _posture("park", config.park)
     if config.tool:
         yield _settings("tool", config.tool)
     for name, frame in require_table(table.get("frames", {}), "frames").items():
@@ -98,11 +95,10 @@ def _sections(config: ArmConfig, table: Mapping[str, Any]) -> Iterator[TomlSecti
         yield _section("homing.joints_deg", zip(names, map(_deg, homing.joints), strict=True))
     if isinstance(model, ArmPreset):
         yield _section("lengths", ((key, getattr(model.arm, key)) for key in LENGTHS))
-    if preset and transmission is not None:
-        turning = transmission.motors[: len(names)]
+        turning = () if transmission is None else transmission.motors[: len(names)]
         yield _section("steps_per_turn", ((m.name, _turn(m.steps_per_unit)) for m in turning))
-        for signs in ("motor_signs", "joint_signs"):
-            yield _section(signs, table.get(signs, {}).items())
+        yield _as_read("motor_signs", table)
+        yield _as_read("joint_signs", table)
         yield _section(TURNING, ((name, deg) for name, key, deg in backlash if key == TURNING))
     elif transmission is not None:
         yield from _motors(transmission, backlash)
@@ -128,7 +124,13 @@ def _settings(name: str, values: Any) -> TomlSection:
     return TomlSection(name, tuple(entries), MEANINGS.get(name, ""))
 
 
-def _posture(name: str, pose: Pose) -> TomlSection:
+def _as_read(name: str, table: Mapping[str, Any]) -> TomlSection:
+    return _section(name, require_table(table.get(name, {}), name).items())
+
+
+def _posture(name: str, pose: Pose | None) -> TomlSection:
+    if pose is None:
+        return TomlSection(name, ())
     lengths = [("x_mm", pose.x_mm), ("y_mm", pose.y_mm), ("z_mm", pose.z_mm)]
     angles = [("pitch_deg", _deg(pose.pitch_rad)), ("roll_deg", _deg(pose.roll_rad))]
     yaw = [] if pose.yaw_rad is None else [("yaw_deg", _deg(pose.yaw_rad))]

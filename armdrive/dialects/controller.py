@@ -10,7 +10,21 @@ from typing import Any, Generic, TypeAlias
 
 from armdrive.abilities import Abilities
 from armdrive.dialects.exchange import Codec, H, Script, ScriptIO, ScriptLoop
-from armdrive.tasks import Event, HomeDevice, Reply, Request
+from armdrive.dialects.words import plain
+from armdrive.errors import Refused
+from armdrive.tasks import (
+    ClearFault,
+    DeviceSettings,
+    Done,
+    Event,
+    FixSetting,
+    HomeDevice,
+    ProtocolWarning,
+    ReadSettings,
+    Reply,
+    Request,
+    SwitchOn,
+)
 from kinematics.spaces import Motors
 
 HOST_DELAY_S = 0.03
@@ -68,7 +82,7 @@ class Stopping:
 class ScriptRunner(ABC, Generic[H]):
     """A dialect's controller. Sans-IO: the engine carries its bytes and has the clock.
 
-    It answers requests with scripts. A dialect adds `script`, `unsolicited` and its numbers.
+    It answers requests with scripts. A dialect adds `script` and its numbers.
     """
 
     def __init__(
@@ -104,9 +118,9 @@ class ScriptRunner(ABC, Generic[H]):
     def script(self, request: Request) -> Script[H, Reply]:
         """Return the script that carries out a request."""
 
-    @abstractmethod
     def unsolicited(self, message: H) -> None:
-        """Take a message that no script waits for; may send a `ProtocolWarning` or an `Alert`."""
+        """Take a message that no script waits for: warn of it, or send an `Alert`."""
+        self.io.notify(ProtocolWarning(plain(message)))
 
     def give_up(self) -> None:
         """Make the codec forget open questions and half-received messages."""
@@ -161,6 +175,34 @@ class ScriptRunner(ABC, Generic[H]):
         self.give_up()
 
     # -- what most dialects share -------------------------------------------------------------
+
+    def answer_without_device(self, request: Request) -> Reply:
+        """Answer a request for which the dialect has no message.
+
+        Without alarms, a switch for the current and settings there is nothing to do. Raises
+        `Refused` for all other requests.
+        """
+        match request:
+            case ClearFault() | SwitchOn():
+                return Done()
+            case ReadSettings():
+                return DeviceSettings()
+            case FixSetting():
+                raise Refused("this controller has no settings that can be written")
+        raise Refused(f"this controller does not support {type(request).__name__}")
+
+    def whole_burst(
+        self, burst_s: float, parts: Sequence[StopPart], sent_s: float, seen_s: float
+    ) -> Stopping:
+        """Bound a stop if no message ends a burst early, or if that message may be lost.
+
+        A burst begins `sent_s` after it was sent, and may also be a single step at any speed. The
+        driver knows `seen_s` after the last step that the motors stand.
+        """
+        slowest_hz = min((part.rate_hz for part in parts), default=0.0)
+        motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
+        stands_s = sent_s + motion_s
+        return Stopping(stands_s, motion_s, stands_s, motion_s, stands_s + seen_s)
 
     def search(self, request: HomeDevice) -> Search:  # noqa: ARG002
         """Bound how long the device's own homing goes on if the host falls silent during it.

@@ -225,7 +225,8 @@ def comes_back(sent: Sequence[bytes], received: bytes) -> bool:
     """
     pieces = [piece.rstrip(b"\r\n") for piece in sent]
     words = [piece for piece in pieces if len(piece) > 1][:FIRST_WRITES]
-    words = words or [b"".join(pieces)[:FIRST_WRITES]]  # single bytes alone: one after the other
+    if not words:  # single bytes alone: one after the other
+        words, received = [b"".join(pieces)[:FIRST_WRITES]], received.translate(None, b"\r\n")
     at = 0
     for word in words:
         at = received.find(word, at)

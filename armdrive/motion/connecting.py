@@ -190,9 +190,6 @@ def reset(context: MotionContext) -> TaskBody[None]:
 
 INPUTS_POLL_S = 0.05  # poll interval while a call waits for an input
 
-STILL_S = 2.0
-"""After this long at rest, remove the motion mark. Short stops do not write to the disk twice."""
-
 
 class Idling:
     """Tells the engine what to do while no task is running."""
@@ -209,10 +206,10 @@ class Idling:
         if core.state not in (State.STANDBY, State.HOMING):
             return math.inf, None
         core.report_write_errors()
-        if core.memory.owing and now_s >= core.still_since_s + STILL_S:
+        if now_s >= core.memory.due_s(core.still_since_s):
             core.mark_still()
             core.still_since_s = now_s  # if writing fails, try again later
-        mark_s = core.still_since_s + STILL_S if core.memory.owing else math.inf
+        mark_s = core.memory.due_s(core.still_since_s)
         every_s = core.config.motion.idle_poll_s
         if core.readings.awaiting:
             every_s = min(every_s or INPUTS_POLL_S, INPUTS_POLL_S)

@@ -92,20 +92,17 @@ def resolve(move: SingleMove, ground: Ground) -> SingleMove:
     `ParkMove` and `JogMove` depend on obstacles: `prepare` resolves them while planning.
     """
     match move:
-        case JointMove(goal=Joints() as joints):
-            return replace(move, goal=ground.posture(joints))
         case JointMove(goal=Mapping() as angles):
             return replace(move, goal=named_joints(ground.here.joints, angles))
-        case PoseMove(goal=str() as name):
-            return JointMove(_point(name, move.frame, ground), move.speed)
-        case PoseMove(goal=Pose() as pose):
-            return PoseMove(ground.in_base(pose, move.frame), move.speed)
-        case LineMove(goal=str() as name):
-            return LineMove(_point(name, move.frame, ground), move.speed)
-        case LineMove(goal=Joints() as joints):
-            return LineMove(ground.posture(joints), move.speed)
-        case LineMove(goal=Pose() as pose):
-            return LineMove(ground.in_base(pose, move.frame), move.speed)
+        case JointMove(goal=Joints() as joints):
+            return replace(move, goal=ground.posture(joints))
+        case PoseMove():
+            goal = _goal(move.goal, move.frame, ground)
+            if isinstance(goal, Joints):
+                return JointMove(goal, move.speed)
+            return PoseMove(goal, move.speed)
+        case LineMove():
+            return LineMove(_goal(move.goal, move.frame, ground), move.speed)
         case ArcMove():
             via, goal = (ground.in_base(pose, move.frame) for pose in (move.via, move.goal))
             return ArcMove(via, goal, move.speed)
@@ -149,10 +146,15 @@ def _is_relative(move: SingleMove) -> bool:
             return False
 
 
-def _point(name: str, frame: str, ground: Ground) -> Joints:
+def _goal(goal: str | Pose | Joints, frame: str, ground: Ground) -> Pose | Joints:
+    """Return a goal in the base frame; the joint angles of a point, which are so in every frame."""
+    if isinstance(goal, Pose):
+        return ground.in_base(goal, frame)
+    if isinstance(goal, Joints):
+        return ground.posture(goal)
     if frame != BASE_FRAME:
         raise BadRequest(SAME_IN_EVERY_FRAME)
-    return ground.posture(ground.point(name))
+    return ground.posture(ground.point(goal))
 
 
 def _part_in_base(part: PathPart, frame: str, ground: Ground) -> PathPart:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+import shutil
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain as chained
 from pathlib import Path
@@ -19,6 +20,9 @@ Point = tuple[float, float]
 Span = tuple[float, float]
 
 _SMALLEST_MM = 1.0
+
+MOST_COLUMNS, MOST_ROWS, LEAST_ROWS = 110, 36, 8
+"""The room of sketches side by side, however large or small the terminal is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +136,18 @@ def check_output(path: Path) -> None:
     """Raise `BadRequest` for a file name that ends in neither .png nor .svg."""
     if path.suffix.lower() not in FORMATS:
         raise BadRequest(f"{path} should end in {' or '.join(FORMATS)}")
+
+
+def terminal_lines(sketches: Sequence[Sketch], *, braille: bool) -> Iterator[str]:
+    """Yield sketches side by side, as large as this terminal shows them, then their captions."""
+    columns, rows = shutil.get_terminal_size()
+    width = (min(columns, MOST_COLUMNS + 1) - len(sketches)) // len(sketches)
+    height = max(min(rows - 4 - len(sketches), MOST_ROWS), LEAST_ROWS)
+    pictures = [sketch_rows(each, width, height, braille=braille) for each in sketches]
+    for row in zip(*pictures, strict=True):
+        yield " ".join(row).rstrip()
+    for sketch in sketches:
+        yield sketch.caption
 
 
 def save_sketches(sketches: Sequence[Sketch], title: str, path: Path) -> None:

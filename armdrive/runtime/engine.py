@@ -30,7 +30,7 @@ from armdrive.tasks import (
     Timeout,
 )
 from armdrive.trace.recorder import FlightRecorder
-from armdrive.transports.link import Link
+from armdrive.transports.link import Link, closed_link
 from kinematics.text import counted
 
 # The time limit of calls that move nothing: connecting, resetting, reading the position. The engine
@@ -307,7 +307,7 @@ class Engine:
                 if frames := self.controller.shutdown_frames():
                     self.tracer.sent(frames)
                     self.link.write(frames, self.now_s)
-        self._end(LinkLost("the connection was closed: connect again"))
+            self._end(closed_link("the connection"))
 
     def take(self, link: Link, controller: Controller) -> None:
         """Replace a lost link. All earlier requests, and a pending stop, are dropped."""

@@ -8,11 +8,15 @@ byte (motion/context.py).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from armdrive.errors import StateFileError
 from armdrive.status import Trust
 from armdrive.storage.record import Record, RecordStore, RecordWriter
+
+STILL_S = 2.0
+"""After this long at rest, remove the motion mark. Short stops do not write to the disk twice."""
 
 
 class Memory:
@@ -83,6 +87,10 @@ class Memory:
         """Request a record of the arm at rest, without the motion mark."""
         self._moving = False
         self._ask()
+
+    def due_s(self, still_since_s: float) -> float:
+        """Return when to call `mark_still` if the arm stays at rest; infinity if not at all."""
+        return still_since_s + STILL_S if self.owing else math.inf
 
     @property
     def owing(self) -> bool:

@@ -231,9 +231,7 @@ def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
     return [ok(state)] if not lost else [note(f"{state}; then {lost}", RESISTORS)]
 
 
-def of_arm(
-    ids: Sequence[int], answering: Iterable[int], arm: str, section: str = "mks"
-) -> list[Finding]:
+def of_arm(ids: Sequence[int], answering: Iterable[int], arm: str, section: str) -> list[Finding]:
     """Compare the ids that answer with those of an arm file."""
     there = set(answering)
     bus = DIALECTS[section].bus

@@ -9,6 +9,6 @@
     serving/        a simulated arm as a program of its own
     bus/            several drives on one CAN bus
 
-`armdroid`, `robko01`, `teachmover` and the other subpackages are one dialect each. A quirk of a
-device cites where it was seen, or says that it is a guess.
+Every other module or subpackage is one dialect, and has its name. A quirk of a device cites where
+it was seen, or says that it is a guess.
 """

@@ -296,9 +296,4 @@ def _make(config: ArmConfig, world: World, chosen: ArmdroidQuirks) -> ArmdroidBo
     return board
 
 
-KIND = SimDeviceKind(
-    title="Armdroid",
-    board=ArmdroidBoard,
-    make=_make,
-    settings=ArmdroidQuirks,
-)
+KIND = SimDeviceKind(ArmdroidBoard, _make, ArmdroidQuirks)

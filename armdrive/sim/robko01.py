@@ -452,4 +452,4 @@ def _make(config: ArmConfig, world: World, chosen: RobkoQuirks) -> SimRobkoBoard
     return SimRobkoBoard(world, quirks=quirks, baud=config.connection.baud)
 
 
-KIND = SimDeviceKind(title="Robko 01", board=SimRobkoBoard, make=_make, settings=RobkoQuirks)
+KIND = SimDeviceKind(SimRobkoBoard, _make, RobkoQuirks)

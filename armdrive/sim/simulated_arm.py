@@ -155,7 +155,6 @@ class SimDeviceKind:
     it has.
     """
 
-    title: str
     board: type[Board]
     make: Callable[[ArmConfig, World, Any], Board]
     settings: type[Any] = NoSettings
@@ -193,7 +192,7 @@ class SimDeviceKind:
         if stand is not None:
             raise BadRequest("a saved world has a table of its own: it cannot be put on another")
         known = _of_dialect(saved, config.connection.dialect)
-        what = f"simulated {self.title}"
+        what = f"simulated {self.board.title}"
         return recalled(known, lambda world: self.make(config, world, own), body, what)
 
 

@@ -324,9 +324,4 @@ def _make(config: ArmConfig, world: World, settings: TwinSettings) -> TeachMover
     return TeachMoverBoard(world, settings, baud=config.connection.baud)
 
 
-KIND = SimDeviceKind(
-    title="TeachMover",
-    board=TeachMoverBoard,
-    make=_make,
-    settings=TwinSettings,
-)
+KIND = SimDeviceKind(TeachMoverBoard, _make, TwinSettings)

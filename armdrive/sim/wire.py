@@ -17,9 +17,9 @@ from collections.abc import Callable, Container, Iterator
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
-from armdrive.errors import LinkLost, NoSuchPort
+from armdrive.errors import NoSuchPort
 from armdrive.status import BITS_A_BYTE
-from armdrive.transports.link import Bell, Link
+from armdrive.transports.link import Bell, Link, closed_link, lost_link
 from firmware_protocol.frames import Frame
 
 _ROUNDING = 1e-3
@@ -582,15 +582,15 @@ class MemoryLink(Link):
     def _check(self, now_s: float) -> None:
         """Pass a pulled or replugged cable on to the line, on the thread that owns the line."""
         if self._closed:
-            raise LinkLost(f"the wire to the {self._name} is closed: call `reconnect()`")
+            raise closed_link(f"the connection to the {self._name}")
         if not self._plugged:
             self._cut_off(now_s)
-            raise LinkLost(
-                f"the cable to the {self._name} is unplugged: plug it in and call `reconnect()`"
+            raise lost_link(
+                f"the connection to the {self._name}", "the cable is unplugged", "plug it in"
             )
         if not self._connected:
             self._line.replug(now_s)
             self._connected = True
         if trouble := self._line.trouble:
             self._line.advance(now_s)  # the device keeps running
-            raise LinkLost(f"the adapter of the {self._name} {trouble}")
+            raise lost_link(f"the connection to the {self._name}", trouble, "wait for its end")

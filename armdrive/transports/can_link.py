@@ -19,7 +19,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from armdrive.errors import LinkLost
 from armdrive.transports.can_health import (
     BusHealth,
     BusState,
@@ -28,7 +27,7 @@ from armdrive.transports.can_health import (
     of_error_frame,
     of_status,
 )
-from armdrive.transports.link import Bell, Link, lost_link
+from armdrive.transports.link import Bell, Link, closed_link, lost_link
 from armdrive.transports.ports import gone_words, number_of
 from firmware_protocol.frames import DATA_MAX, Frame, Unpacker, pack
 
@@ -492,6 +491,6 @@ class CanLink(Link):
 
     def _check(self) -> None:
         if self._closed:
-            raise LinkLost(f"the wire {self._name} is closed: call `reconnect()`")
+            raise closed_link(f"the connection on {self._name}")
         if self._watch.lost:
             raise lost_link(f"the CAN bus on {self._name}", self._watch.lost, "wait for its end")

@@ -57,6 +57,11 @@ def lost_link(wire: str, why: str, todo: str) -> LinkLost:
     )
 
 
+def closed_link(wire: str) -> LinkLost:
+    """Return the error for the use of a `wire` that this program has closed or given up."""
+    return LinkLost(f"{wire} was closed: connect again")
+
+
 _CHUNK = 4096
 
 
@@ -122,11 +127,11 @@ class AbsentLink(Link):
 
     def write(self, data: bytes, now_s: float) -> None:  # noqa: ARG002 - as any link
         """Raise `LinkLost`."""
-        raise LinkLost(f"the connection on {self._description} is gone: call `reconnect()`")
+        raise closed_link(f"the connection on {self._description}")
 
     def read(self, now_s: float) -> bytes:  # noqa: ARG002
         """Raise `LinkLost`."""
-        raise LinkLost(f"the connection on {self._description} is gone: call `reconnect()`")
+        raise closed_link(f"the connection on {self._description}")
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until `wake` is called, or the timeout."""

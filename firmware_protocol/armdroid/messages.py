@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable
 from typing import ClassVar, TypeAlias
 
-from firmware_protocol.errors import BadField, RemoteProtocolError
+from firmware_protocol.errors import BadField, RemoteProtocolError, chosen_by_sender
 from firmware_protocol.fields import BYTE, boolean, message, optional, row_of, whole_from
 
 MOTORS = 6
@@ -322,10 +322,8 @@ def decode_answer(line: bytes) -> Answer | Welcome:
     for pattern, read in _READERS:
         found = pattern.fullmatch(line)
         if found is not None:
-            try:
+            with chosen_by_sender():
                 return read([group.decode("ascii") for group in found.groups()])
-            except BadField as error:  # the board chose the value
-                raise RemoteProtocolError(str(error)) from None
     raise RemoteProtocolError("the line is no answer of the serial driver sketch")
 
 

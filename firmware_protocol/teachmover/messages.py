@@ -12,7 +12,13 @@ from enum import Enum, IntEnum, auto
 from types import MappingProxyType
 from typing import ClassVar, TypeAlias
 
-from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
+from firmware_protocol.errors import (
+    BadField,
+    LocalProtocolError,
+    RemoteProtocolError,
+    chosen_by_sender,
+    whole,
+)
 from firmware_protocol.fields import BYTE, an_instance, message, optional, row_of, whole_from
 
 # One row of the program in a TeachMover's memory, and its packing into eight words.
@@ -290,10 +296,8 @@ class Registers:
         word = numbers[MOTORS]
         if not 0 <= word <= WORD_MAX:
             raise RemoteProtocolError(f"{word} does not hold a key and an input byte")
-        try:
+        with chosen_by_sender():
             return cls(tuple(numbers[:MOTORS]), word >> 8, word & 0xFF)
-        except BadField as error:
-            raise RemoteProtocolError(str(error)) from None
 
     @property
     def numbers(self) -> tuple[int, ...]:

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -112,32 +113,35 @@ def robko(*requests) -> bytes:
 
 
 MOVE = MoveRelative(Axes((100, 0, 0, 0, 0, 0), (50, 50, 50, 50, 50, 50)))
-PREPARED: dict[str, dict[str, tuple[bytes, float]]] = {
-    "teachmover": {
-        "fresh": (b"", 0.0),
-        "half a command": (b"@STEP 240,100,100,0,0,0,0", 1.0),
-        "in motion": (b"@STEP 0,200,-100,0,0,0,0\r", 0.5),
+PREPARED: defaultdict[str, dict[str, tuple[bytes, float]]] = defaultdict(
+    lambda: {"fresh": (b"", AFTER_S)},
+    {
+        "teachmover": {
+            "fresh": (b"", 0.0),
+            "half a command": (b"@STEP 240,100,100,0,0,0,0", 1.0),
+            "in motion": (b"@STEP 0,200,-100,0,0,0,0\r", 0.5),
+        },
+        "armdroid": {
+            "fresh": (b"", 3.0),
+            "with numbers to repeat": (b"10,20,30,40,50,60D", 5.0),
+            "half a command": (b"10,20,30,40,50,60D10,2", 5.0),
+            "in a long motion": (b"50,0,0,0,0,0D20s0,0,0,0,0,300D", 2.0),
+        },
+        "robko01": {
+            "fresh": (b"", 0.0),
+            "half a frame": (robko(Enable()) + robko(MOVE)[:9], 1.0),
+            "all but the last byte of a frame": (robko(Enable()) + robko(MOVE)[:-1], 1.0),
+            "the least of the longest frame": (b"\xaa\x01\x1b", 1.0),
+            "in motion": (robko(Enable()) + robko(MOVE), 0.5),
+        },
+        "grbl": {
+            "fresh": (b"", 3.0),
+            "half a line": (b"G1G91X10F300", 3.0),
+            "half a line with an open comment": (b"G1G91X10F300(a", 3.0),
+            "in motion": (b"G1G91X30F600\n", 0.5),
+        },
     },
-    "armdroid": {
-        "fresh": (b"", 3.0),
-        "with numbers to repeat": (b"10,20,30,40,50,60D", 5.0),
-        "half a command": (b"10,20,30,40,50,60D10,2", 5.0),
-        "in a long motion": (b"50,0,0,0,0,0D20s0,0,0,0,0,300D", 2.0),
-    },
-    "robko01": {
-        "fresh": (b"", 0.0),
-        "half a frame": (robko(Enable()) + robko(MOVE)[:9], 1.0),
-        "all but the last byte of a frame": (robko(Enable()) + robko(MOVE)[:-1], 1.0),
-        "the least of the longest frame": (b"\xaa\x01\x1b", 1.0),
-        "in motion": (robko(Enable()) + robko(MOVE), 0.5),
-    },
-    "grbl": {
-        "fresh": (b"", 3.0),
-        "half a line": (b"G1G91X10F300", 3.0),
-        "half a line with an open comment": (b"G1G91X10F300(a", 3.0),
-        "in motion": (b"G1G91X30F600\n", 0.5),
-    },
-}
+)
 """The bytes that another program sent at the device's baud rate, and how long ago, in s."""
 
 LINE_ENDS_ACT = [("grbl", "half a line with an open comment")]

@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from waiting import until
 
 from armdrive import Arm
-from armdrive.motion import connecting
+from armdrive.runtime import persistence
 from armdrive.status import State
 from armdrive.storage.files import StateFiles
 from kinematics import Motors
@@ -78,7 +78,7 @@ def under_way(arm: Arm) -> None:
 
 def live(port: str, dialect: str, order: dict[str, Any]) -> None:
     """Connect, reference, and move until death."""
-    connecting.STILL_S = order.get("still_s", connecting.STILL_S)
+    persistence.STILL_S = order.get("still_s", persistence.STILL_S)
     arm = ready(port, dialect, Motors(order["motors"]))
     if "disk" in order:
         mortal_disk(order["disk"])
@@ -92,7 +92,7 @@ def live(port: str, dialect: str, order: dict[str, Any]) -> None:
     by_deg = order.get("move_deg", MOVE_DEG)
     there_deg = angle_deg - by_deg if angle_deg > 0 else angle_deg + by_deg
     arm.move_j(**{f"{name}_deg": there_deg})
-    arm.sleep(connecting.STILL_S + BEYOND_S)
+    arm.sleep(persistence.STILL_S + BEYOND_S)
     arm.move_j(**{f"{name}_deg": angle_deg})
     arm.close()
 

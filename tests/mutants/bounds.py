@@ -63,9 +63,9 @@ SHARED = Derivation(
 )
 BURSTS = ("stands_s", "motion_s", "stands_s", "motion_s")
 DERIVATIONS = {
-    "teachmover": Derivation("armdrive/dialects/teachmover/controller.py", BURSTS),
+    "teachmover": Derivation("armdrive/dialects/controller.py", BURSTS),
     "robko01": Derivation("armdrive/dialects/robko01/controller.py", BURSTS),
-    "armdroid": Derivation("armdrive/dialects/armdroid/controller.py", BURSTS),
+    "armdroid": Derivation("armdrive/dialects/controller.py", BURSTS),
     "grbl": Derivation(
         "armdrive/dialects/grbl/planner.py",
         (

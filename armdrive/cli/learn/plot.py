@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import shutil
 import sys
 from collections.abc import Iterable, Iterator
 
@@ -17,13 +16,11 @@ from armdrive.render.sketch import (
     reach_sketches,
     save_sketches,
     section_sketch,
-    sketch_rows,
+    terminal_lines,
 )
 from armdrive.storage.files import require_free
 from kinematics.presets import PRESETS, preset
 
-MOST_COLUMNS, MOST_ROWS = 110, 36
-LEAST_ROWS = 8
 DEFAULT_PITCH_DEG = -90.0
 
 
@@ -63,16 +60,8 @@ def _sketches(options: argparse.Namespace) -> tuple[str, tuple[Sketch, ...]]:
 
 def _drawn(title: str, sketches: tuple[Sketch, ...], *, plain: bool) -> Iterator[str]:
     braille = not plain and can_braille(sys.stdout.encoding, os.environ)
-    columns, lines = shutil.get_terminal_size()
-    width = min(columns - 1, MOST_COLUMNS)
-    height = max(min(lines - 4 - len(sketches), MOST_ROWS), LEAST_ROWS)
-    each = (width - len(sketches) + 1) // len(sketches)
-    pictures = [sketch_rows(sketch, each, height, braille=braille) for sketch in sketches]
     yield title if braille else title.replace("°", " deg")
-    for row in zip(*pictures, strict=True):
-        yield " ".join(row).rstrip()
-    for sketch in sketches:
-        yield sketch.caption
+    yield from terminal_lines(sketches, braille=braille)
 
 
 def _view(sketch: Sketch) -> dict[str, object]:

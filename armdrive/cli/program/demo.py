@@ -24,6 +24,7 @@ from armdrive.connect.target import DEFAULT_TARGET, simulated_config
 from armdrive.registry import DEFAULT, simulate
 from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment, PostureDrawing
+from armdrive.render.sketch import MOST_COLUMNS
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.sim.world import World
 from armdrive.sim.world.table import TableBlock
@@ -126,7 +127,7 @@ def _raised(pose: Pose, by_mm: float) -> Pose:
 # Drawing it in a terminal.
 
 FRAME_S = 1.0 / 15.0
-MOST_COLUMNS, MOST_ROWS = 110, 22
+MOST_ROWS = 22  # the messages below the picture stay in view
 CLEAR_LINE, CURSOR_OFF, CURSOR_ON = "\x1b[K", "\x1b[?25l", "\x1b[?25h"
 
 

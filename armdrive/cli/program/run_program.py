@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import math
 import os
-import shutil
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -50,7 +49,7 @@ from armdrive.programs.running import Performer, ProgramRun, RunPlan, no_machine
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import own_traceback
 from armdrive.render.canvas import can_braille
-from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
+from armdrive.render.sketch import Sketch, save_sketches, terminal_lines
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 from kinematics.text import counted
@@ -190,8 +189,6 @@ def _which(options: argparse.Namespace) -> list[str]:
 
 # Rehearsing only: what was found, for people and for programs, and a picture of the tip's path.
 
-MOST_COLUMNS, MOST_ROWS = 110, 30
-
 
 def check(
     options: argparse.Namespace,
@@ -261,14 +258,8 @@ def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
         save_sketches(sketches, title, output)
         return
     braille = can_braille(sys.stdout.encoding, os.environ)
-    columns, rows = shutil.get_terminal_size()
-    width = (min(columns - 1, MOST_COLUMNS) - 1) // 2
-    height = max(min(rows - 6, MOST_ROWS), 8)
-    pictures = [sketch_rows(each, width, height, braille=braille) for each in sketches]
-    for row in zip(*pictures, strict=True):
-        say(" ".join(row).rstrip())
-    for sketch in sketches:
-        say(sketch.caption)
+    for line in terminal_lines(sketches, braille=braille):
+        say(line)
 
 
 def check_script(options: argparse.Namespace, lines: SourceLines) -> int:

@@ -96,7 +96,7 @@ def _one(dialect: str, kind: SimDeviceKind) -> str:
     ]
     faults = [(row.usage, row.summary) for row in faults_of(kind.board)]
     width = max(len(usage) for usage, _ in [*settings, *faults])
-    lines = [f"{dialect}: a simulated {kind.title}"]
+    lines = [f"{dialect}: a simulated {kind.board.title}"]
     for title, rows in (("settings (--set NAME=VALUE)", settings), ("faults (--fault)", faults)):
         lines += [f"  {title}:"] if rows else []
         lines += [f"    {usage:<{width}}  {summary}" for usage, summary in rows]

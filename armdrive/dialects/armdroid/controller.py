@@ -18,9 +18,6 @@ from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExc
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, deviation_steps
 from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.exchange import Script, ScriptIO, T
-from armdrive.dialects.words import plain
-from armdrive.errors import Refused
-from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -28,10 +25,8 @@ from armdrive.tasks import (
     DeviceSettings,
     Done,
     DropCurrent,
-    FixSetting,
     Halted,
     MoveBy,
-    ProtocolWarning,
     ReadPosition,
     ReadSettings,
     Registers,
@@ -138,7 +133,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         host = Host()
         super().__init__(abilities, host)
         self._settings = settings
-        self._byte_s = BITS_A_BYTE / config.connection.baud
+        self._byte_s = config.connection.byte_s
         self._rates = StepRates(settings.speed_table, settings.speed_margin)
         self._board = BoardExchange(self.io, host, settings, self._byte_s)
         self._motion = ArmdroidMotion(self.io, self._board, self._rates, settings, self._byte_s)
@@ -151,9 +146,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 return self._motion.move(drive, self._rates.rpm(rate_hz), request.released)
             case ReadPosition():
                 return self._answered(self._board.look(), self._registers)
-            case SwitchOn() if not self._settings.switches_torque:
-                return _at_once(Done())
-            case SwitchOn():
+            case SwitchOn() if self._settings.switches_torque:
                 return self._answered(self._board.ensure(Torque(on=True)), lambda _: Done())
             case DropCurrent() if self._settings.switches_torque:
                 return self._answered(self._board.ensure(Torque(on=False)), lambda _: Done())
@@ -165,9 +158,8 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 return self._answered(
                     self._board.settle(), lambda _: DeviceSettings(firmware=self._board.firmware)
                 )
-            case FixSetting():
-                raise Refused("an Armdroid's board has no settings that can be written")
-        raise Refused(f"an Armdroid's board knows no {type(request).__name__}")
+            case _:
+                return _at_once(self.answer_without_device(request))
 
     def unsolicited(self, event: HostEvent) -> None:
         """Report an unexpected line; `Welcome` means a restart unless it is the session's first."""
@@ -179,7 +171,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 self._board.rpm = event.answer.rpm
             if isinstance(event, Stray) and event.answer == TorqueReported(on=False):
                 self.io.notify(Alert(AlertKind.SWITCHED_OFF, LET_GO))
-            self.io.notify(ProtocolWarning(plain(event)))
+            super().unsolicited(event)
 
     @property
     def opening_reset(self) -> bool:
@@ -203,19 +195,13 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         return deviation_steps(steps)
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Assume a whole burst after its letter (or its text): nothing ends it early.
-
-        A burst may be a single step at any speed.
-        """
-        slowest_hz = min((part.rate_hz for part in parts), default=0.0)
-        motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
+        """Assume a whole burst after its letter (or its text): nothing ends it early."""
         text = 1
         if not self._settings.check_numbers:  # the numbers are sent along with the letter
             text = self.abilities.motors * self._rates.number_bytes(burst_s)
         sent_s = self._board.taking_s(text) + HOST_DELAY_S
-        stands_s = sent_s + motion_s
-        confirmed_s = stands_s + LONGEST_OFFSETS * self._byte_s + HOST_DELAY_S
-        return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
+        seen_s = LONGEST_OFFSETS * self._byte_s + HOST_DELAY_S
+        return self.whole_burst(burst_s, parts, sent_s, seen_s)
 
     # -- scripts ------------------------------------------------------------------------------
 

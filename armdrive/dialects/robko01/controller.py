@@ -20,20 +20,12 @@ from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion
 from armdrive.dialects.robko01.settings import SLACK_S, TOLD_BY_S, Pacing, RobkoSettings
 from armdrive.dialects.speed_table import PaceMeter
-from armdrive.dialects.words import plain
-from armdrive.errors import Refused
-from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
     AlertKind,
-    ClearFault,
-    DeviceSettings,
     Done,
     DropCurrent,
-    FixSetting,
     MoveBy,
-    ProtocolWarning,
     ReadPosition,
-    ReadSettings,
     Registers,
     Reply,
     Request,
@@ -69,7 +61,7 @@ class RobkoController(ScriptRunner[HostEvent]):
         settings: RobkoSettings = config.device
         host = Host(counts_check=settings.counts_check)
         super().__init__(replace(abilities, resets_on_open=settings.resets_on_open), host)
-        self._byte_s = BITS_A_BYTE / config.connection.baud
+        self._byte_s = config.connection.byte_s
         self._pacing = Pacing(settings.known)
         self._meter = PaceMeter(settings.speed_margin, TOLD_BY_S, SLACK_S, SLACK_S)
         self._power = MotorPower(self.io, settings.watchdog_s)
@@ -98,21 +90,15 @@ class RobkoController(ScriptRunner[HostEvent]):
                 return (yield from self._switch(Enable(), on=True))
             case DropCurrent():
                 return (yield from self._switch(Disable(), on=False))
-            case ReadSettings():
-                return DeviceSettings()
-            case ClearFault():
-                return Done()  # the board has no alarm to clear
-            case FixSetting():
-                raise Refused("a Robko 01 has no settings that can be written")
             case _:
-                raise Refused(f"a Robko 01 knows no {type(request).__name__}")
+                return self.answer_without_device(request)
 
     def unsolicited(self, event: HostEvent) -> None:
         """Report unexpected frames, except late answers to the pings that feed the watchdog."""
         if isinstance(event, Answered):
             self._exchange.heed(event)
         elif not (isinstance(event, Stray) and isinstance(event.answer, Pong)):
-            self.io.notify(ProtocolWarning(plain(event)))
+            super().unsolicited(event)
 
     def give_up(self) -> None:
         """Give up on the unanswered request."""

@@ -14,28 +14,19 @@ from armdrive.dialects import Driver
 from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
-from armdrive.dialects.words import plain
-from armdrive.errors import Refused
-from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
-    ClearFault,
     DeviceProgram,
-    DeviceSettings,
     Done,
     DropCurrent,
-    FixSetting,
     Interrupted,
     MoveBy,
-    ProtocolWarning,
     ReadPosition,
     ReadProgram,
-    ReadSettings,
     Registers,
     Reply,
     Request,
     RequestRejected,
     SetOutputs,
-    SwitchOn,
     WriteRow,
 )
 from armdrive.text.toml import check_settings, setting, within
@@ -167,7 +158,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         self._host = Host()
         super().__init__(abilities, self._host)
         self._settings = settings
-        self._byte_s = BITS_A_BYTE / config.connection.baud
+        self._byte_s = config.connection.byte_s
         self._table = SpeedTable(settings.speed_table)
         self._meter = SpeedMeter(self._table, settings.speed_margin)
         self._outputs: int | None = None
@@ -175,11 +166,9 @@ class TeachMoverController(ScriptRunner[HostEvent]):
 
     def script(self, request: Request) -> Script[HostEvent, Reply]:
         """Send one line and wait for its answer, for as long as its motion may last."""
-        if isinstance(request, ClearFault | SwitchOn):  # the next motion switches its motors on
-            return Done()
-        if isinstance(request, ReadSettings):
-            return DeviceSettings()
         command = None if isinstance(request, ReadProgram) else self._command(request)
+        if isinstance(command, Reply):
+            return command
         if not self._contacted:
             yield from self._make_contact()
         if command is None:
@@ -222,10 +211,6 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             yield from self.io.pause(self.io.now_s + 2.0 * self._byte_s)
         self.give_up()
 
-    def unsolicited(self, message: HostEvent) -> None:
-        """Report a line that answers no request."""
-        self.io.notify(ProtocolWarning(plain(message)))
-
     def give_up(self) -> None:
         """Give up on the unanswered command."""
         self._host.give_up()
@@ -240,15 +225,9 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         return self._meter.longest_s(steps, self._table.setting(rate_hz))
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Bound the motion after a stop: a line on the wire and its burst, which nothing ends.
-
-        A burst may also be a single step at any speed.
-        """
-        slowest_hz = min((part.rate_hz for part in parts), default=0.0)
-        motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
-        stands_s = HOST_DELAY_S + LONGEST_LINE * self._byte_s + motion_s
-        confirmed_s = stands_s + ANSWER * self._byte_s + HOST_DELAY_S
-        return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
+        """Bound the motion after a stop: a line on the wire and its burst, which nothing ends."""
+        sent_s = HOST_DELAY_S + LONGEST_LINE * self._byte_s
+        return self.whole_burst(burst_s, parts, sent_s, ANSWER * self._byte_s + HOST_DELAY_S)
 
     def _plausible(self, command: Command, motion_s: float, moved_s: float) -> bool:
         """Learn the arm's speed from a command; return False if its duration is impossible."""
@@ -256,7 +235,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             return True
         return not self.io.overdue and self._meter.part(command.speed).learn(motion_s, moved_s)
 
-    def _command(self, request: Request) -> Command:
+    def _command(self, request: Request) -> Command | Reply:
         match request:
             case MoveBy(steps, rate_hz):
                 return Step(self._table.setting(rate_hz), tuple(steps), self._outputs)
@@ -270,10 +249,8 @@ class TeachMoverController(ScriptRunner[HostEvent]):
                 return Reset()
             case WriteRow(words):
                 return QWrite(ProgramRow.from_words(words))
-            case FixSetting():
-                raise Refused("a TeachMover has no settings that can be written")
-            case _:
-                raise Refused(f"a TeachMover cannot carry out {type(request).__name__}")
+            case _:  # the next motion switches its motors on
+                return self.answer_without_device(request)
 
     def _reply(self, event: Completed, plausible: bool) -> Reply:
         if event.status is Status.STOPPED:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from armdrive.sim.wire import DeviceLine, TimeQueue, WireDevice, WireDirection
 from armdrive.transports.address import BITRATE
-from armdrive.transports.can_health import frame_bits
+from armdrive.transports.can_health import frame_bits, left_bus
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 
@@ -149,10 +149,7 @@ class BusLine(DeviceLine):
         """Why the host is cut off, if its controller has left the bus."""
         if not self.adapter.bus_off:
             return ""
-        return (
-            "is bus-off: it saw too many errors and left the bus. Check the cable, its two "
-            "terminating resistors and the bit rate, then call `reconnect()`"
-        )
+        return left_bus("bus-off: it saw too many errors")
 
     @property
     def backlog(self) -> int:

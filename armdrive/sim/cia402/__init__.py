@@ -120,4 +120,4 @@ def _top_rate(objects: Dictionary) -> float:
     return int(speed.default or 0) * int(increments.default or 0) / 60.0
 
 
-KIND = SimDeviceKind(title=Cia402Board.title, board=Cia402Board, make=_make, settings=Cia402Quirks)
+KIND = SimDeviceKind(Cia402Board, _make, Cia402Quirks)

@@ -307,4 +307,4 @@ def _make(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
     return GrblBoard(world, build, settings, wired, ROUTINES, config.connection.baud)
 
 
-KIND = SimDeviceKind(title="GRBL board", board=GrblBoard, make=_make, settings=GrblChoices)
+KIND = SimDeviceKind(GrblBoard, _make, GrblChoices)

@@ -111,4 +111,4 @@ def _version(word: str) -> mks.Version:
     return first, second, third
 
 
-KIND = SimDeviceKind(title=MksBoard.title, board=MksBoard, make=_make, settings=MksQuirks)
+KIND = SimDeviceKind(MksBoard, _make, MksQuirks)

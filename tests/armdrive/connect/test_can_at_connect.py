@@ -103,7 +103,7 @@ TWO_IDS = "And more than one drive answers to the (id|node number) 2: .*give eac
 NOTHING = r"no answer to `(READ ENCODER|SDO 1000)`.*" + BUS
 ROWS: dict[str, Row] = {
     **both("nobody acknowledges", given("alone"), SILENT, NOTHING),
-    **both("the adapter has left the bus", given("bus-off"), LOST, "bus-off.*resistors.*bit rate"),
+    **both("the adapter has left the bus", given("bus-off"), LOST, "bus-off.*resistor.*bit rate"),
     **both("no drive has power", given(*(f"drive-dead {each}" for each in range(1, 7))), SILENT,
            NOTHING),
     **both("a drive is missing", given("drive-dead 3"), NO, PLUG),

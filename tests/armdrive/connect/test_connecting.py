@@ -343,6 +343,8 @@ def test_the_doctor_finds_an_echo_and_takes_it_for_no_answer():
     ("sent", "heard", "echoed"),
     [
         ([b"?", b"?", b"\x18"], b"??\x18", True),
+        ([b"P\n", b"P\n", b"P\n"], b"P\nP\nP\n", True),
+        ([b"P\n", b"P\n"], b"P\nok\nP\n", False),
         ([b"?", b"?", b"?"], b"<Idle|MPos:0,0,0>", False),
         ([b"$I\n", b"$$\n"], b"$I\r\n[VER:1.1h]\r\nok\r\n$$\r\nok\r\n", True),
         ([b"$I\n", b"$$\n"], b"$$\r\n$I\r\n", False),

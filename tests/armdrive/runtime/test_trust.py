@@ -10,9 +10,9 @@ from armdrive import Arm
 from armdrive.blocking import run_blocking
 from armdrive.connect.parts import CLOSING_S
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
-from armdrive.motion import connecting
 from armdrive.motion.context import LONGEST_S
 from armdrive.motion.reference import confirmed_posture, take_reference
+from armdrive.runtime import persistence
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import FIRST_BELIEF, RESULTS, Belief, require_reference
 from armdrive.status import Current, Evidence, State, Trust, code_of_reason
@@ -328,7 +328,7 @@ def test_the_page_shows_a_record_that_can_be_read():
 
 def test_the_page_gives_the_times_and_names_of_the_code():
     text = PAGE.read_text(encoding="utf-8")
-    assert connecting.STILL_S == 2.0
+    assert persistence.STILL_S == 2.0
     assert "two seconds" in text
     assert f"{LONGEST_S:g} s" in text
     assert f"{CLOSING_S:g} s" in text

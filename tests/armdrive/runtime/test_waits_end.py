@@ -43,7 +43,6 @@ JUST_BEFORE_S = 0.001
 HEARTBEATS = b"".join(pack(Frame(0x700 + node, b"\x7f")) for node in (1, 2, 3, 4, 5, 6, 99))
 IRRELEVANT = {
     "teachmover": b"0\r",
-    "robko01": b"\r\n",
     "armdroid": b"Welcome, Armdroid!\r\n",
     "grbl": b"<Idle|MPos:0.000,0.000,0.000,0.000,0.000,0.000|FS:0,0>\r\n",
     "mks": HEARTBEATS,
@@ -155,7 +154,7 @@ def _flood(wire: Wire) -> Talker:
 
 
 def _irrelevant(wire: Wire) -> Talker:
-    return Talker(lambda _: IRRELEVANT[wire.twin.dialect], EVERY_S)
+    return Talker(lambda _: IRRELEVANT.get(wire.twin.dialect, b"\r\n"), EVERY_S)
 
 
 def _drip(wire: Wire) -> Talker:

@@ -20,9 +20,9 @@ from armdrive.connect import parts
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import ArmError, StateFileError, Stopped
-from armdrive.motion import connecting
 from armdrive.moves import Jog, Space
 from armdrive.registry import simulate
+from armdrive.runtime import persistence
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import Current, State, Trust
 from armdrive.storage import files as places
@@ -172,7 +172,7 @@ def test_a_disk_that_is_stuck_at_the_end_is_given_up_and_puts_nothing_in_place_l
     bench, monkeypatch
 ):
     monkeypatch.setattr(parts, "CLOSING_S", 0.05)
-    monkeypatch.setattr(connecting, "STILL_S", math.inf)
+    monkeypatch.setattr(persistence, "STILL_S", math.inf)
     bench.arm.move_j(base_deg=2.0)
     marked = bench.path.read_bytes()
     bench.disk.hold()
@@ -184,7 +184,7 @@ def test_a_disk_that_is_stuck_at_the_end_is_given_up_and_puts_nothing_in_place_l
 
 
 def test_of_many_beliefs_a_slow_disk_writes_the_newest(bench, monkeypatch):
-    monkeypatch.setattr(connecting, "STILL_S", math.inf)
+    monkeypatch.setattr(persistence, "STILL_S", math.inf)
     writes, core = [], bench.arm.parts.core
     replace = bench.disk.replace
     bench.disk.replace = lambda *names: (replace(*names), writes.append(bench.recorder.load()))

@@ -68,4 +68,4 @@ def _make(config: ArmConfig, world: World, settings: NoSettings) -> TutorBoard: 
     return TutorBoard(world, config.connection.baud)
 
 
-KIND = SimDeviceKind(title="Tutor board", board=TutorBoard, make=_make)
+KIND = SimDeviceKind(TutorBoard, _make)

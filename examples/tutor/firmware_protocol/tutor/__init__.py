@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
-from firmware_protocol.errors import BadField, RemoteProtocolError
+from firmware_protocol.errors import RemoteProtocolError, chosen_by_sender
 from firmware_protocol.events import Unreadable
 from firmware_protocol.fields import message, row_of, whole_from
 from firmware_protocol.lines import LineSplitter
@@ -67,21 +67,23 @@ def encode(message: Command | Answer) -> bytes:
     return f"{' '.join(map(str, words))}\n".encode("ascii")
 
 
+@chosen_by_sender()
 def decode_command(line: bytes) -> Command:
     """Read what a host says. Raises `RemoteProtocolError`."""
     word, numbers = _read(line)
     if word == "M" and numbers:
-        return _made(lambda: Move(numbers[0], tuple(numbers[1:])))
+        return Move(numbers[0], tuple(numbers[1:]))
     if word == "P" and not numbers:
         return Where()
     raise RemoteProtocolError(f"{line!r} is no command")
 
 
+@chosen_by_sender()
 def decode_answer(line: bytes) -> Answer:
     """Read what a device says. Raises `RemoteProtocolError`."""
     word, numbers = _read(line)
     if word == "p":
-        return _made(lambda: Positions(tuple(numbers)))
+        return Positions(tuple(numbers))
     if word in ("ok", "err") and not numbers:
         return Ok() if word == "ok" else Failed()
     raise RemoteProtocolError(f"{line!r} is no answer")
@@ -96,14 +98,6 @@ def _read(line: bytes) -> tuple[str, list[int]]:
 
 
 M = TypeVar("M", Command, Answer)
-
-
-def _made(make: Callable[[], M]) -> M:
-    """Make a message out of what was received: a bad field is the other side's fault."""
-    try:
-        return make()
-    except BadField as error:
-        raise RemoteProtocolError(str(error)) from None
 
 
 class _End(Generic[M]):

@@ -247,7 +247,7 @@ class TestLink:
         bench.link.line.leave_bus()
         with pytest.raises(LinkLost, match="bus-off"):
             bench.link.read(0.0)
-        with pytest.raises(LinkLost, match="terminating resistors"):
+        with pytest.raises(LinkLost, match="a resistor of 120 ohm"):
             bench.write(Frame(1))
         bench.link.close()
         bench.link.reopen()

@@ -10,25 +10,18 @@ from typing import TypeAlias
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
 from armdrive.dialects.exchange import Script
-from armdrive.errors import Refused
-from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
-    ClearFault,
-    DeviceSettings,
     Done,
     MoveBy,
-    ProtocolWarning,
     ReadPosition,
-    ReadSettings,
     Registers,
     Reply,
     Request,
     RequestRejected,
-    SwitchOn,
 )
-from armdrive.text.toml import within
+from armdrive.text.toml import check_settings, setting
 from firmware_protocol.events import Unreadable
 from firmware_protocol.tutor import (
     RATE_MAX_HZ,
@@ -47,17 +40,16 @@ DeviceEvent: TypeAlias = Answer | Unreadable
 
 LONGEST_LINE = len("M 2000" + 6 * " -2147483647" + "\n")
 LONGEST_ANSWER = len("p" + 6 * " -2147483647" + "\n")
-HOST_S = 0.03  # what an operating system and an adapter may add to a message's way
 
 
 @dataclass(frozen=True, slots=True)
 class TutorSettings:
-    """The section [tutor] of an arm file: `answer_margin_s` is added to every deadline."""
+    """The section [tutor] of an arm file."""
 
-    answer_margin_s: float = 0.5
+    answer_margin_s: float = setting(0.5, "added to every deadline", low=0.1, high=10.0)
 
     def __post_init__(self) -> None:
-        within("tutor.answer_margin_s", self.answer_margin_s, 0.1, 10.0)
+        check_settings(self, "tutor")
 
 
 class TutorController(ScriptRunner[DeviceEvent]):
@@ -67,23 +59,25 @@ class TutorController(ScriptRunner[DeviceEvent]):
         self._host = Host()
         super().__init__(abilities, self._host)
         self._settings: TutorSettings = config.device
-        self._byte_s = BITS_A_BYTE / config.connection.baud
+        self._byte_s = config.connection.byte_s
 
     def script(self, request: Request) -> Script[DeviceEvent, Reply]:
         """Send one line and wait for its answer."""
-        if isinstance(request, ClearFault | SwitchOn):  # the motors always have current
-            return Done()
-        if isinstance(request, ReadSettings):
-            return DeviceSettings()
         command = self._command(request)
+        if isinstance(command, Reply):
+            return command
         io = self.io
         began_s = io.now_s
         data = self._host.send(command)
-        io.write(data, data.decode("ascii").strip())
-        motion_s = self._motion_s(command)
         wire_s = (len(data) + LONGEST_ANSWER) * self._byte_s
-        until_s = began_s + 2.0 * motion_s + wire_s + self._settings.answer_margin_s
-        message = yield from io.wait_for(until_s, lambda each: isinstance(each, Answer))
+        longest_s = 2.0 * self._motion_s(command) + wire_s + self._settings.answer_margin_s
+        # the first one may follow half a line that another program has left in the board
+        for _ in range(2 if isinstance(command, Where) else 1):
+            io.write(data, data.decode("ascii").strip())
+            until_s = io.now_s + longest_s
+            message = yield from io.wait_for(until_s, lambda each: isinstance(each, Answer))
+            if not isinstance(message, Failed):
+                break
         match message:
             case Ok():
                 return Done()
@@ -95,23 +89,19 @@ class TutorController(ScriptRunner[DeviceEvent]):
                 self.give_up()
                 return io.silence(began_s)
 
-    def _command(self, request: Request) -> Command:
+    def _command(self, request: Request) -> Command | Reply:
         match request:
             case MoveBy(steps, rate_hz):
                 return Move(int(self.usable_rate_hz(rate_hz)), tuple(steps))
             case ReadPosition():
                 return Where()
             case _:
-                raise Refused(f"a Tutor board knows no {type(request).__name__}")
+                return self.answer_without_device(request)
 
     def _motion_s(self, command: Command) -> float:
         if not isinstance(command, Move):
             return 0.0
         return max(map(abs, command.steps)) / command.rate_hz
-
-    def unsolicited(self, message: DeviceEvent) -> None:
-        """Tell of a line that answers nothing."""
-        self.io.notify(ProtocolWarning(str(message)))
 
     def give_up(self) -> None:
         """Forget half an answer."""
@@ -127,11 +117,9 @@ class TutorController(ScriptRunner[DeviceEvent]):
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Return one burst behind its line, since nothing ends a motion early."""
-        slowest_hz = min((part.rate_hz for part in parts), default=1.0)
-        motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
-        stands_s = HOST_S + LONGEST_LINE * self._byte_s + motion_s
-        confirmed_s = stands_s + LONGEST_ANSWER * self._byte_s + HOST_S
-        return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
+        sent_s = HOST_DELAY_S + LONGEST_LINE * self._byte_s
+        seen_s = LONGEST_ANSWER * self._byte_s + HOST_DELAY_S
+        return self.whole_burst(burst_s, parts, sent_s, seen_s)
 
 
 DRIVER = Driver(TutorSettings, TutorController)
