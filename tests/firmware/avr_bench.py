@@ -183,6 +183,7 @@ class ControlledBench(RealTimeBench):
     def heal(self) -> None:
         """Undo every fault."""
         self.control.heal()
+        self._await_port(self.device_port)
 
     def replug_elsewhere(self) -> None:
         """Put the cable back under another name, which the arm file then names, if there is one."""
@@ -192,8 +193,12 @@ class ControlledBench(RealTimeBench):
             self.set_port(there)
         else:
             self.set_arm_file("", there)
+        self._await_port(there)
+
+    def _await_port(self, port: str) -> None:
+        """Wait until the simulator has made its port."""
         end_s = time.monotonic() + PLUGGED_S
-        while not Path(there).exists() and time.monotonic() < end_s:
+        while not Path(port).exists() and time.monotonic() < end_s:
             time.sleep(self.look_s)
 
     def end_device(self) -> None:

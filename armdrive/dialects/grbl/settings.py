@@ -15,6 +15,7 @@ from armdrive.dialects.grbl.variants import (
     DEBOUNCE_MS,
     HARD_LIMITS,
     HOMING,
+    HOMING_DIRECTIONS,
     HOMING_FEED,
     HOMING_SEEK,
     IDLE,
@@ -35,8 +36,9 @@ from armdrive.tasks import Difference
 from armdrive.text.toml import check_settings, setting
 from firmware_protocol.grbl import AXIS_LETTERS
 from firmware_protocol.grbl.dialect import write_number
-from kinematics.spaces import Motors
+from kinematics.spaces import Joints, Motors
 from kinematics.text import counted
+from kinematics.transmission import Transmission
 
 UNITS = ("steps", "degrees")
 SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")
@@ -172,13 +174,15 @@ class BoardAxes:
 
     `most_hz` is each motor's rate when every joint that it moves is at full speed. `fastest_hz` is
     the highest rate of any motor for a single joint. If the board limits every motor to that, no
-    motion uses a higher rate.
+    motion uses a higher rate. `seeks` is which way each motor has to seek its homing switch: 1, -1,
+    or 0 if the arm file does not show it.
     """
 
     letters: str
     steps_per_unit: tuple[float, ...]
     most_hz: tuple[float, ...]
     fastest_hz: float
+    seeks: tuple[int, ...]
 
     @classmethod
     def of(cls, config: ArmConfig) -> BoardAxes:
@@ -216,7 +220,11 @@ class BoardAxes:
             for row in transmission.matrix
         ]
         return cls(
-            settings.axes[:count], per_unit, tuple(map(math.fsum, turned)), max(map(max, turned))
+            settings.axes[:count],
+            per_unit,
+            tuple(map(math.fsum, turned)),
+            max(map(max, turned)),
+            _seeks(config, transmission),
         )
 
     def expected(self, settings: GrblSettings) -> Limits:
@@ -268,6 +276,32 @@ class BoardAxes:
             count if per == 1.0 else round(count / per * 10**DECIMALS)
             for count, per in zip(position, self.steps_per_unit, strict=True)
         ]
+
+
+def _seeks(config: ArmConfig, transmission: Transmission) -> tuple[int, ...]:
+    """Return which way each motor has to turn to its switch, as far as the arm file shows it.
+
+    The switch is at the end of the motor's travel where homing ends. In the middle half of the
+    travel it may be on either side.
+    """
+    homing, model = config.homing, config.model
+    count = len(transmission.motors)
+    if homing is None:
+        return (0,) * count
+    ranges = [(one.low_rad, one.high_rad) for one in model.arm.limits]
+    ranges += [model.gripper_range_mm] if transmission.has_gripper else []
+    middles = [(low + high) / 2.0 for low, high in ranges]
+    halves = transmission.most_steps([(high - low) / 2.0 for low, high in ranges])
+    joints = len(model.arm.limits)
+    middle = transmission.to_exact(
+        Joints(tuple(middles[:joints]), model.arm.joint_names), math.fsum(middles[joints:])
+    )
+    ends = transmission.to_exact(homing.joints, homing.opening_mm)
+    homes = {motor - 1 for group in homing.groups for motor in group} or range(count)
+    return tuple(
+        (end - at > half / 2.0) - (at - end > half / 2.0) if motor in homes else 0
+        for motor, (end, at, half) in enumerate(zip(ends, middle, halves, strict=True))
+    )
 
 
 def _per_degree(per_unit: float, index: int, config: ArmConfig) -> float:
@@ -468,8 +502,20 @@ class Comparison:
             yield ExpectedSetting(HOMING, bits, "homing, also of single axes", _is_other)
         else:
             yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
+        if settings.homing:
+            what = "the ways to the switches: motors would home away from where the arm file says"
+            yield ExpectedSetting(HOMING_DIRECTIONS, self._homing_mask(), what, _is_other)
         if behaviour.sleep_switch:
             yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)
+
+    def _homing_mask(self) -> int:
+        """Return the board's own mask with a bit for each motor that has to home downwards."""
+        mask = int(self.number(HOMING_DIRECTIONS) or 0)
+        for letter, way in zip(self.axes.letters, self.axes.seeks, strict=True):
+            bit = 1 << self.board.index(letter)
+            if way:
+                mask = mask | bit if way < 0 else mask & ~bit
+        return mask
 
     def _key(self, key: int) -> int | str | None:
         return self.behaviour.key(key, self.board)
