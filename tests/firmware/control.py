@@ -97,7 +97,7 @@ class ControlPort:
         self.say(f"pos {' '.join(pairs)}")
 
     def switch_at(self, letter: str, position: int, way: int) -> None:
-        """Set the position from which on, upwards or downwards, an axis's limit switch is closed."""
+        """Set the position from which on, upwards or downwards, a limit switch is closed."""
         self.say(f"limit_at {letter} {position} {way}")
 
     def flush(self) -> None:

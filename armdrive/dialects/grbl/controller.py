@@ -165,7 +165,7 @@ class GrblController(ScriptRunner[HostEvent]):
             reported.clear()
             message = yield from self.exchange.ask(QuerySettings(), answer_s)
             key = idle_key(self.settings, behaviour, reported)
-            for path in unlisted(key, behaviour):
+            for path in unlisted(key, behaviour, self.axes.letters * self.settings.homing):
                 if isinstance(message, Acknowledged):
                     yield from self.exchange.ask(Line(f"${path}"), answer_s)
             if isinstance(message, Acknowledged) and key in reported:

@@ -349,10 +349,16 @@ def idle_key(settings: GrblSettings, behaviour: Behaviour, reported: ReportedSet
     return int(word) if word.isdigit() else word
 
 
-def unlisted(idle: int | str, behaviour: Behaviour) -> list[str]:
-    """Return the paths of settings that the board's list of settings leaves out."""
-    paths = [] if behaviour.paths is None else [*behaviour.paths.single.values()]
-    return [idle, *paths] if isinstance(idle, str) else paths
+def unlisted(idle: int | str, behaviour: Behaviour, homing: str) -> list[str]:
+    """Return the paths of settings that the board's list of settings leaves out.
+
+    `homing` are the letters of the axes that home.
+    """
+    found = [idle] if isinstance(idle, str) else []
+    if behaviour.paths is not None:
+        found += behaviour.paths.single.values()
+        found += (path for letter in homing for path in behaviour.paths.homing_of(letter))
+    return found
 
 
 def _is_other(found: float, wanted: float) -> bool:
@@ -407,9 +413,11 @@ class Comparison:
 
     def number(self, key: int) -> float | None:
         """Return a setting as a number; None if the board does not report one."""
-        text = self.reported.get(key) or self.reported.get(self._key(key) or key, "")
+        return self._read(key if key in self.reported else self._key(key))
+
+    def _read(self, key: int | str | None) -> float | None:
         try:
-            value = float(text)
+            value = float("" if key is None else self.reported.get(key, ""))
         except ValueError:
             return None
         return value if math.isfinite(value) else None
@@ -433,24 +441,33 @@ class Comparison:
     def searches_s(self) -> tuple[float, ...]:
         """Return how long each motor homes at most, in s; nothing if the board does not say.
 
-        It seeks its switch, backs off, approaches it slowly, and backs off again. Sources:
-        gnea/grbl grbl/limits.c (limits_go_home), grblHAL/core machine_limits.c, whose approach is
-        the longer one and may be repeated ($43).
+        It seeks its switch, backs off, approaches it slowly, and backs off again; FluidNC backs off
+        slowly, and also first from a switch that is pressed. Sources: gnea/grbl grbl/limits.c
+        (limits_go_home), grblHAL/core machine_limits.c, whose approach is longer than GRBL's and
+        may be repeated ($43), FluidNC Homing.cpp and Cartesian.cpp (axesVector).
         """
-        feed, seek, off = map(self.number, (HOMING_FEED, HOMING_SEEK, PULL_OFF))
-        pauses_s = (self.number(DEBOUNCE_MS) or 0.0) / 1000.0
-        limits = self.limits()
         found = []
-        for index, slope in enumerate(limits.accelerations):
+        approaches = 1.0 + (self.number(LOCATIONS) or 1.0)
+        for index, slope in enumerate(self.limits().accelerations):
             travel = self._of_axis(TRAVEL, index)
-            if not (feed and seek and off and travel):
+            seek, feed, off, pause_ms, far, near = self._homing(index)
+            if not (travel and seek and feed and off and far and near):
                 return ()
-            approaches = 1.0 + (self.number(LOCATIONS) or 1.0)
-            seek_s = (SEARCH_TRAVELS * travel + approaches * off) / seek * 60.0
-            locate_s = (approaches - 1.0) * LOCATE_PULL_OFFS * off / feed * 60.0
-            ramps_s = 2.0 * approaches * max(seek, feed) / 60.0 / slope
-            found.append(seek_s + locate_s + ramps_s + 2.0 * approaches * pauses_s)
+            seek_s = far * travel / seek * 60.0
+            slow_s = ((approaches - 1.0) * near + approaches + 1.0) * off / feed * 60.0
+            ramps_s = (2.0 * approaches + 1.0) * max(seek, feed) / 60.0 / slope
+            pauses_s = (2.0 * approaches + 1.0) * (pause_ms or 0.0) / 1000.0
+            found.append(seek_s + slow_s + ramps_s + pauses_s)
         return tuple(found)
+
+    def _homing(self, index: int) -> Iterator[float | None]:
+        """Yield an axis's rates of seeking and approaching, pull-off, pause and scalers."""
+        paths = self.behaviour.paths
+        if paths is None:
+            yield from map(self.number, (HOMING_SEEK, HOMING_FEED, PULL_OFF, DEBOUNCE_MS))
+            yield from (SEARCH_TRAVELS, LOCATE_PULL_OFFS)
+        else:
+            yield from map(self._read, paths.homing_of(self.axes.letters[index]))
 
     def differences(self) -> Iterator[Difference]:
         """Yield each difference from the arm file, with the line that corrects it."""

@@ -32,13 +32,15 @@ class Paths:
 
     `idle` is that of the setting that keeps the motors on. `numbered` settings have no path,
     `single` ones are not of an axis, and `of_axis` are the last words of the others' paths. No
-    other setting can be changed.
+    other setting can be changed. `homing` are the last words of an axis's paths to what GRBL says
+    in $25, $24, $27 and $26, and to how far it seeks, in travels, and approaches, in pull-offs.
     """
 
     idle: str
     numbered: tuple[int, ...]
     single: Mapping[int, str]
     of_axis: Mapping[int, str]
+    homing: tuple[str, ...]
 
     def key(self, number: int, board: str) -> int | str | None:
         """Return the number or path that changes a setting; None if only the file does.
@@ -53,6 +55,10 @@ class Paths:
         if group in self.of_axis:
             return f"/axes/{board[number % 10].lower()}/{self.of_axis[group]}"
         return None
+
+    def homing_of(self, letter: str) -> list[str]:
+        """Return the paths to what an axis homes by, in the order of `homing`."""
+        return [f"/axes/{letter.lower()}/{word}" for word in self.homing]
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,13 +126,21 @@ BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
             paths=Paths(
                 idle="/stepping/idle_ms",
                 numbered=(REPORT, INCHES),
-                single={JUNCTION: "/junction_deviation_mm"},
+                single={JUNCTION: "/junction_deviation_mm", LOCATIONS: "/axes/homing_runs"},
                 of_axis={
                     STEPS_PER_UNIT: "steps_per_mm",
                     RATES: "max_rate_mm_per_min",
                     ACCELERATIONS: "acceleration_mm_per_sec2",
                     TRAVEL: "max_travel_mm",
                 },
+                homing=(
+                    "homing/seek_mm_per_min",
+                    "homing/feed_mm_per_min",
+                    "motor0/pulloff_mm",
+                    "homing/settle_ms",
+                    "homing/seek_scaler",
+                    "homing/feed_scaler",
+                ),
             ),
         ),
     }

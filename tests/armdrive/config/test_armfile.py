@@ -362,7 +362,9 @@ def text_of(sections):
 def test_a_motor_that_homes_before_a_joint_that_it_passes_over_is_remarked(groups, named):
     angles = "base = 80\nshoulder = 80\nelbow = 0\nwrist_pitch = 0\nwrist_roll = 0"
     text = f'model = "minimover5"\n[homing]\ngroups = {groups}\n[homing.joints_deg]\n{angles}'
-    remarks = [each for each in remarks_on(parse_arm(tomllib.loads(text), name="a")) if "homing" in each]
+    remarks = [
+        each for each in remarks_on(parse_arm(tomllib.loads(text), name="a")) if "homing" in each
+    ]
     assert [each.partition(": ")[2].partition(",")[0] for each in remarks] == named
 
 
