@@ -233,6 +233,23 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
     assert arm.status.joints.deg["base"] == pytest.approx(50, abs=0.1)
 
 
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_search_that_finds_no_switch_ends_within_the_time_that_the_boards_settings_give(firmware):
+    made = homing_config()
+    made = replace(made, device=replace(made.device, homing_s=290.0))
+    arm = found(made, firmware=firmware)
+    if arm.status.state is State.ERROR_STOP:  # it boots locked
+        arm.reset()
+    controller = arm.parts.core.controller
+    announced_s = controller.search(made.homing.requests()[0]).time_s
+    assert announced_s != made.device.homing_s  # what is assumed of a board that says nothing
+    arm.twin.board.set_switch(0, SwitchState.OPEN)
+    began_s = arm.status.time_s
+    with pytest.raises(DeviceFault, match="did not find the switch"):
+        arm.home()
+    assert 50.0 < arm.status.time_s - began_s <= announced_s
+
+
 def test_an_alarm_right_after_homing_is_not_unlocked(monkeypatch):
     arm = found(homing_config(), firmware="grbl")
     arm.reset()  # it boots locked
