@@ -138,6 +138,23 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     assert standing_as_said(arm)
 
 
+@pytest.mark.parametrize("jog", ["hold", "nudge"])
+def test_a_jog_that_wrong_settings_forbid_says_so_at_every_press(jog):
+    arm = found(factory=True)
+    motors = arm.twin.world.motors
+    for _ in range(2):
+        notices = arm.status.notices
+        if jog == "hold":
+            arm.jogging.hold(Jog.joint(base=1.0), speed=0.1, for_s=0.2)
+        else:
+            arm.jogging.nudge(Jog.joint(base=0.02), speed=0.1)
+        arm.sleep(1.0)
+        assert arm.status.notices > notices
+        assert arm.status.notice_code == "E206"
+        assert "the arm does not move while" in arm.status.notice
+    assert arm.twin.world.motors == motors
+
+
 @pytest.mark.parametrize(
     ("firmware", "named"),
     [
