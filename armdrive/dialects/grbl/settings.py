@@ -83,7 +83,6 @@ class GrblSettings:
         "", "the day on which all limit switches worked; written by config limits"
     )
     homing: bool = setting(False, "expected $22")
-    idle_key: str = setting("", "the setting that keeps the motors on; empty: $1 or FluidNC's path")
     outputs: tuple[str, ...] = setting(
         ("flood",), "what each output bit switches: flood, mist, P0, P1 ..."
     )
@@ -340,27 +339,6 @@ RATE_TOLERANCE = 0.02
 """An axis that is slower than expected by no more than this share is not reported."""
 
 
-def idle_key(settings: GrblSettings, behaviour: Behaviour, reported: ReportedSettings) -> int | str:
-    """Return the key of the setting that keeps the motors on: of the arm file, or the board's."""
-    word = settings.idle_key
-    if not word:
-        paths = behaviour.paths
-        return IDLE if paths is None or IDLE in reported else paths.idle
-    return int(word) if word.isdigit() else word
-
-
-def unlisted(idle: int | str, behaviour: Behaviour, homing: str) -> list[str]:
-    """Return the paths of settings that the board's list of settings leaves out.
-
-    `homing` are the letters of the axes that home.
-    """
-    found = [idle] if isinstance(idle, str) else []
-    if behaviour.paths is not None:
-        found += behaviour.paths.single.values()
-        found += (path for letter in homing for path in behaviour.paths.homing_of(letter))
-    return found
-
-
 def _is_other(found: float, wanted: float) -> bool:
     return abs(found - wanted) > SETTING_TOLERANCE
 
@@ -409,7 +387,6 @@ class Comparison:
     board: str
     reported: ReportedSettings
     behaviour: Behaviour
-    idle: int | str = IDLE
 
     def number(self, key: int) -> float | None:
         """Return a setting as a number; None if the board does not report one."""
@@ -478,18 +455,14 @@ class Comparison:
                 yield each.difference(found, self._key(each.key))
 
     def _idle(self) -> Iterator[Difference]:
-        """Yield the difference of the only setting that may be missing, or no number."""
-        found = self.reported.get(self.idle)
-        try:
-            on = found is not None and float(found) == ALWAYS_ON
-        except ValueError:
-            on = False
-        if not on:
+        """Yield the difference of the only setting that may be missing."""
+        found, key = self.number(IDLE), self._key(IDLE)
+        if found != ALWAYS_ON:
             yield Difference(
-                f"${self.idle} (motors on while standing)",
-                found or "not reported",
+                f"${key} (motors on while standing)",
+                "not reported" if found is None else write_number(found),
                 str(ALWAYS_ON),
-                f"${self.idle}={ALWAYS_ON}",
+                f"${key}={ALWAYS_ON}",
             )
 
     def _expected(self) -> Iterator[ExpectedSetting]:

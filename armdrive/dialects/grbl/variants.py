@@ -30,13 +30,12 @@ BLOCKS_328P = 15
 class Paths:
     """The paths by which a firmware with a configuration file changes its settings.
 
-    `idle` is that of the setting that keeps the motors on. `numbered` settings have no path,
-    `single` ones are not of an axis, and `of_axis` are the last words of the others' paths. No
-    other setting can be changed. `homing` are the last words of an axis's paths to what GRBL says
-    in $25, $24, $27 and $26, and to how far it seeks, in travels, and approaches, in pull-offs.
+    `numbered` settings have no path, `single` ones are not of an axis, and `of_axis` are the last
+    words of the others' paths. No other setting can be changed. `homing` are the last words of an
+    axis's paths to what GRBL says in $25, $24, $27 and $26, and to how far homing seeks, in
+    travels, and approaches, in pull-offs.
     """
 
-    idle: str
     numbered: tuple[int, ...]
     single: Mapping[int, str]
     of_axis: Mapping[int, str]
@@ -55,6 +54,10 @@ class Paths:
         if group in self.of_axis:
             return f"/axes/{board[number % 10].lower()}/{self.of_axis[group]}"
         return None
+
+    def unlisted(self, homing: str) -> list[str]:
+        """Return the paths that the board's list of settings leaves out, if these axes home."""
+        return [*self.single.values(), *(path for each in homing for path in self.homing_of(each))]
 
     def homing_of(self, letter: str) -> list[str]:
         """Return the paths to what an axis homes by, in the order of `homing`."""
@@ -124,9 +127,12 @@ BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
             slowest_hz=20e6 / (8 * 65535),
             keeps_line=True,
             paths=Paths(
-                idle="/stepping/idle_ms",
                 numbered=(REPORT, INCHES),
-                single={JUNCTION: "/junction_deviation_mm", LOCATIONS: "/axes/homing_runs"},
+                single={
+                    IDLE: "/stepping/idle_ms",
+                    JUNCTION: "/junction_deviation_mm",
+                    LOCATIONS: "/axes/homing_runs",
+                },
                 of_axis={
                     STEPS_PER_UNIT: "steps_per_mm",
                     RATES: "max_rate_mm_per_min",
