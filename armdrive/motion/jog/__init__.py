@@ -355,7 +355,7 @@ def _increment(
         return
     show_end(context, found.ended)
     if found.legs:
-        over = _overtaken(context, core.holds)
+        over = _overtaken(context, nudge.holds)
         yield from drive_legs(context, found.legs, core.config.motion.jog_burst_s, released=over)
         if core.speed_override.paused and core.position.coordinates != found.legs[-1].end:
             core.notify(PAUSED)
