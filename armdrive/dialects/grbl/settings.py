@@ -431,10 +431,12 @@ class Comparison:
             if not (travel and seek and feed and off and far and near):
                 return ()
             seek_s = far * travel / seek * 60.0
-            slow_s = ((approaches - 1.0) * near + approaches + 1.0) * off / feed * 60.0
+            near_s = (approaches - 1.0) * near * off / feed * 60.0
+            backs_off = seek if self.behaviour.paths is None else feed
+            off_s = (approaches + 1.0) * off / backs_off * 60.0
             ramps_s = (2.0 * approaches + 1.0) * max(seek, feed) / 60.0 / slope
             pauses_s = (2.0 * approaches + 1.0) * (pause_ms or 0.0) / 1000.0
-            found.append(seek_s + slow_s + ramps_s + pauses_s)
+            found.append(seek_s + near_s + off_s + ramps_s + pauses_s)
         return tuple(found)
 
     def _homing(self, index: int) -> Iterator[float | None]:
