@@ -495,7 +495,7 @@ class Comparison:
         else:
             yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
         if settings.homing:
-            what = "the ways to the switches: motors would home away from where the arm file says"
+            what = "homing directions: motors would move away from their switches"
             yield ExpectedSetting(HOMING_DIRECTIONS, self._homing_mask(), what, _is_other)
         if behaviour.sleep_switch:
             yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)

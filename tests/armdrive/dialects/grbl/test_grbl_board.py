@@ -28,6 +28,7 @@ from armdrive.blocking import run_blocking
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
+from armdrive.motion.device import compare_settings
 from armdrive.motion.reference import home_device
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedPace
@@ -265,6 +266,16 @@ def test_a_search_that_finds_no_switch_ends_within_the_time_that_the_boards_sett
     with pytest.raises(DeviceFault, match="did not find the switch"):
         arm.home()
     assert 50.0 < arm.status.time_s - began_s <= announced_s
+
+
+def test_what_is_said_before_homing_names_a_motor_that_would_move_away_from_its_switch():
+    arm = found(homing_config())
+    assert "differ" not in arm.reference.homing_words
+    ways = int(arm.twin.board.settings.values[23])
+    arm.twin.board.settings.values[23] = float(ways ^ 1)  # of the base, which homes near an end
+    run_blocking(arm.parts.runner.perform(compare_settings(arm.parts.context)))
+    assert "$23 (homing directions" in arm.reference.homing_words
+    assert f"expected {ways}: send `$23={ways}`." in arm.reference.homing_words
 
 
 def test_an_alarm_right_after_homing_is_not_unlocked(monkeypatch):
