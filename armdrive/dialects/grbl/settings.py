@@ -98,9 +98,6 @@ class GrblSettings:
     following_error_steps: float = setting(
         2.0, "how far a motor may be off the path that was sent", low=1.0, high=1000.0
     )
-    max_segments: int = setting(
-        15, "most motion lines in the board's planner at a time", low=1, high=1000
-    )
     poll_s: float = setting(0.05, "interval of status queries in motion", low=0.01, high=0.2)
     report_timeout_s: float = setting(
         1.0, "a board that sends no report for this long is lost", low=0.5, high=10.0

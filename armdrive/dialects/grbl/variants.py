@@ -23,7 +23,8 @@ SLOWEST_HZ = 16e6 / (8 * 65535)
 eight interrupts a step. 40 steps at 5, 10, 20 and 30 steps/s took 1.278 s each. The driver uses no
 slower rate on any board, because segments would last longer."""
 BLOCKS_328P = 15
-"""Planner size of an ATmega328P. Boards with a larger planner also have more segments."""
+"""Planner size of an ATmega328P. FluidNC's has 16, the Mega's 35 and grblHAL's 100: boards with a
+larger planner also have more segments."""
 
 
 @dataclass(frozen=True, slots=True)
