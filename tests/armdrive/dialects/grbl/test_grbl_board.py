@@ -271,7 +271,7 @@ def test_a_search_that_finds_no_switch_ends_within_the_time_that_the_boards_sett
 def test_homing_that_takes_too_long_names_the_key_that_allows_more():
     made = homing_config()
     arm = found(replace(made, device=replace(made.device, homing_s=5.0)))
-    with pytest.raises(DeviceFault, match="not ended after 6 s.* raise homing_s in the arm file"):
+    with pytest.raises(DeviceFault, match=r"not ended after 6 s.* raise homing_s in the arm file"):
         arm.home()
     assert not arm.twin.device.moving
 
