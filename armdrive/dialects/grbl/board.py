@@ -142,9 +142,8 @@ class BoardState:
     `contacted` means that contact has been made, `recognised` that the firmware's description was
     read without a damaged line, and `modes_set` that the parser is in the modes that our lines
     need. `aborted` means that a reset ended a motion, or that the reset may not have been ours.
-    `lacking` are axes of the arm that the board does not have. `blocks` is the number of lines that
-    the planner holds at most: as many
-    as fit into the smallest one, an ATmega328P's.
+    `lacking` are axes of the arm that the board does not have. `blocks` is the most lines in the
+    planner at a time: its size, or that of the smallest one, an ATmega328P's.
     """
 
     def __init__(self, host: Host, settings: GrblSettings, axes: BoardAxes) -> None:
