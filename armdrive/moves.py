@@ -171,11 +171,15 @@ class ContinuousJog:
 
 @dataclass(frozen=True, slots=True)
 class IncrementalJog:
-    """One increment of a jog, its speed and the latest time at which it may start."""
+    """One increment of a jog, its speed and the latest time at which it may start.
+
+    `holds` counts the held jogs before it: a later one shows that its key is held.
+    """
 
     jog: Jog
     speed: float
     until_s: float = math.inf
+    holds: int = 0
 
 
 # The axes of an increment, named as in `shoulder_deg=2` or `x_mm=5`.

@@ -132,7 +132,7 @@ def test_every_page_stands_once_in_the_table_of_contents():
 def test_the_shown_homing_is_read():
     (shown,) = [text for text in blocks(page("arm-file"), "toml") if "[homing]" in text]
     config = parse_arm(tomllib.loads('model = "teachmover"\n' + shown), name="shown")
-    assert config.homing.groups == ((3,), (2,), (1, 4, 5))
+    assert config.homing.groups == ((2,), (3,), (1, 4, 5))
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -83,7 +83,7 @@ class AsyncReference(AsyncCalls[ArmReference]):
         """The motor names of each homing group, in order; empty if the device decides."""
     @property
     def homing_words(self) -> str:
-        """What `home` makes the controller do, and its bound; empty for an arm without switches."""
+        """What `home` makes the controller do, its bound, and which of its settings differ."""
     @property
     def unconfirmed(self) -> bool:
         """Whether planned motion has to wait until an operator confirms the restored position."""

@@ -6,6 +6,7 @@ Programs wait for the end of a jog; the desk does not.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
@@ -93,7 +94,7 @@ class JogSessions:
         self._require(asked, joins=joins)
         task = self._join_session()
         if isinstance(asked, IncrementalJog):
-            core.nudges.append(asked)
+            core.nudges.append(replace(asked, holds=core.holds))
         else:
             core.hold = asked
             core.holds += 1

@@ -35,6 +35,7 @@ from armdrive.runtime.states import Event
 from armdrive.runtime.stop_bounds import homing_bound
 from armdrive.status import Evidence, State, Trust, bound_words
 from armdrive.storage.record import last_entry, write_down
+from armdrive.tasks import listed
 from armdrive.trace.recorder import traced
 from kinematics.errors import finite
 from kinematics.spaces import Joints, Pose
@@ -92,16 +93,21 @@ class ArmReference(ArmPart):
 
     @property
     def homing_words(self) -> str:
-        """What `home` makes the controller do, and its bound; empty for an arm without switches."""
+        """What `home` makes the controller do, its bound, and which of its settings differ.
+
+        Empty for an arm without switches.
+        """
         bound = homing_bound(self._config, self._core.controller)
         if bound is None:
             return ""
         named = ", then ".join(" and ".join(group) for group in self.homing_groups)
         order = f"the switches of {named}" if named else "its switches, in its own order"
         silent = bound_words(bound.silent_time_s, bound.silent_distance_mm)
+        differing = listed(self._core.differences)
         return (
             f"THE ARM WILL MOVE: its controller seeks {order}. If this program dies or the link is "
             f"lost, it goes on for at most {silent}."
+            + (f" But its settings differ from the arm file: {differing}." if differing else "")
         )
 
     @property

@@ -376,7 +376,28 @@ def remarks_on(config: ArmConfig) -> Iterator[str]:
         yield "no homing and no reference posture: to reference it, call `reference.declare()`"
     if config.park is None and config.model.reference is None:
         yield "no park posture: write [park]"
+    yield from _homing_remarks(config)
     yield from limit_remarks(config)
+
+
+def _homing_remarks(config: ArmConfig) -> Iterator[str]:
+    """Yield each motor that homes before a joint that it passes over, as a cable does.
+
+    That joint then still stands anywhere, and the motor's own joint may come to its end before the
+    switch closes. Seen on a simulated Mini-mover whose elbow homed before its shoulder.
+    """
+    turning, homing = config.model.transmission, config.homing
+    if turning is None or homing is None:
+        return
+    turns = {motor - 1: turn for turn, group in enumerate(homing.groups) for motor in group}
+    for index, turn in turns.items():
+        for joint in range(min(index, len(config.model.arm.limits))):
+            if turning.matrix[index][joint] and turns[joint] > turn:
+                yield (
+                    f"homing.groups: motor {index + 1} ({turning.motors[index].name}) passes over "
+                    f"the {config.model.arm.joint_names[joint]}, which homes later, and may not "
+                    f"reach its switch: home motor {joint + 1} before it"
+                )
 
 
 @runtime_checkable

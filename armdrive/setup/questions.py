@@ -645,8 +645,8 @@ ROWS = (
     ),
     ArmRow(
         "homing.groups", "Which motors home after which? (own: the controller's own order)",
-        "By number: 3; 2; 1 4 5 homes motor 3, then 2, then 1, 4 and 5 together. Lift what could "
-        "hit something first.",
+        "By number: 3; 2; 1 4 5 homes motor 3, then 2, then 1, 4 and 5. Lift what could hit "
+        "something first, but home a motor whose cable passes over a joint after that joint's.",
         homing_order, "own", when=_homes,
         place="homing.groups",
     ),

@@ -17,6 +17,7 @@ from armdrive.arm import Arm
 from armdrive.connect.target import simulated_config
 from armdrive.registry import simulated_kind
 from armdrive.sim.faults import parse_words
+from armdrive.sim.grbl import switches
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Motors
@@ -26,7 +27,7 @@ from tests.conformance.real_time_bench import RealTimeBench, port_lock
 
 from .boards import AvrBoard
 from .control import ControlPort, PhysicalState
-from .grbl_setup import pull_off_steps, set_up, settings_for
+from .grbl_setup import set_up, settings_for
 from .measuring import Step, StepLog
 from .pace import NoSimulator, Pace
 
@@ -183,6 +184,7 @@ class ControlledBench(RealTimeBench):
     def heal(self) -> None:
         """Undo every fault."""
         self.control.heal()
+        self._await_port(self.device_port)
 
     def replug_elsewhere(self) -> None:
         """Put the cable back under another name, which the arm file then names, if there is one."""
@@ -192,8 +194,12 @@ class ControlledBench(RealTimeBench):
             self.set_port(there)
         else:
             self.set_arm_file("", there)
+        self._await_port(there)
+
+    def _await_port(self, port: str) -> None:
+        """Wait until the simulator has made its port."""
         end_s = time.monotonic() + PLUGGED_S
-        while not Path(there).exists() and time.monotonic() < end_s:
+        while not Path(port).exists() and time.monotonic() < end_s:
             time.sleep(self.look_s)
 
     def end_device(self) -> None:
@@ -281,10 +287,10 @@ class AvrBench(ControlledBench):
         values = settings_for(self.config, self._runner.board)
         set_up(self.device_port, values)
         if self.config.homing is not None:
-            homing = self.config.homing
-            ends = self.transmission.to_motors(homing.joints, homing.opening_mm)
-            for axis, (letter, end) in enumerate(zip(self.letters, ends, strict=True)):
-                self.control.switch_at(letter, end + pull_off_steps(values, axis))
+            world = World(ArmBody.of_preset(self.config.model))
+            wired = switches(self.config, world, self.letters, self.letters, values)
+            for letter, switch in zip(self.letters, wired.by_axis.values(), strict=True):
+                self.control.switch_at(letter, switch.at, switch.way)
 
     def reference(self, arm: Arm) -> None:
         """Reference the arm, after its motors stand where the board counts them.

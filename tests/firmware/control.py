@@ -96,9 +96,9 @@ class ControlPort:
         pairs = (f"{name} {at}" for name, at in zip(letters, motors, strict=True))
         self.say(f"pos {' '.join(pairs)}")
 
-    def switch_at(self, letter: str, position: int) -> None:
-        """Set the position at and above which the limit switch of an axis is closed."""
-        self.say(f"limit_at {letter} {position} 1")
+    def switch_at(self, letter: str, position: int, way: int) -> None:
+        """Set the position from which on, upwards or downwards, a limit switch is closed."""
+        self.say(f"limit_at {letter} {position} {way}")
 
     def flush(self) -> None:
         """Write the step log to disk."""

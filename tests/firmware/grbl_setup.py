@@ -14,6 +14,7 @@ from armdrive.sim.grbl.firmware import (
     FIRMWARES,
     HARD_LIMITS,
     HOMING,
+    HOMING_DIRECTIONS,
     HOMING_FEED,
     HOMING_SEEK,
     IDLE_MS,
@@ -99,11 +100,6 @@ def settings_for(config: ArmConfig, board: Board) -> dict[int, float]:
     }
 
 
-def pull_off_steps(values: Mapping[int, float], axis: int) -> int:
-    """Return how far homing backs off from a switch, in steps of an axis counted from 0."""
-    return round(values[PULL_OFF] * values[STEPS + axis])
-
-
 FLUIDNC_AXIS = """
   {letter}:
     steps_per_mm: {steps}
@@ -121,7 +117,7 @@ FLUIDNC_AXIS = """
 FLUIDNC_HOMING = """
     homing:
       cycle: 1
-      positive_direction: true
+      positive_direction: {upwards}
       mpos_mm: 0
       seek_mm_per_min: {seek}
       feed_mm_per_min: {feed}
@@ -137,8 +133,8 @@ FLUIDNC_AXES = "xyzabc"
 
 def fluidnc_configuration(values: Mapping[int, float]) -> str:
     """Return FluidNC's configuration with these settings, on the pins of fluidnc_motors.cpp."""
-    seek = values[HOMING_SEEK] / FLUIDNC_SLOWER
-    homing = FLUIDNC_HOMING.format(seek=seek, feed=values[HOMING_FEED])
+    seek, down = values[HOMING_SEEK] / FLUIDNC_SLOWER, int(values[HOMING_DIRECTIONS])
+    homing = FLUIDNC_HOMING if values[HOMING] else ""
     blocks = [
         FLUIDNC_AXIS.format(
             letter=letter,
@@ -147,7 +143,9 @@ def fluidnc_configuration(values: Mapping[int, float]) -> str:
             acceleration=values[ACCELERATION + axis],
             travel=values[TRAVEL + axis],
             soft=str(bool(values[SOFT_LIMITS])).lower(),
-            homing=homing if values[HOMING] else "",
+            homing=homing.format(
+                seek=seek, feed=values[HOMING_FEED], upwards=str(not down >> axis & 1).lower()
+            ),
             limit_pin=2 * len(FLUIDNC_AXES) + axis,
             hard=str(bool(values[HARD_LIMITS])).lower(),
             pull_off=values[PULL_OFF],

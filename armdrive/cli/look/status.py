@@ -127,14 +127,19 @@ def _remedy(code: str) -> str:
     return "Look at the arm, then call `reset()`." if row is None else row.remedy
 
 
+LOOK_AND_HOME = "Look at the arm, then call `home()`."
+"""After the reset that the remedy of a suspect position begins with."""
+
+
 def next_step(view: View) -> str:
     """Return what a person does next with an arm in this state."""
     state, trust, paused = State(view["state"]), Trust(view["trust"]), view["paused"]
     if state is not State.ERROR_STOP and view["notice_code"] == SettingsDiffer.code:
         return _remedy(SettingsDiffer.code)
-    if state is State.ERROR_STOP or (trust is Trust.SUSPECT and not view["error_code"]):
-        code = view["error_code"] or view["trust_code"]
-        return _remedy(code)
+    if state is State.ERROR_STOP:
+        return _remedy(view["error_code"] or view["trust_code"])
+    if trust is Trust.SUSPECT and not view["error_code"]:
+        return LOOK_AND_HOME
     if paused:
         return "`armdrive resume` continues the motion."
     if state in (State.MOVING, State.HOMING, State.STOPPING):

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from armdrive.dialects.grbl.planner import SegmentBuffer
 from armdrive.dialects.grbl.settings import PINS, BoardAxes, GrblSettings
-from armdrive.dialects.grbl.variants import BEHAVIOURS, Behaviour, cautious
+from armdrive.dialects.grbl.variants import BEHAVIOURS, BLOCKS_328P, Behaviour, cautious
 from armdrive.dialects.words import plain
 from armdrive.tasks import Alert, AlertKind, Event, ProtocolWarning, Registers
 from firmware_protocol.grbl import (
@@ -142,8 +142,8 @@ class BoardState:
     `contacted` means that contact has been made, `recognised` that the firmware's description was
     read without a damaged line, and `modes_set` that the parser is in the modes that our lines
     need. `aborted` means that a reset ended a motion, or that the reset may not have been ours.
-    `lacking` are axes of the arm that the board does not have. `blocks` is the number of lines that
-    the planner holds.
+    `lacking` are axes of the arm that the board does not have. `blocks` is the most lines in the
+    planner at a time: its size, or that of the smallest one, an ATmega328P's.
     """
 
     def __init__(self, host: Host, settings: GrblSettings, axes: BoardAxes) -> None:
@@ -160,7 +160,7 @@ class BoardState:
         """Whether the board sent a greeting before contact, and no reset of ours was the cause."""
         self.modes_set = False
         self.aborted = False
-        self.blocks = settings.max_segments
+        self.blocks = BLOCKS_328P
         self.lacking = ""
         self.garbled = 0
         self.underruns = 0
@@ -258,7 +258,7 @@ class BoardState:
     def _learn_build(self, build: BuildInfo) -> None:
         self._planner_blocks = build.blocks
         if build.blocks:
-            self.blocks = min(self._settings.max_segments, build.blocks)
+            self.blocks = min(BLOCKS_328P, build.blocks)
         # a damaged number might never leave room for a line
         ring = build.rx_bytes or 0
         self._host.ring_bytes = ring if SMALLEST_RING_BYTES <= ring <= RING_BYTES_MAX else None

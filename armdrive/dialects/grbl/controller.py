@@ -30,10 +30,9 @@ from armdrive.dialects.grbl.settings import (
     BoardAxes,
     Comparison,
     GrblSettings,
-    idle_key,
-    unlisted,
 )
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
+from armdrive.dialects.grbl.variants import IDLE
 from armdrive.errors import Refused
 from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
@@ -158,23 +157,22 @@ class GrblController(ScriptRunner[HostEvent]):
 
     def _compare(self) -> Script[HostEvent, Reply]:
         """Read the settings until they are complete, and learn the axes' actual limits."""
-        message: HostEvent | None = None
-        reported, answer_s = self.board.reported_settings, self.settings.answer_s
-        behaviour = self.board.behaviour
+        board, answer_s = self.board, self.settings.answer_s
+        reported, paths = board.reported_settings, board.behaviour.paths
+        homing = self.axes.letters if self.settings.homing else ""
         for _ in range(TRIES):
             reported.clear()
             message = yield from self.exchange.ask(QuerySettings(), answer_s)
-            key = idle_key(self.settings, behaviour, reported)
-            for path in unlisted(key, behaviour):
+            for path in paths.unlisted(homing) if paths is not None else ():
                 if isinstance(message, Acknowledged):
                     yield from self.exchange.ask(Line(f"${path}"), answer_s)
-            if isinstance(message, Acknowledged) and key in reported:
+            found = Comparison(
+                self.settings, self.axes, board.letters, dict(reported), board.behaviour
+            )
+            if isinstance(message, Acknowledged) and found.number(IDLE) is not None:
                 break
         if not isinstance(message, Acknowledged):
             return refusal(message, "the settings could not be read")
-        found = Comparison(
-            self.settings, self.axes, self.board.letters, dict(reported), behaviour, key
-        )
         self.limits, self.searches_s = found.limits(), found.searches_s()
         return DeviceSettings(tuple(found.differences()), self.board.firmware_words())
 

@@ -15,6 +15,7 @@ from armdrive.dialects.grbl.variants import (
     DEBOUNCE_MS,
     HARD_LIMITS,
     HOMING,
+    HOMING_DIRECTIONS,
     HOMING_FEED,
     HOMING_SEEK,
     IDLE,
@@ -35,8 +36,9 @@ from armdrive.tasks import Difference
 from armdrive.text.toml import check_settings, setting
 from firmware_protocol.grbl import AXIS_LETTERS
 from firmware_protocol.grbl.dialect import write_number
-from kinematics.spaces import Motors
+from kinematics.spaces import Joints, Motors
 from kinematics.text import counted
+from kinematics.transmission import Transmission
 
 UNITS = ("steps", "degrees")
 SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")
@@ -81,7 +83,6 @@ class GrblSettings:
         "", "the day on which all limit switches worked; written by config limits"
     )
     homing: bool = setting(False, "expected $22")
-    idle_key: str = setting("", "the setting that keeps the motors on; empty: $1 or FluidNC's path")
     outputs: tuple[str, ...] = setting(
         ("flood",), "what each output bit switches: flood, mist, P0, P1 ..."
     )
@@ -96,9 +97,6 @@ class GrblSettings:
     gripper_closes: bool = setting(True, "whether that output closes the gripper when on")
     following_error_steps: float = setting(
         2.0, "how far a motor may be off the path that was sent", low=1.0, high=1000.0
-    )
-    max_segments: int = setting(
-        15, "most motion lines in the board's planner at a time", low=1, high=1000
     )
     poll_s: float = setting(0.05, "interval of status queries in motion", low=0.01, high=0.2)
     report_timeout_s: float = setting(
@@ -172,13 +170,15 @@ class BoardAxes:
 
     `most_hz` is each motor's rate when every joint that it moves is at full speed. `fastest_hz` is
     the highest rate of any motor for a single joint. If the board limits every motor to that, no
-    motion uses a higher rate.
+    motion uses a higher rate. `seeks` is which way each motor has to seek its homing switch: 1, -1,
+    or 0 if the arm file does not show it.
     """
 
     letters: str
     steps_per_unit: tuple[float, ...]
     most_hz: tuple[float, ...]
     fastest_hz: float
+    seeks: tuple[int, ...]
 
     @classmethod
     def of(cls, config: ArmConfig) -> BoardAxes:
@@ -216,7 +216,11 @@ class BoardAxes:
             for row in transmission.matrix
         ]
         return cls(
-            settings.axes[:count], per_unit, tuple(map(math.fsum, turned)), max(map(max, turned))
+            settings.axes[:count],
+            per_unit,
+            tuple(map(math.fsum, turned)),
+            max(map(max, turned)),
+            _seeks(config, transmission),
         )
 
     def expected(self, settings: GrblSettings) -> Limits:
@@ -270,6 +274,32 @@ class BoardAxes:
         ]
 
 
+def _seeks(config: ArmConfig, transmission: Transmission) -> tuple[int, ...]:
+    """Return which way each motor has to turn to its switch, as far as the arm file shows it.
+
+    The switch is at the end of the motor's travel where homing ends. In the middle half of the
+    travel it may be on either side.
+    """
+    homing, model = config.homing, config.model
+    count = len(transmission.motors)
+    if homing is None:
+        return (0,) * count
+    ranges = [(one.low_rad, one.high_rad) for one in model.arm.limits]
+    ranges += [model.gripper_range_mm] if transmission.has_gripper else []
+    middles = [(low + high) / 2.0 for low, high in ranges]
+    halves = transmission.most_steps([(high - low) / 2.0 for low, high in ranges])
+    joints = len(model.arm.limits)
+    middle = transmission.to_exact(
+        Joints(tuple(middles[:joints]), model.arm.joint_names), math.fsum(middles[joints:])
+    )
+    ends = transmission.to_exact(homing.joints, homing.opening_mm)
+    homes = {motor - 1 for group in homing.groups for motor in group} or range(count)
+    return tuple(
+        (end - at > half / 2.0) - (at - end > half / 2.0) if motor in homes else 0
+        for motor, (end, at, half) in enumerate(zip(ends, middle, halves, strict=True))
+    )
+
+
 def _per_degree(per_unit: float, index: int, config: ArmConfig) -> float:
     """Return a turning motor's steps per degree, or the gripper's steps per mm."""
     turning = index < len(config.model.arm.joint_names)
@@ -304,21 +334,6 @@ SETTING_TOLERANCE = 1e-3
 """Settings are reported with three decimals."""
 RATE_TOLERANCE = 0.02
 """An axis that is slower than expected by no more than this share is not reported."""
-
-
-def idle_key(settings: GrblSettings, behaviour: Behaviour, reported: ReportedSettings) -> int | str:
-    """Return the key of the setting that keeps the motors on: of the arm file, or the board's."""
-    word = settings.idle_key
-    if not word:
-        paths = behaviour.paths
-        return IDLE if paths is None or IDLE in reported else paths.idle
-    return int(word) if word.isdigit() else word
-
-
-def unlisted(idle: int | str, behaviour: Behaviour) -> list[str]:
-    """Return the paths of settings that the board's list of settings leaves out."""
-    paths = [] if behaviour.paths is None else [*behaviour.paths.single.values()]
-    return [idle, *paths] if isinstance(idle, str) else paths
 
 
 def _is_other(found: float, wanted: float) -> bool:
@@ -369,13 +384,14 @@ class Comparison:
     board: str
     reported: ReportedSettings
     behaviour: Behaviour
-    idle: int | str = IDLE
 
     def number(self, key: int) -> float | None:
         """Return a setting as a number; None if the board does not report one."""
-        text = self.reported.get(key) or self.reported.get(self._key(key) or key, "")
+        return self._read(key if key in self.reported else self._key(key))
+
+    def _read(self, key: int | str | None) -> float | None:
         try:
-            value = float(text)
+            value = float("" if key is None else self.reported.get(key, ""))
         except ValueError:
             return None
         return value if math.isfinite(value) else None
@@ -399,24 +415,35 @@ class Comparison:
     def searches_s(self) -> tuple[float, ...]:
         """Return how long each motor homes at most, in s; nothing if the board does not say.
 
-        It seeks its switch, backs off, approaches it slowly, and backs off again. Sources:
-        gnea/grbl grbl/limits.c (limits_go_home), grblHAL/core machine_limits.c, whose approach is
-        the longer one and may be repeated ($43).
+        It seeks its switch, backs off, approaches it slowly, and backs off again; FluidNC backs off
+        slowly, and also first from a switch that is pressed. Sources: gnea/grbl grbl/limits.c
+        (limits_go_home), grblHAL/core machine_limits.c, whose approach is longer than GRBL's and
+        may be repeated ($43), FluidNC Homing.cpp and Cartesian.cpp (axesVector).
         """
-        feed, seek, off = map(self.number, (HOMING_FEED, HOMING_SEEK, PULL_OFF))
-        pauses_s = (self.number(DEBOUNCE_MS) or 0.0) / 1000.0
-        limits = self.limits()
         found = []
-        for index, slope in enumerate(limits.accelerations):
+        approaches = 1.0 + (self.number(LOCATIONS) or 1.0)
+        for index, slope in enumerate(self.limits().accelerations):
             travel = self._of_axis(TRAVEL, index)
-            if not (feed and seek and off and travel):
+            seek, feed, off, pause_ms, far, near = self._homing(index)
+            if not (travel and seek and feed and off and far and near):
                 return ()
-            approaches = 1.0 + (self.number(LOCATIONS) or 1.0)
-            seek_s = (SEARCH_TRAVELS * travel + approaches * off) / seek * 60.0
-            locate_s = (approaches - 1.0) * LOCATE_PULL_OFFS * off / feed * 60.0
-            ramps_s = 2.0 * approaches * max(seek, feed) / 60.0 / slope
-            found.append(seek_s + locate_s + ramps_s + 2.0 * approaches * pauses_s)
+            seek_s = far * travel / seek * 60.0
+            near_s = (approaches - 1.0) * near * off / feed * 60.0
+            backs_off = seek if self.behaviour.paths is None else feed
+            off_s = (approaches + 1.0) * off / backs_off * 60.0
+            ramps_s = (2.0 * approaches + 1.0) * max(seek, feed) / 60.0 / slope
+            pauses_s = (2.0 * approaches + 1.0) * (pause_ms or 0.0) / 1000.0
+            found.append(seek_s + near_s + off_s + ramps_s + pauses_s)
         return tuple(found)
+
+    def _homing(self, index: int) -> Iterator[float | None]:
+        """Yield an axis's rates of seeking and approaching, pull-off, pause and scalers."""
+        paths = self.behaviour.paths
+        if paths is None:
+            yield from map(self.number, (HOMING_SEEK, HOMING_FEED, PULL_OFF, DEBOUNCE_MS))
+            yield from (SEARCH_TRAVELS, LOCATE_PULL_OFFS)
+        else:
+            yield from map(self._read, paths.homing_of(self.axes.letters[index]))
 
     def differences(self) -> Iterator[Difference]:
         """Yield each difference from the arm file, with the line that corrects it."""
@@ -427,18 +454,14 @@ class Comparison:
                 yield each.difference(found, self._key(each.key))
 
     def _idle(self) -> Iterator[Difference]:
-        """Yield the difference of the only setting that may be missing, or no number."""
-        found = self.reported.get(self.idle)
-        try:
-            on = found is not None and float(found) == ALWAYS_ON
-        except ValueError:
-            on = False
-        if not on:
+        """Yield the difference of the only setting that may be missing."""
+        found, key = self.number(IDLE), self._key(IDLE)
+        if found != ALWAYS_ON:
             yield Difference(
-                f"${self.idle} (motors on while standing)",
-                found or "not reported",
+                f"${key} (motors on while standing)",
+                "not reported" if found is None else write_number(found),
                 str(ALWAYS_ON),
-                f"${self.idle}={ALWAYS_ON}",
+                f"${key}={ALWAYS_ON}",
             )
 
     def _expected(self) -> Iterator[ExpectedSetting]:
@@ -468,8 +491,20 @@ class Comparison:
             yield ExpectedSetting(HOMING, bits, "homing, also of single axes", _is_other)
         else:
             yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
+        if settings.homing:
+            what = "homing directions: motors would move away from their switches"
+            yield ExpectedSetting(HOMING_DIRECTIONS, self._homing_mask(), what, _is_other)
         if behaviour.sleep_switch:
             yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)
+
+    def _homing_mask(self) -> int:
+        """Return the board's own mask with a bit for each motor that has to home downwards."""
+        mask = int(self.number(HOMING_DIRECTIONS) or 0)
+        for letter, way in zip(self.axes.letters, self.axes.seeks, strict=True):
+            bit = 1 << self.board.index(letter)
+            if way:
+                mask = mask | bit if way < 0 else mask & ~bit
+        return mask
 
     def _key(self, key: int) -> int | str | None:
         return self.behaviour.key(key, self.board)

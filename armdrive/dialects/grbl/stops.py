@@ -233,20 +233,11 @@ class GrblStops:
     def cancel_jog(self, lines: InFlightLines) -> Script[HostEvent, bool]:
         """End a jog and keep the position; return False if steps may be lost.
 
-        First wait for the answer to the last line, because a cancel does not affect lines still in
-        the receive buffer. If the board still jogs after `RESEND_S`, the cancel may be lost. Then
-        send a feed hold, which ends a jog as well; a superfluous one shows as Hold. Once the board
-        is Idle, a line that it must refuse proves that it reads lines and that its receive buffer
-        holds no motion.
+        If the board still jogs after `RESEND_S`, the cancel may be lost. Then send a feed hold,
+        which ends a jog as well; a superfluous one shows as Hold. Once the board is Idle, a line
+        that it must refuse proves that it reads lines and that its receive buffer holds no motion.
         """
-        end_s = self.io.now_s + self.settings.answer_s
-        # a cancel ends only what the planner holds: the last line must have got there
-        while lines.unanswered and self.io.now_s < end_s and not self.io.stop_hard:
-            message = yield from self.exchange.listen(min(end_s, self.io.now_s + OK_TIMEOUT_S))
-            if isinstance(message, Acknowledged):
-                lines.answered(self.io.now_s)
-            elif message is None and self.io.now_s >= lines.oldest_sent_s + OK_TIMEOUT_S:
-                break
+        yield from self._await_answers(lines)
         end_s = self.io.now_s + self.brake_s + self.settings.answer_s
         self._cancel_again_s = hold_s = self.io.now_s + RESEND_S
         self.exchange.press(Realtime.JOG_CANCEL)
@@ -266,6 +257,16 @@ class GrblStops:
         if self.io.stop_hard:
             return (yield from self.kill(lines))
         return (yield from self.hold())
+
+    def _await_answers(self, lines: InFlightLines) -> Script[HostEvent, None]:
+        """Wait until the last line is in the planner: a cancel ends only what the planner holds."""
+        end_s = self.io.now_s + self.settings.answer_s
+        while lines.unanswered and self.io.now_s < end_s and not self.io.stop_hard:
+            message = yield from self.exchange.listen(min(end_s, self.io.now_s + OK_TIMEOUT_S))
+            if isinstance(message, Acknowledged):
+                lines.answered(self.io.now_s)
+            elif message is None and self.io.now_s >= lines.oldest_sent_s + OK_TIMEOUT_S:
+                break
 
     def _still_idle(self) -> Script[HostEvent, bool]:
         """Query whether the board stands, after all lines that were sent."""

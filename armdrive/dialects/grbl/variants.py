@@ -14,7 +14,7 @@ from firmware_protocol.grbl import Variant
 
 # The numbers of settings; those from 100 on are followed by the axis.
 IDLE, REPORT, JUNCTION, INCHES = 1, 10, 11, 13
-SOFT_LIMITS, HARD_LIMITS, HOMING, SLEEP = 20, 21, 22, 62
+SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS, SLEEP = 20, 21, 22, 23, 62
 HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF, LOCATIONS = 24, 25, 26, 27, 43
 STEPS_PER_UNIT, RATES, ACCELERATIONS, TRAVEL = 100, 110, 120, 130
 
@@ -23,22 +23,24 @@ SLOWEST_HZ = 16e6 / (8 * 65535)
 eight interrupts a step. 40 steps at 5, 10, 20 and 30 steps/s took 1.278 s each. The driver uses no
 slower rate on any board, because segments would last longer."""
 BLOCKS_328P = 15
-"""Planner size of an ATmega328P. Boards with a larger planner also have more segments."""
+"""Planner size of an ATmega328P. FluidNC's has 16, the Mega's 35 and grblHAL's 100: boards with a
+larger planner also have more segments."""
 
 
 @dataclass(frozen=True, slots=True)
 class Paths:
     """The paths by which a firmware with a configuration file changes its settings.
 
-    `idle` is that of the setting that keeps the motors on. `numbered` settings have no path,
-    `single` ones are not of an axis, and `of_axis` are the last words of the others' paths. No
-    other setting can be changed.
+    `numbered` settings have no path, `single` ones are not of an axis, and `of_axis` are the last
+    words of the others' paths. No other setting can be changed. `homing` are the last words of an
+    axis's paths to what GRBL says in $25, $24, $27 and $26, and to how far homing seeks, in
+    travels, and approaches, in pull-offs.
     """
 
-    idle: str
     numbered: tuple[int, ...]
     single: Mapping[int, str]
     of_axis: Mapping[int, str]
+    homing: tuple[str, ...]
 
     def key(self, number: int, board: str) -> int | str | None:
         """Return the number or path that changes a setting; None if only the file does.
@@ -53,6 +55,14 @@ class Paths:
         if group in self.of_axis:
             return f"/axes/{board[number % 10].lower()}/{self.of_axis[group]}"
         return None
+
+    def unlisted(self, homing: str) -> list[str]:
+        """Return the paths that the board's list of settings leaves out, if these axes home."""
+        return [*self.single.values(), *(path for each in homing for path in self.homing_of(each))]
+
+    def homing_of(self, letter: str) -> list[str]:
+        """Return the paths to what an axis homes by, in the order of `homing`."""
+        return [f"/axes/{letter.lower()}/{word}" for word in self.homing]
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,15 +128,26 @@ BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
             slowest_hz=20e6 / (8 * 65535),
             keeps_line=True,
             paths=Paths(
-                idle="/stepping/idle_ms",
                 numbered=(REPORT, INCHES),
-                single={JUNCTION: "/junction_deviation_mm"},
+                single={
+                    IDLE: "/stepping/idle_ms",
+                    JUNCTION: "/junction_deviation_mm",
+                    LOCATIONS: "/axes/homing_runs",
+                },
                 of_axis={
                     STEPS_PER_UNIT: "steps_per_mm",
                     RATES: "max_rate_mm_per_min",
                     ACCELERATIONS: "acceleration_mm_per_sec2",
                     TRAVEL: "max_travel_mm",
                 },
+                homing=(
+                    "homing/seek_mm_per_min",
+                    "homing/feed_mm_per_min",
+                    "motor0/pulloff_mm",
+                    "homing/settle_ms",
+                    "homing/seek_scaler",
+                    "homing/feed_scaler",
+                ),
             ),
         ),
     }

@@ -18,7 +18,14 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from armdrive.abilities import Abort, segment_s
-from armdrive.errors import ArmError, BadRequest, NotReferenced, OutOfBounds, WrongState
+from armdrive.errors import (
+    ArmError,
+    BadRequest,
+    NotReferenced,
+    OutOfBounds,
+    Refused,
+    WrongState,
+)
 from armdrive.motion.context import MotionContext, StreamedCourse, Way
 from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_move
 from armdrive.motion.frames import axes_of
@@ -290,6 +297,9 @@ def jog_session(context: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]
             if context.stopping:
                 yield from context.verify()
                 core.notify(str(context.stopped("the jog was stopped")))
+    except Refused as refusal:  # a key waits for no result
+        core.notify(str(refusal), refusal)
+        raise
     finally:
         core.hold = None
         core.nudges.clear()
@@ -345,7 +355,7 @@ def _increment(
         return
     show_end(context, found.ended)
     if found.legs:
-        over = _overtaken(context, core.holds)
+        over = _overtaken(context, nudge.holds)
         yield from drive_legs(context, found.legs, core.config.motion.jog_burst_s, released=over)
         if core.speed_override.paused and core.position.coordinates != found.legs[-1].end:
             core.notify(PAUSED)

@@ -29,6 +29,7 @@ from armdrive.sim.grbl.firmware import (
     FIRMWARES,
     HARD_LIMITS,
     HOMING,
+    HOMING_DIRECTIONS,
     HOMING_FEED,
     HOMING_SEEK,
     IDLE_MS,
@@ -49,6 +50,7 @@ from armdrive.sim.grbl.orders import ROUTINES
 from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
+from armdrive.sim.world.body import ArmBody
 from armdrive.text.toml import setting
 from firmware_protocol.grbl import AXIS_LETTERS
 from kinematics.text import counted
@@ -152,9 +154,12 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
         SOFT_LIMITS: float(device.soft_limits),
         HARD_LIMITS: float(device.hard_limits),
         HOMING: float(device.homing),
+        HOMING_DIRECTIONS: 0.0,
     }
+    ways = _ways(config)
     for motor, letter in enumerate(letters):
         axis, per = axes.index(letter), per_unit[motor]
+        values[HOMING_DIRECTIONS] += (ways[motor] < 0) << axis
         values[STEPS + axis] = per
         values[RATE + axis] = _up(rates[motor] / per * MINUTE_S)
         values[ACCELERATION + axis] = _up(slopes[motor] / per)
@@ -177,8 +182,11 @@ def switches(
 
     If the arm file states no such posture, they are at the upper end of each motor's travel.
     """
-    turned = [axes.index(letter) for letter in letters]
-    backs = [round(values[PULL_OFF] * values[STEPS + axis]) for axis in turned]
+    turned, ways = [axes.index(letter) for letter in letters], _ways(config)
+    backs = [
+        way * round(values[PULL_OFF] * values[STEPS + axis])
+        for axis, way in zip(turned, ways, strict=True)
+    ]
     found: dict[int, LimitSwitch] = {}
     for motor, home in enumerate(switch_places(config, _transmission(config), backs)):
         if not abs(home) < FARTHEST_STEPS:
@@ -186,8 +194,21 @@ def switches(
                 f"motor {motor + 1} would stand at {home:g} steps at its limit switch, farther "
                 "than a board counts: correct homing or limits_deg"
             )
-        found[turned[motor]] = LimitSwitch(partial(_stands_at, world, motor), home)
+        found[turned[motor]] = LimitSwitch(partial(_stands_at, world, motor), home, ways[motor])
     return Switches(found)
+
+
+def _ways(config: ArmConfig) -> list[int]:
+    """Return which way each motor turns to its switch, from the posture in which the arm is found.
+
+    Only then can homing end where the arm file says: on the other way, the motor would move away
+    from its switch, or find it pressed all along.
+    """
+    if config.homing is None:
+        return [1] * len(_transmission(config).motors)
+    homed = _transmission(config).to_motors(config.homing.joints, config.homing.opening_mm)
+    found = World(ArmBody.of_preset(config.model)).motors
+    return [1 if there >= here else -1 for here, there in zip(found, homed, strict=True)]
 
 
 def _stands_at(world: World, motor: int) -> int:

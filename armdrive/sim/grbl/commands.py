@@ -16,8 +16,10 @@ from armdrive.sim.grbl.firmware import (
     HOMING_DIRECTIONS,
     HOMING_FEED,
     HOMING_SEEK,
+    LOCATE,
     MINUTE_S,
     PULL_OFF,
+    SEARCH,
     SLEEP_ENABLE,
     STEPS,
     TRAVEL,
@@ -47,10 +49,6 @@ from firmware_protocol.grbl import (
 # pressed. The real firmware stops only that axis dead; here the others pause while it drops out.
 # Source: gnea/grbl grbl/limits.c (limits_go_home).
 
-SEARCH = 1.5
-"""How far to search for a switch, in multiples of the travel."""
-LOCATE = 5.0
-"""How far to search when the switch is located again, in multiples of the pull-off."""
 _STILL_PRESSED, _NOT_FOUND, _AMBIGUOUS = 8, 9, 12
 
 Steps = Generator[float, None, int]
@@ -159,7 +157,10 @@ def run_path(board: GrblBoard, line: str) -> int | None:
     if found is None or paths is None:
         return None
     path, value = found[1].lower(), found[2]
-    number = paths.number(path, board.axes)
+    fixed, number = paths.fixed_value(path), paths.number(path, board.axes)
+    if fixed is not None and value is None:
+        board.say(Setting(f"/{path}", f"{fixed:.3f}"))
+        return 0
     if number is None:
         return UNKNOWN
     if value is None:

@@ -26,6 +26,8 @@ SLEEP_ENABLE = 62
 """grblHAL refuses `$SLP` while this is 0, as it is at the factory."""
 SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
 HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF = 24, 25, 26, 27
+SEARCH, LOCATE = 1.5, 5.0
+"""How far homing seeks a switch, in travels, and how far it approaches it again, in pull-offs."""
 INCHES = 13
 MOST_SPEED, LEAST_SPEED, LASER = 30, 31, 32
 STEPS, RATE, ACCELERATION, TRAVEL = 100, 110, 120, 130
@@ -58,7 +60,10 @@ class SettingPaths:
     single: Mapping[str, int]
     """The number of the setting at each path of its own."""
     of_axis: Mapping[str, int]
-    """The number, for the first axis, of the setting at `axes/x/` and each of these words."""
+    """The number, for the first axis, of the setting at `axes/x/` and each of these words, or the
+    number of all axes."""
+    fixed: Mapping[str, float]
+    """What cannot be changed here, by the same words."""
     told_first: tuple[int, ...]
     """The numbers that `$$` lists before those of the axes and $10; it lists no others."""
     changeable: Mapping[int, float]
@@ -71,14 +76,20 @@ class SettingPaths:
             return self.single.get(path)
         if found[1].upper() not in axes or found[2] not in self.of_axis:
             return None
-        return self.of_axis[found[2]] + axes.index(found[1].upper())
+        number = self.of_axis[found[2]]
+        return number + axes.index(found[1].upper()) if number >= STEPS else number
+
+    def fixed_value(self, path: str) -> float | None:
+        """Return what is fixed at a path, or None if nothing is."""
+        found = _AXIS_PATH.fullmatch(path)
+        return self.fixed.get(path if found is None else found[2])
 
     def told(self, numbers: Collection[int]) -> list[int]:
         """Return the settings that `$$` lists, in their order."""
         return [*self.told_first, *(number for number in numbers if number >= STEPS), REPORT]
 
 
-_AXIS_PATH = re.compile(r"axes/([a-z])/(\w+)")
+_AXIS_PATH = re.compile(r"axes/([a-z])/([\w/]+)")
 _AVR_STEPPING = Stepping(5, 1e-3, 16e6 / (8 * 65535))
 """No slower than a 16-bit timer of a processor at 16 MHz, its clock divided by 8, can count."""
 
@@ -378,6 +389,17 @@ _FIRMWARES = (
                     "max_rate_mm_per_min": RATE,
                     "acceleration_mm_per_sec2": ACCELERATION,
                     "max_travel_mm": TRAVEL,
+                    "homing/seek_mm_per_min": HOMING_SEEK,
+                    "homing/feed_mm_per_min": HOMING_FEED,
+                    "homing/settle_ms": DEBOUNCE_MS,
+                    "motor0/pulloff_mm": PULL_OFF,
+                }
+            ),
+            fixed=MappingProxyType(
+                {
+                    "axes/homing_runs": 2.0,
+                    "homing/seek_scaler": SEARCH,
+                    "homing/feed_scaler": LOCATE,
                 }
             ),
             told_first=(

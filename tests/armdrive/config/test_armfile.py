@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from pages import page_path
 
 from armdrive.arm import Arm
+from armdrive.config.arm import remarks_on
 from armdrive.config.sections import guard_table, guards_of
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import ArmFileError, Refused
@@ -339,6 +340,32 @@ def problems_of(text, folder):
 def text_of(sections):
     rest = "\n".join(f"[{name}]\n{text}" for name, (text, _) in sections.items() if name)
     return f'model = "minimover5"\n{sections[""][0]}\n{rest}'
+
+
+@pytest.mark.parametrize(
+    ("groups", "named"),
+    [
+        ("[[2], [3], [1, 4, 5]]", []),
+        ("[[1], [2, 3, 4, 5, 6]]", []),
+        # the elbow's cable passes over the shoulder, those of the hand over both
+        ("[[3], [2], [1, 4, 5]]", ["motor 3 (elbow) passes over the shoulder"]),
+        (
+            "[[2], [6], [4, 5, 1], [3]]",
+            [
+                "motor 6 (gripper) passes over the elbow",
+                "motor 4 (right wrist) passes over the elbow",
+                "motor 5 (left wrist) passes over the elbow",
+            ],
+        ),
+    ],
+)
+def test_a_motor_that_homes_before_a_joint_that_it_passes_over_is_remarked(groups, named):
+    angles = "base = 80\nshoulder = 80\nelbow = 0\nwrist_pitch = 0\nwrist_roll = 0"
+    text = f'model = "minimover5"\n[homing]\ngroups = {groups}\n[homing.joints_deg]\n{angles}'
+    remarks = [
+        each for each in remarks_on(parse_arm(tomllib.loads(text), name="a")) if "homing" in each
+    ]
+    assert [each.partition(": ")[2].partition(",")[0] for each in remarks] == named
 
 
 def test_one_reading_names_the_problems_of_every_section(tmp_path):

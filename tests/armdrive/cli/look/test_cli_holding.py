@@ -330,6 +330,8 @@ def test_an_arm_without_a_position_shows_none(view):
         ({"state": "error-stop"}, "call `reset()`"),
         ({"trust": "suspect", "trust_code": "E703"}, "then call `home()`"),
         ({"trust": "suspect", "trust_code": "E716"}, "Look at the arm, then call `home()`"),
+        # after the reset that the remedy of E707 begins with
+        ({"trust": "suspect", "trust_code": "E707"}, "Look at the arm, then call `home()`"),
         ({"trust": "unknown", "trust_code": "E701"}, "Call `home()`."),
         ({"trust": "suspect", "notice_code": "E206"}, "`armdrive doctor --fix`"),
         ({"trust": "restored", "trust_code": "E702"}, "a simulated arm confirms its position"),

@@ -28,6 +28,7 @@ from armdrive.blocking import run_blocking
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
+from armdrive.motion.device import compare_settings
 from armdrive.motion.reference import home_device
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedPace
@@ -138,6 +139,23 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     assert standing_as_said(arm)
 
 
+@pytest.mark.parametrize("jog", ["hold", "nudge"])
+def test_a_jog_that_wrong_settings_forbid_says_so_at_every_press(jog):
+    arm = found(factory=True)
+    motors = arm.twin.world.motors
+    for _ in range(2):
+        notices = arm.status.notices
+        if jog == "hold":
+            arm.jogging.hold(Jog.joint(base=1.0), speed=0.1, for_s=0.2)
+        else:
+            arm.jogging.nudge(Jog.joint(base=0.02), speed=0.1)
+        arm.sleep(1.0)
+        assert arm.status.notices > notices
+        assert arm.status.notice_code == "E206"
+        assert "the arm does not move while" in arm.status.notice
+    assert arm.twin.world.motors == motors
+
+
 @pytest.mark.parametrize(
     ("firmware", "named"),
     [
@@ -231,6 +249,41 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
     assert homed == (named if groups or firmware == "grblhal" else [b"$H\n"])
     arm.move_j(base_deg=50)
     assert arm.status.joints.deg["base"] == pytest.approx(50, abs=0.1)
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_search_that_finds_no_switch_ends_within_the_time_that_the_boards_settings_give(firmware):
+    made = homing_config()
+    made = replace(made, device=replace(made.device, homing_s=290.0))
+    arm = found(made, firmware=firmware)
+    if arm.status.state is State.ERROR_STOP:  # it boots locked
+        arm.reset()
+    controller = arm.parts.core.controller
+    announced_s = controller.search(made.homing.requests()[0]).time_s
+    assert announced_s != made.device.homing_s  # what is assumed of a board that says nothing
+    arm.twin.board.set_switch(0, SwitchState.OPEN)
+    began_s = arm.status.time_s
+    with pytest.raises(DeviceFault, match="did not find the switch"):
+        arm.home()
+    assert 50.0 < arm.status.time_s - began_s <= announced_s
+
+
+def test_homing_that_takes_too_long_names_the_key_that_allows_more():
+    made = homing_config()
+    arm = found(replace(made, device=replace(made.device, homing_s=5.0)))
+    with pytest.raises(DeviceFault, match=r"not ended after 6 s.* raise homing_s in the arm file"):
+        arm.home()
+    assert not arm.twin.device.moving
+
+
+def test_what_is_said_before_homing_names_a_motor_that_would_move_away_from_its_switch():
+    arm = found(homing_config())
+    assert "differ" not in arm.reference.homing_words
+    ways = int(arm.twin.board.settings.values[23])
+    arm.twin.board.settings.values[23] = float(ways ^ 1)  # of the base, which homes near an end
+    run_blocking(arm.parts.runner.perform(compare_settings(arm.parts.context)))
+    assert "$23 (homing directions" in arm.reference.homing_words
+    assert f"expected {ways}: send `$23={ways}`." in arm.reference.homing_words
 
 
 def test_an_alarm_right_after_homing_is_not_unlocked(monkeypatch):

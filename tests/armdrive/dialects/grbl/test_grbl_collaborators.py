@@ -8,6 +8,7 @@ from grbl_arm import PIECES, config
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from armdrive.config.sections import HomingSettings
 from armdrive.dialects.controller import ScriptRunner, StopPart
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.exchange import SPOILER, GrblExchange
@@ -37,7 +38,7 @@ from firmware_protocol.grbl import (
     Variant,
     parse_line,
 )
-from kinematics import Motors
+from kinematics import Joints, Motors
 
 BANNER = "Grbl 1.1f ['$' for help]"
 IDLE = "<Idle|MPos:1.000,2.000,3.000,4.000,5.000,6.000|Bf:15,128>"
@@ -423,6 +424,30 @@ def test_each_differing_setting_is_reported_with_the_line_that_corrects_it(chang
     assert list(told().differences()) == []
     (found,) = told(**changes).differences()
     assert (found.fix, found.must) == (fix, must)
+
+
+@pytest.mark.parametrize(
+    ("angles_deg", "groups", "said", "fix"),
+    [
+        # the motors of shoulder and elbow count down where these joints are high; the wrist's stand
+        # in the middle of their travel, where a switch may be on either side
+        ((88, 142, -2, 0, 0), ((3,), (2,), (1, 4, 5)), "0", "$23=6"),
+        ((88, 142, -2, 0, 0), ((3,), (2,), (1, 4, 5)), "30", None),
+        ((88, 142, -2, 0, 0), ((3,), (2,), (1, 4, 5)), "7", "$23=6"),
+        ((-88, 142, -2, 0, 0), ((2,), (1, 4, 5, 3)), "0", "$23=7"),
+        ((88, -30, -147, 0, 0), ((3,), (2,), (1, 4, 5)), "6", "$23=0"),
+        ((88, -30, -147, 0, 0), ((3,), (2,), (1, 4, 5)), None, None),
+    ],
+)
+def test_a_board_that_would_home_away_from_its_switches_is_named_before(
+    angles_deg, groups, said, fix
+):
+    made = config(device={"homing": True})
+    there = Joints(tuple(map(math.radians, angles_deg)), made.model.arm.joint_names)
+    made = replace(made, homing=HomingSettings(there, 0.0, groups))
+    board = told(s22="1", s23=said)
+    board = replace(board, settings=made.device, axes=BoardAxes.of(made))
+    assert [each.fix for each in board.differences()] == ([fix] if fix else [])
 
 
 def test_the_boards_real_speed_is_used():

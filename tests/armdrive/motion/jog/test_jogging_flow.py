@@ -264,6 +264,22 @@ def test_a_hold_that_expires_ends_the_increment_as_well(arm):
     assert stands_after_s(arm) <= 0.2 + bound_s + LOOK_S
 
 
+@pytest.mark.parametrize("lets_go", [False, True])
+def test_letting_go_ends_an_increment_that_became_a_hold_before_it_began(arm, lets_go):
+    """A desk that was kept waiting hands over a press and its repeats at once."""
+    before, began_s = arm.twin.world.joints.deg["base"], arm.status.time_s
+    arm.jogging.nudge(Jog.joint(base=STEP), speed=0.1)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=0.1, for_s=0.2)
+    if lets_go:
+        wait_for_motion(arm)
+        arm.jogging.release()
+    let_go_s = max(arm.status.time_s, began_s + 0.2 * (not lets_go))
+    bound_s = arm.status.stop_time_s
+    stood_s = arm.status.time_s + stands_after_s(arm)
+    assert stood_s <= let_go_s + bound_s + LOOK_S
+    assert arm.twin.world.joints.deg["base"] - before < STEP / 4
+
+
 def test_an_increment_without_a_held_key_runs_to_its_end(arm):
     before = arm.twin.world.joints.deg["base"]
     arm.jogging.nudge(Jog.joint(base=6.0), speed=0.5)

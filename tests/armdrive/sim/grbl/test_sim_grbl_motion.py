@@ -13,6 +13,7 @@ from armdrive.sim.grbl.firmware import ALWAYS_ON_MS, FIRMWARES, IDLE_MS, BoardSe
 from armdrive.sim.grbl.hardware import BoardOutputs, MotorCurrent, OutputFingers, OutputWiring
 from armdrive.sim.mechanics.motors import LimitSwitch, SwitchState
 from firmware_protocol.grbl import Line, State
+from kinematics import Joints
 
 RESET = "\x18"
 
@@ -472,9 +473,13 @@ def test_fluidnc_answers_homing_that_failed_and_does_not_restart():
     assert bench.ask().state is State.ALARM
 
 
-def test_homing_ends_in_the_posture_of_the_arm_file():
+@pytest.mark.parametrize("angles_deg", [None, (88, 142, -2, 0, 0), (80, 80, 0, 0, 0)])
+def test_homing_ends_in_the_posture_of_the_arm_file(angles_deg):
+    """Motors that count down there seek downwards, as `$23` of a board set up for it says."""
     config = config_of(homing=True)
     there = config.model.arm.ik(config.model.reference.pose)
+    if angles_deg:
+        there = Joints(tuple(map(math.radians, angles_deg)))
     config = replace(config, homing=HomingSettings(there, 10.0))
     bench = Bench({}, config=config)
     bench.say("$H", 0.0)
