@@ -250,7 +250,7 @@ class Cia402Contact:
             last, before = before, (yield from self.transfers.obtain(both))
             return [each.drive for node, each in before.items() if _turns(each, last[node])]
 
-        yield from end_earlier_motion(self.io.listened, turning, self._quick_stop)
+        yield from end_earlier_motion(self.io, turning, self._quick_stop)
 
     def _quick_stop(self, drives: list[Cia402Drive]) -> Script[None]:
         """Stop drives that take no part in PDOs yet."""

@@ -197,8 +197,12 @@ REPLIES_OFF = (
     "(`armdrive doctor --fix`, or code 8C with 01 01)"
 )
 NO_SUCH_ORDER = "it may be in a mode in which it ignores motion commands: set SR_vFOC (Menu > Mode)"
-BUSY = (MotorState.HOMING, MotorState.CALIBRATING)
-TURNING = (MotorState.ACCELERATING, MotorState.DECELERATING, MotorState.FULL_SPEED)
+TURNING = (
+    MotorState.ACCELERATING,
+    MotorState.DECELERATING,
+    MotorState.FULL_SPEED,
+    MotorState.HOMING,
+)
 
 
 class MksContact:
@@ -273,17 +277,20 @@ class MksContact:
 
     def _end_earlier_motion(self) -> MksScript[None]:
         """Wait until all drives stand, and stop those that do not."""
-        return end_earlier_motion(self._io.listened, self._turning, self._stops.halt)
+        return end_earlier_motion(self._io, self._turning, self._stops.halt)
 
     def _turning(self) -> MksScript[list[ObservedDrive]]:
-        """Return the drives that turn. Raises `Obstructed` if one homes or calibrates."""
+        """Return the drives that turn. Raises `Obstructed` if one calibrates its encoder.
+
+        A stop would leave that one without a calibration.
+        """
         io = self._io
         turning = []
         for drive in (yield from io.read(ReadState())):
             state = io.states.get(drive)
-            if state in BUSY:
+            if state is MotorState.CALIBRATING:
                 raise Obstructed(
-                    f"{drive} is {state.name.lower()}: wait until it has finished. If it does not, "
+                    f"{drive} is calibrating: wait until it has finished. If it does not, "
                     "switch its supply off and on: one that cannot turn its motor stays so"
                 )
             if state in TURNING:
