@@ -21,6 +21,7 @@ from mks_bench import (
 from armdrive.dialects.bus.ledger import START_WINDOW_S, Rejections
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.mks.compare import parsed_line
+from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.stops import ramp_to
 from armdrive.errors import Refused
 from armdrive.tasks import (
@@ -260,6 +261,37 @@ def test_a_stop_that_a_homing_drive_did_not_receive_is_repeated():
     assert lost
     assert bench.positions[0] - there < 0.1 * COUNTS_PER_TURN  # at a turn a second
     bench.check_stands()
+
+
+@pytest.mark.parametrize(
+    ("firmware", "rpms", "most_s"),
+    [
+        ((1, 0, 4), (60, 60), 60.0),  # tells no speed: `homing_s`
+        ((1, 0, 8), (60, 60), 75.0),  # OVERTRAVEL times the wrist's range, at a turn a second
+        ((1, 0, 8), (60, 120), 75.0),
+        ((1, 0, 8), (120, 120), 37.5),
+    ],
+)
+def test_without_a_watchdog_homing_is_bounded_by_the_drives_speeds_once_they_are_read(
+    firmware, rpms, most_s
+):
+    bench, request_ = MksBench(firmware), HomeDevice(((3, 4),))
+    for motor, rpm in zip((4, 5), rpms, strict=True):
+        bench.node(motor).sim.flash.put(homing_at(rpm))
+    assert bench.controller.search(request_).time_s == pytest.approx(60.0, abs=0.3)
+    bench.do(ReadPosition())
+    assert bench.controller.search(request_).time_s == pytest.approx(most_s, abs=0.3)
+
+
+def test_the_next_program_knows_the_watchdog_before_it_switches_anything_on():
+    bench = MksBench().ready()
+    bench.do(DropCurrent())
+    again = MksController(bench.controller.abilities, bench.config)
+    bench.controller = again
+    assert not again.watched
+    bench.do(ReadPosition())
+    assert again.watched
+    assert again.search(HomeDevice(((0,),))).time_s < 1.0
 
 
 @pytest.mark.parametrize(("for_s", "words"), [(0.7, ""), (9.0, "no drive answered for a while")])
