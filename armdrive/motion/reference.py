@@ -34,7 +34,6 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Motors
 from kinematics.transmission import Transmission
 
-
 STOPPED_BEFORE = "homing was stopped before it began"
 
 
