@@ -34,9 +34,13 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Motors
 from kinematics.transmission import Transmission
 
+STOPPED_BEFORE = "homing was stopped before it began"
+
 
 def begin_home(context: MotionContext) -> TaskBody[None]:
     """Enter the state HOMING, in which the operator brings the arm to its reference posture."""
+    if context.stopping:  # while another task ran
+        raise context.stopped(STOPPED_BEFORE)
     context.core.happen(Event.HOME)
     yield from ()
 
@@ -51,7 +55,7 @@ def home_device(
     core = context.core
     core.require_settings()
     if not (yield from leave_standstill(context)):
-        raise context.stopped("homing was stopped before it began")
+        raise context.stopped(STOPPED_BEFORE)
     core.happen(Event.HOME)
     core.readings.current = Current.HELD
     try:

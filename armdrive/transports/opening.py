@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 
 STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFF_FFFF  # ids of 11 and of 29 bits
 _RATES = frozenset({"bitrate", "btr", "timing"})
+_ECHOES = frozenset({"udp_multicast"})
+"""Interfaces that return each frame to its sender as if another node had sent it (python-can 4.6).
+A drive's confirmation may be equal to its order, so an order would confirm itself."""
 
 
 def open_link(
@@ -72,6 +75,11 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
     interface = str(settings.pop("interface"))
     channel = settings.pop("channel", None)
     found = CanAddress(interface, "" if channel is None else str(channel), address.options)
+    if interface in _ECHOES:
+        raise PortUnavailable(
+            f"{_name(found, {})} returns every frame to its sender, so an order would look "
+            "confirmed that no drive has received: use another interface"
+        )
     if down := is_down(found):
         raise down
     if found.device:

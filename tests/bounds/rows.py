@@ -343,8 +343,8 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
         ),
         "as declared": Reason(
             0.1,
-            "Neither these drives nor this board tell how long they home, so the bound is the "
-            "longest homing that the arm file allows.",
+            "This board does not tell how long it homes, so the bound is the longest homing that "
+            "the arm file allows.",
         ),
     }
 )
@@ -438,7 +438,7 @@ def _homing_rows() -> tuple[Row, ...]:
         *(Row("grbl", Begin.HOMING, cause, (0.1,)) for cause in _LOST),
         *(Row("cia402", Begin.HOMING, cause, (0.3,)) for cause in _LOST),
         *(Row("mks", Begin.HOMING, cause, (0.31,), way="homing ramp") for cause in _LOST),
-        Row("mks", Begin.HOMING, Cause.PULLED, (0.1,), options=_UNWATCHED, time="as declared"),
+        Row("mks", Begin.HOMING, Cause.PULLED, (0.1,), options=_UNWATCHED),
         Row("grbl", Begin.HOMING, Cause.PULLED, (0.1,), options=_FLUIDNC, time="as declared"),
     )
 

@@ -66,7 +66,7 @@ class ContourCheck:
 
         A drive that moves alone cannot lag others: it is on its path, only late.
         """
-        found = {i: shares for i, each in enumerate(self._drives) if (shares := each.shares())}
+        found = {i: shares for i, each in enumerate(self._drives) if (shares := each.shares.each)}
         if len(found) < 2:
             return None
         slowest = min(found, key=lambda motor: max(found[motor]))

@@ -163,6 +163,72 @@ class _Look:
     read_s: float
 
 
+class LatestReadings:
+    """The latest readings of one drive. One that stands counts up to `tremble` more or less."""
+
+    def __init__(self, tremble: int) -> None:
+        self._tremble = tremble
+        self._each: deque[Reading] = deque(maxlen=READINGS)
+        self._still: Reading | None = None
+        """The first of the latest ones that all found it in one place."""
+
+    def add(self, reading: Reading) -> None:
+        """Add the next reading."""
+        self._each.append(reading)
+        if self._still is None or abs(reading.count - self._still.count) > self._tremble:
+            self._still = reading
+
+    @property
+    def still_s(self) -> float:
+        """Since when they find the drive in one place; infinity before the first one."""
+        return math.inf if self._still is None else self._still.read_s
+
+    @property
+    def two_apart(self) -> tuple[Reading, Reading] | None:
+        """The last one, after the latest that is surely older: that one had arrived before."""
+        if not self._each:
+            return None
+        last = self._each[-1]
+        older = (each for each in reversed(self._each) if each.read_s + APART_S <= last.asked_s)
+        before = next(older, None)
+        return None if before is None else (before, last)
+
+
+class TurnedShares:
+    """How far one drive turned from look to look, as a share of what it was ordered to turn.
+
+    It tells nothing while a drive was ordered to turn less than `least` from look to look.
+    """
+
+    def __init__(self, least: float) -> None:
+        self._least = least
+        self._looks: deque[tuple[float, float]] = deque(maxlen=WEAK_LOOKS)
+        """How far it turned, and how far it was ordered to."""
+        self._began_s = -math.inf
+        """When the last of these looks began."""
+
+    def clear(self) -> None:
+        """Forget all looks."""
+        self._looks.clear()
+
+    def add(self, turned: float, ran: float, now_s: float) -> None:
+        """Add how far the drive turned since the last look, and how far it was ordered to."""
+        turned, ran = turned if ran > 0.0 else -turned, abs(ran)
+        if self._looks and now_s < self._began_s + WEAK_SPACING_S:
+            before = self._looks.pop()
+            turned, ran = turned + before[0], ran + before[1]
+        else:
+            self._began_s = now_s
+        self._looks.append((turned, ran))
+
+    @property
+    def each(self) -> list[float]:
+        """The share at each look; empty if they tell nothing."""
+        if len(self._looks) < WEAK_LOOKS or any(ran < self._least for _, ran in self._looks):
+            return []
+        return [turned / ran for turned, ran in self._looks]
+
+
 class ObservedDrive:
     """One drive: its readings, its course by its orders, and the verdict on both."""
 
@@ -193,23 +259,18 @@ class ObservedDrive:
         self.verdict: Verdict | None = None
         self.sent = Interval(0.0, 0.0)
         """The range of its targets since it stood last."""
-        self._readings: deque[Reading] = deque(maxlen=READINGS)
+        self.shares = TurnedShares(WEAK_MIN_CORRIDOR * bounds.corridor)
+        self._readings = LatestReadings(bounds.tremble)
         self._fit: tuple[float, float] | None = None
         """The last count within reach, and the earliest moment at which it can be sampled."""
         self._outside = 0
         """How many readings in a row were out of reach."""
         self._doubt: _Look | None = None
         """The look behind its course that the next one is compared with; None while it follows."""
-        self._still: Reading | None = None
-        """The first of its latest readings that all found it in one place."""
         self._off_course_s = math.inf
         """Since when its readings find it off its course; infinity while they do not."""
         self._met: _Look | None = None
         """The look that the course was last compared with."""
-        self._shares: deque[tuple[float, float]] = deque(maxlen=WEAK_LOOKS)
-        """How far it turned, and how far it was ordered to, from look to look."""
-        self._share_s = -math.inf
-        """When the last of these looks began."""
         self._rest = Interval(-math.inf, math.inf)
         """Where it may come to rest after a stop."""
 
@@ -287,7 +348,7 @@ class ObservedDrive:
 
     def _restart_comparison(self, now_s: float) -> None:
         self._doubt, self._off_course_s, self.lag = None, math.inf, 0.0
-        self._shares.clear()
+        self.shares.clear()
         self._met = _Look(self.course.place, self.course.place, now_s)
 
     # -- readings -----------------------------------------------------------------------------
@@ -301,9 +362,7 @@ class ObservedDrive:
         self.count, self.read_s = count, now_s
         if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
             self.prompt_s = now_s
-        self._readings.append(Reading(count, self.asked_s, now_s))
-        if self._still is None or abs(count - self._still.count) > self.bounds.tremble:
-            self._still = self._readings[-1]
+        self._readings.add(Reading(count, self.asked_s, now_s))
         self.absence.conclude(now_s)
         off = self._off(count)
         # its courses lie within its reach, so a drive that is on one of them is within it
@@ -382,29 +441,13 @@ class ObservedDrive:
         """
         course, met = self.course, self._met or _Look(count, self.course.place, now_s)
         turned, ran = count - met.count, course.place - met.place
-        self._note_share(turned, ran, now_s)
+        self.shares.add(turned, ran, now_s)
         prompt = now_s <= self.ledger.asked_s + PROMPT_REPLY_S
         if prompt and turned * ran >= PROGRESS_SHARE * ran * ran:
             course.correct(CORRECTION_GAIN * course.off(count, self.ledger.asked_s))
             unexplained = self.ordered.off(count, self._ordered_from_s)
             self.ordered.correct(CORRECTION_GAIN * unexplained)
         self._met = _Look(count, course.place, now_s)
-
-    def _note_share(self, turned: float, ran: float, now_s: float) -> None:
-        turned, ran = turned if ran > 0.0 else -turned, abs(ran)
-        if self._shares and now_s < self._share_s + WEAK_SPACING_S:
-            before = self._shares.pop()
-            turned, ran = turned + before[0], ran + before[1]
-        else:
-            self._share_s = now_s
-        self._shares.append((turned, ran))
-
-    def shares(self) -> list[float]:
-        """Return the share of its orders that it turned at each look; empty if those were short."""
-        least = WEAK_MIN_CORRIDOR * self.bounds.corridor
-        if len(self._shares) < WEAK_LOOKS or any(ran < least for _, ran in self._shares):
-            return []
-        return [turned / ran for turned, ran in self._shares]
 
     # -- intervals ----------------------------------------------------------------------------
 
@@ -506,7 +549,7 @@ class ObservedDrive:
     @property
     def still_s(self) -> float:
         """Since when its readings find it in one place; infinity before the first one."""
-        return math.inf if self._still is None else self._still.read_s
+        return self._readings.still_s
 
     @property
     def measured_speed(self) -> float | None:
@@ -517,14 +560,10 @@ class ObservedDrive:
         but no more than lets it brake there. Where replies are so late that they do not tell the
         speed of a drive that turns, they tell that it stands once it has come to its target.
         """
-        if not self._readings:
+        found, course = self._readings.two_apart, self.course
+        if found is None:
             return None
-        last, course = self._readings[-1], self.course
-        # the latest one that is surely older: it had arrived before the last one was asked for
-        older = (each for each in reversed(self._readings) if each.read_s + APART_S <= last.asked_s)
-        before = next(older, None)
-        if before is None:
-            return None
+        before, last = found
         turned = last.count - before.count
         shortest_s, longest_s = last.asked_s - before.read_s, last.read_s - before.asked_s
         if abs(turned) <= self.bounds.tremble or not self.moving:

@@ -217,26 +217,31 @@ class Braking(Generic[D]):
 
 
 EARLIER_MOTION_S = 1.0
-"""How long drives may turn that an earlier program left moving, and again after their stop."""
+"""How long drives may turn that an earlier program left moving or homing, and again after their
+stop."""
 
 
 def end_earlier_motion(
-    listened: ListenedTime,
+    io: ScriptIO[H],
     turning: Callable[[], Script[Any, list[D]]],
     stop: Callable[[list[D]], Script[Any, None]],
 ) -> Script[Any, None]:
     """Wait for the end of a motion that an earlier program left running, then stop it.
 
-    `turning` returns the drives that turn, and takes the time between two looks. Raises
-    `Obstructed` if a drive still turns after its stop.
+    A stop request ends the wait. `turning` returns the drives that turn, and takes the time between
+    two looks. Raises `Obstructed` if a drive still turns after its stop.
     """
-    began_s, stopped_s = listened.s, math.inf
+    began_s, stopped_s = io.listened.s, math.inf
     while drives := (yield from turning()):
-        if listened.s > stopped_s + EARLIER_MOTION_S:
-            raise Obstructed(f"{drives[0]} turns, and did not come to rest after a stop")
-        if listened.s > began_s + EARLIER_MOTION_S and math.isinf(stopped_s):
+        if io.listened.s > stopped_s + EARLIER_MOTION_S:
+            raise Obstructed(
+                f"{drives[0]} turns, and did not come to rest after a stop: support the arm and "
+                "switch the motors' supply off"
+            )
+        waited = io.stop_asked or io.listened.s > began_s + EARLIER_MOTION_S
+        if waited and math.isinf(stopped_s):
             yield from stop(drives)
-            stopped_s = listened.s
+            stopped_s = io.listened.s
 
 
 class HomingStatus(Enum):

@@ -126,11 +126,12 @@ class Cia402Contact:
 
     def connect(self) -> Script[None]:
         """Make contact with every drive. Raises `Obstructed` if that fails."""
-        self.io.group.shared.clear()
+        inbox = self.io.group.inbox
+        inbox.shared.clear()
         yield from self._recognise()
         yield from self._end_earlier_motion()
-        if self.io.group.shared:
-            raise Obstructed(self.io.group.shared_words)
+        if inbox.shared:
+            raise Obstructed(inbox.shared_words)
         yield from self._write_required()
         yield from self._write_optional()
         settings = safety(watches=self.io.group.watches)
@@ -233,9 +234,9 @@ class Cia402Contact:
                 mute = [result.drive for result in results.values() if result.mute]
         if not mute:
             return results
-        reply = self.io.absence(mute)
-        if isinstance(reply, RequestRejected) and self.io.group.shared:  # it may be one of the two
-            reply = replace(reply, reason=f"{reply.reason}. And {self.io.group.shared_words}")
+        reply, inbox = self.io.absence(mute), self.io.group.inbox
+        if isinstance(reply, RequestRejected) and inbox.shared:  # it may be one of the two
+            reply = replace(reply, reason=f"{reply.reason}. And {inbox.shared_words}")
         raise Obstructed(reply)
 
     def _end_earlier_motion(self) -> Script[None]:
@@ -250,7 +251,7 @@ class Cia402Contact:
             last, before = before, (yield from self.transfers.obtain(both))
             return [each.drive for node, each in before.items() if _turns(each, last[node])]
 
-        yield from end_earlier_motion(self.io.listened, turning, self._quick_stop)
+        yield from end_earlier_motion(self.io, turning, self._quick_stop)
 
     def _quick_stop(self, drives: list[Cia402Drive]) -> Script[None]:
         """Stop drives that take no part in PDOs yet."""

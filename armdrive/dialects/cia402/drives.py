@@ -2,6 +2,7 @@
 
     HeartbeatProducer  sends this program's heartbeat, without which the drives stop
     Cia402Drive        the last report of one drive, and its shaft
+    SdoInbox           the results of transfers, and which node numbers two drives share
     DriveGroup         all drives of an arm: records their events, and finds what is wrong
 
 Commands and frames are encoded and decoded by `canopen.Host`.
@@ -152,6 +153,14 @@ class Cia402Drive:
         self.mode, self.missed = report.mode, 0
         self.shaft.read(report.position, now_s)
 
+    def note_error(self, event: canopen.Emergency) -> str:
+        """Record the error that it reports, or that it is over; return the report in words."""
+        words = f"{event.words} (error {event.code:04X})"
+        if not event.over:  # keep the cause even after the error is over
+            self.error = words
+        self.missed_heartbeat |= event.code == canopen.HEARTBEAT_MISSING
+        return words
+
     def stands(self, since_s: float, for_s: float) -> bool:
         """Return whether it was seen not to turn for a time span after a moment."""
         return self.shaft.read_s - max(self.shaft.still_s, since_s) >= for_s - 1e-9
@@ -210,6 +219,41 @@ def off_target_alert(drive: Cia402Drive) -> Alert:
     return Alert(AlertKind.OFF_PATH, words)
 
 
+class SdoInbox:
+    """The result of the transfer with each node, until it is fetched.
+
+    Two drives share a node number if it answers with two serial numbers.
+    """
+
+    def __init__(self) -> None:
+        self.answers: dict[int, canopen.SdoEvent] = {}
+        self.shared: set[int] = set()
+        """The node numbers that two drives answer to."""
+        self._serials: dict[int, bytes] = {}
+
+    def take(self, node: int, event: canopen.SdoEvent) -> None:
+        """Take what a node has sent."""
+        match event:
+            case canopen.Uploaded() | canopen.Downloaded() | canopen.Aborted():
+                self.answers[node] = event
+                if isinstance(event, canopen.Uploaded) and event.place == canopen.SERIAL_NUMBER:
+                    self._serials[node] = event.data
+            case canopen.StrayResponse(Upload(canopen.SERIAL_NUMBER, content)):
+                # a repeated frame is equal
+                if self._serials.get(node, content.data) != content.data:
+                    self.shared.add(node)
+
+    def has_answer(self, nodes: Iterable[int]) -> bool:
+        """Return whether the transfer with one of some nodes has a result."""
+        return not self.answers.keys().isdisjoint(nodes)
+
+    @property
+    def shared_words(self) -> str:
+        """Which node numbers two drives share; empty if none."""
+        remedy = "give each one of its own, by its switches or its maker's program"
+        return shared_words(self.shared, "node number", remedy)
+
+
 class DriveGroup:
     """The drives of one arm and their common state.
 
@@ -237,11 +281,7 @@ class DriveGroup:
         self.resting_mode = canopen.OperationMode.PROFILE_POSITION
         """The mode in which drives hold their motors at rest."""
         self.choose_mode((canopen.OperationMode.CYCLIC_POSITION,))
-        self.answers: dict[int, canopen.SdoEvent] = {}
-        """The result of the transfer with each node, until it is fetched."""
-        self.shared: set[int] = set()
-        """The node numbers that two drives answer to, with two serial numbers."""
-        self._serials: dict[int, bytes] = {}
+        self.inbox = SdoInbox()
         self.rival_s = -math.inf
         """When another program's heartbeat with this program's number came."""
 
@@ -268,41 +308,31 @@ class DriveGroup:
         if drive is not None:
             drive.heard_s = self._io.listened.s
         match event:
-            case canopen.DriveReport() if drive is not None:
-                drive.note(event, now_s)
-            case canopen.SdoAnswered(
-                node, canopen.Uploaded() | canopen.Downloaded() | canopen.Aborted() as answer
-            ):
-                self.answers[node] = answer
-                if isinstance(answer, canopen.Uploaded) and answer.place == canopen.SERIAL_NUMBER:
-                    self._serials[node] = answer.data
-            case canopen.SdoAnswered(node, canopen.StrayResponse(Upload(place, content))) if (
-                place == canopen.SERIAL_NUMBER
-            ):
-                # a repeated frame is equal
-                if self._serials.get(node, content.data) != content.data:
-                    self.shared.add(node)
             case canopen.SdoAnswered(node, canopen.UnreadableFrame(frame, reason)):
                 self._warn(f"node {node} sent an invalid answer, {frame}: {reason}")
-            case canopen.Heartbeat(node) if node == self._settings.master_id:
-                self.rival_s = now_s
-            case canopen.Heartbeat(_, state) if drive is not None:
-                drive.network = state
-                if state is canopen.NodeState.BOOTING and self.configured:
-                    drive.show(None)
-                    drive.booted, self.contacted = True, False
-                elif drive.missed_heartbeat and not drive.operates:
-                    self.contacted = False  # the next request sets it up again
-            case canopen.Emergency() if drive is not None:
-                words = f"{event.words} (error {event.code:04X})"
-                if not event.over:  # keep the cause even after the error is over
-                    drive.error = words
-                drive.missed_heartbeat |= event.code == canopen.HEARTBEAT_MISSING
-                self._warn(f"{drive} reports: {words}")
+            case canopen.SdoAnswered(node, answer):
+                self.inbox.take(node, answer)
             case canopen.UnreadableFrame(frame, reason):
                 self._warn(f"frame {frame}: {reason}")
             case canopen.Overrun(count):
                 self._warn(f"lost {counted(count, 'frame')}, not read in time")
+            case canopen.Heartbeat(node) if node == self._settings.master_id:
+                self.rival_s = now_s
+            case canopen.DriveReport() if drive is not None:
+                drive.note(event, now_s)
+            case canopen.Heartbeat(_, state) if drive is not None:
+                self._note_state(drive, state)
+            case canopen.Emergency() if drive is not None:
+                self._warn(f"{drive} reports: {drive.note_error(event)}")
+
+    def _note_state(self, drive: Cia402Drive, state: canopen.NodeState) -> None:
+        """Record the state in a drive's heartbeat; after a restart it needs contact again."""
+        drive.network = state
+        if state is canopen.NodeState.BOOTING and self.configured:
+            drive.show(None)
+            drive.booted, self.contacted = True, False
+        elif drive.missed_heartbeat and not drive.operates:
+            self.contacted = False  # the next request sets it up again
 
     def _warn(self, words: str) -> None:
         self._io.notify(ProtocolWarning(words))
@@ -317,10 +347,6 @@ class DriveGroup:
         return tuple(
             drive for drive in self.drives if drive.missed_heartbeat and not drive.operates
         )
-
-    def has_answer(self, nodes: Iterable[int]) -> bool:
-        """Return whether the transfer with one of some nodes has a result."""
-        return not self.answers.keys().isdisjoint(nodes)
 
     # -- faults -------------------------------------------------------------------------------
 
@@ -368,12 +394,6 @@ class DriveGroup:
     def targets(self) -> str:
         """The targets of all drives, as text."""
         return f"607A to {' '.join(str(drive.shaft.goal) for drive in self.drives)}"
-
-    @property
-    def shared_words(self) -> str:
-        """Which node numbers two drives share; empty if none."""
-        remedy = "give each one of its own, by its switches or its maker's program"
-        return shared_words(self.shared, "node number", remedy)
 
     def registers(self) -> Registers:
         """Return the last positions; a drive near its target is taken to be there.

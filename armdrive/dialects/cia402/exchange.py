@@ -366,13 +366,13 @@ class SdoQueue:
     def __init__(self, io: Cia402Exchange, node: int, transfers: SdoExchange[None]) -> None:
         self._io, self._node, self._transfers = io, node, transfers
         io.write(io.bus.abandon(node))
-        io.group.answers.pop(node, None)
+        io.group.inbox.answers.pop(node, None)
         self.due_s = next(transfers, math.inf)
         """The deadline of the present transfer; infinity once all are over."""
 
     def step(self) -> None:
         """Go on if the answer has come, or the deadline has passed."""
-        answer = self._io.group.answers.pop(self._node, None)
+        answer = self._io.group.inbox.answers.pop(self._node, None)
         if answer is not None or self._io.now_s >= self.due_s:
             try:
                 self.due_s = self._transfers.send(answer)
@@ -410,7 +410,7 @@ class ObjectTransfers:
         }
 
         def is_over() -> bool:
-            return given_up() or self.io.group.has_answer(waiting)
+            return given_up() or self.io.group.inbox.has_answer(waiting)
 
         while waiting := {n: each for n, each in queues.items() if math.isfinite(each.due_s)}:
             yield from self.io.wait(min(each.due_s for each in waiting.values()), is_over)
@@ -545,7 +545,7 @@ class ObjectTransfers:
         """Give up all transfers."""
         for drive in self.io.group.drives:
             self.io.bus.abandon(drive.node)
-        self.io.group.answers.clear()
+        self.io.group.inbox.answers.clear()
         self.io.bus.silence()
 
 

@@ -197,8 +197,12 @@ REPLIES_OFF = (
     "(`armdrive doctor --fix`, or code 8C with 01 01)"
 )
 NO_SUCH_ORDER = "it may be in a mode in which it ignores motion commands: set SR_vFOC (Menu > Mode)"
-BUSY = (MotorState.HOMING, MotorState.CALIBRATING)
-TURNING = (MotorState.ACCELERATING, MotorState.DECELERATING, MotorState.FULL_SPEED)
+TURNING = (
+    MotorState.ACCELERATING,
+    MotorState.DECELERATING,
+    MotorState.FULL_SPEED,
+    MotorState.HOMING,
+)
 
 
 class MksContact:
@@ -215,6 +219,7 @@ class MksContact:
         """Whether all drives were switched on."""
         self.watched = False
         """Whether every drive is known to stop on a silent bus."""
+        self._watchdog = SilenceWatchdog(round(io.settings.watchdog_s * 1000.0))
         self.firmware = ""
 
     def connect(self) -> MksScript[None]:
@@ -233,6 +238,7 @@ class MksContact:
         for drive in io.drives:
             drive.rest_at(drive.count or 0, io.now_s)
             drive.fresh = True
+        self.watched = not (yield from self._unwatched())
         self.connected = True
 
     def _refuse_absent(
@@ -273,17 +279,20 @@ class MksContact:
 
     def _end_earlier_motion(self) -> MksScript[None]:
         """Wait until all drives stand, and stop those that do not."""
-        return end_earlier_motion(self._io.listened, self._turning, self._stops.halt)
+        return end_earlier_motion(self._io, self._turning, self._stops.halt)
 
     def _turning(self) -> MksScript[list[ObservedDrive]]:
-        """Return the drives that turn. Raises `Obstructed` if one homes or calibrates."""
+        """Return the drives that turn. Raises `Obstructed` if one calibrates its encoder.
+
+        A stop would leave that one without a calibration.
+        """
         io = self._io
         turning = []
         for drive in (yield from io.read(ReadState())):
             state = io.states.get(drive)
-            if state in BUSY:
+            if state is MotorState.CALIBRATING:
                 raise Obstructed(
-                    f"{drive} is {state.name.lower()}: wait until it has finished. If it does not, "
+                    f"{drive} is calibrating: wait until it has finished. If it does not, "
                     "switch its supply off and on: one that cannot turn its motor stays so"
                 )
             if state in TURNING:
@@ -361,25 +370,31 @@ class MksContact:
         yield from self._command(Enable(on=False), "DISABLE")
         return Done()
 
+    def _unwatched(self) -> MksScript[list[ObservedDrive]]:
+        """Return the drives that do not report the arm file's watchdog."""
+        io, timeout = self._io, self._watchdog
+        if not timeout.timeout_ms or not io.can(Ability.SILENCE_WATCHDOG):
+            return list(io.drives)
+        is_set = SettingRead(timeout.code, timeout.payload)
+        answers = yield from io.read(ReadSetting(timeout.code))
+        return [drive for drive in io.drives if answers.get(drive) != is_set]
+
     def _watch(self) -> MksScript[bool]:
         """Switch on the watchdog of every drive; return whether it is certainly on in all."""
-        io = self._io
-        timeout = SilenceWatchdog(round(io.settings.watchdog_s * 1000.0))
+        io, timeout = self._io, self._watchdog
         if not timeout.timeout_ms or not io.can(Ability.SILENCE_WATCHDOG):
             return False
         # A drive keeps it in a memory that wears out, and may be deaf while it writes there.
-        is_set = SettingRead(timeout.code, timeout.payload)
-        answers = yield from io.read(ReadSetting(timeout.code))
-        other = [drive for drive in io.drives if answers.get(drive) != is_set]
+        other = yield from self._unwatched()
         if not other:
             return True
         found = yield from io.ask(dict.fromkeys(other, timeout), text="WATCHDOG")
         if not all(isinstance(found.get(drive), Taken) for drive in other):
             return False
-        fits = [SettingRead(timeout.code, None), is_set]
+        fits = (None, SettingRead(timeout.code, None), SettingRead(timeout.code, timeout.payload))
         for _ in range(TRIES):  # a late answer to the setting looks like its value
             answers = yield from io.read(ReadSetting(timeout.code))
-            if all(answers.get(drive) in (None, *fits) for drive in io.drives):
+            if all(answers.get(drive) in fits for drive in io.drives):
                 return True
         return False
 

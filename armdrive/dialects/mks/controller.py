@@ -100,6 +100,7 @@ class MksController(ScriptRunner[Event]):
         try:
             if not contact.connected:
                 yield from contact.connect()
+                yield from self._homing.read_speeds(self._exchange.drives)
             match request:
                 case MoveBy() | MoveAlong() | HomeDevice():
                     return (yield from self._move(request))
@@ -191,13 +192,16 @@ class MksController(ScriptRunner[Event]):
             silent[1],
         )
 
-    def search(self, request: HomeDevice) -> Search:  # noqa: ARG002
-        """Bound the drives' own homing: by their watchdogs if all have them, else by a group's."""
-        if not self.watched:
-            return Search(self.settings.homing_s)
-        rate_hz, silent_s = self._homing.rate_hz, self.settings.watchdog_s + HOST_DELAY_S
-        # on which ramp is not known: it takes no longer than from the arm's full speed
+    def search(self, request: HomeDevice) -> Search:
+        """Bound the drives' own homing: by their watchdogs if all have them, else by their ways.
+
+        On which ramp one brakes is not known: it takes no longer than from the arm's full speed.
+        """
+        rate_hz = self._homing.rate_hz(request.groups)
         brakes_s = self.ramp_s if math.isinf(rate_hz) else max(self.ramp_s, rate_hz / self._slope)
+        if not self.watched:
+            return Search(self._homing.longest_s(request.groups) + brakes_s)
+        silent_s = self.settings.watchdog_s + HOST_DELAY_S
         return Search(silent_s + brakes_s, (silent_s + brakes_s / 2.0) * rate_hz)
 
     def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:

@@ -6,7 +6,8 @@ A drive that has found it counts from zero there by itself. Nothing here sets a 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from typing import TypeAlias
 
 from armdrive.dialects.bus.drives import NONE_HEARD, absent_words
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive
@@ -20,6 +21,7 @@ from armdrive.dialects.bus.phases import (
     home_in_groups,
     run_phases,
 )
+from armdrive.dialects.controller import OVERTRAVEL
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, setting_of
 from armdrive.dialects.mks.stops import MksStops
 from armdrive.tasks import Done, Halted, Progress, RequestRejected
@@ -41,6 +43,8 @@ from firmware_protocol.mks import (
 from firmware_protocol.mks import Done as Ended
 from kinematics.text import counted
 
+Groups: TypeAlias = tuple[tuple[int, ...], ...]
+"""The motors that home together, group after group; without groups, each by itself."""
 HOMING_POLL_S = 0.05
 ZERO_COUNTS = COUNTS_PER_TURN // 8
 """A drive that has homed counts from there, give or take what it turned as it braked."""
@@ -63,16 +67,34 @@ class MksHoming:
         self._io, self._stops = io, stops
         self._ranges = dict(zip(io.drives, ranges, strict=True))
         """How far each motor turns, in counts, between its joints' limits."""
-        self.rate_hz = math.inf
-        """The fastest homing speed that was read from the drives, in counts a second."""
+        self._rates_hz: dict[ObservedDrive, float] = {}
+        """The homing speed that each drive reported, in counts a second."""
 
-    def home(self, groups: tuple[tuple[int, ...], ...]) -> Script:
+    def rate_hz(self, groups: Groups) -> float:
+        """Return the fastest homing speed of some groups' drives; infinity if one is unknown."""
+        return max(self._rates_hz.get(drive, math.inf) for drive in self._homing(groups))
+
+    def longest_s(self, groups: Groups) -> float:
+        """Return how long a drive turns until its switch at most, ramps excluded."""
+        homing_s = self._io.settings.homing_s
+        return max(
+            OVERTRAVEL * self._ranges[drive] / rate_hz if rate_hz else homing_s
+            for drive in self._homing(groups)
+            for rate_hz in (self._rates_hz.get(drive),)
+        )
+
+    def _homing(self, groups: Groups) -> list[ObservedDrive]:
+        motors = {motor for group in groups for motor in group}
+        drives = self._io.drives
+        return [drive for motor, drive in enumerate(drives) if motor in motors or not motors]
+
+    def home(self, groups: Groups) -> Script:
         """Home group after group; without groups, one drive after the other."""
         return home_in_groups(groups, self._io.drives, self._home_group)
 
     def _home_group(self, drives: tuple[ObservedDrive, ...]) -> Script:
         io = self._io
-        yield from self._read_speeds(drives)
+        yield from self.read_speeds(drives)
         io.observer.watch()
         answers = yield from io.ask(dict.fromkeys(drives, Home()), tries=1, text="HOME")
         for drive in drives:
@@ -113,16 +135,15 @@ class MksHoming:
             return RequestRejected(io.two_zeros)
         return Done()
 
-    def _read_speeds(self, drives: tuple[ObservedDrive, ...]) -> MksScript[None]:
+    def read_speeds(self, drives: Collection[ObservedDrive]) -> MksScript[None]:
         """Learn how fast drives home, from those that report their settings."""
-        self.rate_hz = math.inf
         if not self._io.can(Ability.READ_SETTINGS):
             return
         found = yield from self._io.read(ReadSetting(Code.HOMING), drives)
-        settings = [setting_of(each) for each in found.values()]
-        speeds_rpm = [each.speed_rpm for each in settings if isinstance(each, SetHoming)]
-        if len(speeds_rpm) == len(drives):
-            self.rate_hz = max(speeds_rpm) * COUNTS_S_PER_RPM
+        for drive in drives:
+            self._rates_hz.pop(drive, None)
+            if isinstance(setting := setting_of(found.get(drive)), SetHoming):
+                self._rates_hz[drive] = max(setting.speed_rpm, 1) * COUNTS_S_PER_RPM
 
 
 class Searching:

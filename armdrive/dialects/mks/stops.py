@@ -53,7 +53,7 @@ BRAKING_MARGIN = 1.1
 """How much steeper than necessary a drive brakes at its target."""
 ORDER_DELAY_S = 0.003
 """The longest time until an order takes effect: its frame, those before it, a late loop."""
-RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED)
+RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED, MotorState.HOMING)
 """A drive that reports one of these after a stop has not received it."""
 
 
@@ -179,8 +179,12 @@ class MksStops:
         return self._braking(drives, MksBrakes(self._io, self, drives, hard=hard, judged=judged))
 
     def halt(self, drives: Collection[ObservedDrive]) -> MksScript[None]:
-        """Stop drives and wait until they stand. Raises `Obstructed` if that is not known."""
-        braking = self.brake(drives, judged=True)
+        """Stop drives and wait until they stand. Raises `Obstructed` if that is not known.
+
+        Drives that home ignore ramps.
+        """
+        homes = any(self._io.states.get(drive) is MotorState.HOMING for drive in drives)
+        braking = self.brake(drives, hard=homes, judged=True)
         stages = {Phase.STOPPING: lambda: braking}
         hold = {Act.HOLD: lambda: self.hold(braking, judged=True)}
         yield from run_phases(self._io, Phase.STOPPING, stages, hold)

@@ -359,6 +359,18 @@ def test_a_stop_while_homing_ends_the_homing_and_nothing_is_referenced(how, word
         assert "emergency" in arm.status.error
 
 
+def test_a_stop_while_homing_waits_for_an_idle_poll_lets_no_operator_begin():
+    arm, asked = ready_arm(), []
+    while not arm.parts.engine.busy:
+        arm.sleep(0.001)
+    device = arm.twin.device
+    device.at(device.now_s + 0.001, arm.request_stop)
+    with pytest.raises(Stopped, match="homing was stopped before it began"):
+        arm.home(operator=asked.append)
+    assert not asked
+    assert arm.status.state is State.STANDBY
+
+
 def test_an_operator_that_fails_or_refuses_leaves_the_arm_standing():
     arm = sim_arm()
 

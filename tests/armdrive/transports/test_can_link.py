@@ -291,6 +291,11 @@ CASES = [
 ]  # fmt: skip
 
 
+def test_an_interface_that_returns_a_programs_own_frames_is_refused():
+    with pytest.raises(PortUnavailable, match="an order would look confirmed"):
+        open_link("can:udp_multicast:239.74.163.2", 500_000)
+
+
 @pytest.mark.parametrize(("port", "error", "kind", "words"), CASES)
 def test_driver_errors_are_put_into_words(port, error, kind, words):
     found = can_refusal(CanAddress.parse(port), error)

@@ -181,7 +181,7 @@ class MksBench(BusBench):
 
     def __init__(self, firmware=LATEST, settings=None, starts=(0,) * 6) -> None:
         device = MksSettings(**(settings or {}))
-        config = ArmConfig(
+        self.config = config = ArmConfig(
             "bench", "bench", preset("minimover5-mks"), Connection("grbl"), device=device
         )
         count, quirks = len(device.ids), MksQuirks(enabled_on=False)

@@ -21,6 +21,7 @@ from mks_bench import (
 from armdrive.dialects.bus.ledger import START_WINDOW_S, Rejections
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.mks.compare import parsed_line
+from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.stops import ramp_to
 from armdrive.errors import Refused
 from armdrive.tasks import (
@@ -29,6 +30,7 @@ from armdrive.tasks import (
     Done,
     DropCurrent,
     FixSetting,
+    Halted,
     HomeDevice,
     MoveBy,
     ReadPosition,
@@ -38,6 +40,7 @@ from armdrive.tasks import (
     SwitchOn,
 )
 from firmware_protocol.mks import (
+    COUNTS_PER_TURN,
     COUNTS_S_PER_RPM,
     Calibrate,
     Code,
@@ -98,20 +101,56 @@ def test_frames_that_are_lost_now_and_then_are_asked_for_again():
     assert bench.do(ReadPosition()) == Registers(Motors(STARTS))
 
 
-def test_a_drive_that_an_earlier_program_left_running_is_waited_for_and_then_stopped():
+def left_by_an_earlier_program(request_) -> MksBench:
+    """A bench whose first drive an earlier program left turning, far from its switch."""
     bench = MksBench()
     bench.node(1).enable()
-    bench.node(1).receive(encode(1, RunAtSpeed(60, 236)))
+    bench.node(1).sim.motor.switch.at = 10**9
+    bench.node(1).receive(encode(1, request_))
+    return bench
+
+
+EARLIER = [RunAtSpeed(60, 236), Home()]
+
+
+@pytest.mark.parametrize("request_", EARLIER)
+def test_a_drive_that_an_earlier_program_left_turning_is_waited_for_and_then_stopped(request_):
+    bench = left_by_an_earlier_program(request_)
     assert isinstance(bench.do(ReadPosition()), Registers)
     assert 10_000 < bench.positions[0] < 40_000  # a second at a turn a second
     bench.check_stands()
 
 
-@pytest.mark.parametrize("request_", [Home(), Calibrate()])
-def test_a_drive_that_homes_or_calibrates_is_left_alone(request_):
-    bench = MksBench()
-    bench.node(1).enable()
-    bench.node(1).receive(encode(1, request_))
+@pytest.mark.parametrize("request_", EARLIER)
+def test_a_stop_ends_that_wait(request_):
+    bench = left_by_an_earlier_program(request_)
+    bench.begin(ReadPosition())
+    bench.run(0.3)
+    bench.controller.stop(hard=False)
+    assert isinstance(bench.finish(), Registers)
+    assert bench.positions[0] < 10_000
+    bench.check_stands()
+
+
+def test_a_reset_stops_a_drive_that_homes():
+    bench = MksBench().ready()
+    bench.node(1).sim.motor.switch.at = 10**9
+    bench.node(1).receive(encode(1, Home()))
+    assert bench.do(ClearFault()) == Done()
+    assert bench.positions[0] < 40_000
+    bench.check_stands()
+
+
+def test_a_drive_that_does_not_obey_the_stop_is_named():
+    bench = left_by_an_earlier_program(Home())
+    bench.loses = lambda frame, host: host and frame.data[0] == Code.EMERGENCY_STOP
+    words = denied(bench.do(ReadPosition()))
+    assert "drive 1 (base)" in words
+    assert "did not come to rest after a stop" in words
+
+
+def test_a_drive_that_calibrates_is_left_alone():
+    bench = left_by_an_earlier_program(Calibrate())
     assert "wait until it has finished" in denied(bench.do(ReadPosition()))
     assert bench.node(1).sim.motion.searching
 
@@ -202,6 +241,57 @@ def test_homing_goes_group_by_group_and_sets_no_zero():
     assert homed == [3, 1, 2]
     assert Code.ZERO not in {frame.data[0] for _, frame in bench.sent}
     assert bench.positions == Motors((0, 0, 0, *STARTS[3:]))
+
+
+def test_a_stop_that_a_homing_drive_did_not_receive_is_repeated():
+    bench = MksBench().ready()
+    bench.node(1).sim.motor.switch.at = 10**9
+    bench.begin(HomeDevice(((0,),)))
+    bench.run(0.5)
+    lost = []
+
+    def loses(frame, host):
+        stop = host and frame.data[0] == Code.EMERGENCY_STOP and not lost
+        lost.extend([frame] * stop)
+        return stop
+
+    bench.loses, there = loses, bench.positions[0]
+    bench.controller.stop(hard=False)
+    assert bench.finish() == Halted(kept=False)
+    assert lost
+    assert bench.positions[0] - there < 0.1 * COUNTS_PER_TURN  # at a turn a second
+    bench.check_stands()
+
+
+@pytest.mark.parametrize(
+    ("firmware", "rpms", "most_s"),
+    [
+        ((1, 0, 4), (60, 60), 60.0),  # tells no speed: `homing_s`
+        ((1, 0, 8), (60, 60), 75.0),  # OVERTRAVEL times the wrist's range, at a turn a second
+        ((1, 0, 8), (60, 120), 75.0),
+        ((1, 0, 8), (120, 120), 37.5),
+    ],
+)
+def test_without_a_watchdog_homing_is_bounded_by_the_drives_speeds_once_they_are_read(
+    firmware, rpms, most_s
+):
+    bench, request_ = MksBench(firmware), HomeDevice(((3, 4),))
+    for motor, rpm in zip((4, 5), rpms, strict=True):
+        bench.node(motor).sim.flash.put(homing_at(rpm))
+    assert bench.controller.search(request_).time_s == pytest.approx(60.0, abs=0.3)
+    bench.do(ReadPosition())
+    assert bench.controller.search(request_).time_s == pytest.approx(most_s, abs=0.3)
+
+
+def test_the_next_program_knows_the_watchdog_before_it_switches_anything_on():
+    bench = MksBench().ready()
+    bench.do(DropCurrent())
+    again = MksController(bench.controller.abilities, bench.config)
+    bench.controller = again
+    assert not again.watched
+    bench.do(ReadPosition())
+    assert again.watched
+    assert again.search(HomeDevice(((0,),))).time_s < 1.0
 
 
 @pytest.mark.parametrize(("for_s", "words"), [(0.7, ""), (9.0, "no drive answered for a while")])
