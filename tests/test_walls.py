@@ -72,7 +72,6 @@ EXAMPLE = "shown to a person as an example of what to type"
 EXCEPTIONS: Mapping[str, str] = {
     "armdrive/cli/learn/arguments.py": PRESET,
     "armdrive/config/arm.py": EXAMPLE,
-    "armdrive/setup/survey.py": WORDS,
     "armdrive/setup/templates.py": "templates are presets of whole arms, each with its controller",
     "armdrive/setup/commissioning.py": WORDS,
     "armdrive/sim/world/__init__.py": PRESET,
