@@ -65,16 +65,13 @@ WORD = re.compile(rf"(?<![\w/-])(?:{'|'.join(sorted(NAMES))})(?![\w-])(?!\.md)")
 NAME = re.compile("|".join(sorted(NAMES)))
 """In a text without this nothing can name a dialect: most files need no parsing."""
 
-WORDS = "a sentence to a person names the kind of drive, or the key of its arm file"
 PRESET = "the default model is a preset of kinematics, which has an arm's name"
 EXAMPLE = "shown to a person as an example of what to type"
 
 EXCEPTIONS: Mapping[str, str] = {
     "armdrive/cli/learn/arguments.py": PRESET,
     "armdrive/config/arm.py": EXAMPLE,
-    "armdrive/setup/survey.py": WORDS,
     "armdrive/setup/templates.py": "templates are presets of whole arms, each with its controller",
-    "armdrive/setup/commissioning.py": WORDS,
     "armdrive/sim/world/__init__.py": PRESET,
     "armdrive/testing/plugin.py": EXAMPLE,
     "tui/setup/__init__.py": EXAMPLE,

@@ -85,8 +85,9 @@ MOST_WRITES = 64  # writes that are compared with them, to find an echo
 @cache
 def recogniser() -> Recogniser:
     """Return the recogniser of all devices that are not on a bus."""
-    found = {name: row.tools().recognition for name, row in DIALECTS.items()}
-    return Recogniser(MappingProxyType({name: each for name, each in found.items() if each}))
+    rows = ((row, row.tools().recognition) for row in DIALECTS.values())
+    known = {row.name: each.of(row.name, row.baud) for row, each in rows if each}
+    return Recogniser(MappingProxyType(known))
 
 
 @contextlib.contextmanager

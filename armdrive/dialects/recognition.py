@@ -55,18 +55,18 @@ class Risk(IntEnum):
 class Probe:
     """Bytes that ask for an answer, sent up to `times` times; `wait_s` is the timeout of each.
 
-    `dialect` is the one expected to answer, and `baud` its baud rate. `after` names a probe that
-    makes this one safe, and is always sent before it.
+    `after` names a probe that makes this one safe, and is always sent before it. `dialect` is the
+    one expected to answer, and `baud` its usual baud rate: both come from its row of the registry.
     """
 
     name: str
-    dialect: str
-    baud: int
     data: bytes
     wait_s: float
     times: int = 1
     risk: Risk = Risk.NONE
     after: str = ""
+    dialect: str = ""
+    baud: int = 0
 
     def __post_init__(self) -> None:
         if self.risk is Risk.MOTION and not self.after:
@@ -108,6 +108,12 @@ class Recognition:
     greets_on_open: bool = False
     datagrams: bool = False
     installable: str = ""
+
+    def of(self, dialect: str, baud: int) -> Recognition:
+        """Return the same with probes for a dialect at its usual baud rate."""
+        probes = tuple(replace(each, dialect=dialect, baud=baud) for each in self.probes)
+        details = self.details and replace(self.details, dialect=dialect, baud=baud)
+        return replace(self, probes=probes, details=details)
 
 
 def in_safe_order(probes: Iterable[Probe]) -> tuple[Probe, ...]:

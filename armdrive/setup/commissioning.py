@@ -158,7 +158,7 @@ _UNCLEAR = {
     NOTHING: "You saw nothing move: check that the gear or belt sits firmly on the {name} motor's "
     "shaft, or give a smaller number of turns, and try again.",
     OTHER: "Another motor moved: this drive is not connected to the {name} motor. Exchange the "
-    "cables, or the ids in the arm file's [mks], and begin this drive again.",
+    "cables, or the two ids in the arm file, and begin this drive again.",
 }
 
 

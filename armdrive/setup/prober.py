@@ -139,7 +139,7 @@ def _probe(io: ProbeIO, found: Examination, probe: Probe) -> Script:
 
 
 def _listen(io: ProbeIO, found: Examination, baud: int, wait_s: float) -> Script:
-    found = yield from _turn(io, replace(found, baud=baud), Probe("", "", baud, b"", wait_s))
+    found = yield from _turn(io, replace(found, baud=baud), Probe("", b"", wait_s, baud=baud))
     return found
 
 

@@ -130,7 +130,6 @@ TALK = Describer(
 
 # An Armdroid is recognised by any answer of its sketch.
 
-BAUD = 9600
 _VERSION = encode_command(Version())
 
 
@@ -150,8 +149,8 @@ RECOGNITION = Recognition(
     _sign,
     Certainty.WORDED,
     # the CR completes the line on a board of another dialect
-    (Probe("v", "armdroid", BAUD, _VERSION + b"\r", 0.5, risk=Risk.LINE_END),),
-    details=Probe("v", "armdroid", BAUD, _VERSION, 0.5),
+    (Probe("v", _VERSION + b"\r", 0.5, risk=Risk.LINE_END),),
+    details=Probe("v", _VERSION, 0.5),
     obeys_letters=True,
     greets_on_open=True,
 )

@@ -137,7 +137,6 @@ TALK = Describer(lambda: AnswerLines(b"\r\n", _classify), decode_answer, lines, 
 
 # Recognise a GRBL board by its banner, a report, an alarm or a refusal.
 
-BAUD = 115_200
 _OLD = re.compile(r"grbl 0\.", re.IGNORECASE)
 _FIRMWARE = "GRBL 1.1, grbl-Mega-5X, grblHAL or FluidNC"
 _BEGUN_BANNER = re.compile(rb"(?:^|[\r\n])(grbl(?:hal)? [0-9][!-~]*)", re.IGNORECASE)
@@ -173,10 +172,10 @@ def _sign(received: bytes) -> Identity | None:
 RECOGNITION = Recognition(
     _sign,
     Certainty.WORDED,
-    (Probe("?", "grbl", BAUD, bytes((Realtime.STATUS,)), 0.5, times=2),),
+    (Probe("?", bytes((Realtime.STATUS,)), 0.5, times=2),),
     # only for a board that has just greeted: on any other, the line end could complete a line
     # that another program left half sent
-    details=Probe("$I", "grbl", BAUD, b"$I\n", 0.5),
+    details=Probe("$I", b"$I\n", 0.5),
     installable=_FIRMWARE,
 )
 

@@ -136,7 +136,7 @@ RECOGNITION = Recognition(
     _sign,
     Certainty.CHECKED,
     # six pings of six bytes: a half-sent frame of another program swallows at most 29 bytes
-    (Probe("ping", "robko01", 115_200, Host().send(Ping()), 0.15, times=6, risk=Risk.NOISE),),
+    (Probe("ping", Host().send(Ping()), 0.15, times=6, risk=Risk.NOISE),),
     datagrams=True,
 )
 

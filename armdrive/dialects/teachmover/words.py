@@ -106,7 +106,6 @@ TALK = Describer(lambda: AnswerLines(b"\r\n", answer), decode_reply, _sent, sent
 
 # Recognise a TeachMover by its registers directly after a status line.
 
-BAUD = 9600
 _HARMLESS = "a line that moves no arm"
 
 
@@ -131,16 +130,8 @@ RECOGNITION = Recognition(
     Certainty.BARE,
     (
         # sent late: an Armdroid that was too busy to answer has no motion to repeat after this
-        Probe(_HARMLESS, "teachmover", BAUD, FIRST_LINE, 0.5, risk=Risk.SETTINGS),
-        Probe(
-            "@READ",
-            "teachmover",
-            BAUD,
-            encode_command(Read(), ATTENTION),
-            1.0,
-            risk=Risk.MOTION,
-            after=_HARMLESS,
-        ),
+        Probe(_HARMLESS, FIRST_LINE, 0.5, risk=Risk.SETTINGS),
+        Probe("@READ", encode_command(Read(), ATTENTION), 1.0, risk=Risk.MOTION, after=_HARMLESS),
     ),
 )
 

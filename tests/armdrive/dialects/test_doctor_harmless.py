@@ -139,7 +139,7 @@ def test_the_order_is_that_of_the_page():
 
 def test_a_probe_that_could_move_another_arm_says_what_prevents_it():
     with pytest.raises(ValueError, match="name the probe that prevents it"):
-        Probe("go", "mine", SLOW_BAUD, b"D", 0.5, risk=Risk.MOTION)
+        Probe("go", b"D", 0.5, risk=Risk.MOTION)
 
 
 def test_a_dialect_without_the_probe_that_makes_its_own_harmless_is_refused():

@@ -439,8 +439,8 @@ def test_answers_of_an_mks_drive_that_are_only_late_do_not_point_to_the_wiring(n
 def test_mks_drives_that_answer_are_compared_with_the_arm_file():
     on = bus_bench()
     there = [each.node for each in on.survey().nodes]
-    assert "and no other" in words(can_findings.of_arm((1, 2, 3, 4, 5, 6), there, "bench"))
-    told = words(can_findings.of_arm((2, 3, 4, 5, 6, 7), there, "bench"))
+    assert "and no other" in words(can_findings.of_arm((1, 2, 3, 4, 5, 6), there, "bench", "mks"))
+    told = words(can_findings.of_arm((2, 3, 4, 5, 6, 7), there, "bench", "mks"))
     assert "the arm file's drives 7 do not answer" in told
     assert "`armdrive can setup bench`" in told
     assert "drives 1 answer that are not in the arm file" in told

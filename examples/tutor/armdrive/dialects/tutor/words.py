@@ -44,7 +44,7 @@ def _sign(heard: bytes) -> Identity | None:
 RECOGNITION = Recognition(
     _sign,
     Certainty.WORDED,
-    (Probe("P", "tutor", 115_200, encode(Where()), 0.3, times=2, risk=Risk.LINE_END),),
+    (Probe("P", encode(Where()), 0.3, times=2, risk=Risk.LINE_END),),
 )
 
 TOOLS = DeviceTools(TALK, RECOGNITION)
