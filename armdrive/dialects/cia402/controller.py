@@ -122,7 +122,41 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         return reply
 
     def _carry_out(self, request: Request) -> Script[Reply]:
-        """Make contact if necessary, and carry out a request. Raises `Obstructed`.
+        """Make contact if necessary, and carry out a request. Raises `Obstructed`."""
+        self._require_unbroken(request)
+        contact = self._contact
+        if not self.group.contacted:
+            yield from contact.connect()
+        match request:
+            case MoveBy() | MoveAlong() | HomeDevice():
+                return (yield from self._move(request))
+            case MeasureUnits(motor, steps):
+                return (yield from self._measurement.measure(self.group.drives[motor], steps))
+            case ReadPosition():
+                return (yield from contact.read())
+            case ReadSettings():
+                return (yield from compare(self._transfers, self.settings))
+            case FixSetting(line):
+                return (yield from fix(self._transfers, line))
+            case SwitchOn():
+                return (yield from contact.switch_on())
+            case DropCurrent():
+                return (yield from contact.switch_off())
+            case _:
+                return (yield from contact.clear())
+
+    def _move(self, request: MoveBy | MoveAlong | HomeDevice) -> Script[Reply]:
+        self._require_units()
+        match request:
+            case MoveBy(steps, rate_hz, released):
+                return self._profile.burst(steps, rate_hz, released)
+            case MoveAlong():
+                return self._cyclic.drive(request)
+            case HomeDevice(groups):
+                return self._homing.home(groups)
+
+    def _require_unbroken(self, request: Request) -> None:
+        """Raise `Obstructed` if a motion goes on with this request although a drive left it.
 
         Drives that missed a heartbeat may have stopped between two bursts of a motion, or between
         two groups that home. So only a request that moves nothing takes them back: at rest, the
@@ -135,30 +169,6 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             words = f"{drive} has stopped by itself, and holds{drive.why}"
             self.group.alarm(drive, Alert(AlertKind.ALARM, words))
             raise Obstructed(words)
-        if not self.group.contacted:
-            yield from self._contact.connect()
-        if moves:
-            self._require_units()
-        match request:
-            case MoveBy(steps, rate_hz, released):
-                return (yield from self._profile.burst(steps, rate_hz, released))
-            case MoveAlong():
-                return (yield from self._cyclic.drive(request))
-            case HomeDevice(groups):
-                return (yield from self._homing.home(groups))
-            case MeasureUnits(motor, steps):
-                return (yield from self._measurement.measure(self.group.drives[motor], steps))
-            case ReadPosition():
-                return (yield from self._contact.read())
-            case ReadSettings():
-                return (yield from compare(self._transfers, self.settings))
-            case FixSetting(line):
-                return (yield from fix(self._transfers, line))
-            case SwitchOn():
-                return (yield from self._contact.switch_on())
-            case DropCurrent():
-                return (yield from self._contact.switch_off())
-        return (yield from self._contact.clear())
 
     def _require_units(self) -> None:
         """Raise `Obstructed` for a drive whose unit of speed is unknown: it might turn too fast."""

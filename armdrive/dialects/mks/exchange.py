@@ -294,20 +294,14 @@ class MksExchange(ScriptIO[Event]):
         drive = self._sender(event)
         if drive is None:
             return
-        if isinstance(event, Answered | Stray) and isinstance(event.answer, Reading):
-            self.surplus.answered(event.node, event.answer.code)
-        drive.frame_s = self.now_s
-        ledger, asked = drive.ledger, not isinstance(event, Done | Failed | LimitStop)
-        settles = _settles(event, answers_orders=ledger.answers_orders)
-        self.observer.replied(drive, self.now_s, settles=settles, asked=asked)
-        ledger.answers_orders = ledger.answers_orders or isinstance(event, Started)
-        if isinstance(event, LimitStop):
-            self.at_limit.add(drive)
+        self._note_reply(drive, event)
         match event:
             case Started() | Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
                 drive.rejections.taken(self.now_s)
             case Failed(_, MoveAbsoluteAxis()) | Superseded():
                 drive.rejections.refused(self.now_s)
+            case LimitStop():
+                self.at_limit.add(drive)
             case Answered(_, _, EncoderRead(counts)):
                 drive.read(counts, self.now_s)
             case Stray(_, EncoderRead()):
@@ -327,6 +321,16 @@ class MksExchange(ScriptIO[Event]):
                 self.put(drive, ArmSynchronous(on=False))  # another program has armed it
                 if drive in self.orders:
                     self.put(drive, order)
+
+    def _note_reply(self, drive: ObservedDrive, event: Event) -> None:
+        """Record that a message came, and which open question or order it can be the reply to."""
+        if isinstance(event, Answered | Stray) and isinstance(event.answer, Reading):
+            self.surplus.answered(event.node, event.answer.code)
+        drive.frame_s = self.now_s
+        ledger, asked = drive.ledger, not isinstance(event, Done | Failed | LimitStop)
+        settles = _settles(event, answers_orders=ledger.answers_orders)
+        self.observer.replied(drive, self.now_s, settles=settles, asked=asked)
+        ledger.answers_orders = ledger.answers_orders or isinstance(event, Started)
 
     def _believed(self, drive: ObservedDrive, state: MotorState) -> MotorState:
         """Return a drive's state, corrected if it reports braking but its count stays."""

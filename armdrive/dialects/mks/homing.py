@@ -6,7 +6,7 @@ A drive that has found it counts from zero there by itself. Nothing here sets a 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TypeAlias
 
 from armdrive.dialects.bus.drives import NONE_HEARD, absent_words
@@ -30,6 +30,7 @@ from firmware_protocol.mks import (
     COUNTS_S_PER_RPM,
     Ability,
     Code,
+    Event,
     Failed,
     Home,
     HomingState,
@@ -97,27 +98,15 @@ class MksHoming:
         yield from self.read_speeds(drives)
         io.observer.watch()
         answers = yield from io.ask(dict.fromkeys(drives, Home()), tries=1, text="HOME")
-        for drive in drives:
-            drive.moving = True
-        search = HomingSearch(
-            {drive: self._ranges[drive] for drive in drives},
-            COUNTS_PER_TURN,
-            io.listened,
-            io.settings.homing_s,
-        )
-        braking = self._stops.brake(())
-        for drive in drives:
-            if isinstance(answers.get(drive), Failed):
-                search.wrong = search.wrong or f"{drive} refused to home"
-            elif isinstance(answers.get(drive), Ended):
-                search.note(drive, HomingStatus.FOUND)
+        ranges = {drive: self._ranges[drive] for drive in drives}
+        search = HomingSearch(ranges, COUNTS_PER_TURN, io.listened, io.settings.homing_s)
+        searching, braking = Searching(io, search, answers), self._stops.brake(())
 
         def stop() -> None:
             """Stop the drives at once: they ignore ramps while they home."""
             nonlocal braking
             braking = self._stops.brake(drives, hard=True)
 
-        searching = Searching(io, search)
         stages: Stages = {Phase.HOMING: lambda: searching, Phase.STOPPING: lambda: braking}
         acts = {Act.STOP_HARD: stop, Act.HOLD: lambda: self._stops.hold(braking, judged=False)}
         yield from run_phases(io, Phase.HOMING, stages, acts)
@@ -125,6 +114,11 @@ class MksHoming:
             return RequestRejected(search.wrong)
         if search.left:
             return braking.unstopped() or Halted(kept=False)
+        return (yield from self._verify_zeros(drives))
+
+    def _verify_zeros(self, drives: Sequence[ObservedDrive]) -> Script:
+        """Check that drives which have found their switches count from zero there."""
+        io = self._io
         for drive in drives:
             io.host.settle(drive.node)
             drive.moving = False
@@ -147,12 +141,20 @@ class MksHoming:
 
 
 class Searching:
-    """The homing stage: drives search for their switches."""
+    """The homing stage: drives search for their switches. `answers` are those to `Home`."""
 
-    def __init__(self, io: MksExchange, search: HomingSearch) -> None:
+    def __init__(
+        self, io: MksExchange, search: HomingSearch, answers: Mapping[ObservedDrive, Event]
+    ) -> None:
         self._io, self._search = io, search
         self._due_s = io.now_s
         io.homing.clear()
+        for drive in tuple(search.left):
+            drive.moving = True
+            if isinstance(answers.get(drive), Failed):
+                search.wrong = search.wrong or f"{drive} refused to home"
+            elif isinstance(answers.get(drive), Ended):
+                search.note(drive, HomingStatus.FOUND)
 
     def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
         """Return whether all have found their switches, or one never will."""
