@@ -504,7 +504,7 @@ def test_a_burst_is_shorter_where_a_guard_is_near(name):
     high, low = (standing(name, deviation_mm=100.0) for _ in range(2))
     low.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=1.0, pitch_deg=-60))
     target = Motors((90, -60, 80, 40, 70, 0))
-    rate_hz = high.speeds.motor_hz
+    rate_hz = high.parts.speeds.motor_hz
     assert has_room(high.parts.core, high.parts.core.position.acknowledged + target, rate_hz)
     assert not has_room(low.parts.core, low.parts.core.position.acknowledged + target, rate_hz)
     few = Motors((SMALL_STEPS, -3, 2, 1, 1, 0))
