@@ -252,7 +252,7 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) 
     )
     if status.state is State.DISCONNECTED:
         key, leave = keys.label("reconnect"), keys.label("quit")
-        way = f"{leave} leaves" if "`connect()`" in reason else way_out(status.state, keys)
+        way = f"{leave} leaves" if "`reconnect()`" in reason else way_out(status.state, keys)
         trying = f"The desk keeps trying to reconnect: {key} tries at once, {leave} leaves"
         return f"{reason.rstrip('.')}. {trying if reconnects else way}."
     if status.state is State.ERROR_STOP:

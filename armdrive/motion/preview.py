@@ -357,7 +357,7 @@ def preview_move(
     absolute = move if isinstance(move, MoveSequence | ParkMove) else resolve(move, ground)
     single = None if isinstance(absolute, MoveSequence) else absolute
     asked = None if single is None else pose_of(single, ground)
-    planned, problem = _planned(ground, absolute)
+    planned, problem = _planned(ground, move)  # which resolves it: the frame is in its message
     here = ground.here.joints
     if planned is None:
         ways = ways_of(ground, absolute, asked, None)

@@ -45,6 +45,7 @@ from armdrive.moves import (
     in_order,
 )
 from armdrive.runtime.position import ArmCoordinates, alike
+from kinematics.geometry import PathBroken, Unreachable
 from kinematics.paths.routes import ArcPart, JointPart, PathPart
 from kinematics.spaces import Joints, Pose
 
@@ -255,7 +256,18 @@ def prepare(move: Move, ground: Ground) -> PlannedMove:
             return _prepared_jog(move, ground)
         case _:
             absolute = resolve(move, ground)
-            return PlannedMove((PlannedStep(absolute, plan_of(absolute, ground)),))
+            try:
+                return PlannedMove((PlannedStep(absolute, plan_of(absolute, ground)),))
+            except (Unreachable, PathBroken, OutOfBounds) as refusal:
+                if getattr(move, "frame", BASE_FRAME) != BASE_FRAME:
+                    _say_frame(refusal)
+                raise
+
+
+def _say_frame(refusal: Unreachable | PathBroken | OutOfBounds) -> None:
+    """Add to a message with poses that they are not in the frame of the goal."""
+    if not isinstance(refusal, OutOfBounds) or refusal.nearest is not None:
+        refusal.args = (f"{refusal.args[0]} (in the base frame)",)
 
 
 def plan_of(move: SingleMove, ground: Ground) -> MotionPlan | None:

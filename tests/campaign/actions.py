@@ -336,7 +336,8 @@ def grasp(stage: Stage) -> TypedError | None:
     try:
         return call(stage, arm_of(stage).gripper.grasp, command, 60.0)
     finally:
-        world.take(BLOCK)
+        if there:
+            world.take(BLOCK)
 
 
 def outputs(stage: Stage) -> TypedError | None:

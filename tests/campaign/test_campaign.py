@@ -17,7 +17,6 @@ from armdrive.motion import jog as jog_aims
 from armdrive.motion import jog as jogging
 from armdrive.motion import plan as planning
 from armdrive.motion.deviation import Corridor
-from armdrive.motion.gripper import Grasped
 from armdrive.registry import DIALECTS
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.overrides import SpeedOverride
@@ -166,7 +165,7 @@ def test_jogs_that_do_nothing_are_found_out(monkeypatch):
 
 def test_a_grasp_that_does_nothing_is_found_out(monkeypatch):
     only(monkeypatch, "gripper")
-    monkeypatch.setattr(Gripper, "feel", lambda *_, **__: Grasped(0.0, 8.9))
+    monkeypatch.setattr(Gripper, "grasp", lambda *_, **__: 0.0)
     assert "hold nothing" in found_by_the_campaign()
 
 

@@ -73,10 +73,6 @@ class FakeArm:
         pose = MODEL.reference.pose
         return PostureRequest(self, pose, MODEL.arm.ik(pose), 0.0)
 
-    @property
-    def paused(self):
-        return self.status.paused
-
     stops = 0
     homes_by_switches = False
     program = None

@@ -459,6 +459,7 @@ def test_the_sentence_says_what_was_expected(call, said):
 
 AT_A_SPEED = {
     "move_j": lambda arm, speed: arm.move_j(base_deg=1, speed=speed),
+    "gripper.open": lambda arm, speed: arm.gripper.open(20.0, speed=speed),
     "speed_override": lambda arm, speed: setattr(arm, "speed_override", speed),
 }
 

@@ -10,7 +10,19 @@ from faults import OVER_THE_TABLE, arm_config, driven, ready_arm, sim_config
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive import Arm, BadRequest, Jog, JointPart, LinePart, NoArc, OutOfBounds, Pose, PosePart
+from armdrive import (
+    Arm,
+    BadRequest,
+    Jog,
+    JointPart,
+    LineMove,
+    LinePart,
+    NoArc,
+    OutOfBounds,
+    Pose,
+    PoseMove,
+    PosePart,
+)
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError
 from armdrive.motion.deviation import SMALL_STEPS, Corridor, has_room, turns
@@ -240,6 +252,34 @@ def test_an_unknown_frame_is_named_and_nothing_moves():
     assert frame_names(framed()) == ("base", "tool", "board")
 
 
+FAR = Pose.of(x_mm=900, y_mm=0, z_mm=0, pitch_deg=-90)
+LOW = Pose.of(x_mm=70, y_mm=0, z_mm=-50, pitch_deg=-90)
+
+
+@pytest.mark.parametrize(
+    ("goal", "frame", "said"),
+    [
+        (FAR, "base", ""),
+        (FAR, "board", " (in the base frame)"),
+        (Pose(0.0, 0.0, 900.0, 0.0), "tool", " (in the base frame)"),
+        (LOW, "board", " (in the base frame)"),
+    ],
+)
+def test_a_refusal_says_if_its_poses_are_in_another_frame_than_the_goal(goal, frame, said):
+    with ready_arm(framed()) as arm:
+        for move in (PoseMove(goal, frame=frame), LineMove(goal, frame=frame)):
+            refusal = arm.preview(move).problem
+            assert str(refusal).endswith(f"{refusal.nearest}{said}")
+
+
+def test_a_refusal_without_poses_names_no_frame():
+    with ready_arm(framed()) as arm:
+        arm.move_to(Pose.of(x_mm=127, y_mm=0, z_mm=0.2, pitch_deg=-90))
+        refusal = arm.preview(PoseMove(LOW.replace(z_mm=-25), frame="board")).problem
+        assert isinstance(refusal, OutOfBounds)
+        assert str(refusal).endswith("nothing was moved")
+
+
 TABLE = {
     "model": "teachmover",
     "tool": {"along_mm": 40.0, "up_mm": 10.0},
@@ -464,7 +504,7 @@ def test_a_burst_is_shorter_where_a_guard_is_near(name):
     high, low = (standing(name, deviation_mm=100.0) for _ in range(2))
     low.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=1.0, pitch_deg=-60))
     target = Motors((90, -60, 80, 40, 70, 0))
-    rate_hz = high.speeds.motor_hz
+    rate_hz = high.parts.speeds.motor_hz
     assert has_room(high.parts.core, high.parts.core.position.acknowledged + target, rate_hz)
     assert not has_room(low.parts.core, low.parts.core.position.acknowledged + target, rate_hz)
     few = Motors((SMALL_STEPS, -3, 2, 1, 1, 0))

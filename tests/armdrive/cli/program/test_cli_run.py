@@ -354,9 +354,11 @@ ready
 """
 TWICE = """
 from armdrive import Arm
-for _ in range(2):
+for found in (["A"], []):
     with Arm.connect() as arm:
-        arm.twin.world.take("A")
+        assert list(arm.twin.world.scene.blocks) == found
+        for name in found:
+            arm.twin.world.take(name)
 """
 
 
