@@ -63,7 +63,7 @@ def test_trigonometry_matrices_and_orientation_agree(one, data):
     joints = data.draw(postures(one))
     assert gap(position_of(one.fk(joints)), TIPS[one.name](*one.sizes, *joints)) < 1e-9
     hand = RPY(*ORIENTATIONS[one.name](*joints)).rotation()
-    assert gap(hand, rotation_of(one.fk(joints))) < 1e-12
+    assert gap(hand, rotation_of(one.fk(joints))) < 2e-12  # angles are rounded to quarter turns
 
 
 # Matrices as the notes print them, with their numbers: C30 and S30 are those of 30 degrees.
