@@ -8,7 +8,8 @@ from armdrive.render.camera import VIEWS, Dome
 from armdrive.render.canvas import Ink, Layer, Letters, Stroke
 from armdrive.render.figure import LETTER
 from armdrive.render.scene import SceneSpace, Studio
-from kinematics.chains.assignment import Assignment, FoundFrame, KnownFrames
+from kinematics.chains.assignment import Assignment
+from kinematics.chains.links import Convention
 from kinematics.frames.rotations import columns
 from kinematics.frames.transforms import position_of, rotation_of
 from kinematics.frames.vectors import Vector, add, distance, scale, subtract
@@ -31,66 +32,69 @@ class StepDrawing:
     """
 
     def __init__(self, found: Assignment) -> None:
-        origins = [position_of(frame) for frame in (*found.frames, found.zero.tool)]
-        corners = [(min(axis), max(axis)) for axis in zip(*origins, *found.points, strict=True)]
+        self._found = found
+        self._origins = [position_of(frame) for frame in found.frames]
+        places = [*self._origins, position_of(found.zero.tool)]
+        corners = [(min(axis), max(axis)) for axis in zip(*places, *found.points, strict=True)]
         x, y, z = ((low + high) / 2.0 for low, high in corners)
         self._middle = (x, y, z)
-        self._size_mm = max(_LEAST_MM, *(distance(self._middle, origin) for origin in origins))
-        self._lines = [axis.line for axis in found.zero.axes]
+        self._size_mm = max(_LEAST_MM, *(distance(self._middle, place) for place in places))
         self.dome = Dome((0.0, 0.0, 0.0), self._size_mm * (1.0 + _ARROW * LETTER))
 
-    def space(self, known: KnownFrames) -> SceneSpace:
-        """Return the picture of a step: the frames that it is about with axes, the others' origins.
+    def space(self, index: int, *, linked: bool) -> SceneSpace:
+        """Return the picture once frame `index`, or after the frames link `index`, is found.
 
-        The frame, or the way along the link, that is being found is thick.
+        It has the frames found by then, the two at the end with axes, the others as origins. The
+        frame, or the way along the link, that was just found is thick.
         """
         strokes = [
-            Stroke(Ink.REACH, self._line(line.point, line.direction)) for line in self._lines
+            Stroke(Ink.REACH, self._line(axis.line.point, axis.line.direction))
+            for axis in self._found.zero.axes
         ]
         texts: list[tuple[Vector, str]] = []
-        for frame in known.frames:
-            strokes += self._arrows(frame, known)
-            texts += self._names(frame, known)
-        origins = {each.number: position_of(each.frame) for each in known.frames}
-        for number, point in enumerate(known.points, 1):
-            way = (origins[number - 1], point, origins[number])
-            ink = Ink.ARM if number == len(known.points) else Ink.GRIPPER
+        frames = self._frames(len(self._origins) - 1 if linked else index)
+        for number in frames:
+            texts.append((self._beneath(self._origins[number]), f"L{number}"))
+            newest = not linked and number == index
+            if number in (index - 1, index):
+                for name, axis in self._axes(number, "xyz" if newest else "xz"):
+                    ends = self._origins[number], self._end(number, axis, 1.0)
+                    ink = Ink.ARM if newest else Ink.AXIS
+                    strokes.append(Stroke(ink, tuple(map(self._placed, ends))))
+                    texts.append((self._end(number, axis, LETTER), f"{name}{number}"))
+        for number, point in enumerate(self._found.points[: index if linked else 0], 1):
+            way = (self._origins[number - 1], point, self._origins[number])
+            ink = Ink.ARM if number == index else Ink.GRIPPER
             strokes.append(Stroke(ink, tuple(map(self._placed, way))))
             texts.append((self._beneath(point), f"b{number}"))
         written = tuple(
             Letters(Ink.WORD, self._placed(at), text) for at, text in _side_by_side(texts)
         )
-        joints = tuple(
-            self._placed(origins[each.number]) for each in known.frames if "o" in each.parts
-        )
+        joints = tuple(self._placed(self._origins[number]) for number in frames)
         return SceneSpace(Layer(tuple(strokes), written, joints), reach=AXIS_WORD)
 
-    def rows(self, known: KnownFrames, width: int, height: int, *, braille: bool) -> list[str]:
-        """Return the picture of a step as rows of characters, without empty ones at its edges."""
+    def rows(
+        self, index: int, width: int, height: int, *, linked: bool, braille: bool
+    ) -> list[str]:
+        """Return the picture as rows of characters, without empty ones at its edges."""
         studio = Studio(self.dome, braille=braille)
-        painted = studio.draw(self.space(known), VIEWS["iso"], width, height)
+        painted = studio.draw(self.space(index, linked=linked), VIEWS["iso"], width, height)
         _, *rows, legend = (row.rstrip() for row in painted.rows())  # without the view's name
         drawn = [index for index, row in enumerate(rows) if row]
         return [*rows[drawn[0] : drawn[-1] + 1], legend] if drawn else [legend]
 
-    def _arrows(self, found: FoundFrame, known: KnownFrames) -> Iterator[Stroke]:
-        ink = Ink.ARM if known.is_new(found) else Ink.AXIS
-        for name, axis in _axes(found, known):
-            if "o" in found.parts:
-                ends = position_of(found.frame), self._end(found, axis, 1.0)
-                yield Stroke(ink, tuple(map(self._placed, ends)))
-            elif name == "z":  # the origin is not known yet, only the line that z lies on
-                yield Stroke(ink, self._line(position_of(found.frame), axis))
+    def _frames(self, newest: int) -> range:
+        """Return the frames found by then: Craig's frame 0 is frame 1, so it comes last."""
+        craig = self._found.chain.convention is Convention.CRAIG
+        late = craig and newest + 1 < len(self._origins)
+        return range(int(late), newest + 1)
 
-    def _names(self, found: FoundFrame, known: KnownFrames) -> Iterator[tuple[Vector, str]]:
-        if "o" not in found.parts:
-            return
-        yield self._beneath(position_of(found.frame)), f"L{found.number}"
-        for name, axis in _axes(found, known):
-            yield self._end(found, axis, LETTER), f"{name}{found.number}"
+    def _axes(self, number: int, shown: str) -> Iterator[tuple[str, Vector]]:
+        axes = zip("xyz", columns(rotation_of(self._found.frames[number])), strict=True)
+        return ((name, axis) for name, axis in axes if name in shown)
 
-    def _end(self, found: FoundFrame, axis: Vector, times: float) -> Vector:
-        return add(position_of(found.frame), scale(self._size_mm * _ARROW * times, axis))
+    def _end(self, number: int, axis: Vector, times: float) -> Vector:
+        return add(self._origins[number], scale(self._size_mm * _ARROW * times, axis))
 
     def _line(self, point: Vector, direction: Vector) -> tuple[Vector, Vector]:
         """Return the part of a joint's axis that is in the picture."""
@@ -103,15 +107,6 @@ class StepDrawing:
 
     def _placed(self, point: Vector) -> Vector:
         return subtract(point, self._middle)
-
-
-def _axes(found: FoundFrame, known: KnownFrames) -> list[tuple[str, Vector]]:
-    """Return the axes of a frame to draw: y only of a new frame, none of a frame further away."""
-    if found.number not in (known.index - 1, known.index):
-        return []
-    shown = found.parts if known.is_new(found) else "xz"
-    axes = zip("xyz", columns(rotation_of(found.frame)), strict=True)
-    return [(name, axis) for name, axis in axes if name in shown and name in found.parts]
 
 
 def _side_by_side(texts: list[tuple[Vector, str]]) -> Iterator[tuple[Vector, str]]:

@@ -269,31 +269,6 @@ class Assignment:
         return tuple(found)
 
 
-@dataclass(frozen=True, slots=True)
-class FoundFrame:
-    """A frame as far as it has been found: `parts` has z, o (the origin), x and y."""
-
-    number: int
-    frame: Transform
-    parts: str
-
-
-@dataclass(frozen=True, slots=True)
-class KnownFrames:
-    """The known part of an unfinished assignment: frames, and then the points b1, b2, ...
-
-    `index` is the number of the frame that is being found, or, once there are points, the link.
-    """
-
-    index: int
-    frames: tuple[FoundFrame, ...] = ()
-    points: tuple[Vector, ...] = ()
-
-    def is_new(self, found: FoundFrame) -> bool:
-        """Whether this is the frame that is being found."""
-        return not self.points and found.number == self.index
-
-
 def assign_frames(
     axes: Sequence[JointAxis],
     tool: Transform = IN_PLACE,

@@ -1,8 +1,8 @@
 """The frames and link parameters of an arm, found from its joint axes in thirteen steps.
 
-`assign_frames` does the geometry; this module explains it step by step, each step with what may be
-drawn by then. Standard frames by Asokan, lecture 2.7; Craig's frames by the same steps with his
-rules (chapter 3, "affixing frames to links"). Lengths in mm, angles in rad.
+`assign_frames` does the geometry; this module explains it step by step. Standard frames by Asokan,
+lecture 2.7; Craig's frames by the same steps with his rules (chapter 3, "affixing frames to
+links"). Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -19,8 +19,6 @@ from kinematics.chains.assignment import (
     Z_AXIS,
     Assignment,
     AxisPair,
-    FoundFrame,
-    KnownFrames,
     Relation,
 )
 from kinematics.chains.chain import table_text
@@ -35,21 +33,20 @@ from kinematics.textbook.worked_example import frame_text, number_text
 NEARLY_PARALLEL_RAD = 1e-3
 """Axes that are nearer than this to parallel were probably meant to be: the step says so."""
 
-Z_ONLY, WITH_ORIGIN, WITH_X, WHOLE = "z", "zo", "zox", "zoxy"
-"""The parts of a frame that are known after steps 3, 4, 5 and 6."""
-
 
 @dataclass(frozen=True, slots=True)
 class AssignmentStep:
-    """One of the thirteen steps, for one frame or link, and all that is found by then.
-
-    `lines` state the rule and what it gives here; `known` is what may be drawn by then.
-    """
+    """One of the thirteen steps, for frame or link `index`: the rule, and what it gives here."""
 
     number: int
+    index: int
     stage: str
     lines: tuple[str, ...]
-    known: KnownFrames
+
+    @property
+    def is_of_link(self) -> bool:
+        """Whether it finds a link's parameters, not a frame."""
+        return self.number > LAST_FRAME
 
 
 def assignment_steps(found: Assignment) -> tuple[AssignmentStep, ...]:
@@ -107,8 +104,6 @@ class _Account:
         self._craig = found.chain.convention is Convention.CRAIG
         self._rules = assignment_rules(found.chain.convention)
         self._count = len(found.chain)
-        self._frames: dict[int, FoundFrame] = {}
-        self._points: list[Vector] = []
         self._stage = ""
 
     def steps(self) -> Iterator[AssignmentStep]:
@@ -116,7 +111,6 @@ class _Account:
         self._stage = "The joints"
         yield self._step(1, 0, f"{counted(count, 'joint')}: frames 0 to {count}")
         self._stage = "Frame 0"
-        self._know(0, Z_ONLY if self._craig else WHOLE)
         shown = () if self._craig else (self._origin(0), self._x(0))
         yield self._step(BASE_FRAME, 0, f"z0 = {vector_text(self._axis(0, 2))}", *shown)
         for k in range(1, count):
@@ -130,22 +124,16 @@ class _Account:
 
     def _frame_steps(self, k: int) -> Iterator[AssignmentStep]:
         pair = self._found.pairs[k - 1]
-        self._know(k, Z_ONLY)
         yield self._step(Z_AXIS, k, f"z{k} = {vector_text(self._axis(k, 2))}")
-        self._know(k, WITH_ORIGIN)
         yield self._step(ORIGIN, k, *self._lie(k, pair), self._origin(k))
-        self._know(k, WITH_X)
         yield self._step(X_AXIS_OF_FRAME, k, self._x(k))
-        self._know(k, WHOLE)
         yield self._step(6, k, f"y{k} = {vector_text(self._axis(k, 1))}")
         yield self._step(7, k, f"k = {k + 1}: go on with step {3 if k + 1 < self._count else 8}")
 
     def _last_frame(self) -> AssignmentStep:
         count = self._count
-        self._know(count, WHOLE)
         lines = [f"z{count} = {vector_text(self._axis(count, 2))}", self._x(count)]
         if self._craig:
-            self._know(0, WHOLE)
             lines.append(f"frame 0 is frame 1: L0 = {point_text(position_of(self._frame(0)))}")
         return self._step(LAST_FRAME, count, *lines, self._origin(count))
 
@@ -153,8 +141,7 @@ class _Account:
         link = self._found.chain.links[k - 1]
         before = k - 1 if self._craig else k
         turns = link.kind is JointKind.REVOLUTE
-        self._points.append(self._found.points[k - 1])
-        yield self._step(9, k, f"b{k} = {point_text(self._points[-1])}")
+        yield self._step(9, k, f"b{k} = {point_text(self._found.points[k - 1])}")
         theta, d, a, alpha = link.parameters(0.0)
         varies = f"the joint's variable{', added to this' if (theta if turns else d) else ''}"
         for number, name, value, unit, varied in (
@@ -175,8 +162,7 @@ class _Account:
             if (choice.frame, choice.step) == (k, number)
         ]
         found = tuple(f"    {line}" for line in (*lines, *notes))
-        known = KnownFrames(k, tuple(self._frames.values()), tuple(self._points))
-        return AssignmentStep(number, self._stage, (f"{number}. {rule}", *found), known)
+        return AssignmentStep(number, k, self._stage, (f"{number}. {rule}", *found))
 
     def _lie(self, k: int, pair: AxisPair) -> Iterator[str]:
         """Say how the axes k and k + 1 lie to each other."""
@@ -202,11 +188,6 @@ class _Account:
                     f"{number_text(away, 'mm')} from the given points: if they are meant to be "
                     "parallel, give both the same direction"
                 )
-
-    def _know(self, number: int, parts: str) -> None:
-        """Put a frame with the parts known by now at the end of those found."""
-        self._frames.pop(number, None)
-        self._frames[number] = FoundFrame(number, self._frame(number), parts)
 
     def _frame(self, number: int) -> Transform:
         return self._found.frames[number]

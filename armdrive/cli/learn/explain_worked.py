@@ -280,8 +280,10 @@ def _axes_lines(
             yield from ("", f"== {step.stage}")
         yield from step.lines
         last = index + 1 == len(steps) or steps[index + 1].stage != step.stage
-        if last and step.known.frames:
-            yield from drawing.rows(step.known, width, PICTURE_ROWS, braille=braille)
+        if last and step.number > 1:
+            yield from drawing.rows(
+                step.index, width, PICTURE_ROWS, linked=step.is_of_link, braille=braille
+            )
     yield from ("", "== Link table")
     yield from result_lines(found)
 

@@ -45,6 +45,14 @@ def test_the_textbook_posture_of_fu_gonzalez_and_lee():
     assert gap(position_of(SIMPLE.fk(posture)), (-149.09, 921.12, 0.0)) < 1e-9
 
 
+def test_its_ranges_are_those_of_fu_gonzalez_and_lee():
+    ranges = [
+        (round(math.degrees(link.low)), round(math.degrees(link.high)))
+        for link in SIMPLE.chain().links
+    ]
+    assert ranges == [(-160, 160), (-225, 45), (-45, 225), (-110, 170), (-100, 100), (-266, 266)]
+
+
 def test_eight_branches_are_eight_postures_with_names():
     frame = SIMPLE.fk((0.4, -0.6, 1.2, 0.5, 0.7, -0.3))
     found = solved(SIMPLE, frame)
