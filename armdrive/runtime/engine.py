@@ -307,7 +307,7 @@ class Engine:
                 if frames := self.controller.shutdown_frames():
                     self.tracer.sent(frames)
                     self.link.write(frames, self.now_s)
-            self._end(closed_link("the connection"))
+        self._end(closed_link("the connection"))
 
     def take(self, link: Link, controller: Controller) -> None:
         """Replace a lost link. All earlier requests, and a pending stop, are dropped."""
