@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from chunks import events
 from fuzz_rounds import (
     CODECS,
@@ -124,7 +124,7 @@ def test_the_chunks_make_no_difference(case):
         assert fetched(case, cut)[: len(found)] == found
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+@every_row("case", CASES, ids=lambda case: case.name)
 def test_a_case_registers_frames_that_its_machine_hears(case):
     rng = random.Random(7)
     for _ in range(50):

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
+from amounts import every_row
 from cli_calls import Caller
 
 from armdrive.cli import main, options, runner
@@ -287,7 +288,7 @@ def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
     assert [name for name in loaded if f"{name}.".startswith(tuple(f"{s}." for s in spared))] == []
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@every_row("name", COMMANDS)
 def test_declared_options_reach_the_command(name):
     function, _ = ROWS[name]
     assert name in command_at(f"{function.partition('.')[0]}.arguments:ARGUMENTS")
@@ -392,7 +393,7 @@ def examples(name: str) -> list[list[str]]:
     return [shlex.split(re.split(" [<>] ", found)[0]) for found in EXAMPLE.findall(text)]
 
 
-@pytest.mark.parametrize("name", sorted(ROWS.keys() - {"ports", "demo"}))
+@every_row("name", sorted(ROWS.keys() - {"ports", "demo"}))
 def test_every_command_has_examples_and_understands_them(name):
     found = examples(name)
     assert found

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from chain_cases import (
     ALPHA_II,
     MINI_MOVER,
@@ -60,8 +61,8 @@ def test_a_revolute_joint_varies_the_angle_and_a_prismatic_one_the_distance(valu
     assert sliding.kind.unit == "mm"
 
 
-@pytest.mark.parametrize("name", ["theta_rad", "d_mm", "a_mm", "alpha_rad", "offset", "low"])
-@pytest.mark.parametrize("value", [math.nan, "1", None])
+@every_row("name", ["theta_rad", "d_mm", "a_mm", "alpha_rad", "offset", "low"])
+@every_row("value", [math.nan, "1", None])
 def test_a_parameter_that_is_no_number_is_named(name, value):
     with pytest.raises(BadNumber, match=name):
         DHLink(**{name: value})
@@ -90,7 +91,7 @@ def test_the_eight_types_are_the_table_of_section_2():
     }
 
 
-@pytest.mark.parametrize("number", range(1, 9))
+@every_row("number", range(1, 9))
 def test_a_type_says_how_its_two_axes_lie(number):
     kind = link_type(number)
     link = kind.link(a_mm=30.0 if kind.has_length else 0.0, d_mm=20.0 if kind.has_distance else 0.0)
@@ -108,8 +109,8 @@ C, S, H = 0.8, 0.6, math.atan2(0.6, 0.8)
 """A joint at an angle whose cosine and sine are short decimals."""
 
 
-@pytest.mark.parametrize(
-    ("number", "constants", "value", "matrix"),
+@every_row(
+    "number, constants, value, matrix",
     [  # by hand from section 6: the columns are x and z of the far frame, and its origin between
         (1, {"a_mm": 50}, H, ((C, -S, 0, 40), (S, C, 0, 30), (0, 0, 1, 0))),
         (2, {"a_mm": 50}, H, ((C, 0, S, 40), (S, 0, -C, 30), (0, 1, 0, 0))),
@@ -126,8 +127,8 @@ def test_the_a_matrix_of_each_type_in_numbers(number, constants, value, matrix):
     assert gap(made, (*matrix, (0, 0, 0, 1))) < 1e-12
 
 
-@pytest.mark.parametrize(
-    ("number", "constants", "value", "far_value", "point"),
+@every_row(
+    "number, constants, value, far_value, point",
     [  # 10 mm further along the far axis, or from the far joint along its link
         (1, {"a_mm": 50}, H, math.pi / 2, (34, 38, 0)),
         (2, {"a_mm": 50}, H, math.pi / 2, (40, 30, 10)),

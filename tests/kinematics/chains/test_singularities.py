@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from amounts import every_row
 from chain_cases import MINI_MOVER, PUMA, chains_and_values, columns_by_differences, gap
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -299,8 +300,8 @@ def test_five_axes_miss_what_they_have_no_axis_for():
     assert not found.damped or found.smallest < DAMPED_BELOW
 
 
-@pytest.mark.parametrize(
-    ("rates", "options", "message"),
+@every_row(
+    "rates, options, message",
     [
         ((1.0,), {}, "6 tip rates are needed, not 1"),
         ((0.0,) * 6, {"length_mm": 0.0}, "length_mm must be more than 0"),

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from frame_cases import any_angle, rotations, vectors
 from hypothesis import assume, given
@@ -121,8 +122,8 @@ def test_a_rotation_passes_the_check_unchanged(m):
     assert rotation_flaws(m) == ()
 
 
-@pytest.mark.parametrize(
-    ("matrix", "lacks", "where", "by"),
+@every_row(
+    "matrix, lacks, where, by",
     [
         (((2, 0, 0), (0, 1, 0), (0, 0, 1)), RotationProperty.UNIT_COLUMNS, "x", 1.0),
         (((1, 0, 0), (0, 1, 0), (0, 0, 0)), RotationProperty.UNIT_COLUMNS, "z", -1.0),
@@ -159,8 +160,8 @@ def test_no_spoiled_entry_slips_through(m, row, column, by):
     assert not is_rotation(spoiled)
 
 
-@pytest.mark.parametrize(
-    ("matrix", "error", "says"),
+@every_row(
+    "matrix, error, says",
     [
         (((1, 0, 0), (0, math.nan, 0), (0, 0, 1)), BadNumber, "row 2, y"),
         (((1, 0, 0), (0, 1, 0), (math.inf, 0, 1)), BadNumber, "row 3, x"),
@@ -196,7 +197,7 @@ def test_a_rotation_is_its_own_nearest(m):
     assert gap(nearest_rotation(tuple((1e6 * a, 1e6 * b, 1e6 * c) for a, b, c in m)), m) < 1e-14
 
 
-@pytest.mark.parametrize(
+@every_row(
     "matrix",
     [
         ((0, 0, 0), (0, 0, 0), (0, 0, 0)),

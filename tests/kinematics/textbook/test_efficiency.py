@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
@@ -86,7 +87,7 @@ def test_the_minimover_s_counts():
     assert forward["straight line"].multiplications < forward["recursion"].multiplications / 4
 
 
-@pytest.mark.parametrize("name", sorted(SYSTEMS))
+@every_row("name", sorted(SYSTEMS))
 def test_every_system_s_ways_are_counted(name):
     found = efficiency(SYSTEMS[name])
     forward = by_name(found.forward)

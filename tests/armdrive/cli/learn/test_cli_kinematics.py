@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+from amounts import every_row
 
 from armdrive.cli.learn.models import find_model, find_subject, given_joints, shown_joints
 from armdrive.cli.set_up.completion import script
@@ -153,7 +154,7 @@ def test_every_command_takes_the_same_joint_values_for_a_name(call, name):
     )
 
 
-@pytest.mark.parametrize("key", PRESETS)
+@every_row("key", PRESETS)
 def test_an_arm_file_takes_the_same_joint_values_for_a_preset(key):
     values = example_posture(system(key).chain())
     problems = Problems()
