@@ -210,7 +210,7 @@ def given(signature: inspect.Signature, wrong: str, value: object):
     return words, named
 
 
-@pytest.mark.parametrize(("kind", "name", "wrong"), parameters(), ids=str)
+@every_row("kind, name, wrong", parameters(), ids=str)
 def test_a_wrong_argument_is_refused_by_name_and_nothing_happens(kind, name, wrong):
     signature = dict(calls(kind))[name]
     values = refused(kind, name, signature.parameters[wrong])

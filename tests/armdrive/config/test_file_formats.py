@@ -143,7 +143,7 @@ def test_the_format_of_a_model_file_is_named_by_the_arm_that_needs_it(tmp_path):
     assert problem == f"{tmp_path / 'links.toml'}: {NEWER}"
 
 
-@pytest.mark.parametrize(
+@every_row(
     "words",
     [
         ("config", "show", "bench"),

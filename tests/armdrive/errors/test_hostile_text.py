@@ -400,7 +400,7 @@ def test_the_words_of_a_device_are_not_printed_raw(call, text, monkeypatch):
 BAD_NUMBERS = ("9" * 6000, "1e999", "nan", "-inf", "\u0663", "1_0", "0x10", "", "--", "1,5")
 
 
-@pytest.mark.parametrize("words", [
+@every_row("words", [
     ("fk", "{}", "0", "0", "0", "0"), ("explain", "two-link-1", "{}", "0"), ("slow", "{}"),
     ("status", "--baud", "{}"), ("run", "p.arm", "--loops", "{}"), ("run", "p.arm", "--pace", "{}"),
     ("watch", "--every", "{}"), ("ik", "--x={}"),
