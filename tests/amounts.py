@@ -32,8 +32,8 @@ def every_row(
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Check every row of a table of plain values in one test, which names all rows that fail.
 
-    It is written as `pytest.mark.parametrize`. There each row is a test of its own, which takes a
-    hundred times as long as many a row. Scenarios need that, because rows share their fixtures.
+    It is written as `pytest.mark.parametrize`, which makes a test of every row: that takes longer
+    than checking a hundred values. Rows here share their fixtures, so scenarios stay there.
     """
     keys = [name.strip() for name in names.split(",")]
     rows = list(rows)
@@ -46,11 +46,11 @@ def every_row(
 
     def decorate(test: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(test)
-        def check_all(*words: object, **fixtures: object) -> None:
+        def check_all(**fixtures: object) -> None:
             failures = []
             for title, values in table:
                 try:
-                    test(*words, **fixtures, **values)
+                    test(**fixtures, **values)
                 except (Exception, pytest.fail.Exception) as failure:
                     failure.add_note(f"in the row {title}")
                     failures.append(failure)

@@ -70,7 +70,7 @@ def test_every_codec_is_registered():
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_codec_survives_damaged_frames(case):
-    frames = amount(500, 5000)
+    frames = amount(300, 5000)
     tally = run(case, seed=7, frames=frames)
     assert tally.frames == frames
     assert tally.resyncs == frames // 10
