@@ -8,6 +8,7 @@ import sys
 import tomllib
 
 import pytest
+from amounts import every_row
 from pages import DOCS, PAGES, ROOT, blocks, page
 
 from armdrive.config import arm as armfile
@@ -103,7 +104,7 @@ def test_the_shown_arm_file_shows_the_defaults():
         assert math.isclose(ours.steps_per_unit, theirs.steps_per_unit, rel_tol=1e-4)
 
 
-@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.name)
+@every_row("path", PAGES, ids=lambda p: p.name)
 def test_links_lead_somewhere_and_those_of_the_site_stay_within_it(path):
     text = path.read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", text):
@@ -166,7 +167,7 @@ def test_a_module_that_names_another_by_its_file_names_one_that_is_there(package
         assert named <= MODULES | MADE_UP, f"{path.relative_to(ROOT)}: {named - MODULES}"
 
 
-@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.name)
+@every_row("path", PAGES, ids=lambda p: p.name)
 def test_a_page_names_no_module_that_is_not_there(path):
     text = path.read_text(encoding="utf-8")
     named = set(re.findall(rf"(?<![\w/.])(?:{'|'.join(PACKAGES)}|tests)/[\w/]+\.py\b", text))
@@ -188,9 +189,7 @@ def test_a_docstring_names_nothing_of_the_packages_that_is_not_there(package):
 # What is generated.
 
 
-@pytest.mark.parametrize(
-    ("path", "text"), generated.files(), ids=lambda each: getattr(each, "name", "")
-)
+@every_row("path, text", generated.files(), ids=lambda row: row[0].name)
 def test_a_generated_page_is_fresh(path, text):
     assert path.read_text(encoding="utf-8") == text, "run: python docs/generated.py"
 

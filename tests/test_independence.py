@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from amounts import every_row
 
 TESTS = Path(__file__).parent
 
@@ -110,7 +111,7 @@ def test_nobody_is_allowed_what_he_does_not_need(name):
     assert any(real_time(FILES[name].read_text(encoding="utf-8")))
 
 
-@pytest.mark.parametrize(
+@every_row(
     "text",
     [
         "import time\ntime.sleep(1)",

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import grimp
 import pytest
+from amounts import every_row
 from importlinter.cli import lint_imports
 
 from armdrive.registry import DIALECTS
@@ -193,7 +194,7 @@ WITH_A_MAP = {
 }
 
 
-@pytest.mark.parametrize("package", WITH_A_MAP.values(), ids=WITH_A_MAP)
+@every_row("package", WITH_A_MAP.values(), ids=WITH_A_MAP)
 def test_a_map_names_every_file_of_its_package_and_no_other(package):
     text, files = map_of(package), {path.stem for path in package.glob("*.py")}
     inside = files | {path.parent.name for path in package.glob("*/__init__.py")}

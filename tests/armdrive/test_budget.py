@@ -1,6 +1,7 @@
 """How long bursts are: as usual on a usual wire, longer on a slow one, never beyond patience."""
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -49,7 +50,7 @@ def test_a_queue_never_runs_empty_where_patience_allows(traffic, baud):
         assert segment_s(found.jog_burst_s) >= HEADROOM * traffic.line_s(baud) - 1e-12
 
 
-@pytest.mark.parametrize("row", DIALECTS.values(), ids=lambda row: row.name)
+@every_row("row", DIALECTS.values(), ids=lambda row: row.name)
 def test_every_dialect_keeps_its_own_lengths_on_its_own_wire(row):
     config = parse_arm({"model": row.preset, "connection": {"dialect": row.name}}, name="x")
     assert config.motion.jog_burst_s == row.abilities.jog_burst_s

@@ -6,6 +6,7 @@ import math
 
 import jsonschema
 import pytest
+from amounts import every_row
 from faults import as_it_stands, ready_arm
 from hypothesis import given
 from hypothesis import strategies as st
@@ -110,8 +111,8 @@ def approximately(data):
     return [approximately(each) for each in data] if isinstance(data, list) else data
 
 
-@pytest.mark.parametrize(
-    ("data", "said"),
+@every_row(
+    "data, said",
     [
         (3, "move must be an object, not 3"),
         ({}, "move.move must be one of joint, pose, line, .*, sequence, not None"),
@@ -307,7 +308,7 @@ def test_an_increment_is_foreseen_and_run_as_far_as_the_bounds_allow():
 # -- one JSON ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@every_row(
     "axes",
     [
         {"x_mm": 1},

@@ -6,12 +6,13 @@ import subprocess
 import sys
 
 import pytest
+from amounts import every_row
 
 import armdrive
 from armdrive import exports
 
 
-@pytest.mark.parametrize("name", armdrive.__all__)
+@every_row("name", armdrive.__all__)
 def test_every_public_name_can_be_imported_and_is_described(name):
     found = getattr(armdrive, name)
     assert inspect.getdoc(found)

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from amounts import every_row
 from cli_calls import started
 
 import armdrive
@@ -57,12 +58,12 @@ def test_a_door_is_open_to_this_computer_alone_unless_a_host_is_named(server):
         made.close()
 
 
-@pytest.mark.parametrize("address", ["7410", ":7410", "127.0.0.1:7410", "localhost:1", "[::1]:1"])
+@every_row("address", ["7410", ":7410", "127.0.0.1:7410", "localhost:1", "[::1]:1"])
 def test_an_address_of_this_computer_needs_no_warning(address):
     assert beyond_this_computer(address) == ""
 
 
-@pytest.mark.parametrize("address", ["0.0.0.0:1", "192.168.1.7:1", "[::]:1", "bench.local:1"])
+@every_row("address", ["0.0.0.0:1", "192.168.1.7:1", "[::]:1", "bench.local:1"])
 def test_an_address_that_others_reach_comes_with_a_warning(address):
     assert "anyone who reaches" in beyond_this_computer(address)
 

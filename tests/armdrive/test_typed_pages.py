@@ -4,6 +4,7 @@ import re
 import sys
 
 import pytest
+from amounts import every_row
 from pages import PAGES, ROOT
 from typed_pages import FENCE, Typist, fits, parts, renewed
 
@@ -71,7 +72,7 @@ def test_every_command_and_option_that_a_page_names_exists(call):
 COMMAND_LINE = re.compile(r"^(?:\$ )?armdrive (?!pendant program)", re.MULTILINE)
 
 
-@pytest.mark.parametrize("path", SHOWN, ids=lambda path: path.stem)
+@every_row("path", SHOWN, ids=lambda path: path.stem)
 def test_commands_stand_in_blocks_that_are_typed(path):
     """A command in any other block would escape the tests."""
     for kind, text in re.findall(FENCE, path.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE):

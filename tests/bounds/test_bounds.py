@@ -6,6 +6,7 @@ Each row of the table is measured in simulated time, against the physical arm.
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 
 from armdrive.connect.target import simulated_config
 from armdrive.registry import DIALECTS
@@ -34,7 +35,7 @@ def test_every_dialect_has_a_row_for_every_cause() -> None:
     assert there == {(dialect, cause) for dialect in DIALECTS for cause in Cause}
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@every_row("dialect", DIALECTS)
 def test_each_dialect_reaches_half_of_both_bounds_without_a_reason(dialect: str) -> None:
     rows = [row for row in ROWS if row.dialect == dialect]
     assert any(not row.time for row in rows)

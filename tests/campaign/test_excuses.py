@@ -5,6 +5,7 @@ import math
 import random
 
 import pytest
+from amounts import every_row
 
 from armdrive.dialects.bus.observer import MAX_DELAY_S
 from armdrive.errors import ArmError, NoAnswer
@@ -432,8 +433,8 @@ def test_its_drive_may_turn_it_back_and_forth(counts):
     assert not stage.watch.broken
 
 
-@pytest.mark.parametrize(
-    ("motor", "count", "time_s"),
+@every_row(
+    "motor, count, time_s",
     [
         (BASE, -BY, LATE_S),
         (BASE, -BY - 1, SOON_S),

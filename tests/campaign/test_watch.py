@@ -4,6 +4,7 @@ import math
 import random
 
 import pytest
+from amounts import every_row
 
 from kinematics import Motors
 
@@ -141,8 +142,8 @@ def at_rest(dialect: str) -> Stage:
     return stage
 
 
-@pytest.mark.parametrize(
-    ("dialect", "way", "moves"),
+@every_row(
+    "dialect, way, moves",
     [("mks", 1, False), ("mks", 8, False), ("mks", 9, True), ("teachmover", 1, True)],
 )
 def test_only_drives_that_hold_may_turn_without_a_command_and_only_in_their_rest_window(
@@ -372,15 +373,15 @@ def test_an_mks_drive_that_restarts_leaves_its_path_and_its_place_is_judged(
     assert (SHOULDER in stage.watch.excused_motors) is later
 
 
-@pytest.mark.parametrize(
-    ("dialect", "for_s", "later_s", "farther_mm"),
+@every_row(
+    "dialect, for_s, later_s, farther_mm",
     [
         ("mks", FAST_S, FAST_S + RESTART_SHOWN_S, 82.8),
         ("mks", RESET_S, 0.0, 18.4),
         ("cia402", FAST_S, 0.0, 0.0),
     ],
 )
-@pytest.mark.parametrize("stops_first", [True, False])
+@every_row("stops_first", [True, False])
 def test_a_stop_waits_for_an_mks_drive_only_if_it_may_obey_before_the_driver_knows(
     dialect, for_s, later_s, farther_mm, stops_first
 ):

@@ -1,6 +1,5 @@
 """Behaviours of connecting, referencing and leaving, and of a wire that is lost and comes back."""
 
-
 from armdrive.abilities import Switching
 from armdrive.arm import Arm
 from armdrive.errors import ArmInUse, LinkLost, NotReferenced, PortUnavailable, Refused, WrongState

@@ -9,6 +9,7 @@ import sys
 import threading
 
 import pytest
+from amounts import every_row
 from filelock import Timeout
 
 from armdrive.errors import BadRequest
@@ -162,7 +163,7 @@ def test_a_position_that_is_trusted_and_wrong_is_found(monkeypatch):
 AVR_BOARDS = [board for board in BOARDS.values() if isinstance(board, AvrBoard)]
 
 
-@pytest.mark.parametrize("board", AVR_BOARDS, ids=lambda board: board.name)
+@every_row("board", AVR_BOARDS, ids=lambda board: board.name)
 def test_the_processor_simulator_understands_the_wiring_of_every_board(board):
     options = [word for word in board.wiring if word.startswith("--")]
     assert {*options} <= {*re.findall(r'strcmp\(word, "(--[\w-]+)"\)', SOURCE)}
@@ -184,7 +185,7 @@ def test_a_bench_drives_an_arm_whose_dimensions_are_measured(name):
     assert custom_config(row, measured_lines(row), "bench").model.verified
 
 
-@pytest.mark.parametrize(
+@every_row(
     "words", [words for fault in FAULTS if on_bus not in fault.needs for words in fault.words]
 )
 def test_every_fault_of_a_serial_line_is_a_command_of_the_control_port(words):

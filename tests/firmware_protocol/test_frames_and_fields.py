@@ -6,6 +6,7 @@ from dataclasses import FrozenInstanceError, replace
 from enum import IntEnum
 
 import pytest
+from amounts import every_row
 from chunks import chunked, events
 from hypothesis import given
 from hypothesis import strategies as st
@@ -37,8 +38,8 @@ FRAMES = st.one_of(
 ).map(lambda fields: Frame(*fields))
 
 
-@pytest.mark.parametrize(
-    ("frame", "text"),
+@every_row(
+    "frame, text",
     [
         (Frame(0x123, b"\x01\xf6"), "123#01F6"),
         (Frame(1), "001#"),
@@ -60,7 +61,7 @@ def test_what_people_type_is_read_too(text, frame):
     assert Frame.parse(text) == frame
 
 
-@pytest.mark.parametrize(
+@every_row(
     "text", ["", "123", "12#00", "1234#00", "800#", "123#0", "123##1", "123#" + "00" * 9, "123#R9"]
 )
 def test_what_is_no_frame_cannot_be_read(text):
@@ -68,8 +69,8 @@ def test_what_is_no_frame_cannot_be_read(text):
         Frame.parse(text)
 
 
-@pytest.mark.parametrize(
-    ("build", "field"),
+@every_row(
+    "build, field",
     [
         (lambda: Frame(0x800), "can_id"),
         (lambda: Frame(-1), "can_id"),
@@ -311,8 +312,8 @@ class Message:
             raise BadField("pair", self.pair, "zeros where it is red")
 
 
-@pytest.mark.parametrize(
-    ("rule", "given", "kept"),
+@every_row(
+    "rule, given, kept",
     [
         (BYTE, 255, 255),
         (boolean, False, False),
@@ -332,8 +333,8 @@ def test_a_rule_keeps_what_fits(rule, given, kept):
     assert type(found) is type(kept)
 
 
-@pytest.mark.parametrize(
-    ("rule", "given", "field", "allowed"),
+@every_row(
+    "rule, given, field, allowed",
     [
         (BYTE, 256, "field", "a whole number from 0 to 255"),
         (BYTE, True, "field", "a whole number from 0 to 255"),

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from chunks import events
 from fuzz_rounds import (
     CODECS,
@@ -70,7 +70,7 @@ def test_every_codec_is_registered():
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_codec_survives_damaged_frames(case):
-    frames = amount(500, 5000)
+    frames = amount(300, 5000)
     tally = run(case, seed=7, frames=frames)
     assert tally.frames == frames
     assert tally.resyncs == frames // 10
@@ -124,7 +124,7 @@ def test_the_chunks_make_no_difference(case):
         assert fetched(case, cut)[: len(found)] == found
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+@every_row("case", CASES, ids=lambda case: case.name)
 def test_a_case_registers_frames_that_its_machine_hears(case):
     rng = random.Random(7)
     for _ in range(50):

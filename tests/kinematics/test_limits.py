@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -83,8 +84,8 @@ def test_the_row_that_adds_nothing_is_named(matrix, row):
     assert caught.value.row == row
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "found"),
+@every_row(
+    "low, high, found",
     [
         (-math.inf, math.inf, 6.0 + math.tau),
         (-math.inf, 1.0, 6.0 - math.tau),

@@ -4,13 +4,14 @@ import dataclasses
 import math
 
 import pytest
+from amounts import every_row
 
 from kinematics import PRESETS, Joints, KinematicsError, UnknownPreset, preset
 from kinematics.frames.matrices import times
 
 
-@pytest.mark.parametrize(
-    ("key", "lengths"),
+@every_row(
+    "key, lengths",
     [
         ("minimover5", (195.0, 177.8, 177.8, 96.5)),
         ("teachmover", (193.7, 177.8, 177.8, 96.5)),
@@ -34,8 +35,8 @@ def test_the_table_holds_exactly_these_arms_and_cannot_be_changed():
         preset("teachmover").verified = False
 
 
-@pytest.mark.parametrize(
-    ("key", "near"),
+@every_row(
+    "key, near",
     [
         ("TeachMover", "teachmover"),
         ("teach-mover", "teachmover"),
@@ -86,7 +87,7 @@ def test_an_arm_on_closed_loop_drives_counts_its_encoders_and_is_a_template():
     assert per_n[0] == pytest.approx(per_n[1])
 
 
-@pytest.mark.parametrize("key", PRESETS)
+@every_row("key", PRESETS)
 def test_every_reference_posture_is_in_reach_and_outside_the_guards(key):
     arm = preset(key)
     if arm.reference is None:
@@ -100,7 +101,7 @@ def test_every_reference_posture_is_in_reach_and_outside_the_guards(key):
     assert opening == pytest.approx(arm.reference.opening_mm, abs=0.05)
 
 
-@pytest.mark.parametrize("key", PRESETS)
+@every_row("key", PRESETS)
 def test_the_zero_posture_breaks_no_guard(key):
     arm = preset(key)
     assert arm.guards.violations(arm.arm, Joints.of(0, 0, 0, 0, 0)) == ()

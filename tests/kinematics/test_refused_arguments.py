@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from amounts import every_row
 from chain_cases import MINI_MOVER, gap
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -136,7 +137,7 @@ NO_FRAMES = {
 }
 
 
-@pytest.mark.parametrize("name", TAKE_A_FRAME)
+@every_row("name", TAKE_A_FRAME)
 def test_what_is_no_frame_is_refused_in_the_same_words(name):
     for kind, (frame, error, says) in NO_FRAMES.items():
         with pytest.raises(KinematicsError) as caught:
@@ -209,15 +210,15 @@ MADE_OF_A_NUMBER = {
 }
 
 
-@pytest.mark.parametrize("make", MADE_OF_A_NUMBER.values(), ids=MADE_OF_A_NUMBER)
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "1", None, True])
+@every_row("make", MADE_OF_A_NUMBER.values(), ids=MADE_OF_A_NUMBER)
+@every_row("value", [math.nan, math.inf, -math.inf, "1", None, True])
 def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
     with pytest.raises(BadNumber, match="must be a finite number"):
         make(value)
 
 
-@pytest.mark.parametrize(
-    ("make", "says"),
+@every_row(
+    "make, says",
     [
         (lambda: Chain(()), "at least one link"),
         (lambda: Chain(None), "at least one link, not None"),
@@ -350,7 +351,7 @@ def test_an_angle_of_any_turns_is_wrapped_to_the_last_digit(angle):
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-15)
 
 
-@pytest.mark.parametrize("turns", [1e3, 1e8, -1e12, 1e14])
+@every_row("turns", [1e3, 1e8, -1e12, 1e14])
 def test_turns_are_taken_off_before_anything_is_added(turns):
     angle = turns * math.tau + 1.0
     expected = exactly_wrapped(angle)
@@ -360,8 +361,8 @@ def test_turns_are_taken_off_before_anything_is_added(turns):
     assert TEACHMOVER.fk(joints).roll_rad == pytest.approx(expected, abs=1e-15)
 
 
-@pytest.mark.parametrize("name", ["pitch_deg", "roll_deg", "yaw_deg"])
-@pytest.mark.parametrize("angle", [5000, -721.0, math.nan, "x"])
+@every_row("name", ["pitch_deg", "roll_deg", "yaw_deg"])
+@every_row("angle", [5000, -721.0, math.nan, "x"])
 def test_an_angle_in_degrees_is_refused_as_it_was_given(name, angle):
     within = "must be within two turns, 720° either way" if angle in (5000, -721.0) else "finite"
     with pytest.raises(BadNumber, match=f"^{name} .*{within}.*, not {angle!r}$"):
@@ -369,8 +370,8 @@ def test_an_angle_in_degrees_is_refused_as_it_was_given(name, angle):
     assert Pose.of(x_mm=0, y_mm=0, z_mm=0, pitch_deg=-720.0).pitch_deg == -720.0
 
 
-@pytest.mark.parametrize("name", ["pitch_rad", "roll_rad", "yaw_rad"])
-@pytest.mark.parametrize("angle", [-90.0, 45.0, 4.0 * math.pi * (1.0 + sys.float_info.epsilon)])
+@every_row("name", ["pitch_rad", "roll_rad", "yaw_rad"])
+@every_row("angle", [-90.0, 45.0, 4.0 * math.pi * (1.0 + sys.float_info.epsilon)])
 def test_an_angle_of_a_pose_beyond_two_turns_is_questioned(name, angle):
     angles = {"pitch_rad": 0.0, name: angle}
     says = rf"{name} must be within two turns.*Pose.of\({name[:-4]}_deg=\.\.\.\)\), not {angle}"
@@ -381,8 +382,8 @@ def test_an_angle_of_a_pose_beyond_two_turns_is_questioned(name, angle):
 ANGLED = [name for name in MODEL_NAMES if any(map(is_angle, system(name).coordinates))]
 
 
-@pytest.mark.parametrize("name", ANGLED)
-@pytest.mark.parametrize("angle", [-90.0, 45.0])
+@every_row("name", ANGLED)
+@every_row("angle", [-90.0, 45.0])
 def test_an_angle_of_a_system_s_goal_beyond_two_turns_is_questioned(name, angle):
     one = system(name)
     goal = list(one.goal_of(one.fk(example_posture(one.chain()))))
@@ -404,8 +405,8 @@ def test_an_angle_of_a_chain_s_goal_beyond_two_turns_is_questioned():
         work(OWN, goal=(100.0, 0.0, 0.0, 0.0, -90.0, 0.0))
 
 
-@pytest.mark.parametrize("name", MODEL_NAMES)
-@pytest.mark.parametrize("turns", [1e3, 1e8, -1e12])
+@every_row("name", MODEL_NAMES)
+@every_row("turns", [1e3, 1e8, -1e12])
 def test_joint_values_of_many_turns_lose_no_digits(name, turns):
     """The tip stands where the angle's exact rest puts it, and is found again near such a seed."""
     one = system(name)
@@ -425,8 +426,8 @@ def test_joint_values_of_many_turns_lose_no_digits(name, turns):
         assert one.goal_of(one.fk(branch.joints)) == pytest.approx(goal, abs=1e-6)
 
 
-@pytest.mark.parametrize("turns", [-2, -1, 1, 2])
-@pytest.mark.parametrize("x", [120.0, 0.0])
+@every_row("turns", [-2, -1, 1, 2])
+@every_row("x", [120.0, 0.0])
 def test_a_pose_of_up_to_two_turns_is_solved_as_the_one_without(turns, x):
     plain = Pose.of(x_mm=x, y_mm=0.0, z_mm=550.0, pitch_deg=60.0, roll_deg=10.0)
     turned = Pose.of(
@@ -445,8 +446,8 @@ def test_a_pose_of_up_to_two_turns_is_solved_as_the_one_without(turns, x):
 # The base axis.
 
 
-@pytest.mark.parametrize("off_mm", [0.0, 1e-12, 1e-9, -1e-9, 5e-7, -9e-7])
-@pytest.mark.parametrize("pitch_deg", [60.0, 120.0])
+@every_row("off_mm", [0.0, 1e-12, 1e-9, -1e-9, 5e-7, -9e-7])
+@every_row("pitch_deg", [60.0, 120.0])
 def test_a_tip_within_the_stated_tolerance_of_the_base_axis_is_on_it(off_mm, pitch_deg):
     for x_mm, y_mm in ((off_mm, 0.0), (0.0, off_mm)):
         goal = Pose.of(x_mm=x_mm, y_mm=y_mm, z_mm=550.0, pitch_deg=pitch_deg)
@@ -503,8 +504,8 @@ def test_an_arm_s_joints_of_many_turns_lose_no_digits(turns):
 # Axes that are nearly parallel.
 
 
-@pytest.mark.parametrize("convention", Convention)
-@pytest.mark.parametrize("lean", [1e-12, 1e-9, 3e-9, 1e-8, 5e-8, 1.1e-7, 1e-6, 1e-4])
+@every_row("convention", Convention)
+@every_row("lean", [1e-12, 1e-9, 3e-9, 1e-8, 5e-8, 1.1e-7, 1e-6, 1e-4])
 def test_axes_a_hair_from_parallel_make_a_chain_that_holds_its_tool(lean, convention):
     axes = (
         JointAxis((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),

@@ -1,14 +1,14 @@
 """Counts and numbers in words, and lines folded to a width."""
 
-import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics.text import counted, filled, folded, plain, rounded
 
 
-@pytest.mark.parametrize(
-    ("count", "words", "said"),
+@every_row(
+    "count, words, said",
     [
         (0, ("act",), "0 acts"),
         (1, ("act",), "1 act"),
@@ -24,8 +24,8 @@ def test_a_count_and_its_noun_agree(count, words, said):
     assert counted(count, *words) == said
 
 
-@pytest.mark.parametrize(
-    ("value", "digits", "fixed", "short"),
+@every_row(
+    "value, digits, fixed, short",
     [
         (-0.0001, 2, "0.00", "0"),
         (12.5, 2, "12.50", "12.5"),
@@ -60,8 +60,8 @@ def test_no_word_that_fits_into_a_row_is_broken(words, width):
         assert [word for row in rows for word in row.split()] == words
 
 
-@pytest.mark.parametrize(
-    ("line", "width", "rows"),
+@every_row(
+    "line, width, rows",
     [
         ("a plain line", 20, ["a plain line"]),
         ("a well-known word", 12, ["a well-known", "  word"]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -48,18 +49,26 @@ def short_label(key: str) -> str:
     return label(key).replace("ctrl+", "^")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Keyboard:
-    """The table of keys as it is on this keyboard: the same rows, maybe with other keys."""
+    """The table of keys as it is on this keyboard: the same rows, maybe with other keys.
+
+    The desk asks it at every poll, hence the two indexes.
+    """
 
     rows: tuple[DeskKey, ...] = TABLE
 
+    @cached_property
+    def _by_id(self) -> dict[str, DeskKey]:
+        return {row.id: row for row in self.rows}
+
+    @cached_property
+    def _by_jog(self) -> dict[str, DeskKey]:
+        return {row.jogs: row for row in self.rows if row.jogs}
+
     def row(self, name: str) -> DeskKey:
         """Return the row of an id; raises `KeyError`."""
-        found = next((row for row in self.rows if row.id == name), None)
-        if found is None:
-            raise KeyError(name)
-        return found
+        return self._by_id[name]
 
     def of(self, name: str) -> tuple[str, ...]:
         """Return the keys of a row."""
@@ -77,11 +86,12 @@ class Keyboard:
 
     def jog(self, key: str) -> str:
         """Return what is printed on the key that jogs as this one of the table does."""
-        return next((label(row.keys[0]) for row in self.rows if row.jogs == key), label(key))
+        row = self._by_jog.get(key)
+        return label(key if row is None else row.keys[0])
 
     def jog_key(self, key: str) -> str | None:
         """Return the jog key of the table that a key of this keyboard stands for."""
-        return next((row.jogs for row in self.rows if row.jogs and key in row.keys), None)
+        return next((jogs for jogs, row in self._by_jog.items() if key in row.keys), None)
 
     def at(self, place: str) -> tuple[DeskKey, ...]:
         """Return the rows that count on one screen, those of all screens after its own."""

@@ -17,6 +17,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
+from amounts import every_row
 from faults import as_it_stands, ready_arm
 
 import kinematics as mathematics
@@ -209,7 +210,7 @@ def given(signature: inspect.Signature, wrong: str, value: object):
     return words, named
 
 
-@pytest.mark.parametrize(("kind", "name", "wrong"), parameters(), ids=str)
+@every_row("kind, name, wrong", parameters(), ids=str)
 def test_a_wrong_argument_is_refused_by_name_and_nothing_happens(kind, name, wrong):
     signature = dict(calls(kind))[name]
     values = refused(kind, name, signature.parameters[wrong])
@@ -233,8 +234,8 @@ def test_a_wrong_argument_is_refused_by_name_and_nothing_happens(kind, name, wro
         ), error
 
 
-@pytest.mark.parametrize(
-    ("kind", "name"),
+@every_row(
+    "kind, name",
     [(kind, name) for kind in (*KINDS, *TWINS) for name, _ in calls(kind)],
     ids=str,
 )
@@ -261,9 +262,7 @@ def test_a_wrong_count_and_an_unknown_option_are_refused(kind, name):
     assert seen() == before
 
 
-@pytest.mark.parametrize(
-    ("kind", "name", "time"), [each for each in parameters() if each[2].endswith("_s")], ids=str
-)
+@every_row("kind, name, time", [each for each in parameters() if each[2].endswith("_s")], ids=str)
 def test_a_time_below_zero_is_refused_and_nothing_happens(kind, name, time):
     words, named = given(dict(calls(kind))[name], time, -0.5)
     before = seen()
@@ -272,7 +271,7 @@ def test_a_time_below_zero_is_refused_and_nothing_happens(kind, name, time):
     assert seen() == before
 
 
-@pytest.mark.parametrize("time_s", [-0.5, math.nan, math.inf, "1", None])
+@every_row("time_s", [-0.5, math.nan, math.inf, "1", None])
 def test_a_world_of_a_test_takes_no_time_that_is_none(time_s):
     with pytest.raises(BadRequest, match=r"^by_s must "):
         ArmWorld().after(time_s, print)
@@ -292,7 +291,7 @@ def test_an_endless_limit_is_none(monkeypatch):
         arm.io.wait(high=1, within_s=0)
 
 
-@pytest.mark.parametrize("kind", [Arm, Gripper, Handle, AsyncArm, AsyncHandle, Points])
+@every_row("kind", [Arm, Gripper, Handle, AsyncArm, AsyncHandle, Points])
 def test_every_annotation_of_a_public_call_has_a_rule(kind):
     for name, signature in calls(kind):
         for each in list(signature.parameters.values())[1:]:
@@ -301,7 +300,7 @@ def test_every_annotation_of_a_public_call_has_a_rule(kind):
                 assert found is not None, f"{name}: give {each.annotation!r} a rule"
 
 
-@pytest.mark.parametrize("kind", [Arm, Gripper, Handle, Points])
+@every_row("kind", [Arm, Gripper, Handle, Points])
 def test_every_public_call_is_checked(kind):
     for name in dir(kind):
         found = inspect.getattr_static(kind, name)
@@ -320,7 +319,7 @@ def others() -> dict[type, Callable[[], object]]:
     }
 
 
-@pytest.mark.parametrize("kind", [*KINDS, *TWINS, *others()], ids=str)
+@every_row("kind", [*KINDS, *TWINS, *others()], ids=str)
 def test_an_unknown_attribute_is_refused_and_not_created(kind):
     thing = others()[kind]() if kind in others() else owner(kind)
     with pytest.raises(BadArgument, match=f"^{kind.__name__} has no attribute 'zzz'\n"):
@@ -329,9 +328,9 @@ def test_an_unknown_attribute_is_refused_and_not_created(kind):
     thing._private = 1
 
 
-@pytest.mark.parametrize("kind", [Arm, AsyncArm])
-@pytest.mark.parametrize(
-    ("name", "said"),
+@every_row("kind", [Arm, AsyncArm])
+@every_row(
+    "name, said",
     [
         ("speed_overide", r"has no attribute 'speed_overide'; did you mean 'speed_override'\?\n"),
         ("speed_overrides", "did you mean 'speed_override'"),
@@ -380,8 +379,8 @@ def test_a_subclass_has_attributes_of_its_own():
 FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
 
 
-@pytest.mark.parametrize(
-    ("call", "said"),
+@every_row(
+    "call, said",
     [
         (
             lambda arm: arm.move_to((1, 2, 3)),
@@ -464,8 +463,8 @@ AT_A_SPEED = {
 }
 
 
-@pytest.mark.parametrize("speed", [0.0, -0.5, 1.01, 5])
-@pytest.mark.parametrize("name", AT_A_SPEED)
+@every_row("speed", [0.0, -0.5, 1.01, 5])
+@every_row("name", AT_A_SPEED)
 def test_a_speed_that_is_no_fraction_is_refused(name, speed):
     before = seen()
     with pytest.raises(BadRequest, match=r"speed.*(fraction|above 0 and up to 1|from )"):
@@ -479,8 +478,8 @@ def test_a_wrong_argument_is_a_type_error_as_well():
     assert (BadArgument.code, WaitTimeout.code) == ("E115", "E106")
 
 
-@pytest.mark.parametrize(
-    ("made", "said"),
+@every_row(
+    "made, said",
     [
         (lambda: MoveSequence(LineMove(A_POSE)), "moves must be a list of moves, not LineMove"),
         (lambda: MoveSequence((LineMove(A_POSE), 1)), r"moves\[1\] must be a move, not 1"),
@@ -529,8 +528,8 @@ def test_numbers_of_numpy_are_numbers():
     assert arm.status.outputs == 1
 
 
-@pytest.mark.parametrize(
-    ("call", "kind", "code"),
+@every_row(
+    "call, kind, code",
     [
         (lambda arm: arm.move_to(FAR), kinematic.Unreachable, "E604"),
         (lambda arm: arm.move_l(FAR), kinematic.Unreachable, "E604"),

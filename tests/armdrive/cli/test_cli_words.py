@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
+from amounts import every_row
 from cli_calls import Caller
 
 from armdrive.cli import main, options, runner
@@ -59,15 +60,15 @@ def test_the_help_shows_every_command_in_its_group_on_one_screen(call, words):
         assert [cell.split()[0] for cell in rows[group]] == list(commands)
 
 
-@pytest.mark.parametrize(
-    ("words", "option"),
+@every_row(
+    "words, option",
     [
         (("watch",), "--every"),
         (("teach", "stack.arm"), "--rest"),
         (("can", "monitor", "can:virtual:x"), "--seconds"),
     ],
 )
-@pytest.mark.parametrize("time", ["-1", "nan", "inf"])
+@every_row("time", ["-1", "nan", "inf"])
 def test_a_time_is_finite_and_not_below_zero(call, words, option, time):
     said = call.refused(*words, f"{option}={time}", code=2)
     assert option in said
@@ -86,7 +87,7 @@ def test_help_before_a_command_is_its_own_help(call, words):
     assert call("help", *words).out.startswith(f"usage: armdrive {' '.join(words)} [OPTIONS]")
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@every_row("name", COMMANDS)
 def test_every_command_has_its_own_help_and_one_that_prints_can_print_json(call, name):
     text = call(name, "--help", code=0).out
     assert text.startswith(f"usage: armdrive {name}")
@@ -121,7 +122,7 @@ def test_an_unknown_word_is_answered_with_the_nearest_command_or_the_help(call):
     assert "`armdrive --help`" in call.refused("qqqqq", code=2)
 
 
-@pytest.mark.parametrize("word", INSTEAD)
+@every_row("word", INSTEAD)
 def test_a_word_of_another_program_is_answered_with_the_command_to_type(call, word):
     assert f"type `{INSTEAD[word]}`" in call.refused(*word.split(), code=2)
     assert INSTEAD[word].split()[1] in COMMANDS
@@ -133,8 +134,8 @@ def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
     assert (told["code"], "armdrive" in told["message"]) == ("E101", True)
 
 
-@pytest.mark.parametrize(
-    ("words", "named"),
+@every_row(
+    "words, named",
     [
         (["move", "--x", "abc"], "'abc' is not a number"),
         (["move", "--x", "nan"], "'nan' is not a finite number"),
@@ -287,7 +288,7 @@ def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
     assert [name for name in loaded if f"{name}.".startswith(tuple(f"{s}." for s in spared))] == []
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@every_row("name", COMMANDS)
 def test_declared_options_reach_the_command(name):
     function, _ = ROWS[name]
     assert name in command_at(f"{function.partition('.')[0]}.arguments:ARGUMENTS")
@@ -392,7 +393,7 @@ def examples(name: str) -> list[list[str]]:
     return [shlex.split(re.split(" [<>] ", found)[0]) for found in EXAMPLE.findall(text)]
 
 
-@pytest.mark.parametrize("name", sorted(ROWS.keys() - {"ports", "demo"}))
+@every_row("name", sorted(ROWS.keys() - {"ports", "demo"}))
 def test_every_command_has_examples_and_understands_them(name):
     found = examples(name)
     assert found

@@ -1,6 +1,7 @@
 """`armdrive home` and `verify` with typed answers, on a simulated twin."""
 
 import pytest
+from amounts import every_row
 from cli_calls import write_arm_file
 
 from armdrive import Arm
@@ -138,8 +139,8 @@ def test_the_arm_stays_where_it_was_when_the_guide_only_looked(typing):
     assert arm.twin.world.motors == before
 
 
-@pytest.mark.parametrize(
-    ("line", "jogs"),
+@every_row(
+    "line, jogs",
     [
         ("shoulder -2", [("shoulder", -2.0)]),
         ("wrist_pitch 5", [("wrist_pitch", 5.0)]),
@@ -151,8 +152,8 @@ def test_lines_are_read_as_they_are_meant(line, jogs):
     assert parse_jogs(line.split(), AXES) == jogs
 
 
-@pytest.mark.parametrize(
-    ("line", "said"),
+@every_row(
+    "line, said",
     [
         ("wrist 2", "'wrist' may be wrist_pitch or wrist_roll"),
         ("shoulder", "a name and an amount"),

@@ -1,6 +1,7 @@
 """Files that a person names: each is written once, and overwritten only with --force."""
 
 import pytest
+from amounts import every_row
 
 from armdrive import Arm, BadRequest
 from armdrive.cli.chosen_arm import connect_remembered
@@ -86,9 +87,9 @@ def test_a_recording_goes_only_where_a_file_may_be_made(folder, there, said):
     assert sorted(each.name for each in folder.iterdir()) == ["ready.arm"]
 
 
-@pytest.mark.parametrize("length", [300, 5000])
-@pytest.mark.parametrize(
-    ("words", "ends"),
+@every_row("length", [300, 5000])
+@every_row(
+    "words, ends",
     [
         ("status --arm NAME", 2),
         ("status --port /dev/NAME --dialect grbl", 4),

@@ -6,6 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 
 import pytest
+from amounts import every_row
 from cli_calls import Terminal
 
 from armdrive.cli import presenter
@@ -198,8 +199,8 @@ def test_a_pipe_gets_whole_lines_without_colours(capsys, monkeypatch):
 HOME, FIX = "run `armdrive home`, or call home()", "`armdrive doctor --fix` sends these lines"
 
 
-@pytest.mark.parametrize(
-    ("given", "sentence", "added"),
+@every_row(
+    "given, sentence, added",
     [
         ({"arm": "bench"}, HOME, " --arm bench"),
         ({"arm": "my arm"}, HOME, " --arm 'my arm'"),

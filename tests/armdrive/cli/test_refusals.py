@@ -2,7 +2,7 @@
 
 import shlex
 
-import pytest
+from amounts import every_row
 
 from kinematics.textbook.systems import MODEL_NAMES
 
@@ -123,7 +123,7 @@ REFUSED = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("row", REFUSED, ids=lambda row: row[0])
+@every_row("row", REFUSED, ids=lambda row: row[0])
 def test_a_wrong_line_is_refused_in_one_sentence(call, row):
     typed, code, *said = row
     sentence = call.refused(*shlex.split(typed), code=code)

@@ -4,6 +4,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from amounts import every_row
 from cli_calls import write_arm_file
 from faults import OVER_THE_TABLE, ready_arm, sim_config
 from hypothesis import given
@@ -142,7 +143,7 @@ def test_the_format_of_a_model_file_is_named_by_the_arm_that_needs_it(tmp_path):
     assert problem == f"{tmp_path / 'links.toml'}: {NEWER}"
 
 
-@pytest.mark.parametrize(
+@every_row(
     "words",
     [
         ("config", "show", "bench"),
@@ -175,7 +176,7 @@ def test_a_list_names_arms_and_link_tables_of_an_unknown_format(call):
     assert all(NEWER in each["error"] for each in arms)
 
 
-@pytest.mark.parametrize("line", KNOWN)
+@every_row("line", KNOWN)
 def test_an_edit_keeps_a_file_as_it_says_its_format(line):
     text = f'# mine\n{line}model = "teachmover"   # by the window\n'
     after = amended(text, [Change(("motor_signs", "elbow"), -1, "seen")])
@@ -342,7 +343,7 @@ def test_points_in_another_layout_get_the_format_when_rewritten():
 # -- what armdrive keeps for itself -----------------------------------------------------------
 
 
-@pytest.mark.parametrize("number", ["2", "0", "true", '"1"', "1.0"])
+@every_row("number", ["2", "0", "true", '"1"', "1.0"])
 def test_notes_of_a_commissioning_of_an_unknown_format_are_not_used(number):
     kept.write("bench", "x", {"base": kept.Notes(way="left", done=True)})
     path = kept.path_of("bench")

@@ -6,6 +6,7 @@ import tomllib
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from chain_files import (
     five_joints,
     shown_files,
@@ -114,8 +115,8 @@ def two_axes(**wrong):
     return {"axes": [UP, wrong], "tip": TIP}
 
 
-@pytest.mark.parametrize(
-    ("document", "said"),
+@every_row(
+    "document, said",
     [
         ({}, "at least one link"),
         ({"links": "many"}, "at least one link"),

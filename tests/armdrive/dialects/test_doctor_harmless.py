@@ -6,6 +6,7 @@ import itertools
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from doctor_bench import (
     AFTER_S,
     LINE_ENDS_ACT,
@@ -44,8 +45,8 @@ def say(port: SimPort, probe: Probe) -> None:
         port.pass_time(probe.wait_s)
 
 
-@pytest.mark.parametrize(("dialect", "state"), CASES)
-@pytest.mark.parametrize("rate", ["given", "to be found", "none: native USB"])
+@every_row("dialect, state", CASES)
+@every_row("rate", ["given", "to be found", "none: native USB"])
 def test_an_examination_moves_nothing(dialect, state, rate):
     port = prepared(dialect, state, any_rate=rate.startswith("none"))
     usual_baud = WHO.own_probe(dialect).baud
@@ -59,10 +60,8 @@ def test_an_examination_moves_nothing(dialect, state, rate):
     check_unmoved(port, dialect, state)
 
 
-@pytest.mark.parametrize(
-    ("dialect", "state"), [each for each in CASES if each not in LINE_ENDS_ACT]
-)
-@pytest.mark.parametrize("given_baud", [True, False])
+@every_row("dialect, state", [each for each in CASES if each not in LINE_ENDS_ACT])
+@every_row("given_baud", [True, False])
 def test_even_the_whole_table_said_to_the_end_moves_nothing(dialect, state, given_baud):
     port = prepared(dialect, state)
     for probe in WHO.sequence(port.device.board.baud if given_baud else None):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import astuple
 
 import pytest
+from amounts import every_row
 from faults import arm_config, driven
 from hypothesis import given
 from hypothesis import strategies as st
@@ -50,7 +51,7 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("dialect", "model", "section", "words"), REFUSED)
+@every_row("dialect, model, section, words", REFUSED)
 def test_a_section_is_refused_by_the_name_of_its_key(dialect, model, section, words):
     table = {"model": model, "connection": {"dialect": dialect}, dialect: section}
     with pytest.raises(ArmFileError, match=words):

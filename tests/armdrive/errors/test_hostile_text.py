@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from amounts import every_row
 from cli_calls import TRACEBACK, write_arm_file
 from hostile import HOSTILE_TEXT, toml_text, unprintable
 from hypothesis import given
@@ -49,7 +50,7 @@ def test_lines_keep_their_breaks_and_nothing_else(text):
     assert printable_lines(text).count("\n") == text.count("\n")
 
 
-@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+@every_row("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
 def test_an_error_is_printable_wherever_it_is_shown(text):
     for kind in (ArmError, BadRequest, UnknownPoint):
         assert not unprintable(str(kind(f"no {text} here")))
@@ -68,14 +69,14 @@ def test_text_that_a_stream_cannot_write_is_escaped():
     assert encodable("5\u00b0 \u2192", None) == "5\u00b0 \u2192"
 
 
-@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+@every_row("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
 def test_a_caret_stands_under_its_place_behind_hostile_text(text):
     line, caret = excerpt(f"{text.replace(chr(10), ' ')}HERE", len(text) + 1).split("\n")
     assert line[caret.index("^") :] == "HERE"
     assert line.isprintable()
 
 
-@pytest.mark.parametrize("column", [1, 50, 5_000, 10_000, 10_001])
+@every_row("column", [1, 50, 5_000, 10_000, 10_001])
 def test_of_a_long_line_the_part_around_the_place_is_shown(column):
     told = "".join(chr(ord("a") + n % 26) for n in range(10_000))
     line, caret = excerpt(told, column).split("\n")
@@ -399,7 +400,7 @@ def test_the_words_of_a_device_are_not_printed_raw(call, text, monkeypatch):
 BAD_NUMBERS = ("9" * 6000, "1e999", "nan", "-inf", "\u0663", "1_0", "0x10", "", "--", "1,5")
 
 
-@pytest.mark.parametrize("words", [
+@every_row("words", [
     ("fk", "{}", "0", "0", "0", "0"), ("explain", "two-link-1", "{}", "0"), ("slow", "{}"),
     ("status", "--baud", "{}"), ("run", "p.arm", "--loops", "{}"), ("run", "p.arm", "--pace", "{}"),
     ("watch", "--every", "{}"), ("ik", "--x={}"),

@@ -6,6 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from amounts import every_row
 from backlash_bench import (
     MIDDLE,
     PLAY,
@@ -338,7 +339,7 @@ def test_the_command_line_gives_a_simulated_arm_play(monkeypatch):
     assert [play.widths for play in played] == [(12,) * 6, ()]
 
 
-@pytest.mark.parametrize("play", [-1, (1, 2), 1.5, 10**6, (True,) * 6])
+@every_row("play", [-1, (1, 2), 1.5, 10**6, (True,) * 6])
 def test_a_play_that_cannot_be_is_refused(play):
     with pytest.raises(BadRequest, match="play is a whole number"):
         simulate(config_of("teachmover", 0), play=play)

@@ -4,6 +4,7 @@ import itertools
 import math
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -204,8 +205,8 @@ def test_arming_waits_until_the_keys_are_quiet():
     assert deadman.arm(1.0 + ARM_AFTER_QUIET_S)
 
 
-@pytest.mark.parametrize("delay_s", [0.2, 0.4, 0.66])
-@pytest.mark.parametrize("rate_hz", KEYBOARDS_HZ)
+@every_row("delay_s", [0.2, 0.4, 0.66])
+@every_row("rate_hz", KEYBOARDS_HZ)
 def test_a_stall_of_a_second_moves_nothing_and_disarms(rate_hz, delay_s):
     events = keyboard(rate_hz, 4.0, delay_s=delay_s)
     stalled_s = next(time_s for time_s, _ in events if time_s > 2.5) + 0.001
@@ -226,8 +227,8 @@ def test_a_stall_that_begins_right_after_the_first_press_moves_nothing_more(stal
     assert desk.of(HeldKey) == []
 
 
-@pytest.mark.parametrize("gap_s", [0.0, 0.001, 0.02])
-@pytest.mark.parametrize("text", ["qw", "qq", "qwe", "wwq", "qwertyqwerty"])
+@every_row("gap_s", [0.0, 0.001, 0.02])
+@every_row("text", ["qw", "qq", "qwe", "wwq", "qwertyqwerty"])
 def test_pasted_text_moves_nothing(text, gap_s):
     desk = Desk().run([(1.0 + gap_s * count, key) for count, key in enumerate(text)])
     assert desk.of(Increment) == desk.of(HeldKey) == []

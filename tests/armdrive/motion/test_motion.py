@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from chain_files import connected, five_joints, six_joints
 from faults import OVER_THE_TABLE, arm_config, driven, ready_arm, sim_arm, sim_config
 from hypothesis import given, settings
@@ -148,8 +148,8 @@ def test_joints_that_are_not_named_keep_their_angle_to_the_last_digit():
     ) == (arm.status.acknowledged)
 
 
-@pytest.mark.parametrize(
-    ("call", "name", "words"),
+@every_row(
+    "call, name, words",
     [
         (lambda arm: arm.move_j(base_deg=91), "base", "91.0°, 1.0° beyond its limit of 90.0°"),
         (lambda arm: arm.move_j(elbow_deg=2), "elbow", "limit of 0.0°"),
@@ -223,7 +223,7 @@ def test_a_nearest_pose_behind_a_guard_is_named_where_the_way_is_clear():
         arm.move_j(shoulder_deg=80, elbow_deg=-130)
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, "far", None, True])
+@every_row("bad", [math.nan, math.inf, -math.inf, "far", None, True])
 def test_a_pose_takes_numbers_alone(bad):
     with pytest.raises(BadNumber, match="x_mm"):
         Pose(bad, 0.0, 100.0, 0.0)
@@ -444,7 +444,7 @@ def test_a_new_world_has_the_arm_clear_of_the_table(tmp_path):
         arm.close()
 
 
-@pytest.mark.parametrize("key", [key for key, one in PRESETS.items() if one.transmission])
+@every_row("key", [key for key, one in PRESETS.items() if one.transmission])
 def test_the_motors_that_stall_are_found_in_the_transmission(key):
     assert ArmBody.of_preset(PRESETS[key]).stalls == ((0,), (1,), (2,), (3, 4), (3, 4))
 

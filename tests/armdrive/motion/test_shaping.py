@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 import pytest
+from amounts import every_row
 from chain_files import six_arm, six_links
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -41,7 +42,7 @@ def test_mirrored_twice_is_where_it_was_and_once_is_the_reflection(joints):
     assert tuple(mirrored(TEACHMOVER, other)) == pytest.approx(tuple(joints), abs=1e-9)
 
 
-@pytest.mark.parametrize("name", DIALECTS)
+@every_row("name", DIALECTS)
 def test_every_preset_is_mirrored_by_its_base_and_its_roll(name):
     config = find(f"sim:{name}").config
     angles = [20.0, 40.0, -60.0, -30.0, 15.0]

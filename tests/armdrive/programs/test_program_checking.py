@@ -1,6 +1,7 @@
 """A program is checked as a whole: every mistake is reported at its place before anything moves."""
 
 import pytest
+from amounts import every_row
 from program_bench import BOOK, acts, refused, started, told
 
 from armdrive.errors.table import entry
@@ -106,7 +107,7 @@ WRONG = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "column", "wanted"), WRONG)
+@every_row("text, column, wanted", WRONG)
 def test_every_mistake_is_reported_at_its_place(text, column, wanted):
     ((_, at, said),) = refused(text)
     assert wanted in said
@@ -123,7 +124,7 @@ def test_a_head_that_cannot_be_read_takes_its_end_along():
     assert len(refused("if (\nready\nelse\nhome\nend")) == 1
 
 
-@pytest.mark.parametrize("line", ["else", "define f()", "elseif on", ")", "ready )", "x ="])
+@every_row("line", ["else", "define f()", "elseif on", ")", "ready )", "x ="])
 def test_a_line_that_does_not_fit_leaves_the_block_as_it_was(line):
     inner = "end\n" if line.startswith("define") else ""
     text = f"while input(1)\nready\nhome\n{line}\n{inner}ready\nend\nif on\nready\nend"
@@ -194,12 +195,12 @@ UNSETTLED = [
 ]
 
 
-@pytest.mark.parametrize("text", SETTLED)
+@every_row("text", SETTLED)
 def test_a_name_that_surely_has_a_value_may_be_used(text):
     read_program(text)
 
 
-@pytest.mark.parametrize(("text", "line"), UNSETTLED)
+@every_row("text, line", UNSETTLED)
 def test_a_name_that_may_have_none_may_not(text, line):
     ((at, _, said),) = refused(text)
     assert (at, "may have no value yet" in said) == (line, True)
@@ -239,8 +240,8 @@ def test_variables_belong_to_the_whole_program():
     assert acts("") == []
 
 
-@pytest.mark.parametrize("wrong", ["end end", "end 1"])
-@pytest.mark.parametrize("head", ["if", "while", "repeat -", "define"])
+@every_row("wrong", ["end end", "end 1"])
+@every_row("head", ["if", "while", "repeat -", "define"])
 def test_a_wrong_end_hides_no_mistake_after_it(wrong, head):
     problems = refused(f"repeat 2\n{wrong}\n{head}\ntype 1 +\nend\nend")
     assert [line for line, _, _ in problems] == [2, 3, 4]

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from amounts import every_row
 from program_acts import goal_of, ready, travels
 from program_bench import acts, fk, refused, reply, run, started, told
 
@@ -37,8 +38,8 @@ ready
 """
 
 
-@pytest.mark.parametrize(
-    ("value", "wanted"),
+@every_row(
+    "value, wanted",
     {
         "1 + 2 * 3": "7", "(1 + 2) * 3": "9", "7 - 2 - 1": "4", "8 / 2 / 2": "2",
         "-2 * -3": "6", "- (2 + 1)": "-3", "2 - -1": "3", "50%": "0.5", "1e3": "1000",
@@ -134,8 +135,8 @@ def test_a_failure_stays_and_can_be_written_down():
         again.next()
 
 
-@pytest.mark.parametrize(
-    ("text", "answer"),
+@every_row(
+    "text, answer",
     [("grasp into w", None), ("grasp into w", float("nan")), ("here p", 3.0),
      ("x = input(1)", 1.0), ("wait_input 1 within 2", None)],
 )  # fmt: skip

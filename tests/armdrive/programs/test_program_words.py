@@ -1,6 +1,7 @@
 """Every word of the language and the acts that it makes, in the new and the old spelling."""
 
 import pytest
+from amounts import every_row
 from program_acts import fingers, go, grasp, ready
 from program_bench import BOOK, HERE, HERE_DEG, acts, at, fk, goals, refused, told
 
@@ -60,15 +61,13 @@ GOLDEN = {
 }
 
 
-@pytest.mark.parametrize("word", WORDS)
+@every_row("word", WORDS)
 def test_every_word_asks_for_its_acts(word):
     text, wanted = GOLDEN[word]
     assert acts(text) == wanted
 
 
-@pytest.mark.parametrize(
-    ("word", "old"), [(word.name, old) for word in WORDS.values() for old in word.old]
-)
+@every_row("word, old", [(word.name, old) for word in WORDS.values() for old in word.old])
 def test_every_old_spelling_in_capitals_means_the_same(word, old):
     text, wanted = GOLDEN[word]
     lines = [
@@ -79,7 +78,7 @@ def test_every_old_spelling_in_capitals_means_the_same(word, old):
     assert acts("\n".join(lines)) == wanted
 
 
-@pytest.mark.parametrize("word", WORDS.values(), ids=lambda word: word.name)
+@every_row("word", WORDS.values(), ids=lambda word: word.name)
 def test_the_example_of_every_word_can_be_read(word):
     setting = {"shift": "point corner = pick\n", "type": "width = 3\n", "expect": "width = 30\n"}
     text = setting.get(word.name, "") + word.example
@@ -108,20 +107,20 @@ VALUES = {
 }
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@every_row("name", FUNCTIONS)
 def test_every_function_gives_its_value(name):
     value, wanted = VALUES[name]
     assert told(f"type {value}", inputs=(3,)) == [wanted]
 
 
-@pytest.mark.parametrize("row", FUNCTIONS.values(), ids=lambda row: row.name)
+@every_row("row", FUNCTIONS.values(), ids=lambda row: row.name)
 def test_the_example_of_every_function_can_be_read(row):
     example = row.example.replace("pick-2", "Place-2")
     assert len(told(f"type {example}")) == 1
 
 
-@pytest.mark.parametrize(
-    ("name", "wanted"),
+@every_row(
+    "name, wanted",
     {"x": "1", "y": "2", "z": "3", "pitch": "-90", "roll": "10", "yaw": "20"}.items(),
 )
 def test_every_part_of_a_place(name, wanted):
@@ -142,7 +141,7 @@ FORMED = {
 }
 
 
-@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+@every_row("form", FORMS, ids=lambda form: form.name)
 def test_every_form_of_a_line(form):
     text, wanted = FORMED[form.name]
     assert acts(text) == wanted
@@ -186,7 +185,7 @@ ASKED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("what", ASKED)
+@every_row("what", ASKED)
 def test_what_lines_ask_for_together(what):
     text, wanted = ASKED[what]
     assert acts(text) == wanted

@@ -5,7 +5,7 @@ from dataclasses import replace
 from itertools import count
 
 import pytest
-from amounts import THOROUGH
+from amounts import THOROUGH, every_row
 from faults import arm_config, driven
 from program_acts import fingers, go, ready
 from running_bench import BLOCK, PICK_AND_PLACE, Script, down, performer, table_arm
@@ -368,7 +368,7 @@ RUNS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", RUNS)
+@every_row("name", RUNS)
 def test_how_far_a_run_has_come(name):
     rehearsed, repeated, lines = RUNS[name]
     progress = RunProgress(rehearsed, repeated=repeated)
@@ -395,8 +395,8 @@ def test_a_slowed_run_has_more_time_left_and_none_has_less_than_none():
     assert (progress.estimate(1000.0).percent, progress.estimate(1000.0).left_s) == (100, 0)
 
 
-@pytest.mark.parametrize(
-    ("lines", "line", "expected", "index"),
+@every_row(
+    "lines, line, expected, index",
     [
         ((1, 2, 1, 2), 1, 1, 2),
         ((1, 2, 1, 2), 1, 3, 2),

@@ -4,6 +4,7 @@ import math
 from itertools import pairwise
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 from space_cases import CAMERAS, HERE, guarded, six_axes
@@ -71,8 +72,8 @@ def test_a_small_picture(size, points, braille, rows):
     assert lines(*size, *points, braille=braille) == rows
 
 
-@pytest.mark.parametrize(("above", "below"), [(Ink.BASE, Ink.TABLE), (Ink.JOINT, Ink.ARM)])
-@pytest.mark.parametrize("flipped", [False, True])
+@every_row("above, below", [(Ink.BASE, Ink.TABLE), (Ink.JOINT, Ink.ARM)])
+@every_row("flipped", [False, True])
 def test_the_greater_ink_is_seen_whichever_was_drawn_first(above, below, flipped):
     canvas = raster(3, 1, braille=False)
     for ink in (below, above) if flipped else (above, below):
@@ -80,8 +81,8 @@ def test_the_greater_ink_is_seen_whichever_was_drawn_first(above, below, flipped
     assert canvas.painted().inks == bytes([above] * 3)
 
 
-@pytest.mark.parametrize(
-    ("column", "row", "text", "shown"),
+@every_row(
+    "column, row, text, shown",
     [(-1, 0, "abc", "bc  "), (3, 0, "xyz", "   x"), (0, 1, "below", "    "), (0, -1, "up", "    ")],
 )
 def test_text_is_clipped_at_every_edge(column, row, text, shown):
@@ -90,9 +91,7 @@ def test_text_is_clipped_at_every_edge(column, row, text, shown):
     assert canvas.painted().rows() == [shown]
 
 
-@pytest.mark.parametrize(
-    ("end", "stroke"), [((4, 0), "-"), ((0, 4), "|"), ((4, 4), "\\"), ((4, -4), "/")]
-)
+@every_row("end, stroke", [((4, 0), "-"), ((0, 4), "|"), ((4, 4), "\\"), ((4, -4), "/")])
 def test_ascii_lines_take_the_stroke_of_their_slope(end, stroke):
     down = 0 if end[1] >= 0 else 4
     rows = lines(5, 5, (0, down), (end[0], down + end[1]), braille=False)
@@ -136,9 +135,9 @@ def test_a_clipped_line_ends_on_the_canvas(x0, y0, x1, y1):
 # Postures, as a question shows them.
 
 
-@pytest.mark.parametrize("view", [SIDE, TOP])
-@pytest.mark.parametrize("braille", [True, False])
-@pytest.mark.parametrize("size", [(0, 0), (1, 1), (38, 11), (120, 40), (10, 60)])
+@every_row("view", [SIDE, TOP])
+@every_row("braille", [True, False])
+@every_row("size", [(0, 0), (1, 1), (38, 11), (120, 40), (10, 60)])
 def test_a_view_fills_exactly_the_cells_it_was_given(view, braille, size):
     rows = drawn(posture(), view, size, braille=braille)
     assert [len(row) for row in rows] == [size[0]] * size[1]
@@ -202,8 +201,8 @@ def test_every_posture_can_be_drawn(base_deg, links_deg, opening_mm):
         assert len(marks(drawn(joints, view, (30, 10), opening_mm=opening_mm))) > 10
 
 
-@pytest.mark.parametrize(
-    ("encoding", "environ", "legible"),
+@every_row(
+    "encoding, environ, legible",
     [
         ("utf-8", {"LANG": "en_GB.UTF-8", "TERM": "xterm-256color"}, True),
         ("UTF8", {}, True),

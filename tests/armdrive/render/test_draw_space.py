@@ -1,6 +1,7 @@
 """Drawings in space: all on their canvas, the kept backdrop as a fresh one, inks look unlike."""
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 from space_cases import (
@@ -131,7 +132,7 @@ def test_no_two_inks_that_run_in_lines_look_alike():
     assert len(set(marks)) == len(marks)
 
 
-@pytest.mark.parametrize("ink", [ink for ink in PATTERNS if PATTERNS[ink].period > 1])
+@every_row("ink", [ink for ink in PATTERNS if PATTERNS[ink].period > 1])
 def test_a_dashed_line_has_its_gaps_over_corners_too(ink):
     drawn = raster(60, 1, braille=True)
     drawn.line([(x, 0.0) for x in range(0, 120, 3)], ink)

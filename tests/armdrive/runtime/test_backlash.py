@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -209,7 +209,7 @@ def test_a_record_without_backlash_is_written_as_ever_and_with_it_comes_back():
         assert from_text(to_text(record)) == record
 
 
-@pytest.mark.parametrize("taken", [(), (1,), (1, 11), (-1, 0)])
+@every_row("taken", [(), (1,), (1, 11), (-1, 0)])
 def test_a_record_that_does_not_fit_the_backlash_is_refused(taken):
     slack = Slack((10, 10))
     assert not slack.restore(taken, ())

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from types import SimpleNamespace
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from faults import as_it_stands, ready_arm, sim_arm, standing
 from hypothesis import given
 from hypothesis import strategies as st
@@ -40,14 +40,14 @@ def test_sleep_follows_the_arms_own_clock():
     assert arm.status.time_s - began_s == pytest.approx(300.0)
 
 
-@pytest.mark.parametrize(
-    ("name", "call"),
+@every_row(
+    "name, call",
     [
         ("duration_s", lambda arm, time_s: arm.jog_j(base=1, duration_s=time_s)),
         ("time_s", lambda arm, time_s: arm.sleep(time_s)),
     ],
 )
-@pytest.mark.parametrize("time_s", [1.1e6, 1e300])
+@every_row("time_s", [1.1e6, 1e300])
 def test_a_time_that_no_simulation_reaches_the_end_of_is_refused(name, call, time_s):
     arm = ready_arm()
     with pytest.raises(BadRequest, match=f"^{name} must be at most 1000000 seconds, not"):
@@ -390,8 +390,8 @@ class Waiting(ScriptRunner):
     usable_rate_hz = duration_s = stopping = None  # nobody asks for a motion
 
 
-@pytest.mark.parametrize(
-    ("came", "reply"),
+@every_row(
+    "came, reply",
     [(b"ready", Registers), (b"noise more ready", Registers), (b"noise", Timeout), (b"", Timeout)],
 )
 def test_a_late_program_reads_all_that_has_come_before_it_calls_an_answer_missing(came, reply):

@@ -1,6 +1,7 @@
 """Trust in the position: its table, what planned motion needs, and what lowers it on a wire."""
 
 import pytest
+from amounts import every_row
 from faults import OVER_THE_TABLE, Rule, as_it_stands, late_by, lost, ready_arm, sim_arm
 from hypothesis import given
 from hypothesis import strategies as st
@@ -77,7 +78,7 @@ def test_nothing_but_a_reference_or_a_confirmation_raises_trust(history):
             belief = after
 
 
-@pytest.mark.parametrize("evidence", [e for e in Evidence if RESULTS[e] is Trust.SUSPECT])
+@every_row("evidence", [e for e in Evidence if RESULTS[e] is Trust.SUSPECT])
 def test_unknown_stays_unknown_and_a_suspect_position_tells_its_first_and_latest_reason(evidence):
     assert FIRST_BELIEF.after(evidence, 1.0) == FIRST_BELIEF
     doubt = Belief(Trust.SUSPECT, "the first reason; then another")

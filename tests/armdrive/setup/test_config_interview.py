@@ -5,6 +5,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from amounts import every_row
 from pages import blocks, page
 
 from armdrive import Arm
@@ -300,7 +301,7 @@ def test_a_serial_line_is_asked_for_its_port_and_its_baud_rate():
     assert interview.question.key == "connection.baud"
 
 
-@pytest.mark.parametrize("port", ["/dev/ttyACM0", "COM3", "socket://host:1", "7", "can0"])
+@every_row("port", ["/dev/ttyACM0", "COM3", "socket://host:1", "7", "can0"])
 def test_a_line_that_is_no_adapter_is_refused_with_an_example(port):
     with pytest.raises(WrongAnswer, match="can:slcan:/dev/ttyACM0"):
         at_the_port("mks").answer(port)

@@ -5,6 +5,7 @@ import tomllib
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from cli_calls import Caller
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -149,8 +150,8 @@ def test_a_direction_that_this_motor_cannot_move_is_refused():
         base.seen("up")
 
 
-@pytest.mark.parametrize(
-    ("joint", "word"),
+@every_row(
+    "joint, word",
     zip(range(5), ("left 39", "up", "up", "up", "clockwise"), strict=True),
 )
 def test_positive_joints_are_seen_as_the_docs_say(joint, word):
@@ -356,8 +357,8 @@ port = ""   # none yet
 """
 
 
-@pytest.mark.parametrize(
-    ("change", "old", "new"),
+@every_row(
+    "change, old, new",
     [
         (("steps_per_mm", 7.5), "steps_per_mm = 15 ", "steps_per_mm = 7.5 "),
         (("connection", "port", "COM1"), 'port = ""', 'port = "COM1"'),

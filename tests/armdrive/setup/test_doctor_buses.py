@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import partial
 
 import pytest
+from amounts import every_row
 from can_setup_bench import READING, Bench
 from canopen_nodes import NAME, Device, NodesBus
 
@@ -134,8 +135,8 @@ def test_flags_are_told_as_the_drives_mode_means_them():
     assert "set-point taken" not in said
 
 
-@pytest.mark.parametrize(
-    ("values", "sentence"),
+@every_row(
+    "values, sentence",
     [
         ({"status": 0x0208, "error": 0x8611}, "problem node 4: fault: error 8611, following error"),
         ({"status": 0x020F, "error": 0x2310}, "problem node 4: fault: error 2310, continuous over"),
@@ -279,8 +280,8 @@ def test_an_arm_files_bus_is_asked_as_that_says_and_otherwise_where_nobody_answe
     assert {row.dialect for row in protocols().values()} == {"mks", "cia402"}
 
 
-@pytest.mark.parametrize(
-    ("frame", "commands"),
+@every_row(
+    "frame, commands",
     [
         (Nmt(NmtCommand.START).frame, True),
         (Sync().frame, True),
@@ -464,8 +465,8 @@ def test_old_firmware_is_reported_as_far_as_it_is_known():
 # What the evidence means.
 
 
-@pytest.mark.parametrize(
-    ("health", "what", "grade"),
+@every_row(
+    "health, what, grade",
     [
         (BusHealth(sent=32), "though the adapter took every frame", Grade.PROBLEM),
         (BusHealth(sent=32, refused=31), "no node acknowledges a frame", Grade.PROBLEM),
@@ -521,7 +522,7 @@ def test_bus_load_is_reported_and_other_masters_are_named():
     assert "drive 1: go to 5 at 60 rpm" in told[0].what
 
 
-@pytest.mark.parametrize("text", ["0", "x", "1-", "1-3000", "", "3-1"])
+@every_row("text", ["0", "x", "1-", "1-3000", "", "3-1"])
 def test_ids_are_read_or_refused(text):
     with pytest.raises(BadRequest):
         ids_of(text)

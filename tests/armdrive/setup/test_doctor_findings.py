@@ -1,6 +1,7 @@
 """Who is recognised by what was heard, and which findings come of it."""
 
 import pytest
+from amounts import every_row
 from can_setup_bench import arm
 from canopen_nodes import Device, NodesBus
 from doctor_bench import BANNER, PROBES, SPOKEN, WHO, EchoDevice, ScriptedDevice, SimPort, made
@@ -32,8 +33,8 @@ from armdrive.transports.ports import CanPort
 from firmware_protocol.canopen import DEVICE_TYPE, INCREMENTS_A_SECOND, SPEED_UNIT
 
 
-@pytest.mark.parametrize(
-    ("heard", "dialect", "firmware", "greeted"),
+@every_row(
+    "heard, dialect, firmware, greeted",
     [
         (b"Welcome, Armdroid!\r\n", "armdroid", "Armdroid serial driver", True),
         (b"version = 1.3\r\n", "armdroid", "Armdroid serial driver 1.3", False),
@@ -67,7 +68,7 @@ def test_a_device_is_recognised_by_what_it_sends(heard, dialect, firmware, greet
     assert WHO.recognise(heard) == Identity(dialect, firmware, greeted)
 
 
-@pytest.mark.parametrize(
+@every_row(
     "heard",
     [b"", b"ok\r\n", b"0\r", b"1\r", b"1\r1,2,3", b"Gr", b"offsets = 1,2", b"\xaa\x02\x02\x01\x01"],
 )
@@ -81,8 +82,8 @@ def test_recognition_fails_on_no_bytes(heard):
     excerpt(heard)
 
 
-@pytest.mark.parametrize("dialect", SPOKEN)
-@pytest.mark.parametrize("own_baud", [True, False])
+@every_row("dialect", SPOKEN)
+@every_row("own_baud", [True, False])
 def test_every_simulated_arm_is_found_with_what_to_do_next(dialect, own_baud):
     device = made(dialect)
     found = SimPort(device).examine(device.board.baud if own_baud else None)
@@ -157,7 +158,7 @@ NO_ARM = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("what", NO_ARM)
+@every_row("what", NO_ARM)
 def test_a_device_that_is_no_arm_is_one_problem_with_a_remedy(what):
     device, baud, said = NO_ARM[what]
     (found,) = after.of_examination(SimPort(device).examine(baud), baud)

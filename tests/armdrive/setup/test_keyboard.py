@@ -3,6 +3,7 @@
 import random
 
 import pytest
+from amounts import every_row
 
 from armdrive.setup.keyboard import KeyEvents, advice, examine, held, sentence
 
@@ -51,7 +52,7 @@ def examined(answers=b"\x1b[?1004;2$y\x1b[?62c", times=None, **environment):
     return examine(terminal, environment, terminal.tell)
 
 
-@pytest.mark.parametrize("rate_hz", [12, 15, 25, 33])
+@every_row("rate_hz", [12, 15, 25, 33])
 def test_usual_keyboards_hold(rate_hz):
     found = held(press(rate_hz))
     assert found.works

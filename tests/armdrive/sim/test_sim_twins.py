@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 
 import pytest
+from amounts import every_row
 from cli_calls import Caller
 from faults import arm_config, driven
 from hypothesis import given, settings
@@ -77,7 +78,7 @@ def test_every_row_makes_a_device_that_can_be_saved_and_made_again(dialect, move
     assert isinstance(twin.board, simulated_kind(dialect).board)
 
 
-@pytest.mark.parametrize("dialect", SPOKEN)
+@every_row("dialect", SPOKEN)
 def test_every_device_is_brought_where_somebody_wants_it_and_counts_the_way(dialect):
     device: SimDevice = simulate_device(simulated_config(dialect))
     before, energised = device.world.motors, device.world.energised
@@ -131,7 +132,7 @@ SAVED = [
 ]
 
 
-@pytest.mark.parametrize(("dialect", "path", "value"), SAVED)
+@every_row("dialect, path, value", SAVED)
 def test_a_state_that_no_device_saved_is_refused(dialect, path, value):
     saved = simulate(simulated_config(dialect)).save()
     *way, key = path
@@ -172,14 +173,14 @@ SETTINGS = [
 ]
 
 
-@pytest.mark.parametrize(("dialect", "setting", "named"), SETTINGS)
+@every_row("dialect, setting, named", SETTINGS)
 def test_a_setting_that_no_device_has_is_refused(dialect, setting, named):
     with pytest.raises(BadRequest, match=named):
         simulate(simulated_config(dialect), **setting)
 
 
-@pytest.mark.parametrize("dialect", ["mks", "cia402"])
-@pytest.mark.parametrize("ids", [(1, 2), (1, 2, 3)])
+@every_row("dialect", ["mks", "cia402"])
+@every_row("ids", [(1, 2), (1, 2, 3)])
 def test_every_motor_needs_a_drive(dialect, ids):
     with pytest.raises(BadRequest, match=f"{len(ids)} drives cannot turn 6 motors"):
         simulate(arm_config(dialect, {"ids": ids}))
@@ -230,8 +231,8 @@ def test_settings_are_read_as_a_person_types_them():
     assert chosen(Table, {}) == Table()
 
 
-@pytest.mark.parametrize(
-    ("word", "said"),
+@every_row(
+    "word, said",
     [
         ("pace", "NAME=VALUE"),
         ("pase=1", "did you mean 'pace'"),

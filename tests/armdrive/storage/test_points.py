@@ -7,6 +7,7 @@ from dataclasses import replace
 from datetime import datetime
 
 import pytest
+from amounts import every_row
 from chain_files import connected, five_joints
 from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
 from hypothesis import given
@@ -316,9 +317,7 @@ def test_every_change_of_our_own_layout_is_made_in_place(before, after):
     assert WRITER.edited(text, rounded(after), rounded(after)) == text
 
 
-@pytest.mark.parametrize(
-    "sign", ["\x85", "\u2028", "\u2029", "\x1c", "\r\n", "\x0b", "\n[points.b]\n"]
-)
+@every_row("sign", ["\x85", "\u2028", "\u2029", "\x1c", "\r\n", "\x0b", "\n[points.b]\n"])
 def test_a_note_with_signs_that_part_lines_is_kept(sign):
     taught = {"a": replace(THERE, note=f"one{sign}two"), "b": THERE}
     text = WRITER.document(taught)

@@ -6,6 +6,7 @@ import os
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from faults import OVER_THE_TABLE, FaultyLink, sim_config
 from hypothesis import given
 from hypothesis import strategies as st
@@ -402,8 +403,8 @@ def with_value(key, value):
     return json.dumps(entries).encode()
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
+@every_row(
+    "key, value, words",
     [
         ("offset", [0, STEPS_MOST + 1], r"offset\[1\] must be from"),
         ("registers", [True, 5], r"registers\[0\] must be a whole number"),
@@ -421,8 +422,8 @@ def test_a_value_that_no_record_has_is_refused(key, value, words):
         from_text(with_value(key, value))
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
+@every_row(
+    "text, words",
     [
         (b"", "empty"),
         (b"\n \n", "empty"),

@@ -4,6 +4,7 @@ import math
 import tomllib
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,17 +16,15 @@ from armdrive.text.numbers import number, parse_speed, whole
 from armdrive.text.toml import TomlEntry, TomlSection, document
 
 
-@pytest.mark.parametrize(
-    ("line", "turns"),
+@every_row(
+    "line, turns",
     [("20:1", 20), ("60/16", 3.75), ("5", 5), ("60/16 * 4:1", 15), ("1:2", 0.5), ("2.5 : 1", 2.5)],
 )
 def test_a_gear_is_read_as_people_write_it(line, turns):
     assert ratio(line).turns == pytest.approx(turns)
 
 
-@pytest.mark.parametrize(
-    "line", ["", "x", "20:", "60//16", "0:1", "-3", "a:b", "1:0", "inf", "1e9", "20:1 * "]
-)
+@every_row("line", ["", "x", "20:", "60//16", "0:1", "-3", "a:b", "1:0", "inf", "1e9", "20:1 * "])
 def test_a_wrong_gear_is_refused_with_an_example(line):
     with pytest.raises(WrongAnswer, match="like 20:1"):
         ratio(line)
@@ -79,8 +78,8 @@ def test_answers_of_a_file_are_as_one_would_type_them():
 # -- typed numbers --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("text", "fraction"),
+@every_row(
+    "text, fraction",
     [("0.5", 0.5), ("50%", 0.5), (" 50 % ", 0.5), ("1", 1.0), ("100%", 1.0), (".25", 0.25),
      ("1e-1", 0.1), ("0.5%", 0.005), ("+0.5", 0.5)],
 )  # fmt: skip
@@ -88,8 +87,8 @@ def test_a_speed_is_a_fraction_or_a_percentage(text: str, fraction: float) -> No
     assert parse_speed(text) == pytest.approx(fraction)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
+@every_row(
+    "text, words",
     [
         ("50", "a speed is a fraction of the limits, not 50: write 0.5 or 50%"),
         ("1.01", "a speed is a fraction of the limits, not 1.01: write 0.0101 or 1.01%"),
@@ -113,15 +112,13 @@ def test_any_other_text_is_refused_with_both_spellings(text: str, words: str) ->
     assert str(caught.value) == words
 
 
-@pytest.mark.parametrize(
-    ("text", "value"), [("5", 5), ("-0.25", -0.25), ("1e3", 1000), (" 7 ", 7), ("+2", 2)]
-)
+@every_row("text, value", [("5", 5), ("-0.25", -0.25), ("1e3", 1000), (" 7 ", 7), ("+2", 2)])
 def test_a_plain_number_is_read(text: str, value: float) -> None:
     assert number(text) == value
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
+@every_row(
+    "text, words",
     [
         ("x", "'x' is not a number"),
         ("", "'' is not a number"),

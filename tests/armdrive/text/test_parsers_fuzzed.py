@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from amounts import every_row
 from hostile import unprintable
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -135,7 +136,7 @@ def edited(text, edits):
     return text
 
 
-@pytest.mark.parametrize("name", PARSERS)
+@every_row("name", PARSERS)
 def test_an_edited_file_was_readable_before(name):
     text, parse = PARSERS[name]
     parse(text)

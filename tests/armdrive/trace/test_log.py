@@ -4,6 +4,7 @@ import contextlib
 from types import SimpleNamespace
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 from recorder_bench import recorded_arm
@@ -313,7 +314,7 @@ SENT = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("dialect", "data", "words"), SENT)
+@every_row("dialect, data, words", SENT)
 def test_host_messages_are_described(dialect, data, words):
     assert sent(dialect, data) == words
 
@@ -337,7 +338,7 @@ HEARD = [
 ]
 
 
-@pytest.mark.parametrize(("dialect", "data", "words"), HEARD)
+@every_row("dialect, data, words", HEARD)
 def test_device_messages_are_described(dialect, data, words):
     assert describer(dialect).words(data, describer(dialect).received).startswith(words)
 
@@ -366,7 +367,7 @@ CALLS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "arguments", "named", "words"), CALLS)
+@every_row("name, arguments, named, words", CALLS)
 def test_a_call_is_told_in_words(name, arguments, named, words):
     recorder = FlightRecorder()
     recorder.called(name, arguments, named)
@@ -382,7 +383,7 @@ WORDED_REQUESTS = [
 ]
 
 
-@pytest.mark.parametrize(("request_", "words"), WORDED_REQUESTS)
+@every_row("request_, words", WORDED_REQUESTS)
 def test_a_request_is_told_in_words(request_, words):
     recorder = FlightRecorder()
     recorder.requested(request_)
@@ -408,8 +409,8 @@ def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
             assert python not in words
 
 
-@pytest.mark.parametrize(
-    ("event", "words"),
+@every_row(
+    "event, words",
     [
         (Unreadable(b"ok1\xff", "no answer"), r"unreadable: `ok1\xff`: no answer"),
         (Stray(Status.DONE), "stray: answer done"),

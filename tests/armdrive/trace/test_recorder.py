@@ -3,6 +3,7 @@
 import threading
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 from recorder_bench import of_kind, recorded_arm, saved, written
@@ -317,7 +318,7 @@ PREFIXES = ("move_", "jog_")
 CALLS_THAT_MOVE = sorted(name for name in dir(Arm) if name.startswith(PREFIXES))
 
 
-@pytest.mark.parametrize("name", CALLS_THAT_MOVE)
+@every_row("name", CALLS_THAT_MOVE)
 def test_a_call_that_moves_is_noted_and_waited_before(name):
     assert name in CALLS[""]
     assert name in MOVING

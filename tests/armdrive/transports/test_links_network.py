@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 import serial
+from amounts import every_row
 from serial.rfc2217 import PortManager
 from serial.tools import list_ports as pyserial
 from waiting import FOREVER_S, LONG_S, looks, returns, soon
@@ -111,7 +112,7 @@ def test_other_failures_to_connect_say_what_to_do(monkeypatch):
                 open_link(f"{kind}://arm.example:2217", 9600)
 
 
-@pytest.mark.parametrize("url", ["socket://host", "rfc2217://:23", "udp://host:0", "udp://h:x"])
+@every_row("url", ["socket://host", "rfc2217://:23", "udp://host:0", "udp://h:x"])
 def test_an_address_without_host_and_port_is_refused_before_anything_is_opened(url):
     with pytest.raises(BadRequest, match="write host and port number"):
         open_link(url, 9600)

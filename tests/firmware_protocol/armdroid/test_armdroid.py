@@ -1,6 +1,7 @@
 """The Armdroid's codec: the host's machine, the device's, and the two back to back."""
 
 import pytest
+from amounts import every_row
 from cases_armdroid import ANSWERS, COMMANDS, PLAIN, answer_to, events, some_answer
 from chunks import chunked
 from hypothesis import given
@@ -53,8 +54,8 @@ def cleared() -> Host:
     return host
 
 
-@pytest.mark.parametrize(
-    ("command", "data"),
+@every_row(
+    "command, data",
     [
         (DriveOne(3, 120), b"3,120d"),
         (DriveOne(3, -120), b"3,120-d"),
@@ -80,8 +81,8 @@ def test_a_command_becomes_these_characters(command, data):
     assert host.outstanding == command
 
 
-@pytest.mark.parametrize(
-    ("command", "line", "answer"),
+@every_row(
+    "command, line, answer",
     [
         (DriveAll((1, 2, 3, 4, 5, 6)), OFFSETS_LINE, OFFSETS),
         (HomeToOffsets(), b"offsets = 0,0,0,0,0,0\r\n", OffsetsReported((0,) * 6)),
@@ -102,7 +103,7 @@ def test_its_own_kind_of_line_completes_a_command(command, line, answer):
     assert host.outstanding is None
 
 
-@pytest.mark.parametrize(
+@every_row(
     "line",
     [
         b"offsets = 1,2,3,4,5",
@@ -208,7 +209,7 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("build", "field"), REFUSED)
+@every_row("build, field", REFUSED)
 def test_numbers_out_of_range_are_refused_by_name(build, field):
     with pytest.raises(BadField) as refusal:
         build()
@@ -228,8 +229,8 @@ def said(data: bytes, device: armdroid.Device | None = None) -> list[object]:
 
 
 # each worked out by hand along the sketch's loop()
-@pytest.mark.parametrize(
-    ("data", "expected"),
+@every_row(
+    "data, expected",
     [
         (b"3,120d", [armdroid.DriveOne(3, 120)]),
         (b"3,120-d", [armdroid.DriveOne(3, -120)]),
@@ -287,8 +288,8 @@ def test_driving_one_motor_leaves_its_number_behind_as_an_argument():
 
 
 # what is left of "7,8" (index 1, accumulator 8) behind each letter
-@pytest.mark.parametrize(
-    ("letter", "arguments", "accumulator", "next_argument_goes_to"),
+@every_row(
+    "letter, arguments, accumulator, next_argument_goes_to",
     [
         (b"h", (7, 0, 0, 0, 0), 8, 1),
         (b"o", (7, 0, 0, 0, 0), 8, 1),
@@ -328,8 +329,8 @@ def test_a_new_session_forgets_everything_half_received():
     assert (device.arguments, device.accumulator, device.clean) == (ZEROS, 0, True)
 
 
-@pytest.mark.parametrize(
-    ("data", "answer", "line"),
+@every_row(
+    "data, answer, line",
     [
         (b"o", armdroid.OffsetsReported((1, -2, 3, -4, 5, -6)), b"offsets = 1,-2,3,-4,5,-6\r\n"),
         (b"100s", armdroid.SpeedReported(100), b"speed = 100\r\n"),

@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from chunks import events
 from hypothesis import given
 from hypothesis import strategies as st
@@ -100,8 +100,8 @@ def test_every_controlword_does_in_every_state_what_the_figure_says(state):
         assert drive.state is (state if ends == "-" else DriveState[ends]), word
 
 
-@pytest.mark.parametrize("state", DriveState)
-@pytest.mark.parametrize("happening", Happening)
+@every_row("state", DriveState)
+@every_row("happening", Happening)
 def test_every_happening_changes_the_state_as_the_figure_says(state, happening):
     ends = {
         (DriveState.NOT_READY, Happening.INITIALISED): DriveState.DISABLED,
@@ -137,7 +137,7 @@ def test_a_fault_is_reset_by_a_rising_bit_and_not_while_it_lasts():
     assert (row.number, drive.state) == (15, DriveState.DISABLED)
 
 
-@pytest.mark.parametrize("option", QuickStopOption)
+@every_row("option", QuickStopOption)
 def test_a_quick_stop_ends_as_its_option_says(option):
     drive = drive_in(DriveState.ENABLED, option)
     rows, _ = drive.control(Controlword.of(Command.QUICK_STOP))
@@ -187,8 +187,8 @@ def test_every_controlword_is_one_command_and_every_statusword_at_most_one_state
     assert (states or [None]) == [Statusword(value).state]
 
 
-@pytest.mark.parametrize(
-    ("value", "state", "text"),
+@every_row(
+    "value, state, text",
     [
         (0x0000, DriveState.NOT_READY, "0000 (not ready)"),
         (0x0250, DriveState.DISABLED, "0250 (disabled)"),
@@ -222,7 +222,7 @@ def test_words_have_named_bits():
     assert type(order.value) is type(Statusword.of(DriveState.READY).value) is int
 
 
-@pytest.mark.parametrize(
+@every_row(
     "make",
     [
         lambda: Controlword(0x10000),
@@ -250,8 +250,8 @@ def test_modes_are_told_as_bits_and_shown_as_numbers():
     assert (mode_of(8), mode_of(-1), mode_of(5)) == (OperationMode.CYCLIC_POSITION, None, None)
 
 
-@pytest.mark.parametrize(
-    ("word", "unit_hz"),
+@every_row(
+    "word, unit_hz",
     [
         (0x00B5_0300, 1.0),
         (0x00B4_4700, 4000 / 60),

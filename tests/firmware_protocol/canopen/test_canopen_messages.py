@@ -3,6 +3,7 @@
 import contextlib
 
 import pytest
+from amounts import every_row
 from eds_writer import write_eds
 from hypothesis import given
 from hypothesis import strategies as st
@@ -58,7 +59,7 @@ VECTORS = [
 ]
 
 
-@pytest.mark.parametrize(("message", "text"), VECTORS)
+@every_row("message, text", VECTORS)
 def test_a_message_is_these_bytes(message, text):
     assert message.frame == Frame.parse(text)
     assert type(message).read(Frame.parse(text)) == message
@@ -102,8 +103,8 @@ def test_an_id_belongs_to_one_service_and_node():
     }
 
 
-@pytest.mark.parametrize(
-    ("make", "field"),
+@every_row(
+    "make, field",
     [
         (lambda: cob_id(Service.NMT, 1), "node"),
         (lambda: cob_id(Service.TPDO1), "node"),
@@ -125,8 +126,8 @@ def test_nonsense_of_ours_names_its_field(make, field):
     assert caught.value.field == field
 
 
-@pytest.mark.parametrize(
-    ("kind", "text", "reason"),
+@every_row(
+    "kind, text, reason",
     [
         (Nmt, "000#0301", "no NMT order: 03 to 1"),
         (Nmt, "000#0180", "no NMT order: 01 to 128"),
@@ -157,8 +158,8 @@ def test_a_device_is_told_whose_silence_it_is_to_mind():
     assert HeartbeatWatch.of(0x0080_00FA) is None
 
 
-@pytest.mark.parametrize(
-    ("code", "words"),
+@every_row(
+    "code, words",
     [
         (0x8611, "following error"),
         (0x8612, "a reference limit was reached"),
@@ -217,8 +218,8 @@ def test_a_communication_error_ends_the_operation_and_nothing_else():
 WHOLE = [kind for kind in DataType if kind.limits]
 
 
-@pytest.mark.parametrize(
-    ("kind", "value", "text"),
+@every_row(
+    "kind, value, text",
     [
         (DataType.I8, -1, "FF"),
         (DataType.I16, -2, "FE FF"),
@@ -245,8 +246,8 @@ def test_every_whole_number_within_the_limits_comes_back_and_no_other_goes(kind,
             kind.pack(outside)
 
 
-@pytest.mark.parametrize(
-    ("kind", "value"),
+@every_row(
+    "kind, value",
     [
         (DataType.U8, True),
         (DataType.U8, 1.0),
@@ -362,8 +363,8 @@ def test_a_dictionary_has_one_object_a_place():
         Dictionary([entry, entry])
 
 
-@pytest.mark.parametrize(
-    ("place", "data", "code"),
+@every_row(
+    "place, data, code",
     [
         (Place(0x7000), b"\0", AbortCode.NO_OBJECT),
         (Place(0x6040, 1), b"\0", AbortCode.NO_SUB_INDEX),

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -78,8 +79,8 @@ def test_a_devices_mapping_is_read_by_the_dictionary():
         canopen.Mapped.of(0x60400008, canopen.STANDARD)
 
 
-@pytest.mark.parametrize(
-    ("make", "field"),
+@every_row(
+    "make, field",
     [
         (lambda: canopen.Mapped(canopen.DEVICE_NAME, canopen.DataType.VISIBLE_STRING), "type"),
         (lambda: canopen.Mapping(()), "entries"),
@@ -187,8 +188,8 @@ def test_one_that_is_switched_off_or_maps_what_is_not_there_does_not_exist():
     assert owner.pdos.due_s == math.inf
 
 
-@pytest.mark.parametrize(
-    ("off", "place", "value", "refused"),
+@every_row(
+    "off, place, value, refused",
     [
         (False, canopen.Place(0x1600, 0), 0, canopen.AbortCode.DEVICE_STATE),
         (True, canopen.Place(0x1600, 0), 0, None),
@@ -206,8 +207,8 @@ def test_pdo_parameters_are_changed_in_the_order_of_the_standard(off, place, val
     assert owner.pdos.refusal(place, value) is refused
 
 
-@pytest.mark.parametrize(
-    ("word", "refused"),
+@every_row(
+    "word, refused",
     [
         (0x60400010, None),
         (0x60410010, canopen.AbortCode.NOT_MAPPABLE),
@@ -266,7 +267,7 @@ def test_room_is_waited_for():
     assert host.controlword.has(canopen.ControlBit.NEW_SET_POINT)
 
 
-@pytest.mark.parametrize("word", [0x0218, 0x0217, 0x0233, 0x0001])
+@every_row("word", [0x0218, 0x0217, 0x0233, 0x0001])
 def test_a_drive_that_is_not_enabled_has_lost_its_target(word):
     host = canopen.SetPointHost()
     heard(host, IDLE, ACK)

@@ -4,6 +4,7 @@ import contextlib
 from collections import deque
 
 import pytest
+from amounts import every_row
 from chunks import events
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -229,8 +230,8 @@ def test_a_server_takes_a_number_and_says_so_when_its_owner_has():
     assert server.accept(asked) is None
 
 
-@pytest.mark.parametrize(
-    ("texts", "code"),
+@every_row(
+    "texts, code",
     [
         (["605#2108100009000000"], canopen.AbortCode.TOO_LONG),
         (["605#2008100000000000"], canopen.AbortCode.TOO_LONG),
@@ -377,7 +378,7 @@ RESPONSES = [
 WAYS = [(decode_request, *row) for row in REQUESTS] + [(decode_response, *row) for row in RESPONSES]
 
 
-@pytest.mark.parametrize(("decode", "message", "text"), WAYS)
+@every_row("decode, message, text", WAYS)
 def test_a_message_is_these_bytes(decode, message, text):
     assert encode(message) == bytes.fromhex(text)
     assert decode(bytes.fromhex(text)) == message
@@ -390,8 +391,8 @@ def test_any_bytes_have_a_meaning_that_is_kept_or_a_reason(decode, data):
         assert decode(encode(message)) == message
 
 
-@pytest.mark.parametrize(
-    ("decode", "text", "reason"),
+@every_row(
+    "decode, text, reason",
     [
         (decode_request, "40 18 10 01", "length 4 where an SDO frame has 8"),
         (decode_request, "A0 08 10 00 00 00 00 00", "no SDO request begins with a0"),
@@ -405,7 +406,7 @@ def test_unsupported_services_are_named(decode, text, reason):
         decode(bytes.fromhex(text))
 
 
-@pytest.mark.parametrize(
+@every_row(
     "make",
     [
         lambda: canopen.Place(0x10000),

@@ -4,6 +4,7 @@ import random
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from cases_grbl import COMMANDS, SIX_AXES
 from chunks import carried, events
 from hypothesis import given
@@ -94,8 +95,8 @@ def test_eeprom_is_written_alone():
     assert host.room_for(X1)
 
 
-@pytest.mark.parametrize(
-    ("dialect", "command"),
+@every_row(
+    "dialect, command",
     [
         (grbl.GRBL, grbl.DigitalOutput(0, on=True)),
         (grbl.GRBL, grbl.Home("X")),
@@ -193,7 +194,7 @@ def test_a_report_with_another_number_of_axes_is_not_believed():
     assert event.reason == "coordinates: 3, but the board has 6 axes"
 
 
-@pytest.mark.parametrize("code", range(1, 19))
+@every_row("code", range(1, 19))
 def test_an_alarm_tells_whether_the_position_is_kept(code):
     (event,) = heard(grbl.Host(), b"ALARM:%d\r\n" % code)
     assert isinstance(event, grbl.AlarmRaised)
@@ -265,7 +266,7 @@ def test_a_stream_is_parted_into_realtime_commands_and_the_rest():
     assert grbl.split_realtime(b"\x19\x80G\n", grbl.Variant.GRBLHAL) == (both, b"G\n")
 
 
-@pytest.mark.parametrize("command", grbl.Realtime)
+@every_row("command", grbl.Realtime)
 def test_every_realtime_command_arrives_where_the_firmware_has_it(command):
     for dialect in (SIX_AXES, grbl.GRBLHAL):
         device = grbl.Device(dialect)

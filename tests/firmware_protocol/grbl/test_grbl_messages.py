@@ -5,6 +5,7 @@ import struct
 from typing import get_args
 
 import pytest
+from amounts import every_row
 from cases_grbl import ANSWERS, COMMANDS, GCODE, JOGS, SIX_AXES, SYSTEM
 from hypothesis import given
 from hypothesis import strategies as st
@@ -69,7 +70,7 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("command", "text"), TEXTS)
+@every_row("command, text", TEXTS)
 def test_the_text_of_every_line(command, text):
     assert command.text == text
     assert not isinstance(grbl.parse_line(text.replace(" ", ""), SIX_AXES), grbl.Rejected)
@@ -79,7 +80,7 @@ def test_the_table_has_every_line():
     assert {type(command) for command, _ in TEXTS} == set(get_args(grbl.Command))
 
 
-@pytest.mark.parametrize(("build", "field"), REFUSED)
+@every_row("build, field", REFUSED)
 def test_what_does_not_fit_is_refused_by_its_name(build, field):
     with pytest.raises(BadField) as caught:
         build()
@@ -105,21 +106,21 @@ def test_numbers_are_written_without_exponent_and_as_near_as_eight_digits_and_a_
     assert abs(as_float32 - value) <= max(6e-5, abs(value) * 1.3e-7)
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
+@every_row(
+    "text, value",
     [("+1.5", 1.5), (".5", 0.5), ("5.", 5.0), ("-0.25", -0.25), ("123456789", 123456780.0)],
 )
 def test_numbers_are_read_as_grbl_reads_them(text, value):
     assert take_number(text, 0) == (value, len(text))
 
 
-@pytest.mark.parametrize("text", ["", "-", ".", "X", "--1", "e5"])
+@every_row("text", ["", "-", ".", "X", "--1", "e5"])
 def test_what_is_no_number(text):
     assert take_number(text, 0) is None
 
 
-@pytest.mark.parametrize(
-    ("text", "writes"),
+@every_row(
+    "text, writes",
     [
         *(("$1=255", True), ("$N0=G54", True), ("$I=arm", True), ("$RST=*", True)),
         *(("G10L2P1X0", True), ("g 28.1", True), ("G90G30.1", True), ("(a)G10L20P0X1", True)),
@@ -217,19 +218,19 @@ def test_the_table_has_every_answer():
     assert {type(answer) for answer, _ in LINES} == set(get_args(grbl.Answer))
 
 
-@pytest.mark.parametrize(("answer", "line"), LINES)
+@every_row("answer, line", LINES)
 def test_the_bytes_of_every_answer_both_ways(answer, line):
     before = b"\r\n" if isinstance(answer, grbl.Banner) else b""
     assert grbl.encode_answer(answer) == before + line.encode() + b"\r\n"
     assert decode_answer(line.encode()) == answer
 
 
-@pytest.mark.parametrize(("line", "answer"), TOLERATED)
+@every_row("line, answer", TOLERATED)
 def test_what_other_firmwares_send_is_understood(line, answer):
     assert decode_answer(line) == answer
 
 
-@pytest.mark.parametrize("line", UNREADABLE)
+@every_row("line", UNREADABLE)
 def test_a_doubtful_line_is_the_other_sides_fault(line):
     with pytest.raises(RemoteProtocolError):
         decode_answer(line)
@@ -272,21 +273,21 @@ JOGS_REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("text", "code"), REFUSED_LINES)
+@every_row("text, code", REFUSED_LINES)
 def test_lines_that_no_state_admits_carry_their_code(text, code):
     content = grbl.parse_line(text, SIX_AXES)
     assert isinstance(content, grbl.Rejected)
     assert content.code == code, content.reason
 
 
-@pytest.mark.parametrize(("text", "code"), MODAL_REFUSED)
+@every_row("text, code", MODAL_REFUSED)
 def test_blocks_that_the_modes_do_not_admit_carry_their_code(text, code):
     with pytest.raises(grbl.GcodeError) as caught:
         grbl.Modal().after(grbl.parse_block(text, SIX_AXES))
     assert caught.value.code == code
 
 
-@pytest.mark.parametrize(("text", "code"), JOGS_REFUSED)
+@every_row("text, code", JOGS_REFUSED)
 def test_jogs_that_are_not_admitted_carry_their_code(text, code):
     with pytest.raises(grbl.GcodeError) as caught:
         grbl.Modal().after(grbl.parse_line(f"$J={text}", SIX_AXES))
@@ -375,8 +376,8 @@ def test_every_system_command_is_read_back_as_it_was(command):
     assert grbl.parse_line(command.text, SIX_AXES) == command
 
 
-@pytest.mark.parametrize(
-    ("raw", "stored"),
+@every_row(
+    "raw, stored",
     [
         *(("g1 x1.5", "G1X1.5"), ("G1 (a;b) X1 ;end X2", "G1X1"), ("/G0\tX1", "G0X1")),
         *(("(only)", ""), ("(open X1", ""), ("$$ ", "$$"), ("", "")),

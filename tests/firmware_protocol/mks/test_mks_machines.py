@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 import pytest
+from amounts import every_row
 from cases_mks import (
     ACTIONS,
     ANSWER_RECORDS,
@@ -243,8 +244,8 @@ def test_a_setting_is_answered_by_its_code_and_value():
     assert mks.decode_answer(frame, setting=True) == told
 
 
-@pytest.mark.parametrize(
-    ("request_", "answer"),
+@every_row(
+    "request_, answer",
     [
         (mks.ReadState(), AT_5),
         (mks.Enable(True), mks.EnabledRead(True)),
@@ -502,8 +503,8 @@ def test_a_motion_starts_and_ends():
 COURSE = (mks.Outcome.STARTED, mks.Outcome.FAILED, mks.Outcome.DONE)
 
 
-@pytest.mark.parametrize(
-    ("sent", "replies", "heard"),
+@every_row(
+    "sent, replies, heard",
     [
         ([ONE], [FAILED], [mks.Failed(1, ONE)]),
         ([ONE], [STARTED, LIMIT], [mks.Started(1, ONE), mks.LimitStop(1, ONE)]),

@@ -9,6 +9,7 @@ import contextlib
 import math
 
 import pytest
+from amounts import every_row
 from cases_mks import ACC, NODES, READINGS, REQUESTS, SETTINGS, setting_reads
 from hypothesis import given
 from hypothesis import strategies as st
@@ -176,7 +177,7 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("build", "field"), REFUSED)
+@every_row("build, field", REFUSED)
 def test_what_does_not_fit_is_refused_by_name(build, field):
     with pytest.raises(BadField) as refusal:
         build()
@@ -184,9 +185,7 @@ def test_what_does_not_fit_is_refused_by_name(build, field):
 
 
 # 1 rpm every (256 - acc) * 50 us
-@pytest.mark.parametrize(
-    ("acc", "rpm_s"), [(0, math.inf), (1, 20000 / 255), (56, 100), (236, 1000), (255, 20000)]
-)
+@every_row("acc, rpm_s", [(0, math.inf), (1, 20000 / 255), (56, 100), (236, 1000), (255, 20000)])
 def test_a_ramp_is_a_rpm_every_so_many_times_50_us(acc, rpm_s):
     assert mks.ramp_rpm_s(acc) == pytest.approx(rpm_s)
 
@@ -207,7 +206,7 @@ def test_a_ramp_gives_its_acc_back(acc):
     assert abs(mks.acc_of(mks.ramp_rpm_s(acc)) - acc) <= 1
 
 
-@pytest.mark.parametrize(("microsteps", "rpm"), [(16, 100), (64, 100), (8, 200), (128, 12.5)])
+@every_row("microsteps, rpm", [(16, 100), (64, 100), (8, 200), (128, 12.5)])
 def test_a_speed_is_in_rpm_with_the_usual_microsteps(microsteps, rpm):
     assert mks.true_rpm(100, microsteps) == rpm
 
@@ -249,8 +248,8 @@ def test_each_firmware_can_do_what_the_older_could_and_more():
     assert mks.abilities_of((1, 0, 0)) == set()
 
 
-@pytest.mark.parametrize(
-    ("request_", "ability"),
+@every_row(
+    "request_, ability",
     [
         (mks.ReadEncoder(), None),
         (mks.ReadVersion(), mks.Ability.VERSION),
@@ -276,14 +275,14 @@ def test_the_newest_firmware_understands_every_request(request_):
 # -- Frames ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("request_", "text"), REQUEST_BYTES)
+@every_row("request_, text", REQUEST_BYTES)
 def test_a_request_is_these_bytes(request_, text):
     frame = frame_of(text)
     assert mks.encode(frame.can_id, request_) == frame
     assert mks.decode_request(frame) == request_
 
 
-@pytest.mark.parametrize(("answer", "text"), ANSWER_BYTES)
+@every_row("answer, text", ANSWER_BYTES)
 def test_an_answer_is_these_bytes(answer, text):
     frame = frame_of(text)
     assert mks.encode(frame.can_id, answer) == frame
@@ -331,7 +330,7 @@ def test_the_answers_to_setting_and_to_reading_a_mode_look_alike():
     )
 
 
-@pytest.mark.parametrize("code", sorted(mks.SETTING_CODES | mks.COURSE_CODES))
+@every_row("code", sorted(mks.SETTING_CODES | mks.COURSE_CODES))
 def test_every_outcome_of_a_code_is_read_back(code):
     for outcome in mks.Outcome:
         with contextlib.suppress(LocalProtocolError):
@@ -346,7 +345,7 @@ def test_a_current_that_is_not_kept_is_done_too():
     )
 
 
-@pytest.mark.parametrize("code", sorted(mks.MOTION_CODES - {mks.Code.SPEED_MODE}))
+@every_row("code", sorted(mks.MOTION_CODES - {mks.Code.SPEED_MODE}))
 def test_a_speed_of_zero_is_a_stop_wherever_it_is_to_go(code):
     data = bytes((code, 0, 0, 7, 0, 0x40, 0))
     frame = Frame(1, data + bytes((mks.check_byte(1, data),)))
@@ -386,8 +385,8 @@ def test_any_frame_has_a_meaning_or_a_typed_reason(node, code, payload):
             assert decode(mks.encode(node, message)) == message
 
 
-@pytest.mark.parametrize(
-    ("frame", "reason"),
+@every_row(
+    "frame, reason",
     [
         (Frame(1), "length 0 where 2 to 8 belong"),
         (Frame(1, b"\x31"), "length 1 where 2 to 8 belong"),
@@ -406,8 +405,8 @@ def test_a_frame_that_is_no_request_says_why(frame, reason):
         mks.decode_request(frame)
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
+@every_row(
+    "text, reason",
     [
         ("01 4B 01 4D", "1 says nothing of GO"),
         ("01 F5 04 FA", "4 says nothing of ABSOLUTE_AXIS"),

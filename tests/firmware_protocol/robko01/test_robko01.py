@@ -3,6 +3,7 @@
 import contextlib
 
 import pytest
+from amounts import every_row
 from cases_robko01 import ANSWERS, EXCHANGES, REQUESTS
 from chunks import carried, events
 from hypothesis import assume, given
@@ -95,13 +96,13 @@ ANSWER_BYTES = [
 ]
 
 
-@pytest.mark.parametrize(("request_", "data"), REQUEST_BYTES)
+@every_row("request_, data", REQUEST_BYTES)
 def test_a_request_is_these_bytes(request_, data):
     assert encode_request(request_).hex(" ").upper() == data
     assert decode_request(Frame(bytes.fromhex(data), 0)) == request_
 
 
-@pytest.mark.parametrize(("answer", "data"), ANSWER_BYTES)
+@every_row("answer, data", ANSWER_BYTES)
 def test_an_answer_is_these_bytes(answer, data):
     assert encode_answer(answer).hex(" ").upper() == data
     assert decode_answer(Frame(bytes.fromhex(data), 0)) == answer
@@ -153,8 +154,8 @@ def test_any_frame_has_a_meaning_or_a_typed_reason(kind, op, rest):
         assert encode(decode(frame)) == frame.raw
 
 
-@pytest.mark.parametrize(
-    ("kind", "op", "rest", "reason"),
+@every_row(
+    "kind, op, rest, reason",
     [
         (Kind.REQUEST, 0, b"", "no operation has the number 0"),
         (Kind.REQUEST, 17, b"", "no operation has the number 17"),
@@ -169,8 +170,8 @@ def test_a_frame_that_is_no_request_says_why(kind, op, rest, reason):
         decode_request(Frame(frame_bytes(kind, op, rest), 0))
 
 
-@pytest.mark.parametrize(
-    ("kind", "op", "rest", "reason"),
+@every_row(
+    "kind, op, rest, reason",
     [
         (Kind.REQUEST, 2, b"", "a request, where answers belong"),
         (Kind.ANSWER, 99, b"\x01", "no operation has the number 99"),
@@ -186,8 +187,8 @@ def test_a_frame_that_is_no_answer_says_why(kind, op, rest, reason):
         decode_answer(Frame(frame_bytes(kind, op, rest), 0))
 
 
-@pytest.mark.parametrize(
-    ("build", "field"),
+@every_row(
+    "build, field",
     [
         (lambda: robko01.Ping(b"x" * 27), "payload"),
         (lambda: robko01.Ping("text"), "payload"),
@@ -286,7 +287,7 @@ def test_a_ping_can_be_refused():
     assert events(asked(Ping(b"x")), encode_answer(refused)) == [Answered(Ping(b"x"), refused)]
 
 
-@pytest.mark.parametrize("cut", range(len(STOPPED) + 1))
+@every_row("cut", range(len(STOPPED) + 1))
 def test_a_frame_that_began_before_the_request_is_not_its_answer(cut):
     host = asked(Stop())
     host.receive_data(STOPPED[:cut])
@@ -375,7 +376,7 @@ def test_after_a_loss_of_power_a_device_has_heard_nothing():
     assert device.next_event() is None
 
 
-@pytest.mark.parametrize("cut", range(1, 30))
+@every_row("cut", range(1, 30))
 def test_padding_frees_a_device_from_a_frame_that_was_cut_off(cut):
     device = Device()
     device.receive_data(encode_request(MoveRelative(Axes((1,) * 6)))[:cut])

@@ -1,6 +1,7 @@
 """TeachMover machines: the host's, the device's, and the two back to back."""
 
 import pytest
+from amounts import every_row
 from cases_teachmover import COMMANDS, REGISTERS, ROWS, STATUSES
 from chunks import carried, events
 from hypothesis import given
@@ -73,8 +74,8 @@ def test_a_read_is_answered_with_a_status_and_then_the_registers():
     assert device.next_event() == teachmover.Read()
 
 
-@pytest.mark.parametrize("status", [teachmover.Status.FAILED, teachmover.Status.STOPPED])
-@pytest.mark.parametrize("line", [b"@READ", b"@QDUMP"])
+@every_row("status", [teachmover.Status.FAILED, teachmover.Status.STOPPED])
+@every_row("line", [b"@READ", b"@QDUMP"])
 def test_nothing_follows_a_status_other_than_done(line, status):
     device = device_with(line)
     device.next_event()
@@ -191,8 +192,8 @@ def asked(command) -> Host:
     return host
 
 
-@pytest.mark.parametrize("status", [Status.FAILED, Status.STOPPED])
-@pytest.mark.parametrize("command", EVERY_COMMAND)
+@every_row("status", [Status.FAILED, Status.STOPPED])
+@every_row("command", EVERY_COMMAND)
 def test_failure_and_the_stop_key_complete_any_command(command, status):
     host = asked(command)
     assert events(host, encode_reply(status)) == [Completed(command, status)]
@@ -200,7 +201,7 @@ def test_failure_and_the_stop_key_complete_any_command(command, status):
     assert host.attention == "@"
 
 
-@pytest.mark.parametrize("command", [c for c in EVERY_COMMAND if not isinstance(c, Read | QDump)])
+@every_row("command", [c for c in EVERY_COMMAND if not isinstance(c, Read | QDump)])
 def test_done_completes_a_command_that_has_nothing_more_to_say(command):
     host = asked(command)
     assert host.outstanding == command

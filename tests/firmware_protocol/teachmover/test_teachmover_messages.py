@@ -3,6 +3,7 @@
 from typing import get_args
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -61,7 +62,7 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("build", "field", "value", "allowed"), REFUSED)
+@every_row("build, field, value, allowed", REFUSED)
 def test_what_does_not_fit_is_refused_by_name_value_and_range(build, field, value, allowed):
     with pytest.raises(BadField) as caught:
         build()
@@ -96,7 +97,7 @@ def test_a_key_without_a_name_stays_a_number():
         assert Registers.from_numbers(registers.numbers) == registers
 
 
-@pytest.mark.parametrize(
+@every_row(
     "numbers",
     [ZERO, (*ZERO, 0, 0), (*ZERO, -1), (*ZERO, 65536), (32768, 0, 0, 0, 0, 0, 0)],
 )
@@ -163,9 +164,7 @@ def test_a_row_of_another_kind_keeps_its_kind():
     assert (row.kind, row.speed) == (4, 240)
 
 
-@pytest.mark.parametrize(
-    "words", [(), GOLDEN[:7], (*GOLDEN, 0), (*GOLDEN[:7], 65536), (-32769, *GOLDEN[1:])]
-)
+@every_row("words", [(), GOLDEN[:7], (*GOLDEN, 0), (*GOLDEN[:7], 65536), (-32769, *GOLDEN[1:])])
 def test_words_that_are_no_row_are_the_other_sides_fault(words):
     with pytest.raises(RemoteProtocolError):
         ProgramRow.from_words(words)
@@ -308,7 +307,7 @@ GARBLED_REPLIES = [
 ]
 
 
-@pytest.mark.parametrize(("command", "line"), COMMAND_BYTES)
+@every_row("command, line", COMMAND_BYTES)
 def test_the_bytes_of_every_command_both_ways(command, line):
     assert encode_command(command, "@") == line
     assert decode_command(line[1:-1]) == command
@@ -319,7 +318,7 @@ def test_the_table_of_bytes_has_every_command():
     assert {type(command) for command, _ in COMMAND_BYTES} == set(get_args(teachmover.Command))
 
 
-@pytest.mark.parametrize(("reply", "line"), REPLY_BYTES)
+@every_row("reply, line", REPLY_BYTES)
 def test_the_bytes_of_every_reply_both_ways(reply, line):
     assert encode_reply(reply) == line
     decoded = decode_reply(line[:-1])
@@ -327,23 +326,23 @@ def test_the_bytes_of_every_reply_both_ways(reply, line):
     assert type(decoded) is type(reply)
 
 
-@pytest.mark.parametrize(("body", "command"), TOLERATED_COMMANDS)
+@every_row("body, command", TOLERATED_COMMANDS)
 def test_what_public_programs_send_is_understood(body, command):
     assert decode_command(body) == command
 
 
-@pytest.mark.parametrize("body", MALFORMED_COMMANDS)
+@every_row("body", MALFORMED_COMMANDS)
 def test_what_is_no_command_is_the_other_sides_fault(body):
     with pytest.raises(RemoteProtocolError):
         decode_command(body)
 
 
-@pytest.mark.parametrize(("line", "reply"), TOLERATED_REPLIES)
+@every_row("line, reply", TOLERATED_REPLIES)
 def test_padding_that_cannot_change_a_meaning_is_read_over(line, reply):
     assert decode_reply(line) == reply
 
 
-@pytest.mark.parametrize("line", GARBLED_REPLIES)
+@every_row("line", GARBLED_REPLIES)
 def test_a_doubtful_reply_is_the_other_sides_fault(line):
     with pytest.raises(RemoteProtocolError):
         decode_reply(line)

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from chain_cases import ASKEW, gap, turn_gap
 from frame_cases import rotations
 from hypothesis import example, given, settings
@@ -136,9 +137,7 @@ def test_a_base_and_a_tool_change_nothing(name):
     assert min(turn_gap(one, values) for one in found) < 1e-4
 
 
-@pytest.mark.parametrize(
-    "chain", [PUMA_560, KUKA_KR6, AR4, THOR], ids=["puma", "kr6", "ar4", "thor"]
-)
+@every_row("chain", [PUMA_560, KUKA_KR6, AR4, THOR], ids=["puma", "kr6", "ar4", "thor"])
 def test_a_straight_wrist_keeps_joint_4_of_the_present_posture(chain):
     values = (0.3, -0.8, 1.1, 0.4, 0.0, -0.5)
     frame = chain.fk(values)
@@ -148,7 +147,7 @@ def test_a_straight_wrist_keeps_joint_4_of_the_present_posture(chain):
     assert other == pytest.approx((*values[:3], 0.9, 0.0, -1.0), abs=1e-7)
 
 
-@pytest.mark.parametrize("bent", [0.0, 1e-13, 1e-11, 1e-9, 1e-7, 1e-4, 1e-2])
+@every_row("bent", [0.0, 1e-13, 1e-11, 1e-9, 1e-7, 1e-4, 1e-2])
 def test_next_to_a_straight_wrist_no_digits_are_lost(bent):
     values = (0.3, -0.8, 1.1, 0.4, bent, -0.5)
     frame = PUMA_560.fk(values)

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from chain_cases import (
     ALPHA_II,
     MINI_MOVER,
@@ -60,8 +61,8 @@ def test_a_revolute_joint_varies_the_angle_and_a_prismatic_one_the_distance(valu
     assert sliding.kind.unit == "mm"
 
 
-@pytest.mark.parametrize("name", ["theta_rad", "d_mm", "a_mm", "alpha_rad", "offset", "low"])
-@pytest.mark.parametrize("value", [math.nan, "1", None])
+@every_row("name", ["theta_rad", "d_mm", "a_mm", "alpha_rad", "offset", "low"])
+@every_row("value", [math.nan, "1", None])
 def test_a_parameter_that_is_no_number_is_named(name, value):
     with pytest.raises(BadNumber, match=name):
         DHLink(**{name: value})
@@ -88,8 +89,8 @@ C, S, H = 0.8, 0.6, math.atan2(0.6, 0.8)
 """A joint at an angle whose cosine and sine are short decimals."""
 
 
-@pytest.mark.parametrize(
-    ("number", "value", "matrix"),
+@every_row(
+    "number, value, matrix",
     [  # by hand from section 6: the columns are x and z of the far frame, and its origin between
         (1, H, ((C, -S, 0, 40), (S, C, 0, 30), (0, 0, 1, 0))),
         (2, H, ((C, 0, S, 40), (S, 0, -C, 30), (0, 1, 0, 0))),
@@ -106,8 +107,8 @@ def test_the_a_matrix_of_each_type_in_numbers(number, value, matrix):
     assert gap(made, (*matrix, (0, 0, 0, 1))) < 1e-12
 
 
-@pytest.mark.parametrize(
-    ("number", "far", "value", "far_value", "point"),
+@every_row(
+    "number, far, value, far_value, point",
     [  # 10 mm further along the far axis, or from the far joint along its link
         (1, TURNS, H, math.pi / 2, (34, 38, 0)),
         (2, TURNS, H, math.pi / 2, (40, 30, 10)),

@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
@@ -265,8 +266,8 @@ def test_rounded_quarter_turns_make_a_plain_link_table():
     assert max(map(max, arm.points(Joints(VALUES, arm.joint_names)))) < 600.0
 
 
-@pytest.mark.parametrize(
-    ("word", "degrees"),
+@every_row(
+    "word, degrees",
     [
         ("1.5708", 90.0),
         ("1.57079", 90.0),  # cut off
@@ -295,7 +296,7 @@ def test_an_angle_is_read_as_the_one_that_it_rounds(word, degrees):
     assert any(f"{word} as {degrees:g}°" in sentence for sentence in arm.unused) == changed
 
 
-@pytest.mark.parametrize("off", [1e-11, 1e-8, 1e-6, 1e-4, 0.9 * STRAIGHT_RAD])
+@every_row("off", [1e-11, 1e-8, 1e-6, 1e-4, 0.9 * STRAIGHT_RAD])
 def test_axes_that_are_meant_to_be_parallel_are_and_the_note_says_so(off):
     rpy = f"{off!r} 0.0 0.0"
     text = two(f'<origin xyz="0.2 0 0" rpy="{rpy}"/><axis xyz="0 0 1"/>{TURNS}').replace(
@@ -331,8 +332,8 @@ GRIPPER = (
 )
 
 
-@pytest.mark.parametrize(
-    ("joints", "links", "tip", "names"),
+@every_row(
+    "joints, links, tip, names",
     [
         (GRIPPER, "a b c l r", "c", ("one", "two")),
         ((*GRIPPER, joint("t", "c", "tool0", "fixed")), "a b c l r tool0", "tool0", ("one", "two")),
@@ -379,8 +380,8 @@ def test_names_are_made_words_that_calls_can_use():
     assert "joint 'Revolute 1' is called Revolute_1 here" in arm.unused
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
+@every_row(
+    "text, said",
     [
         (two(""), "joint 'two' gives no limits"),
         (two('<limit lower="0" upper="0"/>'), "joint 'two' gives no limits"),
@@ -417,8 +418,8 @@ BOMB = """<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a
 OUTSIDE = '<!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot name="&a;"/>'
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
+@every_row(
+    "text, said",
     [
         ("", "not valid XML: no element found"),
         ("six.urdf", "not valid XML: syntax error: line 1"),
@@ -472,8 +473,8 @@ def test_what_describes_no_chain_is_refused_in_a_sentence(text, said):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("named", "said"),
+@every_row(
+    "named, said",
     [
         ({"tip": "cc"}, "no link 'cc' for tip_link"),
         ({"base": "x"}, "no link 'x' for base_link"),

@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -218,7 +219,7 @@ def test_a_joint_limit_is_named_with_value_and_bound():
     assert "the shoulder would have to be at 162.0°, 18.0° beyond its limit of 144.0°" in str(error)
 
 
-@pytest.mark.parametrize(
+@every_row(
     "goal",
     [
         Pose(900, 0, 100, 0),
@@ -240,7 +241,7 @@ def test_what_cannot_be_reached_names_something_that_can(goal):
     assert distance_mm(error.nearest, goal) > 1e-3
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, "250", None, True])
+@every_row("bad", [math.nan, math.inf, -math.inf, "250", None, True])
 def test_what_is_no_number_never_becomes_a_pose(bad):
     with pytest.raises(BadNumber, match="y_mm"):
         Pose(200.0, bad, 100.0, 0.0)
@@ -406,8 +407,8 @@ def test_a_roll_out_of_range_becomes_the_nearest_in_range():
     assert not behind_is_shut.violations(found.joints)
 
 
-@pytest.mark.parametrize("arm", ARMS)
-@pytest.mark.parametrize("z_mm", [-200.0, 0.0, 150.0, 400.0, 700.0])
+@every_row("arm", ARMS)
+@every_row("z_mm", [-200.0, 0.0, 150.0, 400.0, 700.0])
 def test_goals_on_the_base_axis_have_a_nearest_pose(arm, z_mm):
     seed = Joints.of(30, 60, -60, 0, 0)
     found = nearest(arm, Pose.of(x_mm=0, y_mm=0, z_mm=z_mm, pitch_deg=-45), seed)

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER as BARE
@@ -130,8 +131,8 @@ def test_over_the_base_axis_a_pose_is_held_or_refused(
         assert math.dist(arm.points(joints)[-1], (across, 0.0, z_mm)) < 1e-3
 
 
-@pytest.mark.parametrize("turned_deg", [-90, -30, 0, 60])
-@pytest.mark.parametrize("seed_deg", [-90, 0, 40, 90])
+@every_row("turned_deg", [-90, -30, 0, 60])
+@every_row("seed_deg", [-90, 0, 40, 90])
 def test_fingers_over_the_base_axis_turn_the_base_to_where_the_tool_has_to_be(
     seed_deg: float, turned_deg: float
 ) -> None:
@@ -143,8 +144,8 @@ def test_fingers_over_the_base_axis_turn_the_base_to_where_the_tool_has_to_be(
         assert found.deg["base"] % 180 == pytest.approx(turned_deg % 180, abs=1e-6)
 
 
-@pytest.mark.parametrize(("pitch_deg", "z_mm"), [(90, 660), (70, 620)])
-@pytest.mark.parametrize("base_deg", [-80, 0, 30])
+@every_row("pitch_deg, z_mm", [(90, 660), (70, 620)])
+@every_row("base_deg", [-80, 0, 30])
 def test_a_point_over_the_base_axis_leaves_the_base_where_it_is(
     base_deg: float, pitch_deg: float, z_mm: float
 ) -> None:

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from frame_cases import any_angle
 from hypothesis import given
@@ -46,13 +47,13 @@ class Own:
         return f"own atan2 with {type(y).__name__}"
 
 
-@pytest.mark.parametrize("name", ["sin", "cos", "sqrt", "acos"])
-@pytest.mark.parametrize("value", [0.5, 1, True])
+@every_row("name", ["sin", "cos", "sqrt", "acos"])
+@every_row("value", [0.5, 1, True])
 def test_plain_numbers_go_to_math(name, value):
     assert getattr(numbers, name)(value) == getattr(math, name)(value)
 
 
-@pytest.mark.parametrize("name", ["sin", "cos", "sqrt", "acos"])
+@every_row("name", ["sin", "cos", "sqrt", "acos"])
 def test_a_number_of_another_kind_is_asked_itself(name):
     assert getattr(numbers, name)(Own()) == f"own {name}"
 
@@ -69,8 +70,8 @@ def test_only_what_brings_its_functions_is_of_another_kind():
     assert not any(map(is_own_kind, (0.0, 1, True, "1", None)))
 
 
-@pytest.mark.parametrize("quarters", range(-5, 6))
-@pytest.mark.parametrize("off", [0.0, QUARTER_TOLERANCE_RAD / 2, -QUARTER_TOLERANCE_RAD / 2])
+@every_row("quarters", range(-5, 6))
+@every_row("off", [0.0, QUARTER_TOLERANCE_RAD / 2, -QUARTER_TOLERANCE_RAD / 2])
 def test_whole_quarter_turns_are_exact(quarters, off):
     cosine, sine = cos_sin(quarters * math.pi / 2 + off)
     assert {abs(cosine), abs(sine)} == {0.0, 1.0}

@@ -5,6 +5,7 @@ from importlib import import_module
 from importlib.util import find_spec
 
 import pytest
+from amounts import every_row
 from chain_cases import gap, turn_gap
 from frame_cases import any_angle, directed, rotations
 from hypothesis import given
@@ -85,8 +86,8 @@ def euler(cf, sf, ct, st_, cp, sp):
     )
 
 
-@pytest.mark.parametrize(
-    ("solve", "made", "degeneracy"),
+@every_row(
+    "solve, made, degeneracy",
     [
         (solve_rpy, RPY(0.3, math.pi / 2, 0.1), Degeneracy.X_AXIS_DOWN),
         (solve_rpy, RPY(0.3, -math.pi / 2, 0.1), Degeneracy.X_AXIS_UP),

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from frame_cases import any_angle, rotations, vectors
 from hypothesis import given
@@ -113,8 +114,8 @@ def test_a_rotation_passes_the_check_unchanged(m):
     assert check_rotation(m) == m
 
 
-@pytest.mark.parametrize(
-    ("matrix", "said"),
+@every_row(
+    "matrix, said",
     [
         (((2, 0, 0), (0, 1, 0), (0, 0, 1)), ["column x has length 2 instead of 1"]),
         (((1, 0, 0), (0, 1, 0), (0, 0, 0)), ["column z has length 0 instead of 1"]),
@@ -152,8 +153,8 @@ def test_no_spoiled_entry_slips_through(m, row, column, by):
         check_rotation(spoiled)
 
 
-@pytest.mark.parametrize(
-    ("matrix", "error", "says"),
+@every_row(
+    "matrix, error, says",
     [
         (((1, 0, 0), (0, math.nan, 0), (0, 0, 1)), BadNumber, "row 2, y"),
         (((1, 0, 0), (0, 1, 0), (math.inf, 0, 1)), BadNumber, "row 3, x"),

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from frame_cases import directed, vectors
 from hypothesis import given
@@ -96,7 +97,7 @@ def test_the_axes_are_right_handed():
     assert triple(Y_AXIS, X_AXIS, Z_AXIS) == -1.0
 
 
-@pytest.mark.parametrize(
+@every_row(
     "ask",
     [
         unit,

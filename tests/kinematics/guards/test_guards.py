@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from kinematics_cases import (
@@ -63,8 +63,8 @@ def test_the_wrist_and_the_elbow_are_kept_above_the_table_too():
     assert "elbow z" in {broken.quantity for broken in GUARDS.violations(arm, low)}
 
 
-@pytest.mark.parametrize(
-    ("x_mm", "z_mm", "broken"),
+@every_row(
+    "x_mm, z_mm, broken",
     [(56, 300, True), (58, 300, False), (57, 300, False), (40, 380, True), (40, 382, False)],
 )
 def test_the_body_is_kept_clear(x_mm, z_mm, broken):
@@ -256,7 +256,7 @@ def test_a_difference_of_joints_may_be_bounded_too():
     assert guards.violation(LOOSE, Joints.of(0, 0, 50, -40, 0)).quantity == "fold"
 
 
-@pytest.mark.parametrize("key", PRESETS)
+@every_row("key", PRESETS)
 def test_a_preset_knows_nothing_of_its_links_and_surroundings(key):
     guards = preset(key).guards
     assert (guards.radii_mm, guards.boxes, guards.sums) == ((), (), ())
@@ -438,8 +438,8 @@ def test_no_two_points_of_two_segments_are_nearer_than_their_distance(a, b, c, d
     assert segment_distance_mm(d, c, a, b) == pytest.approx(exact, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("second", "distance"),
+@every_row(
+    "second, distance",
     [
         (((50, -10, 7), (50, 10, 7)), 7.0),
         (((0, 4, 3), (100, 4, 3)), 5.0),
@@ -506,8 +506,8 @@ def test_the_least_distance_from_the_column_is_found_along_a_segment(a, b):
     assert nearest - exact <= math.dist(a, b) / 200.0 + 1e-6
 
 
-@pytest.mark.parametrize(
-    ("point", "distance"),
+@every_row(
+    "point, distance",
     [
         ((100, 0, 20), 40.0),
         ((0, 30, 170), 20.0),

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from kinematics_cases import LAMP, TEACHMOVER, UNEVEN, VICE, postures
@@ -86,8 +86,8 @@ def test_a_path_that_breaks_a_guard_deeply_is_never_called_free(start, goal, gua
         assert first_violation(TEACHMOVER, guards, (start, goal)) is not None
 
 
-@pytest.mark.parametrize(
-    ("name", "start", "goal", "share"),
+@every_row(
+    "name, start, goal, share",
     [
         ("box wall", (230, 130, 120), (230, 190, 120), 0.7),
         ("box lamp", (230, -90, 180), (250, -150, 180), 0.5),

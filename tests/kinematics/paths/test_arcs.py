@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from kinematics_cases import PUMA, TEACHMOVER, UNEVEN, same_pose
@@ -140,8 +140,8 @@ def test_several_turns_are_not_taken_for_none():
     assert len(corners) > 4 * 8
 
 
-@pytest.mark.parametrize(
-    ("via", "goal", "words"),
+@every_row(
+    "via, goal, words",
     [
         (pose(250, -100, 120), pose(250, 0, 120), "start and via point are the same point"),
         (pose(250, 0, 120), pose(250, 0, 120), "via point and goal are the same point"),

@@ -4,6 +4,7 @@ import math
 from itertools import pairwise
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -123,8 +124,8 @@ def test_nothing_quicker_keeps_the_limits(made):
     )
 
 
-@pytest.mark.parametrize(
-    ("limits", "duration_s", "phases"),
+@every_row(
+    "limits, duration_s, phases",
     [
         ((10.0, 2.0, math.inf, math.inf), 5.0, 1),
         ((10.0, 2.0, 4.0, math.inf), 5.5, 3),  # distance / speed + speed / acceleration
@@ -147,8 +148,8 @@ def test_a_trapezoid_is_the_profile_of_infinite_jerk():
     assert trapezoid(3.0, 2.0, 5.0) == jerk_limited(3.0, 2.0, 5.0, math.inf)
 
 
-@pytest.mark.parametrize(
-    ("given_limits", "named"),
+@every_row(
+    "given_limits, named",
     [
         ((-1.0, 1.0, 1.0, 1.0), "distance"),
         ((math.nan, 1.0, 1.0, 1.0), "distance"),

@@ -7,6 +7,7 @@ from bisect import bisect_right
 from itertools import pairwise
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER
@@ -26,8 +27,8 @@ def line_corners(tolerance_mm=0.1):
     return [tuple(each) for each in line_path(TEACHMOVER, start, goal, tolerance_mm)]
 
 
-@pytest.mark.parametrize("jerk_s", [0.0, 0.1])
-@pytest.mark.parametrize("goal", [(1.0, 0.0), (0.3, -1.0), (0.01, 0.02)])
+@every_row("jerk_s", [0.0, 0.1])
+@every_row("goal", [(1.0, 0.0), (0.3, -1.0), (0.01, 0.02)])
 def test_two_corners_are_the_exact_profile_of_the_most_limited_coordinate(goal, jerk_s):
     limits = MotionLimits((0.5, 1.0), (2.0, 1.0), jerk_s)
     path = timed([(0.0, 0.0), goal], limits)
@@ -135,8 +136,8 @@ def test_points_that_repeat_take_no_time():
         assert timed(still, limits).pieces(0.05) == ()
 
 
-@pytest.mark.parametrize(
-    ("call", "words"),
+@every_row(
+    "call, words",
     [
         (lambda: timed([], MotionLimits((1.0,))), "a point to begin at"),
         (lambda: timed([(0.0,), (1.0, 2.0)], MotionLimits((1.0,))), "each corner needs 1, not 2"),

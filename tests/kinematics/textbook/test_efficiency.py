@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -60,7 +61,7 @@ def test_the_minimover_s_counts():
     assert forward["full products"] == Tally(286, 192, sines=10)
 
 
-@pytest.mark.parametrize("name", sorted(SYSTEMS))
+@every_row("name", sorted(SYSTEMS))
 def test_every_system_s_ways_are_counted(name):
     found = efficiency(SYSTEMS[name])
     forward = by_name(found.forward)

@@ -2,11 +2,11 @@
 
 import re
 
-import pytest
+from amounts import every_row
 from pages import blocks, page
 
 
-@pytest.mark.parametrize("number", range(1, 12))
+@every_row("number", range(1, 12))
 def test_every_exercise_is_worked(number):
     section = re.search(
         rf"^## {number}\. .*?(?=^## |\Z)", page("exercises"), re.DOTALL | re.MULTILINE

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
+from amounts import every_row
 from chain_cases import gap
 
 from armdrive.config.link_model import read_model
@@ -53,7 +54,7 @@ def example(name):
     return subject, example_posture(subject.chain)
 
 
-@pytest.mark.parametrize("name", MODEL_NAMES)
+@every_row("name", MODEL_NAMES)
 def test_every_name_has_its_matrices_their_product_and_the_posture_among_its_solutions(name):
     subject, values = example(name)
     found, chain = study(subject, values), subject.chain
@@ -172,7 +173,7 @@ def turned(system, one, other):
     return by[2][1], by[0][2], by[1][0]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@every_row("name", NAMES)
 def test_the_jacobian_is_what_a_small_move_of_each_joint_does(name):
     system = SYSTEMS[name]
     here = example_posture(system.chain())
@@ -230,9 +231,7 @@ AT = {
 """Postures that stand in the singularities of each system, in the order that they are listed."""
 
 
-@pytest.mark.parametrize(
-    ("name", "index"), [(n, i) for n, at in AT.items() for i in range(len(at))]
-)
+@every_row("name, index", [(n, i) for n, at in AT.items() for i in range(len(at))])
 def test_where_a_named_singularity_is_the_jacobian_loses_a_rank(name, index):
     system, values = SYSTEMS[name], AT[name][index]
     if name in ("minimover5", "alpha2-lecture"):
@@ -245,7 +244,7 @@ def test_where_a_named_singularity_is_the_jacobian_loses_a_rank(name, index):
     assert condition_at(system, values).smallest < 1e-7
 
 
-@pytest.mark.parametrize("name", NAMES)
+@every_row("name", NAMES)
 def test_away_from_them_nothing_is_lost(name):
     system = SYSTEMS[name]
     here = example_posture(system.chain())

@@ -4,6 +4,7 @@ import math
 from functools import cache
 
 import pytest
+from amounts import every_row
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from systems_cases import symbols_gap
@@ -96,8 +97,8 @@ def test_the_revolute_transporters_end_point_reads_as_equation_2_35():
     ]
 
 
-@pytest.mark.parametrize(
-    ("name", "lines"),
+@every_row(
+    "name, lines",
     [
         (
             "two-link-1",

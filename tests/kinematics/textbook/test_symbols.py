@@ -4,7 +4,7 @@ import math
 import operator
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from systems_cases import symbols_gap
@@ -149,7 +149,7 @@ EQUAL = {
 }
 
 
-@pytest.mark.parametrize("pairs", EQUAL.values(), ids=EQUAL)
+@every_row("pairs", EQUAL.values(), ids=EQUAL)
 def test_calculations_are_simplified(pairs):
     for made, expected in pairs:
         assert made == expected
@@ -230,8 +230,8 @@ def test_too_wide_a_matrix_is_listed_by_entries():
     assert lines[-3] == "p_x = l1 C1 + l2 C12"
 
 
-@pytest.mark.parametrize(
-    ("symbol", "text", "latex"),
+@every_row(
+    "symbol, text, latex",
     [
         (named("phi").cos(), "C(phi)", r"C\left(\phi\right)"),
         ((THETA1 - THETA2).sin(), "S(theta1 - theta2)", r"S\left(\theta_{1} - \theta_{2}\right)"),

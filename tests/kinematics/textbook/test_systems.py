@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
@@ -136,7 +137,7 @@ DEGENERATE = [  # system, goal, seed; of each branch its name, joints, free join
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("one", "goal", "seed", "branches"), DEGENERATE)
+@every_row("one, goal, seed, branches", DEGENERATE)
 def test_a_degenerate_goal_is_named_and_its_free_joints_take_the_seed(one, goal, seed, branches):
     found = one.ik(goal, seed=seed)
     assert [(each.name, each.free) for each in found] == [

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from chain_cases import ALPHA_II_AXES, ALPHA_II_TOOL, gap, joint_axes
 from hypothesis import given
 from hypothesis import strategies as st
@@ -162,8 +163,8 @@ def test_the_axes_of_every_system_give_an_arm_that_moves_as_it_does(name, conven
     assert again.limits == chain.limits
 
 
-@pytest.mark.parametrize(
-    ("last", "point", "more", "z", "x"),
+@every_row(
+    "last, point, more, z, x",
     [
         (UP, (0, 0, 50), {}, (0, 0, 1), (1, 0, 0)),
         (UP, (30, 40, 50), {}, (0, 0, 1), (0.6, 0.8, 0)),
@@ -182,8 +183,8 @@ def test_a_tip_is_turned_as_four_parameters_need_it(last, point, more, z, x):
         assert assigned((last,), frame).choices[-1].step != 8, "four parameters lead there"
 
 
-@pytest.mark.parametrize(
-    ("more", "error", "words"),
+@every_row(
+    "more, error, words",
     [
         ({"approach": (0, 0, 0)}, ZeroVector, "no direction"),
         ({"normal": (0, 0, 0)}, ZeroVector, "no direction"),

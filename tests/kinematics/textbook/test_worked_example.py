@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
@@ -25,7 +26,7 @@ def whole_text(example):
     return "\n".join(line for each in sections(example) for line in [each.title, *each.lines])
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@every_row("name", SYSTEMS)
 def test_the_text_names_every_joint_branch_and_step(name):
     example = work(named(name))
     text = whole_text(example)

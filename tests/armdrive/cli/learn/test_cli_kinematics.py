@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+from amounts import every_row
 
 from armdrive.cli.learn.models import find_model, find_subject, given_joints, shown_joints
 from armdrive.cli.set_up.completion import script
@@ -139,7 +140,7 @@ def example_of(name):
     return values, [str(value) for value in shown_joints(chain, values).values()]
 
 
-@pytest.mark.parametrize("name", MODEL_NAMES)
+@every_row("name", MODEL_NAMES)
 def test_every_command_takes_the_same_joint_values_for_a_name(call, name):
     values, typed = example_of(name)
     fk = call("fk", "--model", name, *typed, "--json", code=0).json
@@ -153,7 +154,7 @@ def test_every_command_takes_the_same_joint_values_for_a_name(call, name):
     )
 
 
-@pytest.mark.parametrize("key", PRESETS)
+@every_row("key", PRESETS)
 def test_an_arm_file_takes_the_same_joint_values_for_a_preset(key):
     values = example_posture(system(key).chain())
     problems = Problems()
@@ -183,7 +184,7 @@ def test_completion_offers_every_name_for_a_model_and_for_a_system():
         assert choices.partition("=")[2].strip("()").split() == list(MODEL_NAMES)
 
 
-@pytest.mark.parametrize("name", [name for name in SYSTEMS if name not in PRESETS])
+@every_row("name", [name for name in SYSTEMS if name not in PRESETS])
 def test_ik_prints_every_solution_of_a_named_system(call, name):
     _, typed = example_of(name)
     fk = call("fk", "--model", name, *typed, "--json", code=0).json

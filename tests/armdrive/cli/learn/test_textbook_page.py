@@ -4,6 +4,7 @@ import importlib
 import re
 
 import pytest
+from amounts import every_row
 from cli_calls import Caller
 from pages import page
 
@@ -32,7 +33,7 @@ def test_there_is_something_to_check():
     assert len(COMMANDS) > 25
 
 
-@pytest.mark.parametrize("name", NAMES)
+@every_row("name", NAMES)
 def test_a_name_leads_to_something(name):
     *path, last = name.split(".")
     found = importlib.import_module(path[0])
@@ -65,8 +66,8 @@ def numbers(pattern, last):
     return sorted(found & set(range(1, last + 1)))
 
 
-@pytest.mark.parametrize(
-    ("pattern", "last"),
+@every_row(
+    "pattern, last",
     [
         (r"\(2\.(\d+)\)(?: to \(2\.(\d+)\))?", 48),
         (r"(?:figures? |, )2\.(\d+)()", 20),

@@ -8,6 +8,7 @@ from dataclasses import replace
 from itertools import count
 
 import pytest
+from amounts import every_row
 from cli_calls import write_arm_file
 from waiting import FOREVER_S, soon, until
 
@@ -260,8 +261,8 @@ def test_a_bound_is_never_shown_smaller_than_it_is(view):
     assert shown == "takes at most 0.66 s and 116 mm; without this program, 0.71 s and 121 mm"
 
 
-@pytest.mark.parametrize(
-    ("bound", "digits", "shown"),
+@every_row(
+    "bound, digits, shown",
     [(0.28, 2, 0.28), (0.281, 2, 0.29), (115.01, 0, 116), (115.0, 0, 115), (0.0, 1, 0.0)],
 )
 def test_a_bound_is_rounded_up_and_a_round_one_stays(bound, digits, shown):

@@ -4,6 +4,7 @@ import contextlib
 import threading
 
 import pytest
+from amounts import every_row
 from program_acts import go
 from running_bench import table_arm
 
@@ -99,8 +100,8 @@ def test_no_progress_is_shown_before_the_run_began(arm, capsys):
     assert capsys.readouterr().out == ""
 
 
-@pytest.mark.parametrize(
-    ("time_s", "words"),
+@every_row(
+    "time_s, words",
     [
         (0.0, "0.0 s"),
         (9.94, "9.9 s"),
@@ -220,8 +221,8 @@ def test_watchers_are_updated_at_a_new_line_and_not_as_time_passes():
 # -- lines and times as words ---------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("text", "shown"),
+@every_row(
+    "text, shown",
     [
         ("approach pick, 60      # to 60 mm before it", "approach pick, 60"),
         ('type "no. #1", n  # says so', 'type "no. #1", n'),

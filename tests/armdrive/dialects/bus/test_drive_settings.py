@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 
 from armdrive.config.sections import Connection
 from armdrive.connect.target import simulated_config
@@ -25,8 +26,8 @@ def made(dialect, **changes):
     return DIALECTS[dialect].controller(replace(simulated_config(dialect), **changes))
 
 
-@pytest.mark.parametrize(
-    ("dialect", "table", "words"),
+@every_row(
+    "dialect, table, words",
     [
         ("mks", {"ids": [1, 1]}, "an id of its own"),
         ("mks", {"ids": []}, "an id of its own"),

@@ -1,6 +1,7 @@
 """Frames of CANopen drives are told in words, on a bus and in a recording."""
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -115,7 +116,7 @@ CONVERSATION = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize(("frame", "kind", "words"), CONVERSATION)
+@every_row("frame, kind, words", CONVERSATION)
 def test_a_frame_is_described_in_words(frame, kind, words):
     said = CanopenFrameDescriber().describe(frame)
     assert said.kind is kind
@@ -178,7 +179,7 @@ HELD = (
 )
 
 
-@pytest.mark.parametrize(("place", "value", "words"), HELD)
+@every_row("place, value, words", HELD)
 def test_the_content_of_an_object_is_described_in_words(place, value, words):
     data = value.to_bytes(4, "little", signed=value < 0)
     assert held_words(place, data) == words
@@ -255,7 +256,7 @@ WEIGHTS = (
 )
 
 
-@pytest.mark.parametrize(("frame", "weight"), WEIGHTS)
+@every_row("frame, weight", WEIGHTS)
 def test_comparable_messages_have_a_weight(frame, weight):
     (message,) = PackedFrames(messages_canopen.weighed).feed(pack(frame))
     assert message.weight is weight

@@ -9,7 +9,7 @@ import math
 import random
 
 import pytest
-from amounts import amount, in_pairs
+from amounts import amount, every_row, in_pairs
 from cia402_rig import Rig, steps
 
 from armdrive.dialects.exchange import ListenedTime
@@ -191,8 +191,8 @@ def test_a_drive_that_is_read_off_its_target_is_blamed_however_late_the_report_i
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.OFF_PATH]
 
 
-@pytest.mark.parametrize(
-    ("calls", "listened_s"),
+@every_row(
+    "calls, listened_s",
     [
         (((0.0, 0.1), (0.1, 0.2), (0.2, 0.3)), 0.2),  # in time
         (((0.0, 0.1), (0.05, 0.1), (0.1, 0.2)), 0.1),  # sooner: something came

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from grbl_arm import PIECES, config
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -404,8 +405,8 @@ def test_grblhal_needs_more_of_its_reports_homing_and_sleep():
     assert {each.fix for each in homes.differences()} == {"$22=3"}
 
 
-@pytest.mark.parametrize(
-    ("changes", "fix", "must"),
+@every_row(
+    "changes, fix, must",
     [
         ({"s1": "25"}, "$1=255", True),
         ({"s1": None}, "$1=255", True),

@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 
 import pytest
+from amounts import every_row
 from mks_bench import (
     BURSTS,
     HOMES_RPM,
@@ -172,7 +173,7 @@ def test_a_wrong_mode_is_a_difference_that_can_be_mended():
     bench.ready()
 
 
-@pytest.mark.parametrize("line", ["$1=255", "2: f5 00", "2: 8b 00 03", "2: 8a 01", "2: 82 09"])
+@every_row("line", ["$1=255", "2: f5 00", "2: 8b 00 03", "2: 8a 01", "2: 82 09"])
 def test_no_line_moves_a_drive_or_takes_it_elsewhere(line):
     with pytest.raises(Refused):
         parsed_line(line)
@@ -331,8 +332,8 @@ def course(speed: float) -> Course:
     return found
 
 
-@pytest.mark.parametrize("share", [0.05, 0.3, 1.0])
-@pytest.mark.parametrize(("speed", "left"), [(20_000.0, 4000), (20_000.0, -4000), (3000.0, 60)])
+@every_row("share", [0.05, 0.3, 1.0])
+@every_row("speed, left", [(20_000.0, 4000), (20_000.0, -4000), (3000.0, 60)])
 def test_a_drive_is_given_a_ramp_by_which_it_can_end(share, speed, left):
     drive = course(math.copysign(speed, left))
     slope = slope_of(ramp_to(drive, left, CONFIGURED, share))
@@ -340,16 +341,16 @@ def test_a_drive_is_given_a_ramp_by_which_it_can_end(share, speed, left):
     assert speed**2 / (2.0 * slope) <= max(abs(left), speed**2 / (2.0 * slope_of(CONFIGURED)))
 
 
-@pytest.mark.parametrize("share", [0.05, 0.3, 0.8, 1.0])
-@pytest.mark.parametrize(("speed", "left"), [(22_937.0, 266), (41_000.0, 900), (9000.0, 90)])
+@every_row("share", [0.05, 0.3, 0.8, 1.0])
+@every_row("speed, left", [(22_937.0, 266), (41_000.0, 900), (9000.0, 90)])
 def test_a_path_can_end_there_though_the_order_is_a_little_late(share, speed, left):
     slope = slope_of(ramp_to(course(speed), left, CONFIGURED, share))
     late = speed * 0.002
     assert speed**2 / (2.0 * slope) <= max(left - late, speed**2 / (2.0 * slope_of(CONFIGURED)))
 
 
-@pytest.mark.parametrize("share", [0.05, 0.1, 0.3])
-@pytest.mark.parametrize("ahead_s", [0.0005, 0.001, 0.003])
+@every_row("share", [0.05, 0.1, 0.3])
+@every_row("ahead_s", [0.0005, 0.001, 0.003])
 def test_it_keeps_the_ramp_by_which_it_brakes_though_its_course_is_there_already(share, ahead_s):
     drive = course(0.0)
     drive.order(10_000, 60 * COUNTS_S_PER_RPM, slope_of(235), 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from amounts import every_row
 from can_setup_bench import Bench
 
 from armdrive.dialects.bus.ledger import SurplusAnswers
@@ -33,9 +34,7 @@ def test_firmware_is_reported_or_concluded_from_answers(settings, words, told):
     assert (found.read is None) is (words < "1.0.8")
 
 
-@pytest.mark.parametrize(
-    ("asked", "answered", "shared"), [(3, 1, ()), (3, 3, ()), (3, 4, ()), (3, 5, (1,))]
-)
+@every_row("asked, answered, shared", [(3, 1, ()), (3, 3, ()), (3, 4, ()), (3, 5, (1,))])
 def test_two_more_answers_than_questions_are_those_of_two_drives(asked, answered, shared):
     surplus = SurplusAnswers()
     for _ in range(asked):

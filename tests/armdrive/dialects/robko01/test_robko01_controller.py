@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from amounts import amount, in_pairs
+from amounts import amount, every_row, in_pairs
 from driver_bench import DriverBench
 from faults import Rule, garbled, late_by, lost, twice
 from hypothesis import example, given, settings
@@ -415,8 +415,8 @@ class TestWatchdog:
         assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 0
 
 
-@pytest.mark.parametrize(
-    ("reported", "near", "position"),
+@every_row(
+    "reported, near, position",
     [(-32768, 32767, 32768), (32767, -32768, -32769), (5, 65536, 65541), (0, 0, 0)],
 )
 def test_positions_are_unwrapped_across_the_seam(reported, near, position):

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from faults import Rule, garbled, instead, lost, ready_arm
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -290,8 +291,8 @@ def test_rows_stand_below_their_motors():
     assert "origin 0 0 0 0 0 0" in written(PendantProgram(rows, ZERO)).splitlines()
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
+@every_row(
+    "line, words",
     [
         ("move 1 240 1 2 3 4 5", "line 2: `move` needs 8 numbers, not 7"),
         ("move 1 246 1 2 3 4 5 6", "line 2: .*246"),

@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from amounts import every_row
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
@@ -130,8 +131,8 @@ def test_after_standing_still_the_ramp_starts_from_zero():
     assert rates(arm.hold(Jog.joint(base=1.0), legs=1))[0] < BASE_RAD_S / 4.0
 
 
-@pytest.mark.parametrize("way", [1.0, -1.0])
-@pytest.mark.parametrize("joint", [0, 1, 3, 4])
+@every_row("way", [1.0, -1.0])
+@every_row("joint", [0, 1, 3, 4])
 def test_a_joint_slides_up_to_its_limit_and_stops_on_it(joint, way):
     config = replace(CONFIG, model=replace(CONFIG.model, guards=no_guards()))
     name, bounds = ARM.joint_names[joint], ARM.limits[joint]

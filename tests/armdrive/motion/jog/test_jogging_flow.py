@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from faults import ready_arm, sim_arm, stand_still_s
 from jog_bench import Ground, trials
 
@@ -159,7 +159,7 @@ def test_cartesian_jogging_of_an_unknown_posture_is_refused_in_a_sentence():
     assert not arm.twin.link.named(b"@STEP")
 
 
-@pytest.mark.parametrize(
+@every_row(
     "call",
     [
         lambda arm: arm.jog_j(knee_deg=1),

@@ -1,6 +1,7 @@
 """Lines of a program as they are taught, by hand and from an arm's motions."""
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -46,8 +47,8 @@ def test_what_is_taught_is_written_as_lines_of_a_program(what):
     read_program("\n".join(lines))  # raises for a line that is none
 
 
-@pytest.mark.parametrize(
-    ("program", "lines"),
+@every_row(
+    "program, lines",
     [
         ("speed 50%\nmove up\n", ["move_line b"]),
         ("speed 0.25\nspeed 50%\n", ["move_line b"]),
@@ -131,7 +132,7 @@ RECORDED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("what", RECORDED)
+@every_row("what", RECORDED)
 def test_which_motions_are_recorded(what):
     told, lines = RECORDED[what]
     made = recorded(*told)

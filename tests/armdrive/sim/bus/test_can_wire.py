@@ -4,6 +4,7 @@ import itertools
 import random
 
 import pytest
+from amounts import every_row
 from can_bench import EchoDrive
 from hypothesis import given
 from hypothesis import strategies as st
@@ -288,7 +289,7 @@ LINES = [
 ]
 
 
-@pytest.mark.parametrize(("frame", "line"), LINES)
+@every_row("frame, line", LINES)
 def test_frames_are_written_and_read_as_lawicel_does(frame, line):
     assert line_of(frame) == line
     assert frame_of(line.rstrip()) == frame
@@ -302,7 +303,7 @@ def test_written_frames_are_read(frame):
     assert frame_of(line + b"1A2B") == frame
 
 
-@pytest.mark.parametrize(
+@every_row(
     "line",
     [b"", b"t", b"t8000", b"t0019", b"t0012AB", b"t00g0", b"T200000000", b"x0010", b"t00100"],
 )
@@ -406,14 +407,14 @@ SAID = [
 ]
 
 
-@pytest.mark.parametrize(("which", "lines", "answer", "sent"), [(*row, None)[:4] for row in SAID])
+@every_row("which, lines, answer, sent", [(*row, None)[:4] for row in SAID])
 def test_an_adapter_answers_and_sends(which, lines, answer, sent):
     adapter = MAKERS[which]()
     assert adapter.receive(lines + b"\r") == ([] if sent is None else [sent])
     assert adapter.say() == answer
 
 
-@pytest.mark.parametrize("which", MAKERS)
+@every_row("which", MAKERS)
 def test_only_an_adapter_that_is_on_the_bus_shows_its_frames(which):
     adapter = MAKERS[which]()
     adapter.show(Frame(6, b"\x33"))

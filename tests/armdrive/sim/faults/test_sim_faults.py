@@ -3,6 +3,7 @@
 import random
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 from sim_bench import SilentDevice, WireBench
@@ -230,8 +231,8 @@ def test_a_kind_of_device_can_have_what_it_is_made_for():
     assert lacking == {"reset", "switch"} | on_a_bus
 
 
-@pytest.mark.parametrize(
-    ("line", "said"),
+@every_row(
+    "line, said",
     [
         ("dorp 0.1", "did you mean 'drop'?"),
         ("drop", "drop P|#N|next"),
@@ -262,8 +263,8 @@ def test_a_fault_that_cannot_be_is_refused_at_once(line, said):
     assert faults.active == ()
 
 
-@pytest.mark.parametrize(
-    ("option", "words"),
+@every_row(
+    "option, words",
     [
         ("mute", "mute"),
         ("drop:0.01,from=host,seed=3@5", "drop 0.01 from=host seed=3 @5"),

@@ -4,6 +4,7 @@ import contextlib
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from grbl_bench import BYTE_S, MACHINE, SLOPE, Bench, stream, with_switches_ahead
 from hypothesis import given
 from hypothesis import strategies as st
@@ -189,8 +190,8 @@ def test_a_change_of_settings_blocks_and_loses_what_arrives_meanwhile():
     assert patient.wait(0.5) == ["ok", "ok"]
 
 
-@pytest.mark.parametrize(
-    ("line", "answer"),
+@every_row(
+    "line, answer",
     [
         ("$0=2", "error:6"),
         ("$100=-1", "error:4"),
@@ -308,8 +309,8 @@ def test_an_alarm_in_motion_switches_the_motors_off_until_the_board_has_started(
     assert shoulder < Bench().device.world.joints["shoulder"]  # it has sagged
 
 
-@pytest.mark.parametrize(
-    ("firmware", "off"),
+@every_row(
+    "firmware, off",
     [
         ("grbl", (0.255, 0.755)),
         ("mega5x", (0.255, 0.755)),
@@ -574,8 +575,8 @@ def board(**table):
     )
 
 
-@pytest.mark.parametrize(
-    ("table", "named"),
+@every_row(
+    "table, named",
     [
         ({"grbl": {"accelerations": [500.0]}}, "grbl.accelerations must have 6 entries"),
         ({"grbl": {"rates": [500.0] * 5}}, "grbl.rates must have 6 entries"),

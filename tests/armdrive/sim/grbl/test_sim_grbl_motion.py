@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import partial
 
 import pytest
+from amounts import every_row
 from grbl_bench import HOMING, MACHINE, SLOPE, Bench, config_of, homing_bench, stands_at, stream
 
 from armdrive.config.sections import HomingSettings
@@ -522,8 +523,8 @@ def test_sleep_switches_them_off_until_a_reset_which_leaves_the_board_locked():
     assert (bench.ask().state, bench.device.world.energised) == (State.ALARM, True)
 
 
-@pytest.mark.parametrize(
-    ("kind", "device", "shut", "half", "wide"),
+@every_row(
+    "kind, device, shut, half, wide",
     [
         ("servo", {}, "M3S0", "M3S500", "M3S1000"),
         ("servo", {"servo_closed": 90.0, "servo_open": 10.0}, "M3S90", "M3S50", "M3S10"),

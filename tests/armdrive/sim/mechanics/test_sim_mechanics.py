@@ -4,6 +4,7 @@ import itertools
 import math
 
 import pytest
+from amounts import every_row
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -56,8 +57,8 @@ def test_no_motor_overshoots_turns_back_or_leaves_the_straight_way(deltas, rate,
     assert rack.positions(rack.done_s) == deltas
 
 
-@pytest.mark.parametrize(
-    ("speed", "hz"),
+@every_row(
+    "speed, hz",
     [(0, 30), (70, 90), (140, 150), (165, 200), (190, 250), (215, 360), (240, 470), (245, 470)],
 )
 def test_speeds_lie_on_straight_lines_between_the_known_ones(speed, hz):

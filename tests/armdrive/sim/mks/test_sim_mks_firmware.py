@@ -1,6 +1,7 @@
 """What a simulated drive does by its firmware: one row an ability, on both sides of its version."""
 
 import pytest
+from amounts import every_row
 from bus_sim import IDS, LONG_S
 from mks_sim import TURN, Bench
 from mks_sim import outcomes as said
@@ -44,7 +45,7 @@ def before(version: tuple[int, int, int]) -> str:
     return text((version[0], version[1], version[2] - 1))
 
 
-@pytest.mark.parametrize("ability", ASKED_FOR, ids=lambda each: each.name.lower())
+@every_row("ability", ASKED_FOR, ids=lambda each: each.name.lower())
 def test_a_drive_answers_what_its_firmware_has_and_ignores_the_rest(ability):
     since = ability.since
     for firmware, answered in ((before(since), False), (text(since), True)):

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sim_bench import TeachMoverBench, descend, grasp, lift, reach, spread
@@ -372,8 +373,8 @@ def _changed(path, value):
     return data
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "named"),
+@every_row(
+    "path, value, named",
     [
         (["world", "format"], 2, "format"),
         (["world", "arm"], "robko01", "robko01"),
@@ -405,8 +406,8 @@ def test_a_world_that_no_arm_saved_is_refused_by_name(path, value, named):
         recalled(_changed(path, value), TeachMoverBoard, BODY)
 
 
-@pytest.mark.parametrize(
-    ("way", "key"),
+@every_row(
+    "way, key",
     [((), "powered"), ((), "memory"), (("world",), "held"), (("world", "blocks", 0), "z_mm")],
 )
 def test_missing_entries_of_a_saved_arm_are_named(way, key):
@@ -419,7 +420,7 @@ def test_missing_entries_of_a_saved_arm_are_named(way, key):
         recalled(data, TeachMoverBoard, BODY)
 
 
-@pytest.mark.parametrize("data", [None, [], "world", {}, {"format": 1}])
+@every_row("data", [None, [], "world", {}, {"format": 1}])
 def test_a_file_that_is_no_world_is_refused(data):
     with pytest.raises(StateFileError, match="--fresh"):
         world_from_json(data, BODY)
