@@ -22,7 +22,7 @@ from armdrive.errors.arguments import made_of, several
 from armdrive.errors.kinematic import checked_number
 from kinematics.errors import finite, suggestion
 from kinematics.paths.routes import PathPart
-from kinematics.spaces import POSE_EXAMPLE, Joints, Pose
+from kinematics.spaces import POSE_EXAMPLE, Coordinates, Joints, Pose
 
 
 class Space(Enum):
@@ -70,15 +70,9 @@ class JointJog(JointAngles, total=False):
     gripper: float
 
 
-class TipJog(TypedDict, total=False):
+class TipJog(Coordinates, total=False):
     """The increment of each tip axis; with `duration_s=`, directions from -1 to 1."""
 
-    x_mm: float
-    y_mm: float
-    z_mm: float
-    pitch_deg: float
-    roll_deg: float
-    yaw_deg: float
     gripper_mm: float
     x: float
     y: float

@@ -158,7 +158,7 @@ class ArmGeometry(Protocol):
         """Return the postures for a pose, each angle of the allowed turn nearest to the seed.
 
         All of them, those beyond the limits included, where a closed form knows them; else the one
-        nearest to the seed. None if no posture holds the hand there.
+        nearest to the seed. Empty if no posture holds the hand there.
         """
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:

@@ -182,6 +182,8 @@ class ModelScreen(Screen[None]):
         super().__init__()
         self.adjustments = self.desk.hand
         self.page = 0
+        self._columns: tuple[Column, ...] = ((),)
+        """What is computed of the posture, laid out for the present height."""
         self._figure = ChainFigure(self.desk.hand.subject.chain)
 
     @property
@@ -228,6 +230,9 @@ class ModelScreen(Screen[None]):
         left = self.query_one("#model-left").size.width
         text_of(self, "model-numbers").show(self._numbers(of, left))
         text_of(self, "model-summary").show(self._spoken(_summary(of)))
+        shown = (one for one in sections(of) if one.title != "Figure")
+        height = self.query_one("#model").size.height
+        self._columns = laid(shown, COLUMN_WIDTH - 1, height, plain=not desk.braille)
         self._show_pages()
 
     def _numbers(self, of: Study, width: int) -> str:
@@ -245,7 +250,7 @@ class ModelScreen(Screen[None]):
     @property
     def pages(self) -> int:
         """How many pages there are at the present size."""
-        return -(-len(self._columns()) // self._at_once)
+        return -(-len(self._columns) // self._at_once)
 
     @property
     def _at_once(self) -> int:
@@ -253,13 +258,8 @@ class ModelScreen(Screen[None]):
         room = (self.size.width - LEAST_VIEW_WIDTH) // COLUMN_WIDTH
         return min(max(room, 1), MOST_COLUMNS)
 
-    def _columns(self) -> tuple[Column, ...]:
-        height = self.query_one("#model").size.height
-        shown = (one for one in sections(self.desk.hand.study) if one.title != "Figure")
-        return laid(shown, COLUMN_WIDTH - 1, height, plain=not self.desk.braille)
-
     def _show_pages(self) -> None:
-        count, columns = self._at_once, self._columns()
+        count, columns = self._at_once, self._columns
         self.page = min(self.page, self.pages - 1)
         for place in range(MOST_COLUMNS):
             text = text_of(self, f"model-page-{place}")
@@ -344,10 +344,8 @@ ENDS_WIDTH = 9
 SHORTEST_BAR, LONGEST_BAR = 7, 22
 
 
-def joint_rows(
-    of: Study, width: int, keys: Keyboard | None = None, pairs: Sequence[JogPair] = ()
-) -> str:
-    """List the joints: keys where they move it, value, and the place between its limits."""
+def joint_rows(of: Study, width: int, keys: Keyboard | None, pairs: Sequence[JogPair]) -> str:
+    """List the joints: keys if these move them, value, and the place between its limits."""
     chain = of.subject.chain
     names = [words(name)[:NAME_WIDTH] for name in chain.joint_names]
     longest = max(map(len, names))
@@ -364,10 +362,10 @@ def joint_rows(
 def axis_rows(
     of: Study,
     axes: Sequence[tuple[str, str]],
-    keys: Keyboard | None = None,
-    pairs: Sequence[JogPair] = (),
+    keys: Keyboard | None,
+    pairs: Sequence[JogPair],
 ) -> str:
-    """List the coordinates of the hand, in two columns, with the keys that move them."""
+    """List the coordinates of the hand, in two columns, with the keys if these move them."""
     goal = of.goal or frame_coordinates(of.frame)
     cells = [
         (_keys(keys, pairs, name, cartesian=True), name, _value(value, unit))

@@ -19,7 +19,7 @@ from armdrive.text.reading import read_text
 from kinematics.errors import suggestion
 
 DEFAULT_FILE = "default"
-LARGEST_BYTES = 4096  # of the file that names it
+LARGEST_BYTES = 4096
 """The most bytes that are read of the file with the default arm's name."""
 
 

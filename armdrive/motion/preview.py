@@ -18,7 +18,7 @@ from armdrive.errors.kinematic import refusal_of
 from armdrive.errors.table import error_view
 from armdrive.motion.jog.bounds import furthest
 from armdrive.motion.plan import MotionPlan
-from armdrive.motion.resolve import Ground, PlannedMove, pose_of, prepare, resolve
+from armdrive.motion.resolve import Ground, PlannedMove, naming_frame, pose_of, prepare, resolve
 from armdrive.moves import (
     JointMove,
     LineMove,
@@ -357,7 +357,7 @@ def preview_move(
     absolute = move if isinstance(move, MoveSequence | ParkMove) else resolve(move, ground)
     single = None if isinstance(absolute, MoveSequence) else absolute
     asked = None if single is None else pose_of(single, ground)
-    planned, problem = _planned(ground, move)  # which resolves it: the frame is in its message
+    planned, problem = _planned(ground, move, absolute)
     here = ground.here.joints
     if planned is None:
         ways = ways_of(ground, absolute, asked, None)
@@ -393,9 +393,12 @@ def preview_move(
     )
 
 
-def _planned(ground: Ground, move: Move) -> tuple[PlannedMove | None, ArmError | None]:
+def _planned(
+    ground: Ground, move: Move, absolute: Move
+) -> tuple[PlannedMove | None, ArmError | None]:
     try:
-        return prepare(move, ground), None
+        with naming_frame(move):
+            return prepare(absolute, ground), None
     except BadRequest:
         raise
     except ArmError as refusal:

@@ -9,7 +9,8 @@ sequence starts at the end of the previous one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
@@ -256,18 +257,20 @@ def prepare(move: Move, ground: Ground) -> PlannedMove:
             return _prepared_jog(move, ground)
         case _:
             absolute = resolve(move, ground)
-            try:
+            with naming_frame(move):
                 return PlannedMove((PlannedStep(absolute, plan_of(absolute, ground)),))
-            except (Unreachable, PathBroken, OutOfBounds) as refusal:
-                if getattr(move, "frame", BASE_FRAME) != BASE_FRAME:
-                    _say_frame(refusal)
-                raise
 
 
-def _say_frame(refusal: Unreachable | PathBroken | OutOfBounds) -> None:
-    """Add to a message with poses that they are not in the frame of the goal."""
-    if not isinstance(refusal, OutOfBounds) or refusal.nearest is not None:
-        refusal.args = (f"{refusal.args[0]} (in the base frame)",)
+@contextmanager
+def naming_frame(move: Move) -> Iterator[None]:
+    """Add to a refusal with poses that they are in the base frame, if the move's goal is not."""
+    try:
+        yield
+    except (Unreachable, PathBroken, OutOfBounds) as refusal:
+        has_pose = not isinstance(refusal, OutOfBounds) or refusal.nearest is not None
+        if has_pose and getattr(move, "frame", BASE_FRAME) != BASE_FRAME:
+            refusal.args = (f"{refusal.args[0]} (in the base frame)",)
+        raise
 
 
 def plan_of(move: SingleMove, ground: Ground) -> MotionPlan | None:

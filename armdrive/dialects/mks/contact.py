@@ -219,7 +219,9 @@ class MksContact:
         """Whether all drives were switched on."""
         self.watched = False
         """Whether every drive is known to stop on a silent bus."""
-        self._watchdog = SilenceWatchdog(round(io.settings.watchdog_s * 1000.0))
+        self._watchdog = watchdog = SilenceWatchdog(round(io.settings.watchdog_s * 1000.0))
+        self._watchdog_read = SettingRead(watchdog.code, watchdog.payload)
+        """What a drive reports that has the arm file's watchdog."""
         self.firmware = ""
 
     def connect(self) -> MksScript[None]:
@@ -370,19 +372,23 @@ class MksContact:
         yield from self._command(Enable(on=False), "DISABLE")
         return Done()
 
+    @property
+    def _watchable(self) -> bool:
+        """Whether the arm file wants a watchdog that the firmware has."""
+        return bool(self._watchdog.timeout_ms) and self._io.can(Ability.SILENCE_WATCHDOG)
+
     def _unwatched(self) -> MksScript[list[ObservedDrive]]:
         """Return the drives that do not report the arm file's watchdog."""
-        io, timeout = self._io, self._watchdog
-        if not timeout.timeout_ms or not io.can(Ability.SILENCE_WATCHDOG):
+        io = self._io
+        if not self._watchable:
             return list(io.drives)
-        is_set = SettingRead(timeout.code, timeout.payload)
-        answers = yield from io.read(ReadSetting(timeout.code))
-        return [drive for drive in io.drives if answers.get(drive) != is_set]
+        answers = yield from io.read(ReadSetting(self._watchdog.code))
+        return [drive for drive in io.drives if answers.get(drive) != self._watchdog_read]
 
     def _watch(self) -> MksScript[bool]:
         """Switch on the watchdog of every drive; return whether it is certainly on in all."""
         io, timeout = self._io, self._watchdog
-        if not timeout.timeout_ms or not io.can(Ability.SILENCE_WATCHDOG):
+        if not self._watchable:
             return False
         # A drive keeps it in a memory that wears out, and may be deaf while it writes there.
         other = yield from self._unwatched()
@@ -391,7 +397,7 @@ class MksContact:
         found = yield from io.ask(dict.fromkeys(other, timeout), text="WATCHDOG")
         if not all(isinstance(found.get(drive), Taken) for drive in other):
             return False
-        fits = (None, SettingRead(timeout.code, None), SettingRead(timeout.code, timeout.payload))
+        fits = (None, SettingRead(timeout.code, None), self._watchdog_read)
         for _ in range(TRIES):  # a late answer to the setting looks like its value
             answers = yield from io.read(ReadSetting(timeout.code))
             if all(answers.get(drive) in fits for drive in io.drives):
