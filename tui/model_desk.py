@@ -48,8 +48,6 @@ NOTHING_TO_STOP = "Close a dialog. There is nothing to stop: no arm is connected
 class ModelKeyboard(Keyboard):
     """A keyboard on which nothing has to be armed."""
 
-    __slots__ = ()
-
     def _jog_help(self, pairs: Sequence[JogPair]) -> Iterator[str]:
         yield "Jog keys: each press is one step, at once; nothing is armed, as nothing moves."
         for pair in pairs:

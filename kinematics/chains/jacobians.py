@@ -27,7 +27,6 @@ POSITION_ROWS = (0, 1, 2)
 
 ALL_ROWS = (0, 1, 2, 3, 4, 5)
 
-
 NEARLY_SINGULAR = 0.05
 """Below this dimensionless singular value a direction is nearly lost."""
 
@@ -100,12 +99,9 @@ def in_words(rates: Sequence[float], rows: Sequence[int]) -> str:
 
     Rows 0 to 5 are those of a geometric Jacobian; 6 and 7 are pitch and roll of five-axis arms.
     """
-    moves = _named(
-        [(f"{_AXES[row]}", part) for row, part in zip(rows, rates, strict=True) if row < 3]
-    )
-    turns = _named(
-        [(f"{_TURNS[row - 3]}", part) for row, part in zip(rows, rates, strict=True) if row >= 3]
-    )
+    parts = tuple(zip(rows, rates, strict=True))
+    moves = _named([(_AXES[row], part) for row, part in parts if row < 3])
+    turns = _named([(_TURNS[row - 3], part) for row, part in parts if row >= 3])
     said = [f"move along {moves}"] if moves else []
     said += [f"turn about {turns}"] if turns else []
     return " and ".join(said)
