@@ -237,6 +237,10 @@ class MissedOrders:
             self._until_s = min(time_s + self.noticed_s, self.stands_by_s)
         return math.isfinite(self._until_s) and time_s <= self._until_s
 
+    def missed_s(self, time_s: float) -> float:
+        """Return for how long a drive has missed its orders in this command."""
+        return max(min(time_s, self.fault_ends_s) - self._since_s, 0.0)
+
     def faster_rad_s(self, time_s: float, window_s: float) -> Mapping[str, float]:
         """Return how fast joints may have turned during the last `window_s`, at full speed."""
         lasts = self.excuses(time_s) or time_s <= self._until_s + window_s < math.inf

@@ -406,7 +406,8 @@ class Stage:
 
         While commands are lost, some drives may stop without the others, so the motion is not the
         planned one. A pause (`is_pause`) finishes what was planned ahead: the driver repeats these
-        orders, and a drive that missed them starts as soon as it gets them.
+        orders, and a drive that missed them starts as soon as it gets them. One that missed earlier
+        orders is behind, and catches up.
         """
         self.look()
         self._pause_promised = is_pause or (self._pause_promised and self.watch.must_stop)
@@ -420,6 +421,8 @@ class Stage:
             if self._pause_promised and self.commands_lost:
                 time_s += self.commands_lost_until_s - self.now_s
             distance_mm = max(distance_mm, bound.silent_distance_mm)
+        if is_pause and self.watch.missed_orders is not None:
+            time_s += self.watch.missed_orders.missed_s(self.now_s)
         if self.stops_late:
             time_s, distance_mm = 2.0 * time_s, 4.0 * distance_mm
         time_s, distance_mm = self._with_restarts(time_s, distance_mm)

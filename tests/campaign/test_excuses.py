@@ -69,6 +69,19 @@ def test_the_excuse_runs_from_the_first_motion_without_the_drive_for_a_bounded_t
     assert not excuse.excuses(5.01)
 
 
+@pytest.mark.parametrize(("is_pause", "longer_s"), [(True, 0.4), (False, 0.0)])
+def test_a_pause_may_last_longer_by_the_time_that_a_drive_missed_orders(is_pause, longer_s):
+    stage = a_stage()
+    fault_ends_s = stage.now_s + 0.4
+    stage.watch.missed_orders = MissedOrders({"elbow": 1.0}, fault_ends_s, noticed_s=NOTICED_S)
+    stage.watch.begin(Command("move_j"))
+    stage.world.drive(only(0, 1), stage.now_s)
+    stage.sleep(1.0)
+    stage.add_bound("a pause or a stop", 0.1, 50.0, is_pause=is_pause)
+    (bound,) = stage.watch._bounds
+    assert bound.time_s == pytest.approx(0.1 + longer_s, abs=1e-6)
+
+
 def test_a_joint_may_go_no_further_beyond_its_limit_after_the_excuse():
     stage = a_stage()
     world, watch = stage.world, stage.watch
