@@ -294,7 +294,8 @@ class RealPace:
         self.lateness = Lateness()
         self._speed = speed
         self._mark = _Mark(0.0, time.monotonic())
-        self._turn = threading.Condition(self.lock)
+        self._waiting: list[threading.Lock] = []
+        """What each waiting call sleeps on: released after every round of the engine's thread."""
         self._engine: Engine | None = None
         self._thread: threading.Thread | None = None
         self._failure: BaseException | None = None
@@ -324,18 +325,35 @@ class RealPace:
         self._thread.start()
 
     def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
-        """Sleep until `done()`, or return False at the timeout."""
+        """Sleep until `done()`, or return False at the timeout.
+
+        A signal handler may raise at any moment of it. So it sleeps on a plain lock: a `Condition`
+        that is interrupted may keep its lock from the engine's thread, or release it twice.
+        """
         end_s = self.now_s() + timeout_s
-        with self._turn:
-            while not done():
-                if self._failure is not None:
-                    raise ArmError(f"the engine's thread ended: {self._failure}")
+        round_ended = threading.Lock()
+        round_ended.acquire()
+        try:
+            self._waiting.append(round_ended)
+            while True:
+                with self.lock:
+                    if done():
+                        return True
+                    if self._failure is not None:
+                        raise ArmError(f"the engine's thread ended: {self._failure}")
                 left_s = (end_s - self.now_s()) / self._speed
                 if left_s <= 0.0:
                     return False
                 # a bounded sleep, because Windows does not interrupt an endless one at Ctrl-C
-                self._turn.wait(min(left_s, LONGEST_SLEEP_S))
-        return True
+                round_ended.acquire(timeout=min(left_s, LONGEST_SLEEP_S))
+        finally:
+            if round_ended in self._waiting:
+                self._waiting.remove(round_ended)
+
+    def _wake_waiting(self) -> None:
+        for round_ended in tuple(self._waiting):
+            if round_ended.locked():
+                round_ended.release()
 
     def wake(self) -> None:
         """End the thread's sleep."""
@@ -369,12 +387,12 @@ class RealPace:
                 # measured from round to round: a suspension may fall anywhere between two
                 last_s, began_s = began_s, time.monotonic()
                 round_s = began_s - last_s
-                with self._turn:
+                with self.lock:
                     self._set_mark(driven=True)
                     if round_s > SUSPENDED_S:
                         engine.suspended(round_s - pause_s)
                     next_s = engine.advance(self.now_s())
-                    self._turn.notify_all()
+                self._wake_waiting()
                 longest_s = LONGEST_SLEEP_S if self._speed <= 1.0 else LONGEST_STEP_S / 2
                 pause_s = min((next_s - self.now_s()) / self._speed, longest_s)
                 pause_s = max(pause_s, 0.0)
@@ -383,9 +401,8 @@ class RealPace:
                 if pause_s > 0.0:
                     self._rest(engine, pause_s)
         except BaseException as failure:
-            with self._turn:
-                self._failure = failure
-                self._turn.notify_all()
+            self._failure = failure
+            self._wake_waiting()
         finally:
             self._set_mark(driven=False)
 

@@ -15,17 +15,16 @@ import json
 import os
 import sys
 import termios
-import threading
 import traceback
 from typing import Any
 
 from mortal_host import ready
+from waiting import until
 
 from armdrive import Arm
 from armdrive.cli.runner import CommandEnded, _signals
 from kinematics import Motors
 
-LONG_S = 600.0
 SPEED = 0.3
 """So slow that no busy computer lets the motion reach its goal before its program is ended."""
 
@@ -53,7 +52,8 @@ def drive(order: dict[str, Any]) -> None:
         under_way(arm)
         if order.get("raises"):
             raise LineFailure
-        threading.Event().wait(LONG_S)
+        # short sleeps: Python notices a signal that comes just before a sleep only after it
+        until(lambda: False, "nothing ended the program")
 
 
 def live(order: dict[str, Any]) -> int:

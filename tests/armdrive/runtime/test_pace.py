@@ -1,9 +1,13 @@
 """Time of an arm: its clock, late and suspended programs."""
 
+import dis
+import itertools
 import math
 import random
+import sys
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import pytest
@@ -137,6 +141,53 @@ def test_in_real_time_a_lost_wire_ends_the_thread_and_every_later_wait_returns_a
         with pytest.raises(ArmError):
             returns(call)
     returns(arm.close)
+
+
+class Interrupted(BaseException):
+    """What a signal handler raises."""
+
+
+@contextmanager
+def interrupted_after(calls: int) -> Iterator[None]:
+    """Raise `Interrupted` after so many calls made by the clock, or by a lock that it uses.
+
+    Python looks for signals after a call, and at the start of a function or of another round of a
+    loop, where the clock has made no call that it would have to undo.
+    """
+    left, after_call = iter(range(calls)), False
+
+    def trace(frame, event, _):
+        nonlocal after_call
+        if frame.f_code.co_filename not in (pace.__file__, threading.__file__):
+            return None
+        frame.f_trace_opcodes = True
+        if event == "opcode":
+            if after_call and next(left, None) is None:
+                sys.settrace(None)
+                raise Interrupted
+            after_call = dis.opname[frame.f_code.co_code[frame.f_lasti]].startswith("CALL")
+        return trace
+
+    sys.settrace(trace)
+    try:
+        yield
+    finally:
+        sys.settrace(None)
+
+
+def test_a_signal_may_interrupt_a_wait_at_any_moment():
+    """Its exception is raised as it is, and the engine's thread is not locked out."""
+    real = RealPace()
+    for calls in itertools.count():
+        try:
+            with interrupted_after(calls):
+                waited = real.wait(lambda: False, 1e-4)
+        except Interrupted:
+            assert not real.lock._is_owned(), calls
+        else:
+            break
+    assert not waited
+    assert calls > 10
 
 
 def test_a_failed_engine_raises_in_every_waiting_call():

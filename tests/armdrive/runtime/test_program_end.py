@@ -138,13 +138,15 @@ def by_suspending(ground: Ground) -> int:
 
 
 FORGETFUL = """
-import os, sys
+import os, select, sys
 from armdrive import Arm, LinkLost
 arm = Arm.connect(order["port"], dialect=order["dialect"])
 arm.enable()
 arm.reference.confirm()
 arm.move_j(base_deg=60, speed=0.3, wait=False)
 under_way(arm)
+while not select.select([0], [], [], 0.05)[0]:
+    pass  # short waits: Python notices a signal that comes just before one only after it
 os.read(0, 1)
 if os.fork() == 0:
     for call in (arm.stop, arm.estop, arm.io.read, lambda: arm.move_j(base_deg=0)):
