@@ -3,6 +3,7 @@
 import functools
 import json
 import math
+from dataclasses import replace
 
 import jsonschema
 import pytest
@@ -281,8 +282,26 @@ def test_a_stop_that_came_since_a_move_was_decided_on_keeps_it_from_beginning():
     arm.run(JointMove({"base_deg": 10.0}))
 
 
-def test_a_park_is_resolved_to_where_it_ends():
+def test_a_park_rises_first_where_the_table_is_in_the_way():
+    arm = ready_arm()
+    low = Pose.of(x_mm=330, y_mm=0, z_mm=1, pitch_deg=0)
+    arm.move_to(replace(low, z_mm=60.0))
+    arm.move_l(low)
+    straight = arm.preview(PoseMove(park_pose(arm.config)))
+    assert "below the table" in str(straight.problem)
+    rise, park = arm.preview(ParkMove()).resolved.moves
+    assert isinstance(rise, LineMove)
+    assert (rise.goal.x_mm, rise.goal.y_mm) == (
+        pytest.approx(low.x_mm, abs=1.0),
+        pytest.approx(low.y_mm, abs=1.0),
+    )
+    assert rise.goal.z_mm > low.z_mm + 10.0
+    assert park == PoseMove(park_pose(arm.config))
+    arm.park()
+    assert arm.pose.z_mm == pytest.approx(park.goal.z_mm, abs=1.0)
 
+
+def test_a_park_is_resolved_to_where_it_ends():
     arm = ready_arm()
     near = arm.model.arm.fk(Joints.of(85.0, 40.0, -100.0, -20.0, 0.0))
     arm.move_to(near)
@@ -303,6 +322,16 @@ def test_an_increment_is_foreseen_and_run_as_far_as_the_bounds_allow():
     assert "ended" in jogged.note or "limit" in jogged.note
     assert foreseen.end.base_deg == pytest.approx(jogged.joints.base_deg, abs=0.2)
     assert arm.start(JogMove(Jog.joint(base=-2.0))).wait().joints.base_deg < jogged.joints.base_deg
+
+
+@pytest.mark.parametrize(
+    ("jog", "kind"), [(Jog.joint(elbow=2.0), JointMove), (Jog.cartesian(z=5.0), LineMove)]
+)
+def test_an_increment_is_resolved_to_the_motion_that_it_makes(jog, kind):
+    arm = ready_arm()
+    resolved = arm.preview(JogMove(jog)).resolved
+    assert type(resolved) is kind
+    assert arm.run(JogMove(jog)).joints.deg == pytest.approx(resolved.goal.deg, abs=0.3)
 
 
 # -- one JSON ---------------------------------------------------------------------------------

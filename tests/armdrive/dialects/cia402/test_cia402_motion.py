@@ -311,6 +311,15 @@ def test_a_homing_that_fails_is_reported():
     assert "drive 1 (base)" in reply.reason
 
 
+def test_a_setting_that_differs_is_mended_by_its_line():
+    rig = Rig()
+    assert rig.do(FixSetting("1: 6065:00 u32 4321")) == Done()
+    (wrong,) = rig.do(ReadSettings()).differences
+    assert wrong.found == "4321"
+    assert rig.do(FixSetting(wrong.fix)) == Done()
+    assert rig.do(ReadSettings()).differences == ()
+
+
 def test_settings_that_differ_are_reported_with_the_line_that_mends_them():
     rig = Rig({"encoder_increments": 4096})
     told = rig.do(ReadSettings())
@@ -318,6 +327,7 @@ def test_settings_that_differ_are_reported_with_the_line_that_mends_them():
     first = next(each for each in told.differences if "608F:01" in each.setting)
     assert (first.found, first.expected, first.must) == ("10000", "4096", True)
     assert first.fix == "1: 608F:01 u32 4096"
+    assert "can only be read" in rig.do(FixSetting(first.fix)).reason
     told = Rig({"encoder_increments": 10_000}).do(ReadSettings())
     assert told.differences == ()
 

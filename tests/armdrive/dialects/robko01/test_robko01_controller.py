@@ -186,6 +186,41 @@ class TestRequests:
         script.device.at(script.now_s + 0.15, run)
         assert "come to rest" in str(script.ask(MOVE, stop_after_s=0.2))
 
+    @pytest.mark.parametrize(
+        ("happens", "words", "alerts"),
+        [
+            (
+                lambda board, _: board.reset(),
+                "reset or lost its power in mid-motion",
+                [AlertKind.RESTARTED],
+            ),
+            (
+                lambda board, _: board.count_from((900, 0, 0, 0, 0, 0)),
+                "is not on the way that was sent",
+                [AlertKind.OFF_PATH],
+            ),
+            (lambda board, now_s: board.drive.rack.stop(now_s), "steps short of its target", []),
+        ],
+        ids=["reset", "off its path", "short"],
+    )
+    def test_a_motion_that_does_not_end_where_it_should_is_told(self, happens, words, alerts):
+        script = enabled()
+        board = script.device.board
+        board.count_from((200, 100, 0, 0, 0, 0))
+        script.device.at(script.now_s + 0.1, lambda: happens(board, script.device.now_s))
+        reply = script.ask(MOVE)
+        assert isinstance(reply, RequestRejected)
+        assert reply.moved
+        assert words in str(reply)
+        assert [event.kind for event in script.events if isinstance(event, Alert)] == alerts
+        assert not board.drive.rack.mask(script.now_s)
+
+    def test_a_motion_that_lasts_much_longer_than_planned_is_stopped(self):
+        script = enabled(quirks=RobkoQuirks(AVR, 700.0, speed_error=8.0))
+        reply = script.do(MoveBy(Motors((1000, 0, 0, 0, 0, 0)), 125.0), longest_s=100.0)
+        assert "the motion had not ended after" in str(reply)
+        assert not script.device.board.drive.rack.mask(script.now_s)
+
     def test_a_move_with_the_motors_off_is_denied_and_nothing_has_moved(self):
         script = Script()
         reply = script.ask(MOVE)
