@@ -39,6 +39,7 @@ from kinematics import (
 )
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.goals import HandTask, Part, goal_of, pose_of
+from kinematics.five_axis.tool_arm import Tool, holding
 from kinematics.frames.rotations import multiply, transpose
 from kinematics.frames.transforms import position_of, rotation_of
 from kinematics.paths.curves import straight_line
@@ -85,6 +86,20 @@ def test_a_mini_mover_by_its_link_table_is_the_five_axis_arm(joints):
     )
     for a, b in zip(TABLE.violations(MINI, joints), TABLE.violations(FIVE, joints), strict=True):
         assert math.isclose(a.value_mm, b.value_mm, abs_tol=1e-9)
+
+
+@given(postures(MINI))
+def test_a_tool_in_the_hand_of_a_link_table_is_where_the_five_axis_arms_is(joints):
+    """A tool that the roll swings out of the arm's plane leaves pitches up to 90 degrees."""
+    for tool in (Tool(along_mm=60.0), Tool(along_mm=60.0, up_mm=12.0, side_mm=-7.0)):
+        ours, theirs = holding(MINI, tool), holding(FIVE, tool)
+        pose = theirs.fk(joints)
+        assume(math.hypot(pose.x_mm, pose.y_mm) > 0.1)
+        if not tool.up_mm or abs(pose.pitch_rad) < math.pi / 2.0 - 0.01:
+            assert same_pose(ours.fk(joints), pose, mm=1e-9, rad=1e-9)
+        assert distance_mm(ours.fk(joints), pose) < 1e-9
+        found = ours.ik(ours.fk(joints), joints)
+        assert distance_mm(theirs.fk(found), pose) < 1e-3
 
 
 def test_stretched_out_the_levers_are_the_five_axis_arms():
