@@ -34,6 +34,7 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Generic, TypeVar
 
 from armdrive.dialects.bus.ledger import (
     EPSILON_S,
@@ -609,10 +610,13 @@ class ObservedDrive:
         return self.goal
 
 
-class Observer:
+D = TypeVar("D", bound=ObservedDrive)
+
+
+class Observer(Generic[D]):
     """The drives of one arm, and the conclusions about all of them."""
 
-    def __init__(self, drives: Sequence[ObservedDrive]) -> None:
+    def __init__(self, drives: Sequence[D]) -> None:
         self.drives = tuple(drives)
         self.returned = False
         """Whether a drive has replied again after an outage, until the motion takes that up."""
@@ -624,10 +628,10 @@ class Observer:
         self._outages = 0  # since the last prompt reading
         self._last_outage_s = -math.inf
 
-    def __getitem__(self, node: int) -> ObservedDrive:
+    def __getitem__(self, node: int) -> D:
         return self._by_node[node]
 
-    def find(self, node: int | None) -> ObservedDrive | None:
+    def find(self, node: int | None) -> D | None:
         """Return the drive with an id; None if there is none."""
         return None if node is None else self._by_node.get(node)
 
@@ -637,14 +641,12 @@ class Observer:
         for drive in self.drives:
             drive.watch()
 
-    def sent(self, drive: ObservedDrive, now_s: float, *, owes: bool) -> None:
+    def sent(self, drive: D, now_s: float, *, owes: bool) -> None:
         """Record a frame to a drive that needs a reply."""
         others = (each.ledger.replied_s for each in self.drives if each is not drive)
         drive.ledger.sent(now_s, max(others, default=0.0), owes=owes)
 
-    def replied(
-        self, drive: ObservedDrive, now_s: float, *, settles: bool, asked: bool = True
-    ) -> None:
+    def replied(self, drive: D, now_s: float, *, settles: bool, asked: bool = True) -> None:
         """Record a frame from a drive, as in `Ledger.replied`.
 
         After an outage each drive may have lost its power: a failing supply looks like a bus
@@ -685,12 +687,12 @@ class Observer:
         return silent_s > min(slowest_s, MAX_DELAY_S)
 
     @property
-    def doubtful(self) -> tuple[ObservedDrive, ...]:
+    def doubtful(self) -> tuple[D, ...]:
         """Return the drives whose last reading is in doubt."""
         return tuple(each for each in self.drives if each.is_doubted)
 
     @property
-    def to_reread(self) -> tuple[ObservedDrive, ...]:
+    def to_reread(self) -> tuple[D, ...]:
         """Those that are to be asked again: none has been asked since that reading."""
         return tuple(each for each in self.doubtful if each.ledger.asked_s <= each.read_s)
 
@@ -706,7 +708,7 @@ class Observer:
         """When a rejection is due; infinity if there is none."""
         return min(each.rejections.due_s for each in self.drives)
 
-    def to_retry(self, now_s: float) -> tuple[ObservedDrive, ...]:
+    def to_retry(self, now_s: float) -> tuple[D, ...]:
         """Return the drives to ask again: they are silent while others reply."""
         replied_s = self.replied_s
         return tuple(each for each in self.drives if now_s >= each.ledger.retry_s(replied_s))

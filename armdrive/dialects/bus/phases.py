@@ -252,12 +252,15 @@ class HomingStatus(Enum):
     FAILED = "failed"
 
 
-class HomingSearch:
+Observed = TypeVar("Observed", bound=ObservedDrive)
+
+
+class HomingSearch(Generic[Observed]):
     """The drives of one group that search for their switches, and what went wrong."""
 
     def __init__(
         self,
-        ranges: Mapping[ObservedDrive, float],
+        ranges: Mapping[Observed, float],
         tolerance: float,
         listened: ListenedTime,
         timeout_s: float,
@@ -270,7 +273,7 @@ class HomingSearch:
         self._most = {drive: OVERTRAVEL * each + tolerance for drive, each in ranges.items()}
         self._listened, self._given_up_s = listened, listened.s + timeout_s
 
-    def note(self, drive: ObservedDrive, status: HomingStatus) -> None:
+    def note(self, drive: Observed, status: HomingStatus) -> None:
         """Record what a drive reports. A search that has left the motor's range has failed."""
         travel = abs((drive.count or 0) - self._starts[drive])
         if status is HomingStatus.FOUND:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import Obstructed
+from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.bus.phases import HomingSearch, HomingStatus, Phase, Signal, home_in_groups
 from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, off_target_alert
@@ -397,7 +398,7 @@ class Cia402Homing:
         self.cycles += 1
         return self.lead.cycle_ends_s
 
-    def _judge(self, search: HomingSearch) -> Signal | None:
+    def _judge(self, search: HomingSearch[ObservedDrive]) -> Signal | None:
         """Return whether all drives are home."""
         if self.cycles % PROGRESS_CYCLES == 0:
             self.lead.io.progress()
