@@ -23,14 +23,7 @@ from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.cia402.compare import compare, fix
 from armdrive.dialects.cia402.contact import Cia402Contact
-from armdrive.dialects.cia402.exchange import (
-    BEATS_LOST,
-    Cia402Exchange,
-    DriveStates,
-    ObjectTransfers,
-    Script,
-)
-from armdrive.dialects.cia402.leading import MotionLead
+from armdrive.dialects.cia402.exchange import BEATS_LOST, Cia402Exchange, Script
 from armdrive.dialects.cia402.measuring import UnitMeasurement
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
@@ -83,13 +76,11 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self._arm = config.name
         super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.bus, io)
         self.group = io.group
-        self._transfers, states = ObjectTransfers(io), DriveStates(io)
-        lead = MotionLead(io, self._transfers, states)
-        self._contact = Cia402Contact(io, self._transfers, states, limits.quick_hz_s)
-        self._cyclic = CyclicMotion(lead, limits)
-        self._profile = ProfileMotion(lead, limits)
-        self._homing = Cia402Homing(lead, limits)
-        self._measurement = UnitMeasurement(lead)
+        self._contact = Cia402Contact(io, limits.quick_hz_s)
+        self._cyclic = CyclicMotion(io, limits)
+        self._profile = ProfileMotion(io, limits)
+        self._homing = Cia402Homing(io, limits)
+        self._measurement = UnitMeasurement(io)
         self._silent_s = BEATS_LOST * settings.drive_heartbeat_ms / 1000.0
         self.abilities = replace(
             self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
@@ -135,9 +126,9 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             case ReadPosition():
                 return (yield from contact.read())
             case ReadSettings():
-                return (yield from compare(self._transfers, self.settings))
+                return (yield from compare(self._exchange))
             case FixSetting(line):
-                return (yield from fix(self._transfers, line))
+                return (yield from fix(self._exchange, line))
             case SwitchOn():
                 return (yield from contact.switch_on())
             case DropCurrent():
@@ -192,7 +183,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
     def give_up(self) -> None:
         """Give up all transfers."""
-        self._transfers.give_up()
+        self._exchange.transfers.give_up()
 
     # -- what the engine calls ----------------------------------------------------------------
 
