@@ -509,15 +509,14 @@ class ObservedDrive:
         return bool(turns) and near and -rest <= count < self.bounds.turn + rest
 
     @property
-    def is_elsewhere(self) -> bool:
-        """Whether it was out of reach twice: no shaft can have turned there."""
-        found = None if self.verdict is None else self.verdict.finding
-        return found in (DriveFinding.RESTARTED, DriveFinding.ELSEWHERE)
+    def finding(self) -> DriveFinding:
+        """What its last reading shows."""
+        return DriveFinding.FITS if self.verdict is None else self.verdict.finding
 
     @property
-    def has_restarted(self) -> bool:
-        """Whether it restarted and counts from zero again."""
-        return self.verdict is not None and self.verdict.finding is DriveFinding.RESTARTED
+    def is_elsewhere(self) -> bool:
+        """Whether it was out of reach twice: no shaft can have turned there."""
+        return self.finding in (DriveFinding.RESTARTED, DriveFinding.ELSEWHERE)
 
     def may_have_restarted(self, now_s: float) -> bool:
         """Whether its next order might turn it from a new zero.
@@ -525,17 +524,12 @@ class ObservedDrive:
         It is silent, or out of reach, or still owes replies: then it was not read since, or may
         count from zero.
         """
-        if self.is_doubted or self.ledger.silent:
+        if self.finding is DriveFinding.DOUBTED or self.ledger.silent:
             return True
         away_s = self.absence.suspected_s
         return self.absence.suspected and (
             self.read_s < away_s or self.counts_from_zero(away_s, now_s)
         )
-
-    @property
-    def is_doubted(self) -> bool:
-        """Whether its last reading is in doubt."""
-        return self.verdict is not None and self.verdict.finding is DriveFinding.DOUBTED
 
     @property
     def is_within_reach(self) -> bool:
@@ -689,7 +683,7 @@ class Observer(Generic[D]):
     @property
     def doubtful(self) -> tuple[D, ...]:
         """Return the drives whose last reading is in doubt."""
-        return tuple(each for each in self.drives if each.is_doubted)
+        return tuple(each for each in self.drives if each.finding is DriveFinding.DOUBTED)
 
     @property
     def to_reread(self) -> tuple[D, ...]:
@@ -718,7 +712,7 @@ class Observer(Generic[D]):
     def judge(self) -> Verdict | None:
         """Return the verdict that ends the motion, or None."""
         for drive in self.drives:
-            if drive.verdict is not None and drive.verdict.finding.ends:
+            if drive.finding.ends:
                 return drive.verdict
         return self.silence()
 

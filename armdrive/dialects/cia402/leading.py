@@ -468,10 +468,10 @@ class Cia402Brakes:
 
 def _departed(drive: Cia402Drive) -> Alert | None:
     """Return that a drive has left its path; None if its last reading agrees with its orders."""
-    verdict = drive.shaft.verdict
-    if verdict is None or not verdict.finding.ends:
+    finding = drive.shaft.finding
+    if not finding.ends:
         return None
-    if verdict.finding is DriveFinding.RESTARTED:
+    if finding is DriveFinding.RESTARTED:
         words = f"{drive} counts from zero: it was reset, or lost its power for a moment"
         return Alert(AlertKind.RESTARTED, words)
     return off_target_alert(drive)

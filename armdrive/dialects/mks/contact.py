@@ -321,9 +321,7 @@ class MksContact:
     def adopt_positions(self) -> MksScript[None]:
         """Read where the drives stand, and take that for their targets."""
         io = self._io
-        began_s = io.now_s
-        if missing := (yield from io.look()):
-            raise Obstructed(io.absence(missing, began_s))
+        yield from io.require_positions()
         for drive in io.drives:
             io.host.settle(drive.node)
             drive.stand(io.now_s)

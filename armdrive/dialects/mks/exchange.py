@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import ALL_SILENT, absence
+from armdrive.dialects.bus.drives import ALL_SILENT, Obstructed, absence
 from armdrive.dialects.bus.ledger import LAST_TRY_S, TRIES, LateReplies, SurplusAnswers
 from armdrive.dialects.bus.observer import Observer
 from armdrive.dialects.exchange import Script as ExchangeScript
@@ -229,6 +229,12 @@ class MksExchange(ScriptIO[Event]):
         asked = self.drives if drives is None else tuple(drives)
         found = yield from self.read(ReadEncoder(), asked, tries=tries)
         return tuple(drive for drive in asked if drive not in found)
+
+    def require_positions(self) -> MksScript[None]:
+        """Read every position. Raises `Obstructed` if a drive does not answer."""
+        began_s = self.now_s
+        if missing := (yield from self.look()):
+            raise Obstructed(self.absence(missing, began_s))
 
     # -- receiving ----------------------------------------------------------------------------
 

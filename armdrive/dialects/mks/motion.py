@@ -14,7 +14,6 @@ from armdrive.dialects.bus.drives import (
     NONE_HEARD,
     SLOW_BUS,
     Obstructed,
-    absent_words,
     not_heard_words,
 )
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S, TRIES
@@ -70,9 +69,8 @@ class MksMotion:
         for drive in io.drives:
             if drive.two_zeros:
                 raise Obstructed(drive.two_zeros)
-        stale = any(drive.read_s < io.now_s - FRESH_POSITION_S for drive in io.drives)
-        if stale and (missing := (yield from io.look())):
-            raise Obstructed(absent_words(missing, "id"))
+        if any(drive.read_s < io.now_s - FRESH_POSITION_S for drive in io.drives):
+            yield from io.require_positions()
         for drive in io.drives:
             drive.stand(io.now_s)
         io.observer.watch()

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.ledger import MUTE_POLLS
-from armdrive.dialects.bus.observer import APART_S
+from armdrive.dialects.bus.observer import APART_S, DriveFinding
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
 from armdrive.dialects.mks.drive import MksDrive
@@ -127,7 +127,7 @@ class MksBrakes:
         """Record that a drive stands, and report one that stands off its path."""
         self._io.host.settle(drive.node)
         if self._judged and drive.course.max_speed:  # a homing drive has no path
-            if drive.has_restarted:
+            if drive.finding is DriveFinding.RESTARTED:
                 self._io.notify(Alert(AlertKind.RESTARTED, restarted_words(drive)))
             elif drive.is_elsewhere or drive.rests_off_path:
                 self._io.notify(Alert(AlertKind.OFF_PATH, _off_path_words(drive)))
