@@ -20,9 +20,9 @@ The intervals, for a reading that arrived at r and was asked for at q or later:
 After an outage the orders that a drive has received, and when, are not known. So its course begins
 again at its reading, at the speed that two prompt readings show, and it is judged from there on.
 
-An order is in force from when it is sent until REPLY_TIMEOUT_S after its successor was sent. Rules
-that no interval expresses are in `ledger` (absence, late replies, rejections) and `contour` (the
-drives together: off path, weak).
+The orders in force are those that a drive may still obey (`paths.Course.in_force`). Rules that no
+interval expresses are in `ledger` (absence, late replies, rejections) and `contour` (the drives
+together: off path, weak).
 
 Pure: no clock, no wire. Counts, seconds.
 """
@@ -40,7 +40,6 @@ from armdrive.dialects.bus.ledger import (
     EPSILON_S,
     LOOK_S,
     MUTE_POLLS,
-    REPLY_TIMEOUT_S,
     Ledger,
     Rejections,
 )
@@ -469,14 +468,11 @@ class ObservedDrive:
     def _reach(self, now_s: float) -> Interval:
         """Return where the shaft can have turned since its last reading in reach."""
         count, since_s = self._fit or (float(self.count or 0), now_s)
-        orders = self.course.in_force(since_s, REPLY_TIMEOUT_S)
-        up = SPEED_ERROR * max((order.up for order in orders), default=0.0)
-        down = SPEED_ERROR * max((order.down for order in orders), default=0.0)
-        goals = [order.goal for order in orders] or [self.course.goal]
+        orders, brakes = self.course.in_force(since_s), self.course.braking
+        up, down, goals = SPEED_ERROR * orders.up, SPEED_ERROR * orders.down, orders.goals
         # no farther than its targets, plus the distance that it needs to brake and turn back
-        brakes = self.course.braking
-        high = count + min(_ran(up, now_s - since_s), max(max(goals) - count + brakes(up), 0.0))
-        low = count - min(_ran(down, now_s - since_s), max(count - min(goals) + brakes(down), 0.0))
+        high = count + min(_ran(up, now_s - since_s), max(goals.high - count + brakes(up), 0.0))
+        low = count - min(_ran(down, now_s - since_s), max(count - goals.low + brakes(down), 0.0))
         lately = [each.hull(self._ordered_from_s) for each in (self.course, self.ordered)]
         low = min(low, *(each.low for each in lately))
         high = max(high, *(each.high for each in lately))
@@ -484,11 +480,7 @@ class ObservedDrive:
 
     def _late(self, now_s: float) -> float:
         """Return how far it turns during the allowed delay."""
-        return _ran(self._fastest(now_s), self.bounds.late_s)
-
-    def _fastest(self, since_s: float) -> float:
-        orders = self.course.in_force(since_s, REPLY_TIMEOUT_S)
-        return max((max(each.up, each.down) for each in orders), default=0.0)
+        return _ran(self.course.in_force(now_s).fastest, self.bounds.late_s)
 
     def margin(self, now_s: float) -> float:
         """Return how far it may be from the common path of all drives."""
@@ -500,7 +492,7 @@ class ObservedDrive:
         Some encoders know their angle within a turn and start counting there.
         """
         count, rest = self.count or 0, self.bounds.rest
-        if abs(count) <= rest + _ran(self._fastest(since_s), now_s - since_s):
+        if abs(count) <= rest + _ran(self.course.in_force(since_s).fastest, now_s - since_s):
             return True
         if self.moving or not self.bounds.turn:
             return False
@@ -576,11 +568,6 @@ class ObservedDrive:
     def is_near(self) -> bool:
         """Whether its last count is at its target."""
         return self.count is not None and abs(self.count - self.goal) <= self.bounds.rest
-
-    def targets_in_force(self, now_s: float) -> Interval:
-        """Return the range of targets that it may still be turning to."""
-        goals = [order.goal for order in self.course.in_force(now_s, REPLY_TIMEOUT_S)]
-        return Interval(min(goals, default=self.goal), max(goals, default=self.goal))
 
     @property
     def is_on_path(self) -> bool:

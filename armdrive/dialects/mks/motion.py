@@ -516,7 +516,7 @@ def found_off_path(run: MotionRun) -> Verdict | None:
         early_s = max(trip.time_s - KEPT_S, 0.0)
         spans = (
             trip.path.span(motor, early_s, trip.sent_s),
-            drive.targets_in_force(run.io.now_s),
+            drive.course.in_force(run.io.now_s).goals,
         )
         if min(span.beyond(drive.count or 0) for span in spans) > drive.bounds.corridor:
             return _blocked(drive)
