@@ -241,9 +241,10 @@ class ObservedDrive:
         self.ledger = Ledger()
         self.absence = self.ledger.absence
         self.rejections = Rejections()
-        self.count: int | None = None
+        self.count = 0
         """Its last count."""
         self.read_s = -math.inf
+        """When that was read; minus infinity before the first reading."""
         self.asked_s = -math.inf
         """The earliest moment at which the last reading can have been sampled."""
         self.prompt_s = -math.inf
@@ -300,7 +301,7 @@ class ObservedDrive:
         self.course.advance(now_s)
         ends = [self.course.place, self.course.goal]  # the stop may be lost: then it goes on
         if now_s > self.read_s + self.bounds.late_s:
-            ends.append(float(self.count or 0))
+            ends.append(float(self.count))
         margin = self.bounds.corridor + self._late(now_s)
         self._rest = Interval(min(ends), max(ends)).widened(margin)
 
@@ -318,7 +319,7 @@ class ObservedDrive:
         Its course may have left both: it followed the readings of a drive that homed by itself.
         """
         if self.moving or not self.is_near:
-            self.rest_at(self.count or 0, now_s)
+            self.rest_at(self.count, now_s)
             return
         self._rest_courses_at(self.goal, now_s)
         self._restart_comparison(now_s)
@@ -333,7 +334,7 @@ class ObservedDrive:
         The drive is judged from there on: its orders during the outage may have come late.
         """
         self.verdict = None
-        at, speed = float(self.count or 0), self.measured_speed or 0.0
+        at, speed = float(self.count), self.measured_speed or 0.0
         for course in (self.course, self.ordered):
             course.put(at, speed, self.asked_s)
             course.advance(now_s)
@@ -341,7 +342,7 @@ class ObservedDrive:
 
     def watch(self) -> None:
         """Begin a motion: judge the drive from its last reading on."""
-        self._fit = None if self.count is None else (float(self.count), self.asked_s)
+        self._fit = (float(self.count), self.asked_s) if self.is_located else None
         self._outside, self.verdict = 0, None
         self.ledger.forget()  # it was read after anything it missed while standing
         self.rejections.forget()
@@ -383,7 +384,7 @@ class ObservedDrive:
 
         `off` is how far the shaft is from where its orders had it within the allowed delay.
         """
-        count = self.count or 0
+        count = self.count
         if self._outside >= CONFIRMING_LOOKS:
             since_s = self._fit[1] if self._fit else now_s
             restarted = self.counts_from_zero(since_s, now_s)
@@ -426,7 +427,7 @@ class ObservedDrive:
 
         One that is ahead, since the order to slow down came late, goes on until its course comes.
         """
-        count, place = self.count or 0, self.course.place
+        count, place = self.count, self.course.place
         turned, ran = count - before.count, place - before.place
         nearer = abs(place - count) < abs(before.place - before.count) - self.bounds.rest
         follows = turned * ran >= PROGRESS_SHARE * ran * ran > 0.0
@@ -467,7 +468,7 @@ class ObservedDrive:
 
     def _reach(self, now_s: float) -> Interval:
         """Return where the shaft can have turned since its last reading in reach."""
-        count, since_s = self._fit or (float(self.count or 0), now_s)
+        count, since_s = self._fit or (float(self.count), now_s)
         orders, brakes = self.course.in_force(since_s), self.course.braking
         up, down, goals = SPEED_ERROR * orders.up, SPEED_ERROR * orders.down, orders.goals
         # no farther than its targets, plus the distance that it needs to brake and turn back
@@ -491,7 +492,7 @@ class ObservedDrive:
 
         Some encoders know their angle within a turn and start counting there.
         """
-        count, rest = self.count or 0, self.bounds.rest
+        count, rest = self.count, self.bounds.rest
         if abs(count) <= rest + _ran(self.course.in_force(since_s).fastest, now_s - since_s):
             return True
         if self.moving or not self.bounds.turn:
@@ -531,7 +532,7 @@ class ObservedDrive:
     @property
     def rests_off_path(self) -> bool:
         """Whether it came to rest outside the interval of its stop."""
-        return bool(self.course.max_speed) and (self.count or 0) not in self._rest
+        return bool(self.course.max_speed) and self.count not in self._rest
 
     @property
     def still_s(self) -> float:
@@ -565,21 +566,26 @@ class ObservedDrive:
         return sign * min(sign * mean + course.slope * longest_s / 2.0, most)
 
     @property
+    def is_located(self) -> bool:
+        """Whether its position has been read."""
+        return math.isfinite(self.read_s)
+
+    @property
     def is_near(self) -> bool:
         """Whether its last count is at its target."""
-        return self.count is not None and abs(self.count - self.goal) <= self.bounds.rest
+        return self.is_located and abs(self.count - self.goal) <= self.bounds.rest
 
     @property
     def is_on_path(self) -> bool:
         """Whether its last count is between targets that it received."""
-        return (self.count or 0) in self.sent.widened(self.bounds.corridor)
+        return self.count in self.sent.widened(self.bounds.corridor)
 
     # -- register -----------------------------------------------------------------------------
 
     @property
     def register(self) -> int:
         """Its count; that of its target if it stands there, since a position loop trembles."""
-        if self.count is None or (not self.moving and self.is_near):
+        if not self.is_located or (not self.moving and self.is_near):
             return self.goal
         return self.count
 
@@ -713,7 +719,7 @@ class Observer(Generic[D]):
             return None
         else:
             finding = DriveFinding.MUTE if others else DriveFinding.SILENT
-        return Verdict(drive, finding, drive.count or 0, drive.course.place)
+        return Verdict(drive, finding, drive.count, drive.course.place)
 
 
 def unwrapped(

@@ -104,7 +104,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         target: int | None = None,
     ) -> None:
         """Send a drive a controlword, a mode and a target, by default its last position."""
-        target = drive.seen if target is None else target
+        target = drive.shaft.count if target is None else target
         self.write(self.bus.command(drive.node, word, mode, target))
 
     def send_nmt(self, command: canopen.NmtCommand, drives: Collection[Cia402Drive]) -> None:
@@ -304,7 +304,7 @@ class DriveStates:
         """
         if self.io.group.is_cyclic:
             return
-        points = SetPoints({drive: drive.seen for drive in drives})
+        points = SetPoints({drive: drive.shaft.count for drive in drives})
         yield from self._repeat(
             lambda: points.except_in(canopen.Phase.UNDER_WAY, canopen.Phase.FREE),
             lambda drive, _: points.send(self.io, drive),

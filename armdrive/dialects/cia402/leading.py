@@ -396,7 +396,7 @@ class Arriving(CycleStage):
                 continue
             self._read_s[drive] = drive.shaft.read_s
             if drive.shaft.is_near:
-                exact = abs(drive.seen - drive.shaft.goal) <= EXACT_REACH
+                exact = abs(drive.shaft.count - drive.shaft.goal) <= EXACT_REACH
                 self._arrived[drive] += EXACT if exact else 1
                 continue
             self._arrived[drive] = 0

@@ -122,7 +122,7 @@ class UnitMeasurement:
         """Measure the units of a drive, whose motor turns by at most `steps` and back."""
         yield from prepare(self._io, self._io.group.resting_mode)
         yield from self._io.states.take_mode((drive,), canopen.OperationMode.PROFILE_POSITION)
-        start = drive.seen
+        start = drive.shaft.count
         try:
             speed, ramp = yield from self._timed(drive, start, steps)
         except Obstructed:
@@ -260,7 +260,7 @@ class Turn(CycleStage):
     def __init__(self, run: MotionRun, drive: Cia402Drive, points: SetPoints, for_s: float) -> None:
         super().__init__(run)
         self._drive, self._points = drive, points
-        self._begin, self._goal = drive.seen, points.goals[drive]
+        self._begin, self._goal = drive.shaft.count, points.goals[drive]
         self._until_s = run.io.listened.s + for_s
         self.readings: list[tuple[float, int]] = []
         """Times, and increments from its start."""
@@ -279,8 +279,8 @@ class Turn(CycleStage):
         direction = 1 if self._goal >= self._begin else -1
         sampled_s = shaft.asked_s  # at the SYNC
         if not self.readings or sampled_s > self.readings[-1][0]:
-            self.readings.append((sampled_s, direction * (drive.seen - self._begin)))
+            self.readings.append((sampled_s, direction * (drive.shaft.count - self._begin)))
             self.late |= shaft.read_s > sampled_s + PROMPT_REPLY_S
-        near = abs(drive.seen - self._goal) <= shaft.bounds.tremble
+        near = abs(drive.shaft.count - self._goal) <= shaft.bounds.tremble
         there = near and drive.stands(self.run.began_s, REST_S)
         return Signal.ARRIVED if there or self.io.listened.s > self._until_s else None

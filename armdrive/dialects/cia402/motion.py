@@ -407,7 +407,7 @@ class Searching(CycleStage):
     def send(self) -> float:
         """Let the drives of the group search; the others stay in their resting mode."""
         for drive in self._group:
-            self.io.command(drive, GO, OperationMode.HOMING, drive.seen)
+            self.io.command(drive, GO, OperationMode.HOMING, drive.shaft.count)
         self._cycles += 1
         return self.run.cycle_ends_s
 

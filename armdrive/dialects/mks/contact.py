@@ -167,7 +167,7 @@ class MksInquiry:
 
     def found_at_rest(self, drive: MksDrive) -> MksScript[Alert]:
         """Find out why a drive that had no new target has moved."""
-        now_s, count = self._io.now_s, drive.count or 0
+        now_s, count = self._io.now_s, drive.count
         restarted = drive.counts_from_zero(now_s, now_s)
         finding = DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE
         verdict = Verdict(drive, finding, count, drive.goal)
@@ -239,7 +239,7 @@ class MksContact:
         yield from self._end_earlier_motion()
         yield from self.adopt_positions()
         for drive in io.drives:
-            drive.rest_at(drive.count or 0, io.now_s)
+            drive.rest_at(drive.count, io.now_s)
             drive.fresh = True
         self.watched = not (yield from self._unwatched())
         self.connected = True
@@ -315,7 +315,7 @@ class MksContact:
             if not self.on or drive.moving or drive.is_near:
                 continue
             io.notify((yield from self._inquiry.found_at_rest(drive)))
-            drive.rest_at(drive.count or 0, io.now_s)
+            drive.rest_at(drive.count, io.now_s)
         return io.registers()
 
     def adopt_positions(self) -> MksScript[None]:

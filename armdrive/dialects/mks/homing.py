@@ -55,7 +55,7 @@ ZERO_COUNTS = COUNTS_PER_TURN // 8
 def two_zeros_words(drive: MksDrive) -> str:
     """Return that a drive's reading and its targets count from different places."""
     return (
-        f"{drive} has a new zero, but still reads {counted(drive.count or 0, 'count')} there: its "
+        f"{drive} has a new zero, but still reads {counted(drive.count, 'count')} there: its "
         "targets count from another place than its readings, so it would turn to a wrong one. "
         "End this program. Switch the drives' supply off and on, which makes both zero. Then "
         "connect again and reference the arm by hand (without a section [homing])"
@@ -124,7 +124,7 @@ class MksHoming:
             io.host.settle(drive.node)
             drive.moving = False
         yield from io.look(drives)
-        off = [drive for drive in drives if abs(drive.count or 0) > ZERO_COUNTS]
+        off = [drive for drive in drives if abs(drive.count) > ZERO_COUNTS]
         if off:
             off[0].two_zeros = two_zeros_words(off[0])
             return RequestRejected(off[0].two_zeros)

@@ -256,7 +256,7 @@ class MotionRun:
         """Continue from where the drives are; a part driven twice is better than one left out."""
         io = self.io
         early_s = max(trip.time_s - KEPT_S, 0.0)
-        counts = [drive.count or 0 for drive in io.drives]
+        counts = [drive.count for drive in io.drives]
         trip.resume(trip.path.nearest_s(counts, early_s, trip.sent_s), io.now_s)
         for drive in io.drives:
             drive.resume_from_reading(io.now_s)
@@ -495,7 +495,7 @@ def ask_all(io: MksExchange) -> None:
     """Ask every drive for its position, and report the last positions."""
     for drive in io.drives:
         io.put(drive, ReadEncoder())
-    if any(drive.count is not None for drive in io.drives):
+    if any(drive.is_located for drive in io.drives):
         io.notify(Progress(io.registers()))
 
 
@@ -518,10 +518,10 @@ def found_off_path(run: MotionRun) -> Verdict | None:
             trip.path.span(motor, early_s, trip.sent_s),
             drive.course.in_force(run.io.now_s).goals,
         )
-        if min(span.beyond(drive.count or 0) for span in spans) > drive.bounds.corridor:
+        if min(span.beyond(drive.count) for span in spans) > drive.bounds.corridor:
             return _blocked(drive)
     return None
 
 
 def _blocked(drive: MksDrive) -> Verdict:
-    return Verdict(drive, DriveFinding.BLOCKED, drive.count or 0, drive.course.place)
+    return Verdict(drive, DriveFinding.BLOCKED, drive.count, drive.course.place)

@@ -196,7 +196,7 @@ class Steering:
         distance = target - drive.course.place
         lag = drive.lag
         if self._is_unconfirmed(drive):
-            lag = drive.course.place - (drive.count or 0)
+            lag = drive.course.place - drive.count
         lag = max(math.copysign(1.0, distance) * lag, 0.0)
         return abs(distance) + (lag if lag > drive.bounds.rest else 0.0)
 

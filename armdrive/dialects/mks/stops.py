@@ -131,7 +131,7 @@ class MksBrakes:
                 self._io.notify(Alert(AlertKind.RESTARTED, restarted_words(drive)))
             elif drive.is_elsewhere or drive.rests_off_path:
                 self._io.notify(Alert(AlertKind.OFF_PATH, _off_path_words(drive)))
-        drive.rest_at(drive.count or 0, now_s)
+        drive.rest_at(drive.count, now_s)
 
     def is_mute(self, drive: MksDrive) -> bool:
         """Return whether a drive has left too many questions unanswered."""
@@ -220,7 +220,7 @@ class MksStops:
         for drive, answer in found.items():
             if not isinstance(answer, AngleErrorRead):
                 continue
-            here = drive.count or 0
+            here = drive.count
             off = round(answer.error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)
             if abs(off) <= io.settings.in_position_counts:
                 continue
