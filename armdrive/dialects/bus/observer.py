@@ -257,7 +257,8 @@ class ObservedDrive:
         """Whether it has received no target since it was found standing."""
         self.lag = 0.0
         """How far its orders were ahead of it at the last reading."""
-        self.verdict: Verdict | None = None
+        self.finding = DriveFinding.FITS
+        """What its last reading shows."""
         self.sent = Interval(0.0, 0.0)
         """The range of its targets since it stood last."""
         self.shares = TurnedShares(WEAK_MIN_CORRIDOR * bounds.corridor)
@@ -272,6 +273,8 @@ class ObservedDrive:
         """Since when its readings find it off its course; infinity while they do not."""
         self._met: _Look | None = None
         """The look that the course was last compared with."""
+        self._place = 0.0
+        """Where its course had it at the last reading."""
         self._rest = Interval(-math.inf, math.inf)
         """Where it may come to rest after a stop."""
 
@@ -333,7 +336,7 @@ class ObservedDrive:
 
         The drive is judged from there on: its orders during the outage may have come late.
         """
-        self.verdict = None
+        self.finding = DriveFinding.FITS
         at, speed = float(self.count), self.measured_speed or 0.0
         for course in (self.course, self.ordered):
             course.put(at, speed, self.asked_s)
@@ -343,7 +346,7 @@ class ObservedDrive:
     def watch(self) -> None:
         """Begin a motion: judge the drive from its last reading on."""
         self._fit = (float(self.count), self.asked_s) if self.is_located else None
-        self._outside, self.verdict = 0, None
+        self._outside, self.finding = 0, DriveFinding.FITS
         self.ledger.forget()  # it was read after anything it missed while standing
         self.rejections.forget()
 
@@ -374,9 +377,8 @@ class ObservedDrive:
             self.lag = course.place - count
         else:
             self._outside += 1
-        finding = self._judge(off, now_s)
-        self.verdict = Verdict(self, finding, count, course.place)
-        if self.moving and finding in (DriveFinding.FITS, DriveFinding.BEHIND):
+        self.finding, self._place = self._judge(off, now_s), course.place
+        if self.moving and self.finding in (DriveFinding.FITS, DriveFinding.BEHIND):
             self._correct_course(count, now_s)
 
     def _judge(self, off: float, now_s: float) -> DriveFinding:
@@ -502,9 +504,9 @@ class ObservedDrive:
         return bool(turns) and near and -rest <= count < self.bounds.turn + rest
 
     @property
-    def finding(self) -> DriveFinding:
-        """What its last reading shows."""
-        return DriveFinding.FITS if self.verdict is None else self.verdict.finding
+    def verdict(self) -> Verdict:
+        """The verdict on its last reading."""
+        return Verdict(self, self.finding, self.count, self._place)
 
     @property
     def is_elsewhere(self) -> bool:
