@@ -176,21 +176,6 @@ class ScriptRunner(ABC, Generic[H]):
 
     # -- what most dialects share -------------------------------------------------------------
 
-    def answer_without_device(self, request: Request) -> Reply:
-        """Answer a request for which the dialect has no message.
-
-        Without alarms, a switch for the current and settings there is nothing to do. Raises
-        `Refused` for all other requests.
-        """
-        match request:
-            case ClearFault() | SwitchOn():
-                return Done()
-            case ReadSettings():
-                return DeviceSettings()
-            case FixSetting():
-                raise Refused("this controller has no settings that can be written")
-        raise Refused(f"this controller does not support {type(request).__name__}")
-
     def whole_burst(
         self, burst_s: float, parts: Sequence[StopPart], sent_s: float, seen_s: float
     ) -> Stopping:
@@ -235,6 +220,22 @@ class ScriptRunner(ABC, Generic[H]):
             there + (count - there + half) % span - half
             for count, there in zip(registers, near, strict=True)
         )
+
+
+def answer_without_device(request: Request) -> Reply:
+    """Answer a request for which a dialect has no message.
+
+    Without alarms, a switch for the current and settings there is nothing to do. Raises `Refused`
+    for all other requests.
+    """
+    match request:
+        case ClearFault() | SwitchOn():
+            return Done()
+        case ReadSettings():
+            return DeviceSettings()
+        case FixSetting():
+            raise Refused("this controller has no settings that can be written")
+    raise Refused(f"this controller does not support {type(request).__name__}")
 
 
 Controller: TypeAlias = ScriptRunner[Any]

@@ -530,14 +530,14 @@ _ON_BUS = tuple(
             "drive-mode",
             "MOTOR MODE",
             "a drive is in another mode",
-            _changing(DrivesBoard.set_mode),
+            _changing(lambda board, at, mode: board.node(at).set_mode(mode, board.now_s)),
             replaces=True,
         ),
         FaultKind(
             "drive-id",
             "MOTOR ID",
             "a drive has another id",
-            _changing(DrivesBoard.set_id),
+            _changing(lambda board, at, number: board.node(at).set_id(number, board.now_s)),
             replaces=True,
         ),
         FaultKind(

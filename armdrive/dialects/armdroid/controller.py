@@ -16,7 +16,13 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, deviation_steps
-from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import (
+    HOST_DELAY_S,
+    ScriptRunner,
+    StopPart,
+    Stopping,
+    answer_without_device,
+)
 from armdrive.dialects.exchange import Script, ScriptIO, T
 from armdrive.tasks import (
     Alert,
@@ -159,7 +165,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                     self._board.settle(), lambda _: DeviceSettings(firmware=self._board.firmware)
                 )
             case _:
-                return _at_once(self.answer_without_device(request))
+                return _at_once(answer_without_device(request))
 
     def unsolicited(self, event: HostEvent) -> None:
         """Report an unexpected line; `Welcome` means a restart unless it is the session's first."""

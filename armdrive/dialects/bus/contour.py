@@ -35,7 +35,7 @@ class ContourCheck:
         `asked_at_s` is the path time of that look. Drives that all lag by the same time are on
         the path, only later.
         """
-        path, counts = self._path, [drive.count or 0 for drive in self._drives]
+        path, counts = self._path, [drive.count for drive in self._drives]
         slow = self._weak()
         if slow is not None:
             off = abs(path.at(slow, asked_at_s) - counts[slow])
@@ -58,7 +58,7 @@ class ContourCheck:
         return self._verdict(worst, path.at(worst, late_s), DriveFinding.OFF_PATH)
 
     def _verdict(self, motor: int, place: float, finding: DriveFinding) -> Verdict:
-        drive, count = self._drives[motor], self._drives[motor].count or 0
+        drive, count = self._drives[motor], self._drives[motor].count
         return Verdict(drive, finding, count, place, abs(round(place) - count))
 
     def _weak(self) -> int | None:

@@ -20,9 +20,9 @@ The intervals, for a reading that arrived at r and was asked for at q or later:
 After an outage the orders that a drive has received, and when, are not known. So its course begins
 again at its reading, at the speed that two prompt readings show, and it is judged from there on.
 
-An order is in force from when it is sent until REPLY_TIMEOUT_S after its successor was sent. Rules
-that no interval expresses are in `ledger` (absence, late replies, rejections) and `contour` (the
-drives together: off path, weak).
+The orders in force are those that a drive may still obey (`paths.Course.in_force`). Rules that no
+interval expresses are in `ledger` (absence, late replies, rejections) and `contour` (the drives
+together: off path, weak).
 
 Pure: no clock, no wire. Counts, seconds.
 """
@@ -34,12 +34,12 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Generic, TypeVar
 
 from armdrive.dialects.bus.ledger import (
     EPSILON_S,
     LOOK_S,
     MUTE_POLLS,
-    REPLY_TIMEOUT_S,
     Ledger,
     Rejections,
 )
@@ -241,9 +241,10 @@ class ObservedDrive:
         self.ledger = Ledger()
         self.absence = self.ledger.absence
         self.rejections = Rejections()
-        self.count: int | None = None
+        self.count = 0
         """Its last count."""
         self.read_s = -math.inf
+        """When that was read; minus infinity before the first reading."""
         self.asked_s = -math.inf
         """The earliest moment at which the last reading can have been sampled."""
         self.prompt_s = -math.inf
@@ -256,7 +257,8 @@ class ObservedDrive:
         """Whether it has received no target since it was found standing."""
         self.lag = 0.0
         """How far its orders were ahead of it at the last reading."""
-        self.verdict: Verdict | None = None
+        self.finding = DriveFinding.FITS
+        """What its last reading shows."""
         self.sent = Interval(0.0, 0.0)
         """The range of its targets since it stood last."""
         self.shares = TurnedShares(WEAK_MIN_CORRIDOR * bounds.corridor)
@@ -271,6 +273,8 @@ class ObservedDrive:
         """Since when its readings find it off its course; infinity while they do not."""
         self._met: _Look | None = None
         """The look that the course was last compared with."""
+        self._place = 0.0
+        """Where its course had it at the last reading."""
         self._rest = Interval(-math.inf, math.inf)
         """Where it may come to rest after a stop."""
 
@@ -300,7 +304,7 @@ class ObservedDrive:
         self.course.advance(now_s)
         ends = [self.course.place, self.course.goal]  # the stop may be lost: then it goes on
         if now_s > self.read_s + self.bounds.late_s:
-            ends.append(float(self.count or 0))
+            ends.append(float(self.count))
         margin = self.bounds.corridor + self._late(now_s)
         self._rest = Interval(min(ends), max(ends)).widened(margin)
 
@@ -318,7 +322,7 @@ class ObservedDrive:
         Its course may have left both: it followed the readings of a drive that homed by itself.
         """
         if self.moving or not self.is_near:
-            self.rest_at(self.count or 0, now_s)
+            self.rest_at(self.count, now_s)
             return
         self._rest_courses_at(self.goal, now_s)
         self._restart_comparison(now_s)
@@ -332,8 +336,8 @@ class ObservedDrive:
 
         The drive is judged from there on: its orders during the outage may have come late.
         """
-        self.verdict = None
-        at, speed = float(self.count or 0), self.measured_speed or 0.0
+        self.finding = DriveFinding.FITS
+        at, speed = float(self.count), self.measured_speed or 0.0
         for course in (self.course, self.ordered):
             course.put(at, speed, self.asked_s)
             course.advance(now_s)
@@ -341,8 +345,8 @@ class ObservedDrive:
 
     def watch(self) -> None:
         """Begin a motion: judge the drive from its last reading on."""
-        self._fit = None if self.count is None else (float(self.count), self.asked_s)
-        self._outside, self.verdict = 0, None
+        self._fit = (float(self.count), self.asked_s) if self.is_located else None
+        self._outside, self.finding = 0, DriveFinding.FITS
         self.ledger.forget()  # it was read after anything it missed while standing
         self.rejections.forget()
 
@@ -373,9 +377,8 @@ class ObservedDrive:
             self.lag = course.place - count
         else:
             self._outside += 1
-        finding = self._judge(off, now_s)
-        self.verdict = Verdict(self, finding, count, course.place)
-        if self.moving and finding in (DriveFinding.FITS, DriveFinding.BEHIND):
+        self.finding, self._place = self._judge(off, now_s), course.place
+        if self.moving and self.finding in (DriveFinding.FITS, DriveFinding.BEHIND):
             self._correct_course(count, now_s)
 
     def _judge(self, off: float, now_s: float) -> DriveFinding:
@@ -383,7 +386,7 @@ class ObservedDrive:
 
         `off` is how far the shaft is from where its orders had it within the allowed delay.
         """
-        count = self.count or 0
+        count = self.count
         if self._outside >= CONFIRMING_LOOKS:
             since_s = self._fit[1] if self._fit else now_s
             restarted = self.counts_from_zero(since_s, now_s)
@@ -426,7 +429,7 @@ class ObservedDrive:
 
         One that is ahead, since the order to slow down came late, goes on until its course comes.
         """
-        count, place = self.count or 0, self.course.place
+        count, place = self.count, self.course.place
         turned, ran = count - before.count, place - before.place
         nearer = abs(place - count) < abs(before.place - before.count) - self.bounds.rest
         follows = turned * ran >= PROGRESS_SHARE * ran * ran > 0.0
@@ -467,15 +470,12 @@ class ObservedDrive:
 
     def _reach(self, now_s: float) -> Interval:
         """Return where the shaft can have turned since its last reading in reach."""
-        count, since_s = self._fit or (float(self.count or 0), now_s)
-        orders = self.course.in_force(since_s, REPLY_TIMEOUT_S)
-        up = SPEED_ERROR * max((order.up for order in orders), default=0.0)
-        down = SPEED_ERROR * max((order.down for order in orders), default=0.0)
-        goals = [order.goal for order in orders] or [self.course.goal]
+        count, since_s = self._fit or (float(self.count), now_s)
+        orders, brakes = self.course.in_force(since_s), self.course.braking
+        up, down, goals = SPEED_ERROR * orders.up, SPEED_ERROR * orders.down, orders.goals
         # no farther than its targets, plus the distance that it needs to brake and turn back
-        brakes = self.course.braking
-        high = count + min(_ran(up, now_s - since_s), max(max(goals) - count + brakes(up), 0.0))
-        low = count - min(_ran(down, now_s - since_s), max(count - min(goals) + brakes(down), 0.0))
+        high = count + min(_ran(up, now_s - since_s), max(goals.high - count + brakes(up), 0.0))
+        low = count - min(_ran(down, now_s - since_s), max(count - goals.low + brakes(down), 0.0))
         lately = [each.hull(self._ordered_from_s) for each in (self.course, self.ordered)]
         low = min(low, *(each.low for each in lately))
         high = max(high, *(each.high for each in lately))
@@ -483,11 +483,7 @@ class ObservedDrive:
 
     def _late(self, now_s: float) -> float:
         """Return how far it turns during the allowed delay."""
-        return _ran(self._fastest(now_s), self.bounds.late_s)
-
-    def _fastest(self, since_s: float) -> float:
-        orders = self.course.in_force(since_s, REPLY_TIMEOUT_S)
-        return max((max(each.up, each.down) for each in orders), default=0.0)
+        return _ran(self.course.in_force(now_s).fastest, self.bounds.late_s)
 
     def margin(self, now_s: float) -> float:
         """Return how far it may be from the common path of all drives."""
@@ -498,8 +494,8 @@ class ObservedDrive:
 
         Some encoders know their angle within a turn and start counting there.
         """
-        count, rest = self.count or 0, self.bounds.rest
-        if abs(count) <= rest + _ran(self._fastest(since_s), now_s - since_s):
+        count, rest = self.count, self.bounds.rest
+        if abs(count) <= rest + _ran(self.course.in_force(since_s).fastest, now_s - since_s):
             return True
         if self.moving or not self.bounds.turn:
             return False
@@ -508,15 +504,14 @@ class ObservedDrive:
         return bool(turns) and near and -rest <= count < self.bounds.turn + rest
 
     @property
-    def is_elsewhere(self) -> bool:
-        """Whether it was out of reach twice: no shaft can have turned there."""
-        found = None if self.verdict is None else self.verdict.finding
-        return found in (DriveFinding.RESTARTED, DriveFinding.ELSEWHERE)
+    def verdict(self) -> Verdict:
+        """The verdict on its last reading."""
+        return Verdict(self, self.finding, self.count, self._place)
 
     @property
-    def has_restarted(self) -> bool:
-        """Whether it restarted and counts from zero again."""
-        return self.verdict is not None and self.verdict.finding is DriveFinding.RESTARTED
+    def is_elsewhere(self) -> bool:
+        """Whether it was out of reach twice: no shaft can have turned there."""
+        return self.finding in (DriveFinding.RESTARTED, DriveFinding.ELSEWHERE)
 
     def may_have_restarted(self, now_s: float) -> bool:
         """Whether its next order might turn it from a new zero.
@@ -524,17 +519,12 @@ class ObservedDrive:
         It is silent, or out of reach, or still owes replies: then it was not read since, or may
         count from zero.
         """
-        if self.is_doubted or self.ledger.silent:
+        if self.finding is DriveFinding.DOUBTED or self.ledger.silent:
             return True
         away_s = self.absence.suspected_s
         return self.absence.suspected and (
             self.read_s < away_s or self.counts_from_zero(away_s, now_s)
         )
-
-    @property
-    def is_doubted(self) -> bool:
-        """Whether its last reading is in doubt."""
-        return self.verdict is not None and self.verdict.finding is DriveFinding.DOUBTED
 
     @property
     def is_within_reach(self) -> bool:
@@ -544,7 +534,7 @@ class ObservedDrive:
     @property
     def rests_off_path(self) -> bool:
         """Whether it came to rest outside the interval of its stop."""
-        return bool(self.course.max_speed) and (self.count or 0) not in self._rest
+        return bool(self.course.max_speed) and self.count not in self._rest
 
     @property
     def still_s(self) -> float:
@@ -578,26 +568,26 @@ class ObservedDrive:
         return sign * min(sign * mean + course.slope * longest_s / 2.0, most)
 
     @property
+    def is_located(self) -> bool:
+        """Whether its position has been read."""
+        return math.isfinite(self.read_s)
+
+    @property
     def is_near(self) -> bool:
         """Whether its last count is at its target."""
-        return self.count is not None and abs(self.count - self.goal) <= self.bounds.rest
-
-    def targets_in_force(self, now_s: float) -> Interval:
-        """Return the range of targets that it may still be turning to."""
-        goals = [order.goal for order in self.course.in_force(now_s, REPLY_TIMEOUT_S)]
-        return Interval(min(goals, default=self.goal), max(goals, default=self.goal))
+        return self.is_located and abs(self.count - self.goal) <= self.bounds.rest
 
     @property
     def is_on_path(self) -> bool:
         """Whether its last count is between targets that it received."""
-        return (self.count or 0) in self.sent.widened(self.bounds.corridor)
+        return self.count in self.sent.widened(self.bounds.corridor)
 
     # -- register -----------------------------------------------------------------------------
 
     @property
     def register(self) -> int:
         """Its count; that of its target if it stands there, since a position loop trembles."""
-        if self.count is None or (not self.moving and self.is_near):
+        if not self.is_located or (not self.moving and self.is_near):
             return self.goal
         return self.count
 
@@ -609,10 +599,13 @@ class ObservedDrive:
         return self.goal
 
 
-class Observer:
+D = TypeVar("D", bound=ObservedDrive)
+
+
+class Observer(Generic[D]):
     """The drives of one arm, and the conclusions about all of them."""
 
-    def __init__(self, drives: Sequence[ObservedDrive]) -> None:
+    def __init__(self, drives: Sequence[D]) -> None:
         self.drives = tuple(drives)
         self.returned = False
         """Whether a drive has replied again after an outage, until the motion takes that up."""
@@ -624,10 +617,10 @@ class Observer:
         self._outages = 0  # since the last prompt reading
         self._last_outage_s = -math.inf
 
-    def __getitem__(self, node: int) -> ObservedDrive:
+    def __getitem__(self, node: int) -> D:
         return self._by_node[node]
 
-    def find(self, node: int | None) -> ObservedDrive | None:
+    def find(self, node: int | None) -> D | None:
         """Return the drive with an id; None if there is none."""
         return None if node is None else self._by_node.get(node)
 
@@ -637,14 +630,12 @@ class Observer:
         for drive in self.drives:
             drive.watch()
 
-    def sent(self, drive: ObservedDrive, now_s: float, *, owes: bool) -> None:
+    def sent(self, drive: D, now_s: float, *, owes: bool) -> None:
         """Record a frame to a drive that needs a reply."""
         others = (each.ledger.replied_s for each in self.drives if each is not drive)
         drive.ledger.sent(now_s, max(others, default=0.0), owes=owes)
 
-    def replied(
-        self, drive: ObservedDrive, now_s: float, *, settles: bool, asked: bool = True
-    ) -> None:
+    def replied(self, drive: D, now_s: float, *, settles: bool, asked: bool = True) -> None:
         """Record a frame from a drive, as in `Ledger.replied`.
 
         After an outage each drive may have lost its power: a failing supply looks like a bus
@@ -685,12 +676,12 @@ class Observer:
         return silent_s > min(slowest_s, MAX_DELAY_S)
 
     @property
-    def doubtful(self) -> tuple[ObservedDrive, ...]:
+    def doubtful(self) -> tuple[D, ...]:
         """Return the drives whose last reading is in doubt."""
-        return tuple(each for each in self.drives if each.is_doubted)
+        return tuple(each for each in self.drives if each.finding is DriveFinding.DOUBTED)
 
     @property
-    def to_reread(self) -> tuple[ObservedDrive, ...]:
+    def to_reread(self) -> tuple[D, ...]:
         """Those that are to be asked again: none has been asked since that reading."""
         return tuple(each for each in self.doubtful if each.ledger.asked_s <= each.read_s)
 
@@ -706,7 +697,7 @@ class Observer:
         """When a rejection is due; infinity if there is none."""
         return min(each.rejections.due_s for each in self.drives)
 
-    def to_retry(self, now_s: float) -> tuple[ObservedDrive, ...]:
+    def to_retry(self, now_s: float) -> tuple[D, ...]:
         """Return the drives to ask again: they are silent while others reply."""
         replied_s = self.replied_s
         return tuple(each for each in self.drives if now_s >= each.ledger.retry_s(replied_s))
@@ -716,7 +707,7 @@ class Observer:
     def judge(self) -> Verdict | None:
         """Return the verdict that ends the motion, or None."""
         for drive in self.drives:
-            if drive.verdict is not None and drive.verdict.finding.ends:
+            if drive.finding.ends:
                 return drive.verdict
         return self.silence()
 
@@ -730,7 +721,7 @@ class Observer:
             return None
         else:
             finding = DriveFinding.MUTE if others else DriveFinding.SILENT
-        return Verdict(drive, finding, drive.count or 0, drive.course.place)
+        return Verdict(drive, finding, drive.count, drive.course.place)
 
 
 def unwrapped(

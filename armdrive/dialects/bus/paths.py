@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
 from armdrive.tasks import MoveBy
 from kinematics.spaces import Motors
 
@@ -232,6 +233,20 @@ class Order(NamedTuple):
     down: float
 
 
+@dataclass(frozen=True, slots=True)
+class OrdersInForce:
+    """The targets that a drive may be turning to, and its greatest speeds up and down."""
+
+    goals: Interval
+    up: float
+    down: float
+
+    @property
+    def fastest(self) -> float:
+        """Its greatest speed in either direction."""
+        return max(self.up, self.down)
+
+
 class Course:
     """Where one drive is, and recently was, if it obeys each order at once.
 
@@ -343,15 +358,21 @@ class Course:
         places = places or [self.place]
         return Interval(min(places), max(places))
 
-    def in_force(self, from_s: float, late_s: float) -> tuple[Order, ...]:
-        """Return the orders it may have obeyed since a moment, if they can be that late."""
-        found, replaced_s = [], math.inf
+    def in_force(self, from_s: float) -> OrdersInForce:
+        """Return what the orders allow that the drive may have obeyed since a moment.
+
+        An order is in force until `REPLY_TIMEOUT_S` after its successor was sent.
+        """
+        found, replaced_s = list[Order](), math.inf
         for order in reversed(self._orders):
-            if replaced_s <= from_s - late_s:
+            if replaced_s <= from_s - REPLY_TIMEOUT_S:
                 break
             found.append(order)
             replaced_s = order.sent_s
-        return tuple(reversed(found))
+        goals = [order.goal for order in found] or [self.goal]
+        up = max((order.up for order in found), default=0.0)
+        down = max((order.down for order in found), default=0.0)
+        return OrdersInForce(Interval(min(goals), max(goals)), up, down)
 
     @property
     def ordered_s(self) -> float:

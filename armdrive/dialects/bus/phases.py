@@ -252,12 +252,15 @@ class HomingStatus(Enum):
     FAILED = "failed"
 
 
-class HomingSearch:
+Observed = TypeVar("Observed", bound=ObservedDrive)
+
+
+class HomingSearch(Generic[Observed]):
     """The drives of one group that search for their switches, and what went wrong."""
 
     def __init__(
         self,
-        ranges: Mapping[ObservedDrive, float],
+        ranges: Mapping[Observed, float],
         tolerance: float,
         listened: ListenedTime,
         timeout_s: float,
@@ -266,13 +269,13 @@ class HomingSearch:
         """The drives that are still searching."""
         self.wrong = ""
         """What went wrong, in words."""
-        self._starts = {drive: drive.count or 0 for drive in ranges}
+        self._starts = {drive: drive.count for drive in ranges}
         self._most = {drive: OVERTRAVEL * each + tolerance for drive, each in ranges.items()}
         self._listened, self._given_up_s = listened, listened.s + timeout_s
 
-    def note(self, drive: ObservedDrive, status: HomingStatus) -> None:
+    def note(self, drive: Observed, status: HomingStatus) -> None:
         """Record what a drive reports. A search that has left the motor's range has failed."""
-        travel = abs((drive.count or 0) - self._starts[drive])
+        travel = abs(drive.count - self._starts[drive])
         if status is HomingStatus.FOUND:
             self.left.remove(drive)
         elif status is HomingStatus.FAILED:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 
 from armdrive.dialects.cia402.contact import BRAKE
-from armdrive.dialects.cia402.exchange import ObjectTransfers, Script
+from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
 from armdrive.dialects.cia402.objects import value_words
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.errors import Refused
@@ -51,11 +51,11 @@ def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
     )
 
 
-def compare(transfers: ObjectTransfers, settings: Cia402Settings) -> Script[Reply]:
+def compare(io: Cia402Exchange) -> Script[Reply]:
     """Compare the objects that the arm depends on, as far as a drive has them."""
-    rows = wanted(settings)
+    rows = wanted(io.settings)
     wanted_values = {write.place: write.value for write, _, _ in rows}
-    results = yield from transfers.obtain(transfers.of_each(*wanted_values))
+    results = yield from io.transfers.obtain(io.transfers.of_each(*wanted_values))
     differences = tuple(
         Difference(
             f"{name} ({write.place}) of {result.drive}",
@@ -84,13 +84,13 @@ def _same_ratio(index: int, found: Mapping[Place, int], wanted_values: Mapping[P
     return left != 0 and left == found.get(under, 0) * wanted_values[over]
 
 
-def fix(transfers: ObjectTransfers, line: str) -> Script[Reply]:
+def fix(io: Cia402Exchange, line: str) -> Script[Reply]:
     """Write one object."""
     node, write = parsed_line(line)
-    if node not in transfers.io.group.by_node:
+    if node not in io.group.by_node:
         raise Refused(f"`{line}`: no drive of this arm has the node number {node}")
-    transfers.io.last_command = line
-    yield from transfers.carry_out({node: (write,)})
+    io.last_command = line
+    yield from io.transfers.carry_out({node: (write,)})
     return Done()
 
 

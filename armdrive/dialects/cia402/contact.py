@@ -5,7 +5,7 @@ None of it moves anything.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NoReturn
 
 from armdrive.dialects.bus.drives import Obstructed
@@ -19,8 +19,6 @@ from armdrive.dialects.cia402.drives import (
 from armdrive.dialects.cia402.exchange import (
     STOP,
     Cia402Exchange,
-    DriveStates,
-    ObjectTransfers,
     Results,
     Script,
     SdoResult,
@@ -112,21 +110,19 @@ def _remedy(place: Place) -> str:
     return ". It is required; newer firmware of the drive may have it"
 
 
-@dataclass(slots=True, eq=False)
 class Cia402Contact:
     """Finds every drive, sets it up, reads its position, switches its current and clears faults.
 
     `quick_slope` is the deceleration of a quick stop, in increments/s².
     """
 
-    io: Cia402Exchange
-    transfers: ObjectTransfers
-    states: DriveStates
-    quick_slope: float
+    def __init__(self, io: Cia402Exchange, quick_slope: float) -> None:
+        self.io, self.group, self.quick_slope = io, io.group, quick_slope
+        self.states, self.transfers = io.states, io.transfers
 
     def connect(self) -> Script[None]:
         """Make contact with every drive. Raises `Obstructed` if that fails."""
-        inbox = self.io.group.inbox
+        inbox = self.group.inbox
         inbox.shared.clear()
         yield from self._recognise()
         yield from self._end_earlier_motion()
@@ -134,13 +130,13 @@ class Cia402Contact:
             raise Obstructed(inbox.shared_words)
         yield from self._write_required()
         yield from self._write_optional()
-        settings = safety(watches=self.io.group.watches)
+        settings = safety(watches=self.group.watches)
         yield from self.transfers.verify(settings, "with which it would stop and hold")
         yield from self._start()
-        for drive in self.io.group.drives:
+        for drive in self.io.drives:
             drive.rest()
-            drive.shaft.fresh = not self.io.group.configured
-        self.io.group.contacted = self.io.group.configured = True
+            drive.shaft.fresh = not self.group.configured
+        self.group.contacted = self.group.configured = True
 
     def _recognise(self) -> Script[None]:
         """Identify every drive."""
@@ -150,11 +146,11 @@ class Cia402Contact:
             canopen.DEVICE_TYPE,
             canopen.SUPPORTED_MODES,
             canopen.PRODUCER_HEARTBEAT_MS,
-            *(() if self.io.group.configured else (*WATCH_OBJECTS, *UNIT_OBJECTS)),
+            *(() if self.group.configured else (*WATCH_OBJECTS, *UNIT_OBJECTS)),
         )
         settings = self.io.settings
         rival_s = RIVAL_TIMEOUTS * settings.heartbeat_timeout_ms / 1000.0
-        if self.io.group.rival_s > self.io.now_s - rival_s:
+        if self.group.rival_s > self.io.now_s - rival_s:
             raise Obstructed(
                 f"another program sends heartbeats as node {settings.master_id} on this bus and "
                 "may command these drives: end it first"
@@ -171,15 +167,15 @@ class Cia402Contact:
                 )
             heartbeat_period_ms = settings.drive_heartbeat_ms
             found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, heartbeat_period_ms)
-            if self.io.group.configured and found_ms != heartbeat_period_ms:
+            if self.group.configured and found_ms != heartbeat_period_ms:
                 result.drive.booted = True  # it has lost its settings
-        if not self.io.group.configured:
-            self.io.group.watches = not self._unwatching(results)
+        if not self.group.configured:
+            self.group.watches = not self._unwatching(results)
             for result in results.values():
                 self._adopt_units(result)
         words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
         modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
-        self.io.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
+        self.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
 
     def _adopt_units(self, result: SdoResult) -> None:
         """Take a drive's units from the arm file, or from itself; else they stay unknown.
@@ -193,7 +189,7 @@ class Cia402Contact:
         drive.turn = increments / max(turns, 1) or settings.encoder_increments
         word = result.values.get(canopen.SPEED_UNIT, 0) & 0xFFFF_FFFF
         drive.reported_unit_hz = canopen.speed_unit_hz(word, drive.turn) or 0.0
-        at = self.io.group.drives.index(drive)
+        at = self.io.drives.index(drive)
         speed_hz, ramp_hz_s = (
             units[at] if units else 0.0 for units in (settings.speed_units, settings.ramp_units)
         )
@@ -234,7 +230,7 @@ class Cia402Contact:
                 mute = [result.drive for result in results.values() if result.mute]
         if not mute:
             return results
-        reply, inbox = self.io.absence(mute), self.io.group.inbox
+        reply, inbox = self.io.absence(mute), self.group.inbox
         if isinstance(reply, RequestRejected) and inbox.shared:  # it may be one of the two
             reply = replace(reply, reason=f"{reply.reason}. And {inbox.shared_words}")
         raise Obstructed(reply)
@@ -261,19 +257,19 @@ class Cia402Contact:
     def _write_required(self) -> Script[None]:
         """Write the settings that every drive needs, while it takes no part in PDOs."""
         self.io.last_command = "SDO set-up"
-        cyclic = self.io.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
+        cyclic = self.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
         cycle_ms = round(self.io.cycle_s * 1000.0) if cyclic else None
         jobs = {
             node: required_settings(
                 node,
                 drive.ramp(self.quick_slope) if drive.ramp_unit_hz_s else None,
                 cycle_ms,
-                watches=self.io.group.watches,
+                watches=self.group.watches,
             )
-            for node, drive in self.io.group.by_node.items()
+            for node, drive in self.group.by_node.items()
         }
         for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
-            self.io.send_nmt(NmtCommand.PRE_OPERATIONAL, self.io.group.drives)
+            self.io.send_nmt(NmtCommand.PRE_OPERATIONAL, self.io.drives)
             results = yield from self.transfers.obtain(jobs)
             refused = [each for result in results.values() for each in result.refused.items()]
             if not refused:
@@ -283,28 +279,28 @@ class Cia402Contact:
 
     def _write_optional(self) -> Script[None]:
         """Write the optional settings; warn once of those that a drive lacks."""
-        unwatched = () if self.io.group.watches else (heartbeat_watch(self.io.settings, on=False),)
+        unwatched = () if self.group.watches else (heartbeat_watch(self.io.settings, on=False),)
         jobs = {
             node: (*optional_settings(self.io.settings, node), *unwatched)
-            for node in self.io.group.by_node
+            for node in self.group.by_node
         }
         results = yield from self.transfers.obtain(jobs, lenient=True)
         for result in results.values():
             for place, words in result.refused.items():
-                if place.index >= _PROFILE_OBJECTS and not self.io.group.configured:
+                if place.index >= _PROFILE_OBJECTS and not self.group.configured:
                     self.io.notify(ProtocolWarning(words))
 
     def _start(self) -> Script[None]:
         """Let the drives take part in PDOs, and read every position."""
         self.io.last_command = "SYNC"
-        missing = self.io.group.drives
+        missing = self.io.drives
         for _ in range(TRIES):
             self.io.send_nmt(NmtCommand.START, missing)
             yield from self.io.wait(self.io.now_s + self.io.cycle_s)
             missing = yield from self.io.look()
             if not missing:
                 return
-        if len(missing) == len(self.io.group.drives):
+        if len(missing) == len(self.io.drives):
             raise Obstructed(self.io.silence(self.io.began_s))
         raise Obstructed(
             f"{missing[0]} answers, but sends no PDO upon SYNC: another program may have set it up"
@@ -317,26 +313,26 @@ class Cia402Contact:
     def read(self) -> Script[Reply]:
         """Read every position, and report a drive that has moved although it should hold."""
         yield from self.io.require_positions()
-        for drive in self.io.group.off_target if self.io.group.on else ():
+        for drive in self.group.off_target if self.group.on else ():
             self.io.notify(off_target_alert(drive))
             drive.rest()
-        return self.io.group.registers()
+        return self.group.registers()
 
     def switch_on(self) -> Script[Reply]:
         """Make every drive hold its motor where it is and watch this program's heartbeat."""
-        self.io.group.on = False
+        self.group.on = False
         yield from self.io.require_positions()
-        for drive in self.io.group.drives:
+        for drive in self.io.drives:
             if drive.state in FAULTS:
                 yield from self._refuse(drive)
         self.io.beats.begin(self.io.now_s)
         yield from self._watch(on=True)
         yield from self.io.require_positions()  # a hand may have turned a shaft
-        for drive in (yield from self.states.bring(self.io.group.drives, DriveState.ENABLED)):
+        for drive in (yield from self.states.bring(self.io.drives, DriveState.ENABLED)):
             yield from self._refuse(drive)
-        yield from self.states.hold_here(self.io.group.drives)
+        yield from self.states.hold_here(self.io.drives)
         yield from self._adopt_positions()
-        self.io.group.on = True
+        self.group.on = True
         return Done()
 
     def _refuse(self, drive: Cia402Drive) -> Script[NoReturn]:
@@ -352,13 +348,13 @@ class Cia402Contact:
 
     def switch_off(self) -> Script[Reply]:
         """Switch every drive's motor off."""
-        self.io.group.on = False
+        self.group.on = False
         reply: Reply = Done()
         try:
             yield from self._watch(on=False)
         except Obstructed as obstructed:
             reply = obstructed.reply
-        left = yield from self.states.bring(self.io.group.drives, DriveState.DISABLED)
+        left = yield from self.states.bring(self.io.drives, DriveState.DISABLED)
         off = [drive for drive in left if drive.state not in FAULTS]
         if any(drive.missed > 1 for drive in off):
             raise Obstructed(self.io.absence(off))
@@ -370,19 +366,19 @@ class Cia402Contact:
     def clear(self) -> Script[Reply]:
         """Reset faults and leave quick stops. Currents stay as they are, and nothing moves."""
         yield from self.io.require_positions()
-        for drive in self.io.group.drives:
-            self.io.group.report(drive)  # faults that were not reported yet
-        faulty = [drive for drive in self.io.group.drives if drive.state in FAULTS]
+        for drive in self.io.drives:
+            self.group.report(drive)  # faults that were not reported yet
+        faulty = [drive for drive in self.io.drives if drive.state in FAULTS]
         for drive in (yield from self.states.reset_faults(faulty)):
             yield from self.transfers.explain(drive)
             words = (
                 f"{drive.fault_words}, and does not leave it: clear the cause, then call `reset()`"
             )
             raise Obstructed(words)
-        yield from self.states.leave_quick_stop(self.io.group.drives)
+        yield from self.states.leave_quick_stop(self.io.drives)
         yield from self._adopt_positions()
-        held = all(drive.state is DriveState.ENABLED for drive in self.io.group.drives)
-        self.io.group.on = self.io.beats.on and held
+        held = all(drive.state is DriveState.ENABLED for drive in self.io.drives)
+        self.group.on = self.io.beats.on and held
         return Done()
 
     def shutdown_frames(self) -> bytes:
@@ -390,7 +386,7 @@ class Cia402Contact:
         if not self.io.beats.on:
             return b""
         self.io.beats.end()
-        if not self.io.group.watches:
+        if not self.group.watches:
             return b""
         return self.transfers.unanswered_writes(
             heartbeat_watch(self.io.settings, on=False), FINAL_WRITES
@@ -399,9 +395,9 @@ class Cia402Contact:
     def _adopt_positions(self) -> Script[None]:
         """Adopt every drive's position as its target, and forget its past faults."""
         yield from self.io.require_positions()
-        for drive in self.io.group.off_target:
+        for drive in self.group.off_target:
             drive.rest()
-        for drive in self.io.group.drives:
+        for drive in self.io.drives:
             drive.recover()
 
     def _watch(self, *, on: bool) -> Script[None]:
@@ -409,7 +405,7 @@ class Cia402Contact:
 
         A drive whose reaction is not set might let its motor go, so it watches nothing.
         """
-        if not self.io.group.watches:
+        if not self.group.watches:
             return
         write = heartbeat_watch(self.io.settings, on=on)
         self.io.last_command = "SDO 1016"

@@ -1,7 +1,6 @@
 """The controller of CiA 402 drives on a CANopen bus: requests to frames, frames to events.
 
-    a request   `script` makes contact if necessary and picks the collaborator that carries it out;
-                an obstacle is raised as `Obstructed`, with the reply
+    a request   `Cia402Requests` carries it out
     bytes       the bus decodes events, `DriveGroup` records all of them, then the script continues
                 with that state
     a stop      `stop_asked` is set; a motion ends its cycle and stops every drive
@@ -19,38 +18,18 @@ from dataclasses import replace
 from armdrive.abilities import SEGMENTS_AHEAD, Abilities, segment_s
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
+from armdrive.dialects.bus.drives import BUS_REQUESTS, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
-from armdrive.dialects.cia402.compare import compare, fix
-from armdrive.dialects.cia402.contact import Cia402Contact
-from armdrive.dialects.cia402.exchange import (
-    BEATS_LOST,
-    Cia402Exchange,
-    DriveStates,
-    ObjectTransfers,
-    Script,
-)
-from armdrive.dialects.cia402.leading import MotionLead
-from armdrive.dialects.cia402.measuring import UnitMeasurement
-from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
+from armdrive.dialects.cia402.exchange import BEATS_LOST, Cia402Exchange, Script
+from armdrive.dialects.cia402.requests import Cia402Requests
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
 from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, Search, StopPart, Stopping
 from armdrive.errors import Refused
-from armdrive.errors.printable import command_line
 from armdrive.tasks import (
-    Alert,
-    AlertKind,
-    DropCurrent,
-    FixSetting,
     HomeDevice,
     MeasureUnits,
-    MoveAlong,
-    MoveBy,
-    ReadPosition,
-    ReadSettings,
     Reply,
     Request,
-    SwitchOn,
 )
 from firmware_protocol.canopen import Emergency, HostEvent
 from firmware_protocol.frames import Unpacker
@@ -67,7 +46,7 @@ increments/s; drives with a greater unit of speed may be farther off by as much.
 
 
 class Cia402Controller(ScriptRunner[HostEvent]):
-    """Drives the drives of one arm: hands each request to a collaborator."""
+    """Drives the drives of one arm: what the engine calls, and the bounds of stops."""
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: Cia402Settings = config.device
@@ -80,105 +59,28 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self._exchange = io = Cia402Exchange(
             settings, motors.names, limits.cycle_s, self.unsolicited
         )
-        self._arm = config.name
         super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.bus, io)
         self.group = io.group
-        self._transfers, states = ObjectTransfers(io), DriveStates(io)
-        lead = MotionLead(io, self._transfers, states)
-        self._contact = Cia402Contact(io, self._transfers, states, limits.quick_hz_s)
-        self._cyclic = CyclicMotion(lead, limits)
-        self._profile = ProfileMotion(lead, limits)
-        self._homing = Cia402Homing(lead, limits)
-        self._measurement = UnitMeasurement(lead)
+        self._requests = Cia402Requests(io, limits, config.name)
         self._silent_s = BEATS_LOST * settings.drive_heartbeat_ms / 1000.0
-        self.abilities = replace(
-            self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
-        )
+        self._choose()
 
     # -- requests -----------------------------------------------------------------------------
 
     def script(self, request: Request) -> Script[Reply]:
-        """Carry out a request; the first one makes contact with the drives before it.
-
-        Earlier transfers are given up, and new faults are reported at the end.
-        """
+        """Carry out a request; earlier transfers are given up."""
         if not isinstance(request, (*BUS_REQUESTS, MeasureUnits)):
             raise Refused(f"CiA 402 drives do not support {type(request).__name__}")
         self.give_up()
         self._exchange.began_s = self.io.now_s
-        for _ in range(2):
-            try:
-                reply = yield from self._carry_out(request)
-                break
-            except Obstructed as obstructed:
-                reply = obstructed.reply
-            if not self.group.dropped_out:
-                break  # else they missed a heartbeat at rest, and then the question: ask again
-        for drive in self.group.drives:
-            self.group.report(drive)
-        self.abilities = replace(
-            self.abilities, queued_segments=SEGMENTS_AHEAD * self.group.is_cyclic
-        )
+        reply = yield from self._requests.carry_out(request)
+        self._choose()
         return reply
 
-    def _carry_out(self, request: Request) -> Script[Reply]:
-        """Make contact if necessary, and carry out a request. Raises `Obstructed`."""
-        self._require_unbroken(request)
-        contact = self._contact
-        if not self.group.contacted:
-            yield from contact.connect()
-        match request:
-            case MoveBy() | MoveAlong() | HomeDevice():
-                return (yield from self._move(request))
-            case MeasureUnits(motor, steps):
-                return (yield from self._measurement.measure(self.group.drives[motor], steps))
-            case ReadPosition():
-                return (yield from contact.read())
-            case ReadSettings():
-                return (yield from compare(self._transfers, self.settings))
-            case FixSetting(line):
-                return (yield from fix(self._transfers, line))
-            case SwitchOn():
-                return (yield from contact.switch_on())
-            case DropCurrent():
-                return (yield from contact.switch_off())
-            case _:
-                return (yield from contact.clear())
-
-    def _move(self, request: MoveBy | MoveAlong | HomeDevice) -> Script[Reply]:
-        self._require_units()
-        match request:
-            case MoveBy(steps, rate_hz, released):
-                return self._profile.burst(steps, rate_hz, released)
-            case MoveAlong():
-                return self._cyclic.drive(request)
-            case HomeDevice(groups):
-                return self._homing.home(groups)
-
-    def _require_unbroken(self, request: Request) -> None:
-        """Raise `Obstructed` if a motion goes on with this request although a drive left it.
-
-        Drives that missed a heartbeat may have stopped between two bursts of a motion, or between
-        two groups that home. So only a request that moves nothing takes them back: at rest, the
-        next reading of the positions, but none midway through a motion.
-        """
-        moves = isinstance(request, MoveBy | MoveAlong | HomeDevice)
-        goes_on = moves or (isinstance(request, ReadPosition) and request.midway)
-        if goes_on and self.group.on and self.group.dropped_out:
-            drive = self.group.dropped_out[0]
-            words = f"{drive} has stopped by itself, and holds{drive.why}"
-            self.group.alarm(drive, Alert(AlertKind.ALARM, words))
-            raise Obstructed(words)
-
-    def _require_units(self) -> None:
-        """Raise `Obstructed` for a drive whose unit of speed is unknown: it might turn too fast."""
-        for drive in self.group.drives:
-            if not drive.speed_unit_hz:
-                measure = command_line("can", "setup", self._arm)
-                raise Obstructed(
-                    f"{drive} does not report its unit of speed (object 60A9): `{measure}` "
-                    "measures it, or write cia402.speed_units as its manual says"
-                )
+    def _choose(self) -> None:
+        """Stream cyclic targets if the drives and the arm file allow it, else send bursts."""
+        queued = SEGMENTS_AHEAD if self.group.is_cyclic else 0
+        self.abilities = replace(self.abilities, queued_segments=queued)
 
     def unsolicited(self, event: HostEvent) -> None:
         """Record an event; between requests, report what is wrong."""
@@ -192,7 +94,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
     def give_up(self) -> None:
         """Give up all transfers."""
-        self._transfers.give_up()
+        self._exchange.transfers.give_up()
 
     # -- what the engine calls ----------------------------------------------------------------
 
@@ -232,14 +134,14 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
     def shutdown_frames(self) -> bytes:
         """Return frames that end the heartbeat watch: the drives then hold without an alarm."""
-        return b"" if self.busy else self._contact.shutdown_frames()
+        return b"" if self.busy else self._requests.contact.shutdown_frames()
 
     # -- numbers ------------------------------------------------------------------------------
 
     @property
     def underruns(self) -> int:
         """How often a cycle was late, or the path ended although more was to come."""
-        return self._cyclic.underruns
+        return self._requests.cyclic.underruns
 
     def usable_rate_hz(self, rate_hz: float) -> float:
         """Return the rate within the range that can be commanded."""
@@ -284,7 +186,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         """Bound the drives' own homing: by their heartbeat watch, else by a group's time."""
         if not self.group.watches:
             return Search(self.settings.homing_s)
-        rate_hz, silent_s = self._homing.rate_hz, self._unwatched_s
+        rate_hz, silent_s = self._requests.homing.rate_hz, self._unwatched_s
         ramp_s = min(rate_hz / self.limits.fastest_hz, 1.0) * self.settings.quick_stop_s
         return Search(silent_s + ramp_s, (silent_s + ramp_s / 2.0) * rate_hz)
 

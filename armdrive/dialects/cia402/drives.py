@@ -112,11 +112,6 @@ class Cia402Drive:
         """Its number."""
         return self.shaft.node
 
-    @property
-    def seen(self) -> int:
-        """Its last position."""
-        return self.shaft.count or 0
-
     def speed(self, rate_hz: float) -> int:
         """Return a speed in its own unit: at least 1."""
         return max(round(rate_hz / self.speed_unit_hz), 1)
@@ -167,7 +162,7 @@ class Cia402Drive:
 
     def rest(self) -> None:
         """Record that it is held where it is."""
-        self.shaft.rest_at(self.seen, self.shaft.read_s)
+        self.shaft.rest_at(self.shaft.count, self.shaft.read_s)
 
     def watch(self) -> None:
         """Begin a motion: judge the drive by its reports from now on."""
@@ -215,7 +210,7 @@ class Cia402Drive:
 
 def off_target_alert(drive: Cia402Drive) -> Alert:
     """Return that a drive is not at its target."""
-    words = off_target_words(drive, drive.seen, drive.shaft.goal, "increments")
+    words = off_target_words(drive, drive.shaft.count, drive.shaft.goal, "increments")
     return Alert(AlertKind.OFF_PATH, words)
 
 

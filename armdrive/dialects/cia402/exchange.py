@@ -80,6 +80,9 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         self.settings, self.cycle_s = settings, cycle_s
         self.bus = canopen.Host(settings.ids)
         self.group = DriveGroup(self, settings, names)
+        self.drives = self.group.drives
+        """All drives, in motor order."""
+        self.states, self.transfers = DriveStates(self), ObjectTransfers(self)
         self.beats = HeartbeatProducer(settings.master_id, settings.heartbeat_period_ms / 1000.0)
         self.began_s = -math.inf
         """When the present request began."""
@@ -101,7 +104,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         target: int | None = None,
     ) -> None:
         """Send a drive a controlword, a mode and a target, by default its last position."""
-        target = drive.seen if target is None else target
+        target = drive.shaft.count if target is None else target
         self.write(self.bus.command(drive.node, word, mode, target))
 
     def send_nmt(self, command: canopen.NmtCommand, drives: Collection[Cia402Drive]) -> None:
@@ -112,7 +115,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
     def sync(self) -> None:
         """Make all drives act on their commands and report their positions."""
         self.write(self.bus.sync())
-        for drive in self.group.drives:
+        for drive in self.drives:
             drive.ask(self.now_s)
 
     def cycle(self) -> Script[None]:
@@ -144,7 +147,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
             yield from self.wait(until_s, partial(self.group.have_reported, asked_s))
             if self.group.have_reported(asked_s):
                 return ()
-        return tuple(drive for drive in self.group.drives if drive.shaft.read_s < asked_s)
+        return tuple(drive for drive in self.drives if drive.shaft.read_s < asked_s)
 
     def answered_s(self, *, last: bool) -> float:
         """Return the deadline of the answer to a question that is sent now."""
@@ -160,8 +163,8 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         which the next read of the positions finds out.
         """
         since_s = self.listened.s - silent_s
-        quiet = [drive for drive in self.group.drives if drive.heard_s < since_s]
-        if not quiet or len(quiet) == len(self.group.drives):
+        quiet = [drive for drive in self.drives if drive.heard_s < since_s]
+        if not quiet or len(quiet) == len(self.drives):
             return
         for drive in quiet:
             if drive.missed > MUTE_POLLS and not drive.reported:
@@ -181,7 +184,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         """
         self.group.contacted = False
         silence = self.silence(self.began_s)
-        return absence(tuple(drives), self.group.drives, "node number", silence, moved=moved)
+        return absence(tuple(drives), self.drives, "node number", silence, moved=moved)
 
 
 class SetPoints:
@@ -301,7 +304,7 @@ class DriveStates:
         """
         if self.io.group.is_cyclic:
             return
-        points = SetPoints({drive: drive.seen for drive in drives})
+        points = SetPoints({drive: drive.shaft.count for drive in drives})
         yield from self._repeat(
             lambda: points.except_in(canopen.Phase.UNDER_WAY, canopen.Phase.FREE),
             lambda drive, _: points.send(self.io, drive),
@@ -536,14 +539,14 @@ class ObjectTransfers:
     def unanswered_writes(self, write: canopen.Write, times: int) -> bytes:
         """Return frames that write an object of every drive, without waiting for answers."""
         frames = b""
-        for drive in self.io.group.drives * times:
+        for drive in self.io.drives * times:
             self.io.bus.abandon(drive.node)
             frames += self.io.bus.download(drive.node, write.place, write.data)
         return frames
 
     def give_up(self) -> None:
         """Give up all transfers."""
-        for drive in self.io.group.drives:
+        for drive in self.io.drives:
             self.io.bus.abandon(drive.node)
         self.io.group.inbox.answers.clear()
         self.io.bus.silence()

@@ -1,7 +1,8 @@
 """Lead CiA 402 drives through a motion: whether it can begin, what ends it, how the drives stop.
 
-`bus/phases.py` has the table of phases. Here are the stages that all motions share and the actions
-between them. Each kind of motion adds one stage of its own (`motion.py`).
+`bus/phases.py` has the table of phases. A `MotionRun` is one motion. Here are the stages that all
+motions share and the actions between them. Each kind of motion adds one stage of its own (`motion`,
+`measuring`).
 
 A stop is the quick stop of every drive. When all stand, they leave it again and hold.
 """
@@ -9,19 +10,17 @@ A stop is the quick stop of every drive. When all stand, they leave it again and
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import SLOW_BUS, Obstructed, not_heard_words
 from armdrive.dialects.bus.observer import LATE_OUTAGES, DriveFinding
-from armdrive.dialects.bus.phases import Act, Braking, Phase, Signal, Stages, run_phases
+from armdrive.dialects.bus.phases import Act, Braking, Phase, Signal, Stage, Stages, run_phases
 from armdrive.dialects.cia402.drives import Cia402Drive, off_target_alert
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
     STOP,
     Cia402Exchange,
-    DriveStates,
-    ObjectTransfers,
     Script,
     SdoQueue,
 )
@@ -72,122 +71,78 @@ NEEDS_STOP = (None, DriveState.ENABLED, DriveState.QUICK_STOP)
 """States that need the stop, including its own: it cancels an order that waits for a SYNC."""
 
 
-@dataclass(slots=True, eq=False)
-class CycleStage:
-    """A stage that advances one SYNC cycle at a time.
+def prepare(io: Cia402Exchange, mode: OperationMode) -> Script[None]:
+    """Prepare a motion. Raises `Obstructed` if it cannot begin."""
+    group = io.group
+    if not group.on:
+        raise Obstructed("its motors are disabled: call `enable()`")
+    if any(drive.shaft.read_s < io.now_s - FRESH_POSITION_S for drive in io.drives):
+        yield from io.require_positions()
+    for drive in io.drives:
+        if (alert := group.trouble(drive)) is not None:
+            group.report(drive)
+            raise Obstructed(alert.text)
+    yield from io.states.leave_quick_stop(io.drives)
+    for drive in group.off_target:
+        drive.rest()
+    yield from io.states.take_mode(io.drives, mode)
+    for drive in io.drives:
+        drive.watch()
 
-    `send` begins a cycle with commands to the drives and returns when it ends; `judge` then returns
-    what has changed. `mode` is the mode of the motion, None if the drives are in several.
+
+class MotionRun:
+    """One motion, cycle by cycle: its stages share it, and its actions change it.
+
+    `mode` is the mode of all drives. It is None while they are in several, as in homing: then no
+    position is compared with the orders. `released` tells whether the motion is a jog that was
+    released. A motion ends early because of `trouble` (its `culprit` is asked why), because drives
+    are `missing`, or because it is `refused`.
     """
 
-    lead: MotionLead
-    mode: OperationMode | None
-    send: Callable[[], float]
-    judge: Callable[[], Signal | None]
-
-    def step(self, now_s: float) -> float:
-        """Begin the next cycle when one has ended."""
-        lead = self.lead
-        return lead.begin_cycle(self.send()) if now_s >= lead.due_s else lead.due_s
-
-    def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
-        """Return what has changed."""
-        signal = self.lead.signal(self.mode)
-        return self.judge() if signal is None and self.lead.cycle_is_over else signal
-
-
-@dataclass(slots=True, eq=False)
-class MotionLead:
-    """Leads the drives of one arm through one motion after the other, cycle by cycle.
-
-    A motion ends early because of `trouble` (its `culprit` is asked why), because drives are
-    `missing`, or because it is `refused`.
-    """
-
-    io: Cia402Exchange
-    transfers: ObjectTransfers
-    states: DriveStates
-    due_s: float = math.inf
-    """When the present cycle ends."""
-    trouble: Alert | None = None
-    culprit: Cia402Drive | None = None
-    missing: tuple[Cia402Drive, ...] = ()
-    refused: str = ""
-    reply: Reply = field(default_factory=Done)
-    cycling: bool = False
-    """Whether a cycle has begun that has not been judged."""
-    began_s: float = -math.inf
-    """When the motion began."""
-    released: Callable[[], bool] = never
-    """Whether the motion is a jog that was released."""
-    late_outages: int = 0
-    """How many outages came since a cycle ended in time, although all drives had reported since the
-    outage before."""
-    outage_s: float = -math.inf
-    """When the last outage began."""
-
-    def prepare(self, mode: OperationMode) -> Script[None]:
-        """Prepare a motion. Raises `Obstructed` if it cannot begin."""
-        group = self.io.group
-        if not group.on:
-            raise Obstructed("its motors are disabled: call `enable()`")
-        if any(drive.shaft.read_s < self.io.now_s - FRESH_POSITION_S for drive in group.drives):
-            yield from self.io.require_positions()
-        for drive in group.drives:
-            if (alert := group.trouble(drive)) is not None:
-                group.report(drive)
-                raise Obstructed(alert.text)
-        yield from self.states.leave_quick_stop(group.drives)
-        for drive in group.off_target:
-            drive.rest()
-        yield from self.states.take_mode(group.drives, mode)
-        for drive in group.drives:
-            drive.watch()
-
-    def carry_out(
+    def __init__(
         self,
-        phase: Phase,
-        send: Callable[[], float],
-        judge: Callable[[], Signal | None],
+        io: Cia402Exchange,
         mode: OperationMode | None,
-        rest_cycles: int = 0,
         released: Callable[[], bool] = never,
-    ) -> Script[Reply]:
-        """Lead the drives through a motion, given the two halves of its own stage.
+    ) -> None:
+        self.io, self.mode, self.released = io, mode, released
+        self.trouble: Alert | None = None
+        self.culprit: Cia402Drive | None = None
+        self.missing: tuple[Cia402Drive, ...] = ()
+        self.refused = ""
+        self.began_s = self.due_s = io.now_s
+        """When the motion began; and when the present cycle ends."""
+        self.cycling = False
+        """Whether a cycle has begun that has not been judged."""
+        self._late_outages = 0
+        """How many outages came since a cycle ended in time, although all drives had reported since
+        the outage before."""
+        self._outage_s = -math.inf
+        """When the last outage began."""
+        self._braking = Braking(Cia402Brakes(self), (), io.listened, 0.0)
+        """The stage of its stop; of no drives before that."""
+        self._reply: Reply = Done()
+
+    def carry_out(self, phase: Phase, stage: Stage, rest_cycles: int = 0) -> Script[Reply]:
+        """Lead the drives through the motion, which begins in a phase with a stage of its own.
 
         It ends when all drives have stood at their targets for `rest_cycles` readings, or soon
-        after it was `released`.
+        after it was released.
         """
-        self.trouble, self.culprit, self.missing, self.refused = None, None, (), ""
-        self.reply, self.began_s, self.released = Done(), self.io.now_s, released
-        self.late_outages, self.outage_s = 0, -math.inf
-        self.interrupt()
-        moving = CycleStage(self, mode, send, judge)
-        arriving = Arriving(self, mode or self.io.group.resting_mode, rest_cycles)
-        resting = CycleStage(self, mode, arriving.send, arriving.judge)
-        brakes = Cia402Brakes(self)
-        patience_s = 2.0 * self.io.settings.quick_stop_s + BRAKING_S
-        braking = Braking(brakes, (), self.io.listened, 0.0)
-
-        def brake() -> None:
-            """Stop the drives; the stage of stopping sends the quick stop."""
-            nonlocal braking
-            brakes.begin()
-            braking = Braking(brakes, self.io.group.drives, self.io.listened, patience_s)
-
+        arriving = Arriving(self, self.mode or self.io.group.resting_mode, rest_cycles)
         stages: Stages = {
-            phase: lambda: moving,
-            Phase.OUTAGE: lambda: Outage(self, self.cycle_ends_s),
-            Phase.ARRIVING: lambda: resting,
-            Phase.STOPPING: lambda: braking,
+            phase: lambda: stage,
+            Phase.OUTAGE: lambda: Outage(self),
+            Phase.ARRIVING: lambda: arriving,
+            Phase.STOPPING: lambda: self._braking,
         }
         acts = {
-            **dict.fromkeys((Act.STOP, Act.STOP_HARD, Act.EXPLAIN), brake),
+            **dict.fromkeys((Act.STOP, Act.STOP_HARD, Act.EXPLAIN), self._brake),
             Act.RESUME: self._ask_states,
-            Act.HOLD: lambda: self._hold(braking),
+            Act.HOLD: self._hold,
         }
         yield from run_phases(self.io, phase, stages, acts)
-        return self.reply
+        return self._reply
 
     # -- cycles -------------------------------------------------------------------------------
 
@@ -211,36 +166,30 @@ class MotionLead:
         """End the present cycle without judging it."""
         self.due_s, self.cycling = self.io.now_s, False
 
-    def signal(self, mode: OperationMode | None) -> Signal | None:
-        """Return what ends the present phase, as far as all motions share that.
-
-        Drives that are not in the motion's mode end it. `mode` is None while drives search for
-        their switches: then their positions are not known either.
-        """
-        for drive in self.io.group.drives:
+    def signal(self) -> Signal | None:
+        """Return what ends any phase: a drive in trouble, or one that reports nothing."""
+        for drive in self.io.drives:
             if drive.obeys:  # as nearly always: this is asked after every frame
                 continue
             if (alert := self.io.group.trouble(drive, moving=True)) is not None:
                 return self.blame(alert, drive)
-        if self.missing:
-            return Signal.TROUBLE
-        if not self.cycle_is_over:
-            return None
-        self.missing = self.io.mute(self.io.group.drives)
-        if self.missing:
-            return Signal.TROUBLE
-        if mode is not None:
-            if self._may_have_stopped:
-                return self._outage()
-            self.late_outages = 0
-            for drive in self.io.group.drives:
-                if drive.missed <= 1 and drive.mode != mode:
-                    words = f"another program has brought {drive} to mode {drive.mode}"
-                    return self.blame(Alert(AlertKind.OFF_PATH, words))
-                if (alert := _departed(drive)) is not None:
-                    return self.blame(alert)
-            if self.released() and any(map(self.stands_short, self.io.group.drives)):
-                return Signal.STOP  # or it would jump to its target when it comes free
+        if not self.missing and self.cycle_is_over:
+            self.missing = self.io.mute(self.io.drives)
+        return Signal.TROUBLE if self.missing else None
+
+    def compare(self, mode: OperationMode) -> Signal | None:
+        """Compare the drives' reports of a cycle with their orders; return what that changes."""
+        if self._may_have_stopped:
+            return self._outage()
+        self._late_outages = 0
+        for drive in self.io.drives:
+            if drive.missed <= 1 and drive.mode != mode:
+                words = f"another program has brought {drive} to mode {drive.mode}"
+                return self.blame(Alert(AlertKind.OFF_PATH, words))
+            if (alert := _departed(drive)) is not None:
+                return self.blame(alert)
+        if self.released() and any(map(self.stands_short, self.io.drives)):
+            return Signal.STOP  # or it would jump to its target when it comes free
         return None
 
     def stands_short(self, drive: Cia402Drive) -> bool:
@@ -270,11 +219,11 @@ class MotionLead:
 
         Then reports come after each outage, but always late. If none come, drives are mute in time.
         """
-        self.late_outages += self.io.group.have_reported(self.outage_s)
-        self.outage_s = self.io.now_s
-        if self.late_outages < LATE_OUTAGES:
+        self._late_outages += self.io.group.have_reported(self._outage_s)
+        self._outage_s = self.io.now_s
+        if self._late_outages < LATE_OUTAGES:
             return Signal.OUTAGE
-        self.missing = self.io.group.drives
+        self.missing = self.io.drives
         return Signal.TROUBLE
 
     @property
@@ -287,7 +236,7 @@ class MotionLead:
         Such a drive would take its next target as an order to continue, and jump to where the
         others, or the targets, are by now.
         """
-        now_s, drives = self.io.now_s, self.io.group.drives
+        now_s, drives = self.io.now_s, self.io.drives
         settings = self.io.settings
         most_s = (settings.heartbeat_timeout_ms - settings.heartbeat_period_ms / 2.0) / 1000.0
         if now_s - self.io.beats.sent_s >= most_s:
@@ -299,13 +248,21 @@ class MotionLead:
 
     # -- actions ------------------------------------------------------------------------------
 
+    def _brake(self) -> None:
+        """Stop the drives; the stage of stopping sends the quick stop."""
+        self.interrupt()
+        patience_s = 2.0 * self.io.settings.quick_stop_s + BRAKING_S
+        brakes = Cia402Brakes(self)
+        self._braking = Braking(brakes, self.io.drives, self.io.listened, patience_s)
+
     def _ask_states(self) -> Script[None]:
         """Read every drive's state before any SYNC on which it may act, unless a stop comes first.
 
         The stop needs no answers, and a drive that waits for them runs on along what it was sent.
         """
-        jobs = self.transfers.of_each(STATUSWORD)
-        asked = self.transfers.transfer(jobs, tries=2, given_up=lambda: self.io.stop_asked)
+        transfers = self.io.transfers
+        jobs = transfers.of_each(STATUSWORD)
+        asked = transfers.transfer(jobs, tries=2, given_up=lambda: self.io.stop_asked)
         results = (yield from asked).values()
         for result in results:
             if (word := result.values.get(STATUSWORD)) is not None:
@@ -314,41 +271,40 @@ class MotionLead:
             self.missing = tuple(each.drive for each in results if STATUSWORD not in each.values)
         self.interrupt()
 
-    def _hold(self, braking: Braking[Cia402Drive]) -> Script[None]:
+    def _hold(self) -> Script[None]:
         """Make each drive hold where it stands, and reply why the motion ended."""
-        unstopped: Reply | None = None
+        braking, unstopped = self._braking, None
+        standing = [drive for drive in braking.standing if drive.operates]
         try:
-            yield from self.states.leave_quick_stop(
-                [drive for drive in braking.standing if drive.operates]
-            )
+            yield from self.io.states.leave_quick_stop(standing)
         except Obstructed as obstructed:
             unstopped = obstructed.reply
-        for drive in self.io.group.drives:
+        for drive in self.io.drives:
             drive.rest()
         unstopped = braking.unstopped() or unstopped
-        self.reply = unstopped or Halted()
+        self._reply = unstopped or Halted()
         if self.trouble is not None:
             yield from self._explain(self.trouble)
         elif self.missing and not isinstance(unstopped, Timeout):
-            self.reply = self._lost(unstopped)
+            self._reply = self._lost(unstopped)
         elif self.refused:
-            self.reply = RequestRejected(self.refused)
-        if not all(drive.operates for drive in self.io.group.drives):
+            self._reply = RequestRejected(self.refused)
+        if not all(drive.operates for drive in self.io.drives):
             self.io.group.contacted = False  # the next request sets them up again
 
     def _explain(self, alert: Alert) -> Script[None]:
         """Find out what is wrong with a drive, and report it."""
         drive = self.culprit
         if drive is not None and not drive.booted and not drive.error:
-            yield from self.transfers.explain(drive)
+            yield from self.io.transfers.explain(drive)
             alert = self.io.group.trouble(drive, moving=True) or alert
         self.io.group.alarm(drive, alert)
-        if not isinstance(self.reply, Timeout):
-            self.reply = RequestRejected(alert.text)
+        if not isinstance(self._reply, Timeout):
+            self._reply = RequestRejected(alert.text)
 
     def _lost(self, unstopped: Reply | None) -> RequestRejected:
         """Return the reply that names drives that fell silent; the others were stopped."""
-        late = self.late_outages >= LATE_OUTAGES
+        late = self._late_outages >= LATE_OUTAGES
         words = SLOW_BUS if late else not_heard_words(", ".join(map(str, self.missing)))
         if isinstance(unstopped, RequestRejected) and unstopped.silent and unstopped.reason:
             words = unstopped.reason
@@ -356,7 +312,33 @@ class MotionLead:
         return RequestRejected(away or words, silent=True)
 
 
-@dataclass(slots=True, eq=False)
+class CycleStage(ABC):
+    """A stage that advances one SYNC cycle at a time."""
+
+    def __init__(self, run: MotionRun) -> None:
+        self.run, self.io = run, run.io
+
+    @abstractmethod
+    def send(self) -> float:
+        """Begin a cycle with commands to the drives; return when it ends."""
+
+    @abstractmethod
+    def judge(self) -> Signal | None:
+        """Return what has changed in the cycle that has ended."""
+
+    def step(self, now_s: float) -> float:
+        """Begin the next cycle when one has ended."""
+        return self.run.begin_cycle(self.send()) if now_s >= self.run.due_s else self.run.due_s
+
+    def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
+        """Return what has changed."""
+        run = self.run
+        signal = run.signal()
+        if signal is None and run.cycle_is_over:
+            signal = (run.compare(run.mode) if run.mode is not None else None) or self.judge()
+        return signal
+
+
 class Outage:
     """Drives may have stopped by themselves: read what they sent meanwhile for one cycle.
 
@@ -368,69 +350,67 @@ class Outage:
     slow down by one cycle at a time.
     """
 
-    lead: MotionLead
-    until_s: float
+    def __init__(self, run: MotionRun) -> None:
+        self._run, self._until_s = run, run.cycle_ends_s
 
     def step(self, now_s: float) -> float:  # noqa: ARG002
         """Send nothing for a cycle."""
-        return self.until_s
+        return self._until_s
 
     def signal(self, now_s: float) -> Signal | None:
         """Return whether a drive is in trouble; STOP or LOCATED if none is known to be."""
-        self.lead.cycling = False
-        if (trouble := self.lead.signal(None)) is not None:
+        self._run.cycling = False
+        if (trouble := self._run.signal()) is not None:
             return trouble
-        if self.lead.released():
+        if self._run.released():
             return Signal.STOP
-        return Signal.LOCATED if now_s >= self.until_s else None
+        return Signal.LOCATED if now_s >= self._until_s else None
 
 
-class Arriving:
+class Arriving(CycleStage):
     """Every drive gets its final target again and again, until it stands there.
 
     A late drive is not to blame: the motion waits for it, and ends if it is mute. Only a drive that
     is read off its target is blamed, if it was read there long enough before.
     """
 
-    def __init__(self, lead: MotionLead, mode: OperationMode, rest_cycles: int) -> None:
-        self._lead, self._mode, self._rest_cycles = lead, mode, rest_cycles
-        self._arrived = dict.fromkeys(lead.io.group.drives, 0)
+    def __init__(self, run: MotionRun, mode: OperationMode, rest_cycles: int) -> None:
+        super().__init__(run)
+        self._mode, self._rest_cycles = mode, rest_cycles
+        self._arrived = dict.fromkeys(run.io.drives, 0)
         self._read_s: dict[Cia402Drive, float] = {}
         self._off_s: dict[Cia402Drive, float] = {}
 
     def send(self) -> float:
         """Send every drive its target."""
-        lead = self._lead
         if not self._read_s:
-            self._read_s = {drive: drive.shaft.read_s for drive in lead.io.group.drives}
-        for drive in lead.io.group.drives:
-            lead.io.command(drive, ENABLE, self._mode, drive.shaft.goal)
-        return lead.cycle_ends_s
+            self._read_s = {drive: drive.shaft.read_s for drive in self.io.drives}
+        for drive in self.io.drives:
+            self.io.command(drive, ENABLE, self._mode, drive.shaft.goal)
+        return self.run.cycle_ends_s
 
     def judge(self) -> Signal | None:
         """Return whether all drives stand at their targets."""
-        lead, drives = self._lead, self._lead.io.group.drives
         for drive, before_s in self._read_s.items():
             if drive.shaft.read_s <= before_s:
                 continue
             self._read_s[drive] = drive.shaft.read_s
             if drive.shaft.is_near:
-                exact = abs(drive.seen - drive.shaft.goal) <= EXACT_REACH
+                exact = abs(drive.shaft.count - drive.shaft.goal) <= EXACT_REACH
                 self._arrived[drive] += EXACT if exact else 1
                 continue
             self._arrived[drive] = 0
             off_s = self._off_s.setdefault(drive, drive.shaft.read_s)
             if drive.shaft.asked_s > off_s + SETTLE_S:
-                return lead.blame(off_target_alert(drive))
-        if lead.io.group.off_target or min(self._arrived.values()) < self._rest_cycles:
+                return self.run.blame(off_target_alert(drive))
+        if self.io.group.off_target or min(self._arrived.values()) < self._rest_cycles:
             return None
-        for drive in drives:
-            drive.shaft.rest_at(drive.shaft.goal, lead.io.now_s)
-        lead.io.progress()
+        for drive in self.io.drives:
+            drive.shaft.rest_at(drive.shaft.goal, self.io.now_s)
+        self.io.progress()
         return Signal.ARRIVED
 
 
-@dataclass(slots=True, eq=False)
 class Cia402Brakes:
     """How CiA 402 drives are stopped, and seen to stand and hold.
 
@@ -438,65 +418,60 @@ class Cia402Brakes:
     that, or because it missed a heartbeat (CiA 301, object 1029). It is stopped and read by SDO.
     """
 
-    lead: MotionLead
-    began_s: float = math.inf
-    asked: dict[Cia402Drive, SdoQueue] = field(default_factory=dict)
-
-    def begin(self) -> None:
-        """Begin at once."""
-        self.began_s = self.lead.io.now_s
-        self.lead.interrupt()
+    def __init__(self, run: MotionRun) -> None:
+        self._run, self._io, self._began_s = run, run.io, run.io.now_s
+        self._asked: dict[Cia402Drive, SdoQueue] = {}
 
     def step(self, left: Sequence[Cia402Drive], now_s: float) -> float:
         """Send the stop to drives that do not stand."""
-        lead = self.lead
-        if now_s < lead.due_s:
-            return lead.due_s
+        run, io = self._run, self._io
+        if now_s < run.due_s:
+            return run.due_s
         for drive in left:
             if not drive.operates or drive.missed >= WAIT_CYCLES:
-                if drive not in self.asked:
-                    self.asked[drive] = lead.transfers.stopping(drive)
-                self.asked[drive].step()
+                if drive not in self._asked:
+                    self._asked[drive] = io.transfers.stopping(drive)
+                self._asked[drive].step()
             if drive.operates and drive.state in NEEDS_STOP:
-                lead.io.command(drive, STOP, lead.states.mode_of(drive))
-        lead.io.last_command = "QUICK STOP"
-        return lead.begin_cycle(lead.cycle_ends_s)
+                io.command(drive, STOP, io.states.mode_of(drive))
+        io.last_command = "QUICK STOP"
+        return run.begin_cycle(run.cycle_ends_s)
 
     def has_looked(self, now_s: float) -> bool:  # noqa: ARG002
         """Return whether a cycle has ended."""
-        if not self.lead.cycle_is_over:
+        if not self._run.cycle_is_over:
             return False
-        self.lead.io.progress()
+        self._io.progress()
         return True
 
     def stands(self, drive: Cia402Drive) -> bool:
         """Return whether a drive has been seen to stand."""
         if drive.booted:
             return True  # it has lost its current, and will not report that
-        if drive.shaft.read_s < self.began_s or drive.state in (None, DriveState.ENABLED):
+        if drive.shaft.read_s < self._began_s or drive.state in (None, DriveState.ENABLED):
             return False
         if not drive.holds:
             return True  # nothing can be done about how it turns
-        return drive.stands(self.began_s, (STAND_CYCLES - 1) * self.lead.io.cycle_s * 0.9)
+        return drive.stands(self._began_s, (STAND_CYCLES - 1) * self._io.cycle_s * 0.9)
 
     def settle(self, drive: Cia402Drive, now_s: float) -> None:
         """Do nothing: the targets follow when all drives stand."""
 
     def is_mute(self, drive: Cia402Drive) -> bool:
         """Return whether a drive has missed too many SYNCs."""
-        return bool(self.lead.io.mute((drive,)))
+        return bool(self._io.mute((drive,)))
 
     def absence(self, mute: Sequence[Cia402Drive]) -> Timeout | RequestRejected:
         """Return the reply that names drives that fell silent while they braked."""
-        return self.lead.io.absence(mute, moved=True)
+        return self._io.absence(mute, moved=True)
 
 
 def _departed(drive: Cia402Drive) -> Alert | None:
     """Return that a drive has left its path; None if its last reading agrees with its orders."""
-    verdict = drive.shaft.verdict
-    if verdict is None or not verdict.finding.ends:
+    finding = drive.shaft.finding
+    if not finding.ends:
         return None
-    if verdict.finding is DriveFinding.RESTARTED:
+    if finding is DriveFinding.RESTARTED:
         words = f"{drive} counts from zero: it was reset, or lost its power for a moment"
         return Alert(AlertKind.RESTARTED, words)
     return off_target_alert(drive)

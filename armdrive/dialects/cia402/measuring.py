@@ -21,9 +21,9 @@ from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.observer import PROMPT_REPLY_S
 from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.cia402.drives import Cia402Drive
-from armdrive.dialects.cia402.exchange import Script, SetPoints
-from armdrive.dialects.cia402.leading import MotionLead
-from armdrive.dialects.cia402.motion import BurstPart
+from armdrive.dialects.cia402.exchange import Cia402Exchange, Script, SetPoints
+from armdrive.dialects.cia402.leading import CycleStage, MotionRun, prepare
+from armdrive.dialects.cia402.motion import BurstPart, write_parts
 from armdrive.tasks import Done, MeasuredUnits, Reply, RequestRejected
 from firmware_protocol import canopen
 
@@ -112,20 +112,17 @@ def _failed(words: str) -> Obstructed:
     return Obstructed(RequestRejected(words))
 
 
-@dataclass(slots=True, eq=False)
 class UnitMeasurement:
     """Times slow turns of one motor; the other drives hold meanwhile."""
 
-    MODE = canopen.OperationMode.PROFILE_POSITION
-
-    lead: MotionLead
+    def __init__(self, io: Cia402Exchange) -> None:
+        self._io = io
 
     def measure(self, drive: Cia402Drive, steps: int) -> Script[Reply]:
         """Measure the units of a drive, whose motor turns by at most `steps` and back."""
-        states, resting = self.lead.states, self.lead.io.group.resting_mode
-        yield from self.lead.prepare(resting)
-        yield from states.take_mode((drive,), self.MODE)
-        start = drive.seen
+        yield from prepare(self._io, self._io.group.resting_mode)
+        yield from self._io.states.take_mode((drive,), canopen.OperationMode.PROFILE_POSITION)
+        start = drive.shaft.count
         try:
             speed, ramp = yield from self._timed(drive, start, steps)
         except Obstructed:
@@ -148,8 +145,8 @@ class UnitMeasurement:
     def _hold(self, drive: Cia402Drive) -> Script[None]:
         """Make a drive hold where it is, like the others."""
         drive.rest()
-        yield from self.lead.states.take_mode((drive,), self.lead.io.group.resting_mode)
-        yield from self.lead.states.hold_here((drive,))
+        yield from self._io.states.take_mode((drive,), self._io.group.resting_mode)
+        yield from self._io.states.hold_here((drive,))
 
     def _timed(self, drive: Cia402Drive, start: int, steps: int) -> Script[tuple[float, float]]:
         """Return the unit of speed in increments/s, and that of ramps in increments/s²."""
@@ -246,34 +243,44 @@ class UnitMeasurement:
 
         Raises `Obstructed` if something stops it.
         """
-        lead, node = self.lead, drive.node
-        # drives lack 6084, or have a constant there: see `ProfileMotion`
-        optional = (canopen.PROFILE_DECELERATION,)
-        yield from lead.transfers.carry_out({node: part.writes}, optional=optional)
-        points = SetPoints({drive: part.goal})
-        yield from lead.states.ready(points)
-        begin, began_s, until_s = drive.seen, lead.io.now_s, lead.io.listened.s + for_s
-        direction = 1 if part.goal >= begin else -1
-        readings: list[tuple[float, int]] = []
-        late = False
-
-        def send() -> float:
-            points.send(lead.io, drive)
-            return lead.cycle_ends_s
-
-        def judge() -> Signal | None:
-            nonlocal late
-            points.arrived()
-            sampled_s = drive.shaft.asked_s  # at the SYNC
-            if not readings or sampled_s > readings[-1][0]:
-                readings.append((sampled_s, direction * (drive.seen - begin)))
-                late |= drive.shaft.read_s > sampled_s + PROMPT_REPLY_S
-            near = abs(drive.seen - part.goal) <= drive.shaft.bounds.tremble
-            there = near and drive.stands(began_s, REST_S)
-            over = there or lead.io.listened.s > until_s
-            return Signal.ARRIVED if over else None
-
-        reply = yield from lead.carry_out(Phase.HOMING, send, judge, None)
+        io, points = self._io, SetPoints({drive: part.goal})
+        yield from write_parts(io, {drive: part})
+        yield from io.states.ready(points)
+        run = MotionRun(io, None)
+        turn = Turn(run, drive, points, for_s)
+        reply = yield from run.carry_out(Phase.HOMING, turn)
         if not isinstance(reply, Done):
             raise Obstructed(reply)
-        return Track(tuple(readings), late)
+        return Track(tuple(turn.readings), turn.late)
+
+
+class Turn(CycleStage):
+    """The stage of one turn of a motor: reads where it is in each cycle."""
+
+    def __init__(self, run: MotionRun, drive: Cia402Drive, points: SetPoints, for_s: float) -> None:
+        super().__init__(run)
+        self._drive, self._points = drive, points
+        self._begin, self._goal = drive.shaft.count, points.goals[drive]
+        self._until_s = run.io.listened.s + for_s
+        self.readings: list[tuple[float, int]] = []
+        """Times, and increments from its start."""
+        self.late = False
+        """Whether a reading was of some moment long before it came."""
+
+    def send(self) -> float:
+        """Send the drive its set-point."""
+        self._points.send(self.io, self._drive)
+        return self.run.cycle_ends_s
+
+    def judge(self) -> Signal | None:
+        """Return whether the motor stands at its goal, or its time is over."""
+        drive, shaft = self._drive, self._drive.shaft
+        self._points.arrived()
+        direction = 1 if self._goal >= self._begin else -1
+        sampled_s = shaft.asked_s  # at the SYNC
+        if not self.readings or sampled_s > self.readings[-1][0]:
+            self.readings.append((sampled_s, direction * (drive.shaft.count - self._begin)))
+            self.late |= shaft.read_s > sampled_s + PROMPT_REPLY_S
+        near = abs(drive.shaft.count - self._goal) <= shaft.bounds.tremble
+        there = near and drive.stands(self.run.began_s, REST_S)
+        return Signal.ARRIVED if there or self.io.listened.s > self._until_s else None

@@ -7,22 +7,27 @@ one set-point and follows a ramp of its own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import Obstructed
+from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.bus.phases import HomingSearch, HomingStatus, Phase, Signal, home_in_groups
 from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, off_target_alert
-from armdrive.dialects.cia402.exchange import (
-    ENABLE,
-    Script,
-    SetPoints,
+from armdrive.dialects.cia402.exchange import ENABLE, Cia402Exchange, Script, SetPoints
+from armdrive.dialects.cia402.leading import (
+    REST_CYCLES,
+    SETTLE_S,
+    WAIT_CYCLES,
+    CycleStage,
+    MotionRun,
+    prepare,
 )
-from armdrive.dialects.cia402.leading import REST_CYCLES, SETTLE_S, WAIT_CYCLES, MotionLead
 from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply
 from firmware_protocol import canopen
+from firmware_protocol.canopen import OperationMode
 from kinematics.spaces import Motors
 
 MIN_RATE = 0.1
@@ -34,63 +39,69 @@ class CyclicTrip:
     """One motion under way: the source of its segments, and its progress.
 
     Each cycle advances it by one period at most, however late the cycle is. When a jog is released,
-    it slows down to a stand on its path within `ease_s`. When the arm is paused, it slows down
-    towards the end of its last segment. If it has already slowed down by then, or must wait for a
-    drive, it stops on the path instead and stays there until the pause ends: the segment's end
-    would come later than announced.
+    it slows down to a stand on its path. When the arm is paused, it slows down towards the end of
+    its last segment. If it has already slowed down by then, or must wait for a drive, it stops on
+    the path instead and stays there until the pause ends: the segment's end would come later than
+    announced.
     """
 
-    def __init__(
-        self, request: MoveAlong, path: PlannedPath, window_s: float, ease_s: Callable[[], float]
-    ) -> None:
+    def __init__(self, request: MoveAlong, path: PlannedPath, window_s: float) -> None:
         self.path = path
         self.window_s = window_s
         """The averaging window of targets, which lag by half of it."""
         self.time_s = 0.0
-        self.feed = SegmentFeed(path, request.segments)
+        self._feed = SegmentFeed(path, request.segments)
         self.eased = False
         """Whether the jog was released."""
         self._request = request
-        self._ease_s = ease_s
         self.stays = False
         """Whether the arm is paused and stands on the path until the pause ends."""
+        self.late_cycles = 0
+        """How many cycles came late, or slowed down for a silent drive."""
         self._rate, self._full_s = 1.0, 0.0
         self._held = False
+
+    @property
+    def underruns(self) -> int:
+        """How often a cycle was late, or the path ended although more was to come."""
+        return self._feed.underruns + self.late_cycles
 
     @property
     def over(self) -> bool:
         """Whether all targets have been sent."""
         if self.eased and self._rate <= 0.0:
             return True
-        return self._driven and (self.feed.exhausted or self._held or self.eased)
+        return self._driven and (self._feed.exhausted or self._held or self.eased)
 
     @property
     def complete(self) -> bool:
         """Whether all of the path has been sent, except what a pause holds back."""
-        return self._driven and (self.feed.exhausted or (self._held and not self.eased))
+        return self._driven and (self._feed.exhausted or (self._held and not self.eased))
 
     @property
     def _driven(self) -> bool:
         return self.time_s >= self.path.end_s + self.window_s
 
     def advance(
-        self, period_s: float, *, wait: bool = False, stand: bool = False
+        self, period_s: float, ease_s: float, *, wait: bool, stand: bool
     ) -> tuple[int, ...]:
         """Advance by a period; return the targets of the motors.
+
+        Slowing down from the present speed takes `ease_s`.
 
         A trip that has to `wait` for a drive slows down. One that has to `stand` does not advance
         in this period, and halves its speed after it: meanwhile a drive that missed targets catches
         up.
         """
         if self._rate >= 1.0:  # once it slows down, its speed tells no more how long that takes
-            self._full_s = max(self._ease_s(), period_s)
+            self._full_s = max(ease_s, period_s)
         self.eased = self.eased or self._request.released()
         held, self._held = self._held, self._request.held_back()
         slowed = not held and self._rate < 1.0
         self.stays = self._held and (self.stays or wait or stand or slowed)
         if not (self.eased or self._held):
             dry = self.time_s > self.path.end_s > 0.0
-            self.feed.fetch(lambda: self._has_room(period_s), self.time_s, dry=dry)
+            self._feed.fetch(lambda: self._has_room(period_s), self.time_s, dry=dry)
         self._rate = self._rate / 2.0 if stand else self._next_rate(period_s, wait)
         self.time_s += 0.0 if stand else self._rate * period_s
         self.path.discard_before(self.time_s, self.window_s)
@@ -117,72 +128,72 @@ PROGRESS_S = 0.05
 """How often positions are reported in motion: twenty times a second, as a screen shows them."""
 
 
-@dataclass(slots=True, eq=False)
 class CyclicMotion:
     """Moves drives along segments with a target in each cycle."""
 
-    MODE = canopen.OperationMode.CYCLIC_POSITION
-
-    lead: MotionLead
-    limits: DriveLimits
-    underruns: int = 0
-    """How often a cycle was late, or the path ended although more was to come."""
-    hz: float = 0.0
-    """The present speed of the busiest motor."""
-    shown_s: float = -math.inf
-    short_s: dict[Cia402Drive, float] = field(default_factory=dict)
-    """When each drive was first read short of its target, where it stands."""
+    def __init__(self, io: Cia402Exchange, limits: DriveLimits) -> None:
+        self._io, self._limits = io, limits
+        self.underruns = 0
+        """How often a cycle was late, or the path ended although more was to come."""
 
     def drive(self, request: MoveAlong) -> Script[Reply]:
         """Send targets along segments, until the end or until something stops the drives."""
-        yield from self.lead.prepare(self.MODE)
-        path = PlannedPath(Motors(drive.shaft.goal for drive in self.lead.io.group.drives))
-        window_s = self.lead.io.settings.smoothing_ms / 1000.0
-        trip = CyclicTrip(request, path, window_s, self._ease_s)
-        self.hz, self.shown_s, self.short_s = 0.0, self.lead.io.now_s, {}
+        io = self._io
+        yield from prepare(io, OperationMode.CYCLIC_POSITION)
+        path = PlannedPath(Motors(drive.shaft.goal for drive in io.drives))
+        trip = CyclicTrip(request, path, io.settings.smoothing_ms / 1000.0)
+        run = MotionRun(io, OperationMode.CYCLIC_POSITION, lambda: trip.eased or request.released())
+        targets = CyclicTargets(run, trip, self._limits)
         try:
-            reply = yield from self.lead.carry_out(
-                Phase.MOVING,
-                lambda: self._send_targets(trip),
-                lambda: self._judge(trip),
-                self.MODE,
-                REST_CYCLES,
-                lambda: trip.eased or request.released(),
-            )
+            reply = yield from run.carry_out(Phase.MOVING, targets, REST_CYCLES)
         finally:
-            self.underruns += trip.feed.underruns
+            self.underruns += trip.underruns
         return Halted() if isinstance(reply, Done) and not trip.complete else reply
 
-    def _send_targets(self, trip: CyclicTrip) -> float:
+
+class CyclicTargets(CycleStage):
+    """The moving stage: every drive gets a target in each cycle."""
+
+    def __init__(self, run: MotionRun, trip: CyclicTrip, limits: DriveLimits) -> None:
+        super().__init__(run)
+        self._trip, self._limits = trip, limits
+        self._hz = 0.0
+        """The present speed of the busiest motor."""
+        self._shown_s = run.began_s
+        self._short_s: dict[Cia402Drive, float] = {}
+        """When each drive was first read short of its target, where it stands."""
+
+    def send(self) -> float:
         """Send every drive its next target; slow down while one of them is silent."""
-        lead, cycle_s = self.lead, self.limits.cycle_s
-        drives, now_s = lead.io.group.drives, lead.io.now_s
-        waits = any(drive.missed >= WAIT_CYCLES for drive in drives)
-        self.underruns += waits + (now_s > lead.due_s + cycle_s)
+        io, run, cycle_s, now_s = self.io, self.run, self._limits.cycle_s, self.io.now_s
+        waits = any(drive.missed >= WAIT_CYCLES for drive in io.drives)
+        self._trip.late_cycles += waits + (now_s > run.due_s + cycle_s)
         # the sooner the targets stop, the shorter a drive's jump to the next one
-        stands = any(map(lead.stands_short, drives))
-        targets = trip.advance(cycle_s, wait=waits, stand=stands)
-        if words := beyond_words(zip(drives, targets, strict=True)):
-            lead.refused = f"{words}: home it near its zero"
+        stands = any(map(run.stands_short, io.drives))
+        ease_s = io.settings.ramp_s * min(self._hz / self._limits.fastest_hz, 1.0)
+        targets = self._trip.advance(cycle_s, ease_s, wait=waits, stand=stands)
+        if words := beyond_words(zip(io.drives, targets, strict=True)):
+            run.refused = f"{words}: home it near its zero"
             return now_s
         steps = (
-            abs(target - drive.shaft.goal) for target, drive in zip(targets, drives, strict=True)
+            abs(target - drive.shaft.goal) for target, drive in zip(targets, io.drives, strict=True)
         )
-        self.hz = max(steps) / cycle_s
-        for drive, target in zip(drives, targets, strict=True):
-            drive.shaft.order(target, self.limits.fastest_hz, math.inf, now_s)
-            self.lead.io.command(drive, ENABLE, self.MODE, target)  # else a drive might run on
-        self.lead.io.last_command = self.lead.io.group.targets
-        return max(lead.due_s + cycle_s, now_s + MIN_CYCLE_SHARE * cycle_s)
+        self._hz = max(steps) / cycle_s
+        for drive, target in zip(io.drives, targets, strict=True):
+            drive.shaft.order(target, self._limits.fastest_hz, math.inf, now_s)
+            # else a drive might run on
+            io.command(drive, ENABLE, OperationMode.CYCLIC_POSITION, target)
+        io.last_command = io.group.targets
+        return max(run.due_s + cycle_s, now_s + MIN_CYCLE_SHARE * cycle_s)
 
-    def _judge(self, trip: CyclicTrip) -> Signal | None:
+    def judge(self) -> Signal | None:
         """Return whether all targets have been sent."""
-        if self.lead.refused:
+        if self.run.refused:
             return Signal.OUT_OF_RANGE
-        if self.lead.io.now_s >= self.shown_s + PROGRESS_S:
-            self.shown_s = self.lead.io.now_s
-            self.lead.io.progress()
-        return self._blocked() or (Signal.ALL_SENT if trip.over else None)
+        if self.io.now_s >= self._shown_s + PROGRESS_S:
+            self._shown_s = self.io.now_s
+            self.io.progress()
+        return self._blocked() or (Signal.ALL_SENT if self._trip.over else None)
 
     def _blocked(self) -> Signal | None:
         """Return TROUBLE if a drive stands short of its target for longer than it may settle.
@@ -191,18 +202,14 @@ class CyclicMotion:
         meanwhile is not: on a slow bus, each reading is of the time before the last target. What
         counts is the time between two readings, which passes for a drive however late they come.
         """
-        for drive in self.lead.io.group.drives:
-            if not self.lead.stands_short(drive):
-                self.short_s.pop(drive, None)
+        for drive in self.io.drives:
+            if not self.run.stands_short(drive):
+                self._short_s.pop(drive, None)
                 continue
-            since_s = max(self.short_s.setdefault(drive, drive.shaft.read_s), drive.shaft.still_s)
+            since_s = max(self._short_s.setdefault(drive, drive.shaft.read_s), drive.shaft.still_s)
             if drive.shaft.asked_s > since_s + SETTLE_S:
-                return self.lead.blame(off_target_alert(drive))
+                return self.run.blame(off_target_alert(drive))
         return None
-
-    def _ease_s(self) -> float:
-        """Return how long slowing down from the present speed takes."""
-        return self.lead.io.settings.ramp_s * min(self.hz / self.limits.fastest_hz, 1.0)
 
 
 def beyond_words(targets: Iterable[tuple[Cia402Drive, int]]) -> str:
@@ -232,7 +239,14 @@ class BurstPart:
         )
 
 
-@dataclass(slots=True, eq=False)
+def write_parts(io: Cia402Exchange, parts: Mapping[Cia402Drive, BurstPart]) -> Script[None]:
+    """Write drives their speeds and ramps."""
+    # by their EDS files, Technosoft's iPOS has no 6084 and brakes as it accelerates, and
+    # Trinamic's TMCM-1617 has a constant
+    jobs = {drive.node: part.writes for drive, part in parts.items()}
+    yield from io.transfers.carry_out(jobs, optional=(canopen.PROFILE_DECELERATION,))
+
+
 class ProfileMotion:
     """Sends one burst at a time: one set-point for each drive, all started by one SYNC.
 
@@ -240,20 +254,16 @@ class ProfileMotion:
     arrive together.
     """
 
-    MODE = canopen.OperationMode.PROFILE_POSITION
-
-    lead: MotionLead
-    limits: DriveLimits
-    points: SetPoints = field(default_factory=lambda: SetPoints({}))
-    under_way: Sequence[Cia402Drive] = ()
-    given_up_s: float = math.inf
+    def __init__(self, io: Cia402Exchange, limits: DriveLimits) -> None:
+        self._io, self._limits = io, limits
 
     def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script[Reply]:
         """Send a burst and wait for its end."""
-        yield from self.lead.prepare(self.MODE)
+        io = self._io
+        yield from prepare(io, OperationMode.PROFILE_POSITION)
         parts = {
             drive: self._part(drive, count, abs(count) / steps.largest, rate_hz)
-            for drive, count in zip(self.lead.io.group.drives, steps, strict=True)
+            for drive, count in zip(io.drives, steps, strict=True)
             if count
         }
         if not parts:
@@ -261,56 +271,59 @@ class ProfileMotion:
         goals = {drive: part.goal for drive, part in parts.items()}
         if words := beyond_words(goals.items()):
             raise Obstructed(words)
-        ramps = {drive.node: part.writes for drive, part in parts.items()}
-        # by their EDS files, Technosoft's iPOS has no 6084 and brakes as it accelerates, and
-        # Trinamic's TMCM-1617 has a constant
-        yield from self.lead.transfers.carry_out(ramps, optional=(canopen.PROFILE_DECELERATION,))
-        if self.lead.io.stop_asked or released():
+        yield from write_parts(io, parts)
+        if io.stop_asked or released():
             return Halted()
-        self.points = SetPoints(goals)
-        yield from self.lead.states.ready(self.points)
-        if self.lead.io.stop_asked:
+        points = SetPoints(goals)
+        yield from io.states.ready(points)
+        if io.stop_asked:
             return Halted()
         for drive, part in parts.items():
             speed, slope = part.speed * drive.speed_unit_hz, part.slope * drive.ramp_unit_hz_s
-            drive.shaft.order(part.goal, speed, slope, self.lead.io.now_s)
-        self.under_way = tuple(parts)
-        lasts_s = self.limits.lasts_s(steps.largest, rate_hz)
-        self.given_up_s = self.lead.io.listened.s + 2.0 * lasts_s + SETTLE_S
-        return (
-            yield from self.lead.carry_out(
-                Phase.MOVING, self._send_goals, self._judge, self.MODE, released=released
-            )
-        )
+            drive.shaft.order(part.goal, speed, slope, io.now_s)
+        run = MotionRun(io, OperationMode.PROFILE_POSITION, released)
+        lasts_s = self._limits.lasts_s(steps.largest, rate_hz)
+        return (yield from run.carry_out(Phase.MOVING, Burst(run, points, lasts_s)))
 
     def _part(self, drive: Cia402Drive, count: int, share: float, rate_hz: float) -> BurstPart:
-        speed, slope = share * min(rate_hz, TOP_HZ), share * self.limits.ramp_hz_s
+        speed, slope = share * min(rate_hz, TOP_HZ), share * self._limits.ramp_hz_s
         return BurstPart(drive.shaft.goal + count, drive.speed(speed), drive.ramp(slope))
 
-    def _send_goals(self) -> float:
-        """Send the drives their set-points."""
-        for drive in self.lead.io.group.drives:
-            if drive in self.points.goals:
-                self.points.send(self.lead.io, drive)
-            else:
-                self.lead.io.command(drive, ENABLE, self.MODE, drive.shaft.goal)
-        self.lead.io.last_command = self.lead.io.group.targets
-        return self.lead.cycle_ends_s
 
-    def _judge(self) -> Signal | None:
+class Burst(CycleStage):
+    """The moving stage: drives are on the way to their set-points, for about `lasts_s`."""
+
+    def __init__(self, run: MotionRun, points: SetPoints, lasts_s: float) -> None:
+        super().__init__(run)
+        self._points = points
+        self._under_way = list(points.goals)
+        self._given_up_s = self.io.listened.s + 2.0 * lasts_s + SETTLE_S
+
+    def send(self) -> float:
+        """Send the drives their set-points."""
+        for drive in self.io.drives:
+            if drive in self._points.goals:
+                self._points.send(self.io, drive)
+            else:
+                goal = drive.shaft.goal
+                self.io.command(drive, ENABLE, OperationMode.PROFILE_POSITION, goal)
+        self.io.last_command = self.io.group.targets
+        return self.run.cycle_ends_s
+
+    def judge(self) -> Signal | None:
         """Return whether all drives report that they have reached their set-points."""
-        reached = self.points.arrived()
-        self.under_way = [drive for drive in self.under_way if drive not in reached]
-        self.lead.io.progress()
-        if not self.under_way:
+        reached = self._points.arrived()
+        self._under_way = [drive for drive in self._under_way if drive not in reached]
+        self.io.progress()
+        if not self._under_way:
             return Signal.ALL_SENT
-        if self.lead.io.listened.s <= self.given_up_s:
+        if self.io.listened.s <= self._given_up_s:
             return None
-        for drive in self.under_way:
+        for drive in self._under_way:
             if not drive.shaft.is_near:
-                return self.lead.blame(off_target_alert(drive))
-        words = f"{self.under_way[0]} does not report that it has reached its target"
-        return self.lead.blame(Alert(AlertKind.OFF_PATH, words))
+                return self.run.blame(off_target_alert(drive))
+        words = f"{self._under_way[0]} does not report that it has reached its target"
+        return self.run.blame(Alert(AlertKind.OFF_PATH, words))
 
 
 # The drives' own homing, in the arm file's groups: each searches for its switch.
@@ -325,57 +338,46 @@ PROGRESS_CYCLES = 5
 """How often positions are reported while drives home: like `PROGRESS_S` at 100 cycles a second."""
 
 
-@dataclass(slots=True, eq=False)
 class Cia402Homing:
-    """Lets drives home themselves, one group after the other.
+    """Lets drives home themselves, one group after the other."""
 
-    `stale` are the drives that have reported "home found" ever since the search began.
-    """
-
-    MODE = canopen.OperationMode.HOMING
-
-    lead: MotionLead
-    limits: DriveLimits
-    group: Sequence[Cia402Drive] = ()
-    stale: set[Cia402Drive] = field(default_factory=set)
-    cycles: int = 0
-    rate_hz: float = math.inf
-    """The fastest homing speed that was read from the drives, in increments a second."""
+    def __init__(self, io: Cia402Exchange, limits: DriveLimits) -> None:
+        self._io, self._limits = io, limits
+        self.rate_hz = math.inf
+        """The fastest homing speed that was read from the drives, in increments a second."""
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[Reply]:
         """Home group after group; without groups, one drive after the other."""
-        yield from self.lead.prepare(self.lead.io.group.resting_mode)
-        return (yield from home_in_groups(groups, self.lead.io.group.drives, self._home_group))
+        yield from prepare(self._io, self._io.group.resting_mode)
+        return (yield from home_in_groups(groups, self._io.drives, self._home_group))
 
     def _home_group(self, group: Sequence[Cia402Drive]) -> Script[Reply]:
-        yield from self.lead.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
+        io = self._io
+        yield from io.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
         yield from self._read_speeds(group)
-        yield from self.lead.states.take_mode(group, self.MODE)
-        self.lead.io.last_command = "HOME"
-        ranges = dict(zip(self.lead.io.group.drives, self.limits.ranges, strict=True))
-        listened, timeout_s = self.lead.io.listened, self.lead.io.settings.homing_s
+        yield from io.states.take_mode(group, OperationMode.HOMING)
+        io.last_command = "HOME"
+        ranges = dict(zip(io.drives, self._limits.ranges, strict=True))
+        listened, timeout_s = io.listened, io.settings.homing_s
         search = HomingSearch(
             {drive.shaft: ranges[drive] for drive in group}, 1.0, listened, timeout_s
         )
-        self.group, self.cycles = group, 0
-        self.stale = {drive for drive in group if drive.word is None or _at_home(drive)}
-        reply = yield from self.lead.carry_out(
-            Phase.HOMING, self._send_search, lambda: self._judge(search), None
-        )
+        run = MotionRun(io, None)
+        reply = yield from run.carry_out(Phase.HOMING, Searching(run, search, group))
         if isinstance(reply, Done):
             for drive in group:
                 drive.rest()
-            yield from self.lead.states.take_mode(group, self.lead.io.group.resting_mode)
+            yield from io.states.take_mode(group, io.group.resting_mode)
         return reply
 
     def _jobs(self, drive: Cia402Drive) -> tuple[canopen.Write, ...]:
         """Return the objects that define a drive's search, as far as the arm file states them."""
-        methods, jobs = self.lead.io.settings.homing_methods, []
+        methods, jobs = self._io.settings.homing_methods, []
         if methods:
-            method = methods[self.lead.io.group.drives.index(drive)]
+            method = methods[self._io.drives.index(drive)]
             jobs.append(canopen.Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
         places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
-        for place, speed in zip(places, self.lead.io.settings.homing_speeds, strict=True):
+        for place, speed in zip(places, self._io.settings.homing_speeds, strict=True):
             if speed:
                 jobs.append(canopen.Write(place, canopen.DataType.U32, drive.speed(speed)))
         return tuple(jobs)
@@ -383,29 +385,42 @@ class Cia402Homing:
     def _read_speeds(self, group: Sequence[Cia402Drive]) -> Script[None]:
         """Learn how fast drives home, from those that report it."""
         places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
-        found = yield from self.lead.transfers.obtain({drive.node: places for drive in group})
+        found = yield from self._io.transfers.obtain({drive.node: places for drive in group})
         self.rate_hz = max(
             found[drive.node].values.get(place, math.inf) * drive.speed_unit_hz
             for drive in group
             for place in places
         )
 
-    def _send_search(self) -> float:
-        """Let the drives of the group search; the others stay in their resting mode."""
-        for drive in self.group:
-            self.lead.io.command(drive, GO, self.MODE, drive.seen)
-        self.cycles += 1
-        return self.lead.cycle_ends_s
 
-    def _judge(self, search: HomingSearch) -> Signal | None:
+class Searching(CycleStage):
+    """The homing stage: the drives of a group search for their switches."""
+
+    def __init__(
+        self, run: MotionRun, search: HomingSearch[ObservedDrive], group: Sequence[Cia402Drive]
+    ) -> None:
+        super().__init__(run)
+        self._search, self._group, self._cycles = search, group, 0
+        self._stale = {drive for drive in group if drive.word is None or _at_home(drive)}
+        """The drives that have reported "home found" ever since the search began."""
+
+    def send(self) -> float:
+        """Let the drives of the group search; the others stay in their resting mode."""
+        for drive in self._group:
+            self.io.command(drive, GO, OperationMode.HOMING, drive.shaft.count)
+        self._cycles += 1
+        return self.run.cycle_ends_s
+
+    def judge(self) -> Signal | None:
         """Return whether all drives are home."""
-        if self.cycles % PROGRESS_CYCLES == 0:
-            self.lead.io.progress()
-        for drive in self.group:
+        search = self._search
+        if self._cycles % PROGRESS_CYCLES == 0:
+            self.io.progress()
+        for drive in self._group:
             if drive.shaft in search.left and drive.missed <= 1 and drive.word is not None:
                 search.note(drive.shaft, self._status(drive, drive.word))
         signal = search.signal()
-        self.lead.refused = search.wrong
+        self.run.refused = search.wrong
         return signal
 
     def _status(self, drive: Cia402Drive, word: canopen.Statusword) -> HomingStatus:
@@ -413,10 +428,10 @@ class Cia402Homing:
         if word.has(canopen.StatusBit.FOLLOWING_ERROR):
             return HomingStatus.FAILED
         if not _at_home(drive):
-            self.stale.discard(drive)
+            self._stale.discard(drive)
             return HomingStatus.SEARCHING
-        fresh = drive not in self.stale or self.cycles > STALE_CYCLES
-        return HomingStatus.FOUND if self.cycles > 1 and fresh else HomingStatus.SEARCHING
+        fresh = drive not in self._stale or self._cycles > STALE_CYCLES
+        return HomingStatus.FOUND if self._cycles > 1 and fresh else HomingStatus.SEARCHING
 
 
 def _at_home(drive: Cia402Drive) -> bool:

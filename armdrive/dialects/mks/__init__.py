@@ -3,6 +3,7 @@
 Read in this order, after `dialects.bus`:
 
     controller   an arm's requests: which collaborator carries out each
+    drive        what is known of one drive: its orders, and what its replies show
     exchange     frames to the drives and their replies; every reply goes to the observer
     contact      finding the drives, their firmware, why they do not move; switching their current,
                  clearing stalls

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 from itertools import pairwise
 
-from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.steering import beyond
@@ -52,7 +52,7 @@ class MksBursts:
     def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script:
         """Send a burst and wait for its end."""
         io = self._io
-        orders: dict[ObservedDrive, MoveAbsoluteAxis] = {}
+        orders: dict[MksDrive, MoveAbsoluteAxis] = {}
         for drive, count, rpm in zip(io.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
             if not count:
                 continue

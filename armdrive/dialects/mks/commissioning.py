@@ -14,10 +14,10 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
 from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.ledger import TRIES
-from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
 from armdrive.dialects.mks.compare import value_words, wanted_settings
 from armdrive.dialects.mks.contact import series_words
+from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
@@ -106,7 +106,7 @@ def calibrate(io: MksExchange, node: int) -> MksScript[bool]:
         raise
 
 
-def _calibrated(io: MksExchange, drive: ObservedDrive) -> MksScript[bool]:
+def _calibrated(io: MksExchange, drive: MksDrive) -> MksScript[bool]:
     began_s = io.now_s
     look_s, end_s = began_s + CALIBRATION_LOOK_S, began_s + LONGEST_S
     while io.now_s < end_s:

@@ -9,8 +9,8 @@ import re
 from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import absent_words
-from armdrive.dialects.bus.observer import ObservedDrive
-from armdrive.dialects.mks.exchange import Answer, MksExchange, Script, setting_of
+from armdrive.dialects.mks.drive import Answer, MksDrive, setting_of
+from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, RequestRejected
@@ -101,7 +101,7 @@ def compare(io: MksExchange, firmware: str) -> Script:
     return DeviceSettings(tuple(filter(None, differences)), firmware)
 
 
-def _difference(drive: ObservedDrive, answer: Answer, wanted: Setting) -> Difference | None:
+def _difference(drive: MksDrive, answer: Answer, wanted: Setting) -> Difference | None:
     """Return how a drive's setting differs; None if it agrees or the drive does not report it."""
     if not isinstance(answer, SettingRead) or answer.value is None:
         return None

@@ -12,9 +12,10 @@ from typing import NoReturn, TypeAlias
 
 from armdrive.dialects.bus.drives import Obstructed, off_target_words, shared_words
 from armdrive.dialects.bus.ledger import TRIES
-from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive, Verdict
+from armdrive.dialects.bus.observer import DriveFinding, Verdict
 from armdrive.dialects.bus.phases import end_earlier_motion
-from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, obeys_bus, setting_of
+from armdrive.dialects.mks.drive import MksDrive, obeys_bus, setting_of
+from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.stops import MksStops, pushing_words, restarted_words
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejected
 from firmware_protocol.mks import (
@@ -72,8 +73,8 @@ UNKNOWN_FIRMWARE = Firmware()
 
 
 def firmware_of(
-    io: MksExchange, drives: Collection[ObservedDrive]
-) -> MksScript[dict[ObservedDrive, Firmware]]:
+    io: MksExchange, drives: Collection[MksDrive]
+) -> MksScript[dict[MksDrive, Firmware]]:
     """Find out the firmware of each drive."""
     answers = yield from io.read(ReadVersion(), drives)
     found = {}
@@ -111,17 +112,17 @@ class MksInquiry:
     def __init__(self, io: MksExchange) -> None:
         self._io = io
 
-    def stalled(self, drives: Collection[ObservedDrive]) -> MksScript[list[ObservedDrive]]:
+    def stalled(self, drives: Collection[MksDrive]) -> MksScript[list[MksDrive]]:
         """Return the drives whose stall protection has released the shaft."""
         found = yield from self._io.read(ReadStall(), drives)
         return [drive for drive, each in found.items() if each == StallRead(on=True)]
 
-    def off(self, drives: Collection[ObservedDrive]) -> MksScript[list[ObservedDrive]]:
+    def off(self, drives: Collection[MksDrive]) -> MksScript[list[MksDrive]]:
         """Return the drives whose motors have no current."""
         found = yield from self._io.read(ReadEnabled(), drives)
         return [drive for drive, each in found.items() if each == EnabledRead(on=False)]
 
-    def mode_words(self, drive: ObservedDrive) -> Words:
+    def mode_words(self, drive: MksDrive) -> Words:
         """Return that a drive is in a mode that the bus cannot move; empty if it is not."""
         if not self._io.can(Ability.READ_SETTINGS):
             return ""
@@ -134,8 +135,8 @@ class MksInquiry:
             "`armdrive doctor --fix`)"
         )
 
-    def ask_fitness(self, drive: ObservedDrive) -> None:
-        """Ask a moving drive what may keep it from moving; `io.unfit` takes the answers.
+    def ask_fitness(self, drive: MksDrive) -> None:
+        """Ask a moving drive what may keep it from moving; its `unfit` takes the answers.
 
         Waits for nothing, since the other drives are still moving and a stop must not wait.
         """
@@ -145,7 +146,7 @@ class MksInquiry:
         for question in questions:
             self._io.put(drive, question)
 
-    def obstructed(self, drive: ObservedDrive) -> MksScript[Alert | None]:
+    def obstructed(self, drive: MksDrive) -> MksScript[Alert | None]:
         """Return what keeps a drive from moving: a stall, no current, or its mode; or None."""
         if (yield from self.stalled((drive,))):
             return Alert(AlertKind.SWITCHED_OFF, stall_words(drive))
@@ -156,7 +157,7 @@ class MksInquiry:
 
     def explain(self, verdict: Verdict) -> MksScript[Alert]:
         """Find out why a drive is in the wrong place, and what that means for the arm."""
-        drive = verdict.drive
+        drive = self._io.drive(verdict.drive.node)
         if verdict.finding is DriveFinding.RESTARTED:
             stalled = yield from self.stalled((drive,))
             if not stalled:
@@ -164,16 +165,16 @@ class MksInquiry:
         obstructed = yield from self.obstructed(drive)
         return obstructed or Alert(AlertKind.OFF_PATH, _departed_words(verdict))
 
-    def found_at_rest(self, drive: ObservedDrive) -> MksScript[Alert]:
+    def found_at_rest(self, drive: MksDrive) -> MksScript[Alert]:
         """Find out why a drive that had no new target has moved."""
-        now_s, count = self._io.now_s, drive.count or 0
+        now_s, count = self._io.now_s, drive.count
         restarted = drive.counts_from_zero(now_s, now_s)
         finding = DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE
         verdict = Verdict(drive, finding, count, drive.goal)
         return (yield from self.explain(verdict))
 
 
-def stall_words(drive: ObservedDrive) -> str:
+def stall_words(drive: MksDrive) -> str:
     """Return that a drive's stall protection has acted."""
     return (
         f"{drive} has stalled, and its protection has released the shaft: find "
@@ -238,14 +239,12 @@ class MksContact:
         yield from self._end_earlier_motion()
         yield from self.adopt_positions()
         for drive in io.drives:
-            drive.rest_at(drive.count or 0, io.now_s)
+            drive.rest_at(drive.count, io.now_s)
             drive.fresh = True
         self.watched = not (yield from self._unwatched())
         self.connected = True
 
-    def _refuse_absent(
-        self, missing: Sequence[ObservedDrive], since_s: float
-    ) -> MksScript[NoReturn]:
+    def _refuse_absent(self, missing: Sequence[MksDrive], since_s: float) -> MksScript[NoReturn]:
         """Raise `Obstructed` for missing drives; they may have the ids of others."""
         io = self._io
         absence = io.absence(missing, since_s)
@@ -283,7 +282,7 @@ class MksContact:
         """Wait until all drives stand, and stop those that do not."""
         return end_earlier_motion(self._io, self._turning, self._stops.halt)
 
-    def _turning(self) -> MksScript[list[ObservedDrive]]:
+    def _turning(self) -> MksScript[list[MksDrive]]:
         """Return the drives that turn. Raises `Obstructed` if one calibrates its encoder.
 
         A stop would leave that one without a calibration.
@@ -291,13 +290,12 @@ class MksContact:
         io = self._io
         turning = []
         for drive in (yield from io.read(ReadState())):
-            state = io.states.get(drive)
-            if state is MotorState.CALIBRATING:
+            if drive.state is MotorState.CALIBRATING:
                 raise Obstructed(
                     f"{drive} is calibrating: wait until it has finished. If it does not, "
                     "switch its supply off and on: one that cannot turn its motor stays so"
                 )
-            if state in TURNING:
+            if drive.state in TURNING:
                 turning.append(drive)
         if turning:
             yield from io.look(turning)  # whether the counts change says more than the state
@@ -317,15 +315,13 @@ class MksContact:
             if not self.on or drive.moving or drive.is_near:
                 continue
             io.notify((yield from self._inquiry.found_at_rest(drive)))
-            drive.rest_at(drive.count or 0, io.now_s)
+            drive.rest_at(drive.count, io.now_s)
         return io.registers()
 
     def adopt_positions(self) -> MksScript[None]:
         """Read where the drives stand, and take that for their targets."""
         io = self._io
-        began_s = io.now_s
-        if missing := (yield from io.look()):
-            raise Obstructed(io.absence(missing, began_s))
+        yield from io.require_positions()
         for drive in io.drives:
             io.host.settle(drive.node)
             drive.stand(io.now_s)
@@ -377,7 +373,7 @@ class MksContact:
         """Whether the arm file wants a watchdog that the firmware has."""
         return bool(self._watchdog.timeout_ms) and self._io.can(Ability.SILENCE_WATCHDOG)
 
-    def _unwatched(self) -> MksScript[list[ObservedDrive]]:
+    def _unwatched(self) -> MksScript[list[MksDrive]]:
         """Return the drives that do not report the arm file's watchdog."""
         io = self._io
         if not self._watchable:
@@ -431,14 +427,14 @@ class MksContact:
                 return words
         return (yield from self._mute_words(self._io.drives))
 
-    def _silence_words(self, missing: Sequence[ObservedDrive]) -> Words:
+    def _silence_words(self, missing: Sequence[MksDrive]) -> Words:
         """Return why drives did not answer an order; empty if they answer nothing else either."""
         if words := (yield from self._mute_words(missing)):
             return words
         silent = yield from self._io.look(missing)
         return "" if silent else f"{missing[0]} {REPLIES_OFF}"
 
-    def _mute_words(self, drives: Collection[ObservedDrive]) -> Words:
+    def _mute_words(self, drives: Collection[MksDrive]) -> Words:
         if not self._io.can(Ability.READ_SETTINGS):
             return ""
         found = yield from self._io.read(ReadSetting(Code.REPLIES), drives)

@@ -76,11 +76,6 @@ class MksController(ScriptRunner[Event]):
         )
 
     @property
-    def firmware(self) -> str:
-        """The oldest firmware among the drives, as far as it is known."""
-        return self._contact.firmware
-
-    @property
     def watched(self) -> bool:
         """Whether every drive is known to stop on a silent bus."""
         return self._contact.watched
@@ -93,9 +88,13 @@ class MksController(ScriptRunner[Event]):
     # -- requests -----------------------------------------------------------------------------
 
     def script(self, request: Request) -> Script:
-        """Carry out a request; the first one makes contact with the drives before it."""
+        """Carry out a request; the first one makes contact with the drives before it.
+
+        Earlier questions are given up.
+        """
         if not isinstance(request, BUS_REQUESTS):
             raise Refused(f"MKS drives do not support {type(request).__name__}")
+        self.give_up()
         contact = self._contact
         try:
             if not contact.connected:
@@ -134,14 +133,6 @@ class MksController(ScriptRunner[Event]):
                 return (yield from self._motion.along(along))
             case MoveAlong():
                 return (yield from self._motion.along(request))
-
-    # -- what the engine calls ----------------------------------------------------------------
-
-    def begin(self, request: Request, now_s: float) -> None:
-        """Begin a request, and give up questions from before."""
-        if not self.busy:
-            self.give_up()
-        super().begin(request, now_s)
 
     def give_up(self) -> None:
         """Give up all open questions."""

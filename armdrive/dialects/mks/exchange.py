@@ -9,18 +9,16 @@ from __future__ import annotations
 from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import ALL_SILENT, absence
+from armdrive.dialects.bus.drives import ALL_SILENT, Obstructed, absence
 from armdrive.dialects.bus.ledger import LAST_TRY_S, TRIES, LateReplies, SurplusAnswers
-from armdrive.dialects.bus.observer import Bounds, ObservedDrive, Observer
+from armdrive.dialects.bus.observer import Observer
 from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.mks.drive import Answer, MksDrive, setting_of
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.words import plain
 from armdrive.tasks import ProtocolWarning, Registers, Reply, RequestRejected, Timeout
-from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
-    COUNTS_PER_TURN,
-    COUNTS_S_PER_RPM,
     LATEST,
     MOTION_CODES,
     Ability,
@@ -28,18 +26,13 @@ from firmware_protocol.mks import (
     ArmSynchronous,
     Code,
     Done,
-    EnabledRead,
     EncoderRead,
     Event,
     Failed,
     Foreign,
-    Home,
-    HomingRead,
-    HomingState,
     Host,
     LimitStop,
     Motion,
-    MotorState,
     MoveAbsoluteAxis,
     Outcome,
     Overrun,
@@ -47,21 +40,14 @@ from firmware_protocol.mks import (
     ReadEncoder,
     Reading,
     ReadSetting,
-    SetMode,
     Setting,
-    SettingRead,
-    StallRead,
     Started,
-    StateRead,
     Status,
     Stop,
     StoredForStart,
     Stray,
-    Superseded,
     UnreadableFrame,
     abilities_of,
-    as_setting,
-    slope_of,
 )
 from firmware_protocol.mks import Request as Message
 from firmware_protocol.mks.requests import answer_code
@@ -71,18 +57,6 @@ T = TypeVar("T")
 MksScript: TypeAlias = ExchangeScript[Event, T]
 """A script that asks MKS drives, with its result."""
 Script: TypeAlias = MksScript[Reply]
-Answer: TypeAlias = Reading | SettingRead
-"""A drive's answer to a question."""
-
-GIVE = COUNTS_PER_TURN // 32
-"""How many counts a loaded shaft may give way while its position loop still holds it."""
-STILL_S = 0.2
-"""A drive stands if its count has not changed for this long since its last order, although it
-reports braking.
-
-Firmware 1.0.6 was seen to report braking for ever after a motion (riccardi-samuele/mks-servo,
-FAQ). At the lowest speed, 1 rpm, a count changes by 54 in this time.
-"""
 
 
 class MksExchange(ScriptIO[Event]):
@@ -94,55 +68,39 @@ class MksExchange(ScriptIO[Event]):
         super().__init__(self.unsolicited)
         self.host = Host(settings.ids)
         self.settings = settings
-        bounds = Bounds(
-            settings.in_position_counts, settings.following_error_counts, GIVE, COUNTS_PER_TURN
-        )
         named = zip(settings.ids, names, strict=True)
-        self.observer = Observer([ObservedDrive(node, name, bounds) for node, name in named])
+        self.observer = Observer([MksDrive(node, name, settings) for node, name in named])
         self.able = abilities_of(settings.version or LATEST)
         """The abilities that all drives have, as far as is known."""
-        self.states: dict[ObservedDrive, MotorState] = {}
-        """The last motor state of each drive since its entry was cleared."""
-        self.orders: dict[ObservedDrive, MoveAbsoluteAxis] = {}
-        """The last order to each drive, unless a stop came after it."""
-        self.homing: dict[ObservedDrive, HomingState] = {}
-        """The last homing state of each drive since its entry was cleared."""
-        self.at_limit: set[ObservedDrive] = set()
-        """The drives that a limit switch has stopped, since the set was cleared."""
-        self.two_zeros = ""
-        """That a drive's targets count from another place than its readings, in words."""
-        self.unfit: set[ObservedDrive] = set()
-        """The drives that reported a stall, no current, or a mode in which the bus moves nothing,
-        since the set was cleared."""
         self.surplus = SurplusAnswers()
         self.garbled = 0
         """How many replies were unreadable."""
         self._late = LateReplies()
 
     @property
-    def drives(self) -> tuple[ObservedDrive, ...]:
+    def drives(self) -> tuple[MksDrive, ...]:
         """All drives, in motor order."""
         return self.observer.drives
 
     @property
-    def under_way(self) -> tuple[ObservedDrive, ...]:
+    def under_way(self) -> tuple[MksDrive, ...]:
         """The drives with a target that were not seen to stand since."""
         return tuple(drive for drive in self.drives if drive.moving)
 
-    def witness(self, others: Collection[ObservedDrive]) -> tuple[ObservedDrive, ...]:
+    def witness(self, others: Collection[MksDrive]) -> tuple[MksDrive, ...]:
         """Return a drive to ask along with others, or none; its reply shows that the bus works.
 
         Without it, one drive that falls silent looks like a bus that does.
         """
         return tuple(drive for drive in self.drives if drive not in others)[:1]
 
-    def drive(self, node: int) -> ObservedDrive:
+    def drive(self, node: int) -> MksDrive:
         """Return a drive by its id."""
         return self.observer[node]
 
     # -- sending ------------------------------------------------------------------------------
 
-    def put(self, drive: ObservedDrive, message: Message, text: str = "") -> None:
+    def put(self, drive: MksDrive, message: Message, text: str = "") -> None:
         """Send a request to a drive, and give up earlier ones whose reply would look the same.
 
         Motions may follow each other unanswered, so of these only an identical one is given up. A
@@ -164,27 +122,16 @@ class MksExchange(ScriptIO[Event]):
         if isinstance(message, ReadEncoder):
             drive.ledger.asked(self.now_s)
 
-    def send(self, drive: ObservedDrive, order: MoveAbsoluteAxis) -> None:
+    def send(self, drive: MksDrive, order: MoveAbsoluteAxis) -> None:
         """Send a drive an order: target, speed and ramp."""
         self.put(drive, order)
-        self.note_order(drive, order)
-
-    def repeat(self, drive: ObservedDrive) -> None:
-        """Send a moving drive its last order again, which is absolute."""
-        if drive.moving:
-            self.send(drive, self.orders[drive])
-
-    def note_order(self, drive: ObservedDrive, order: MoveAbsoluteAxis) -> None:
-        """Record that a drive has received an order."""
-        self.orders[drive] = order
-        speed, slope = order.speed_rpm * COUNTS_S_PER_RPM, slope_of(order.acc)
-        drive.order(order.counts, speed, slope, self.now_s)
+        drive.follow(order, self.now_s)
         self.last_command = f"F5 to {' '.join(str(each.goal) for each in self.drives)}"
 
-    def withdraw(self, drive: ObservedDrive) -> None:
-        """Record that a drive gets a stop: its last order must not be sent again."""
-        self.orders.pop(drive, None)
-        drive.stop(self.now_s)
+    def repeat(self, drive: MksDrive) -> None:
+        """Send a moving drive its last order again, which is absolute."""
+        if drive.moving and drive.last_order is not None:
+            self.send(drive, drive.last_order)
 
     def give_up(self) -> None:
         """Give up all open requests."""
@@ -194,7 +141,7 @@ class MksExchange(ScriptIO[Event]):
             self.host.forget(drive.node)
         self.host.silence()
 
-    def _give_up(self, drive: ObservedDrive, request: Message) -> None:
+    def _give_up(self, drive: MksDrive, request: Message) -> None:
         """Give up one request: its reply will count as late."""
         self.host.forget(drive.node, request)
         if not isinstance(request, Motion):
@@ -204,18 +151,18 @@ class MksExchange(ScriptIO[Event]):
 
     def ask(
         self,
-        messages: Mapping[ObservedDrive, Message],
+        messages: Mapping[MksDrive, Message],
         *,
         tries: int = TRIES,
         text: str = "",
         patient: bool = True,
-    ) -> MksScript[dict[ObservedDrive, Event]]:
+    ) -> MksScript[dict[MksDrive, Event]]:
         """Send each drive its request; return the replies that came.
 
         A drive that does not reply is asked again at once. With `patient` the last of several tries
         waits longer.
         """
-        found: dict[ObservedDrive, Event] = {}
+        found: dict[MksDrive, Event] = {}
         for left in range(tries, 0, -1):
             missing = {drive: each for drive, each in messages.items() if drive not in found}
             if not missing:
@@ -231,8 +178,8 @@ class MksExchange(ScriptIO[Event]):
 
     def _collect(
         self,
-        wanted: Mapping[ObservedDrive, Message],
-        found: dict[ObservedDrive, Event],
+        wanted: Mapping[MksDrive, Message],
+        found: dict[MksDrive, Event],
         patient_s: float,
     ) -> Generator[float, Event | None, None]:
         until_s = self.now_s + self.settings.answer_s + patient_s
@@ -255,37 +202,43 @@ class MksExchange(ScriptIO[Event]):
     def read(
         self,
         message: Read | ReadSetting,
-        drives: Collection[ObservedDrive] | None = None,
+        drives: Collection[MksDrive] | None = None,
         *,
         tries: int = TRIES,
         patient: bool = True,
-    ) -> MksScript[dict[ObservedDrive, Answer]]:
+    ) -> MksScript[dict[MksDrive, Answer]]:
         """Ask some drives, or all, the same question; return the answers that came."""
         asked = dict.fromkeys(self.drives if drives is None else drives, message)
         found = yield from self.ask(asked, tries=tries, patient=patient)
         return {drive: each.answer for drive, each in found.items() if isinstance(each, Answered)}
 
     def reading(
-        self, drive: ObservedDrive, message: Read | ReadSetting, *, tries: int = TRIES
+        self, drive: MksDrive, message: Read | ReadSetting, *, tries: int = TRIES
     ) -> MksScript[Answer | None]:
         """Ask one drive a question; None if it does not answer."""
         return (yield from self.read(message, (drive,), tries=tries)).get(drive)
 
-    def setting(self, drive: ObservedDrive, code: Code) -> MksScript[Setting | None]:
+    def setting(self, drive: MksDrive, code: Code) -> MksScript[Setting | None]:
         """Read one setting of a drive; None if it does not report it."""
         return setting_of((yield from self.reading(drive, ReadSetting(code))))
 
     def look(
-        self, drives: Collection[ObservedDrive] | None = None, *, tries: int = TRIES
-    ) -> MksScript[tuple[ObservedDrive, ...]]:
+        self, drives: Collection[MksDrive] | None = None, *, tries: int = TRIES
+    ) -> MksScript[tuple[MksDrive, ...]]:
         """Read the positions of some drives, or all; return those that do not answer."""
         asked = self.drives if drives is None else tuple(drives)
         found = yield from self.read(ReadEncoder(), asked, tries=tries)
         return tuple(drive for drive in asked if drive not in found)
 
+    def require_positions(self) -> MksScript[None]:
+        """Read every position. Raises `Obstructed` if a drive does not answer."""
+        began_s = self.now_s
+        if missing := (yield from self.look()):
+            raise Obstructed(self.absence(missing, began_s))
+
     # -- receiving ----------------------------------------------------------------------------
 
-    def _sender(self, event: Event) -> ObservedDrive | None:
+    def _sender(self, event: Event) -> MksDrive | None:
         """Return the drive that a message is from; None if it is from none of this arm."""
         return self.observer.find(getattr(event, "node", None))
 
@@ -295,34 +248,14 @@ class MksExchange(ScriptIO[Event]):
         if drive is None:
             return
         self._note_reply(drive, event)
+        drive.note(event, self.now_s)
         match event:
-            case Started() | Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
-                drive.rejections.taken(self.now_s)
-            case Failed(_, MoveAbsoluteAxis()) | Superseded():
-                drive.rejections.refused(self.now_s)
-            case LimitStop():
-                self.at_limit.add(drive)
-            case Answered(_, _, EncoderRead(counts)):
-                drive.read(counts, self.now_s)
-            case Stray(_, EncoderRead()):
-                drive.ledger.located(self.now_s)
-            case Answered(_, _, StateRead(state)):
-                self.states[drive] = self._believed(drive, state)
-            case Answered(_, _, StallRead(on=True) | EnabledRead(on=False)):
-                self.unfit.add(drive)
-            case Answered(_, _, SettingRead(Code.MODE) as mode) if not obeys_bus(setting_of(mode)):
-                self.unfit.add(drive)
-            case Answered(_, _, HomingRead(by_command=homing)) if homing is not None:
-                self.homing[drive] = homing
-            case Done(_, Home()):
-                self.homing[drive] = HomingState.DONE
-                self.states[drive] = MotorState.STOPPED
             case StoredForStart(_, MoveAbsoluteAxis() as order) if drive.moving:
                 self.put(drive, ArmSynchronous(on=False))  # another program has armed it
-                if drive in self.orders:
+                if drive.last_order is not None:
                     self.put(drive, order)
 
-    def _note_reply(self, drive: ObservedDrive, event: Event) -> None:
+    def _note_reply(self, drive: MksDrive, event: Event) -> None:
         """Record that a message came, and which open question or order it can be the reply to."""
         if isinstance(event, Answered | Stray) and isinstance(event.answer, Reading):
             self.surplus.answered(event.node, event.answer.code)
@@ -331,12 +264,6 @@ class MksExchange(ScriptIO[Event]):
         settles = _settles(event, answers_orders=ledger.answers_orders)
         self.observer.replied(drive, self.now_s, settles=settles, asked=asked)
         ledger.answers_orders = ledger.answers_orders or isinstance(event, Started)
-
-    def _believed(self, drive: ObservedDrive, state: MotorState) -> MotorState:
-        """Return a drive's state, corrected if it reports braking but its count stays."""
-        since_s = max(drive.still_s, drive.course.ordered_s)
-        stands = state is MotorState.DECELERATING and drive.asked_s >= since_s + STILL_S
-        return MotorState.STOPPED if stands else state
 
     def unsolicited(self, event: Event) -> None:
         """Record a message that no script waits for, and warn if it is odd."""
@@ -367,7 +294,7 @@ class MksExchange(ScriptIO[Event]):
         return Registers(Motors(drive.register for drive in self.drives))
 
     def absence(
-        self, missing: Sequence[ObservedDrive], since_s: float, *, moved: bool = False
+        self, missing: Sequence[MksDrive], since_s: float, *, moved: bool = False
     ) -> Timeout | RequestRejected:
         """Return the reply that names missing drives."""
         return absence(missing, self.drives, "id", self.silence(since_s), moved=moved)
@@ -375,19 +302,6 @@ class MksExchange(ScriptIO[Event]):
     def can(self, ability: Ability) -> bool:
         """Return whether all drives have an ability."""
         return ability in self.able
-
-
-def setting_of(answer: Answer | None) -> Setting | None:
-    """Return the setting in an answer; None if the drive reported none, or an unknown one."""
-    try:
-        return as_setting(answer) if isinstance(answer, SettingRead) else None
-    except RemoteProtocolError:
-        return None
-
-
-def obeys_bus(setting: Setting | None) -> bool:
-    """Return whether the bus can move a drive in this mode; True if the mode is not known."""
-    return not isinstance(setting, SetMode) or setting.mode.on_bus
 
 
 def _settles(event: Event, *, answers_orders: bool) -> bool:

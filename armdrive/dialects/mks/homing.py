@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TypeAlias
 
 from armdrive.dialects.bus.drives import NONE_HEARD, absent_words
-from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive
+from armdrive.dialects.bus.observer import DriveFinding
 from armdrive.dialects.bus.phases import (
     Act,
     HomingSearch,
@@ -22,7 +22,8 @@ from armdrive.dialects.bus.phases import (
     run_phases,
 )
 from armdrive.dialects.controller import OVERTRAVEL
-from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, setting_of
+from armdrive.dialects.mks.drive import MksDrive, setting_of
+from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.stops import MksStops
 from armdrive.tasks import Done, Halted, Progress, RequestRejected
 from firmware_protocol.mks import (
@@ -51,10 +52,10 @@ ZERO_COUNTS = COUNTS_PER_TURN // 8
 """A drive that has homed counts from there, give or take what it turned as it braked."""
 
 
-def two_zeros_words(drive: ObservedDrive) -> str:
+def two_zeros_words(drive: MksDrive) -> str:
     """Return that a drive's reading and its targets count from different places."""
     return (
-        f"{drive} has a new zero, but still reads {counted(drive.count or 0, 'count')} there: its "
+        f"{drive} has a new zero, but still reads {counted(drive.count, 'count')} there: its "
         "targets count from another place than its readings, so it would turn to a wrong one. "
         "End this program. Switch the drives' supply off and on, which makes both zero. Then "
         "connect again and reference the arm by hand (without a section [homing])"
@@ -68,7 +69,7 @@ class MksHoming:
         self._io, self._stops = io, stops
         self._ranges = dict(zip(io.drives, ranges, strict=True))
         """How far each motor turns, in counts, between its joints' limits."""
-        self._rates_hz: dict[ObservedDrive, float] = {}
+        self._rates_hz: dict[MksDrive, float] = {}
         """The homing speed that each drive reported, in counts a second."""
 
     def rate_hz(self, groups: Groups) -> float:
@@ -84,7 +85,7 @@ class MksHoming:
             for rate_hz in (self._rates_hz.get(drive),)
         )
 
-    def _homing(self, groups: Groups) -> list[ObservedDrive]:
+    def _homing(self, groups: Groups) -> list[MksDrive]:
         motors = {motor for group in groups for motor in group}
         drives = self._io.drives
         return [drive for motor, drive in enumerate(drives) if motor in motors or not motors]
@@ -93,7 +94,7 @@ class MksHoming:
         """Home group after group; without groups, one drive after the other."""
         return home_in_groups(groups, self._io.drives, self._home_group)
 
-    def _home_group(self, drives: tuple[ObservedDrive, ...]) -> Script:
+    def _home_group(self, drives: tuple[MksDrive, ...]) -> Script:
         io = self._io
         yield from self.read_speeds(drives)
         io.observer.watch()
@@ -116,20 +117,20 @@ class MksHoming:
             return braking.unstopped() or Halted(kept=False)
         return (yield from self._verify_zeros(drives))
 
-    def _verify_zeros(self, drives: Sequence[ObservedDrive]) -> Script:
+    def _verify_zeros(self, drives: Sequence[MksDrive]) -> Script:
         """Check that drives which have found their switches count from zero there."""
         io = self._io
         for drive in drives:
             io.host.settle(drive.node)
             drive.moving = False
         yield from io.look(drives)
-        off = [drive for drive in drives if abs(drive.count or 0) > ZERO_COUNTS]
+        off = [drive for drive in drives if abs(drive.count) > ZERO_COUNTS]
         if off:
-            io.two_zeros = two_zeros_words(off[0])
-            return RequestRejected(io.two_zeros)
+            off[0].two_zeros = two_zeros_words(off[0])
+            return RequestRejected(off[0].two_zeros)
         return Done()
 
-    def read_speeds(self, drives: Collection[ObservedDrive]) -> MksScript[None]:
+    def read_speeds(self, drives: Collection[MksDrive]) -> MksScript[None]:
         """Learn how fast drives home, from those that report their settings."""
         if not self._io.can(Ability.READ_SETTINGS):
             return
@@ -144,13 +145,12 @@ class Searching:
     """The homing stage: drives search for their switches. `answers` are those to `Home`."""
 
     def __init__(
-        self, io: MksExchange, search: HomingSearch, answers: Mapping[ObservedDrive, Event]
+        self, io: MksExchange, search: HomingSearch[MksDrive], answers: Mapping[MksDrive, Event]
     ) -> None:
         self._io, self._search = io, search
         self._due_s = io.now_s
-        io.homing.clear()
         for drive in tuple(search.left):
-            drive.moving = True
+            drive.moving, drive.homing = True, None
             if isinstance(answers.get(drive), Failed):
                 search.wrong = search.wrong or f"{drive} refused to home"
             elif isinstance(answers.get(drive), Ended):
@@ -168,12 +168,10 @@ class Searching:
             search.note(drive, self._status(drive))
         return search.signal()
 
-    def _status(self, drive: ObservedDrive) -> HomingStatus:
-        homing = self._io.homing.get(drive)
-        if homing is HomingState.FAILED:
+    def _status(self, drive: MksDrive) -> HomingStatus:
+        if drive.homing is HomingState.FAILED:
             return HomingStatus.FAILED
-        stands = self._io.states.get(drive) is MotorState.STOPPED
-        found = homing is HomingState.DONE and stands
+        found = drive.homing is HomingState.DONE and drive.state is MotorState.STOPPED
         return HomingStatus.FOUND if found else HomingStatus.SEARCHING
 
     def step(self, now_s: float) -> float:
@@ -185,8 +183,7 @@ class Searching:
         for drive in io.witness(left) if len(left) == 1 else ():
             io.put(drive, ReadEncoder())
         for drive in left:
-            io.states.pop(drive, None)
-            io.homing.pop(drive, None)
+            drive.state = drive.homing = None
             for question in (ReadEncoder(), ReadHoming(), ReadState()):
                 io.put(drive, question)
         io.notify(Progress(io.registers()))

@@ -14,20 +14,19 @@ from armdrive.dialects.bus.drives import (
     NONE_HEARD,
     SLOW_BUS,
     Obstructed,
-    absent_words,
     not_heard_words,
 )
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S, TRIES
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
     DriveFinding,
-    ObservedDrive,
     Verdict,
 )
 from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.dialects.mks.contact import MksInquiry
+from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.steering import Steering, Trip
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
@@ -67,16 +66,14 @@ class MksMotion:
         io = self._io
         if not held:
             raise Obstructed("its motors are disabled: call `enable()`")
-        if io.two_zeros:
-            raise Obstructed(io.two_zeros)
-        stale = any(drive.read_s < io.now_s - FRESH_POSITION_S for drive in io.drives)
-        if stale and (missing := (yield from io.look())):
-            raise Obstructed(absent_words(missing, "id"))
+        for drive in io.drives:
+            if drive.two_zeros:
+                raise Obstructed(drive.two_zeros)
+        if any(drive.read_s < io.now_s - FRESH_POSITION_S for drive in io.drives):
+            yield from io.require_positions()
         for drive in io.drives:
             drive.stand(io.now_s)
         io.observer.watch()
-        io.at_limit.clear()
-        io.unfit.clear()
 
     def along(self, request: MoveAlong) -> Script:
         """Steer the drives along segments, until the end or until something stops them."""
@@ -115,12 +112,12 @@ class MotionRun:
         self.steering = Steering(io)
         self.trouble: Verdict | Alert | None = None
         """What is wrong and ends the motion."""
-        self.short: set[ObservedDrive] = set()
+        self.short: set[MksDrive] = set()
         """The drives that need their order again."""
         self.braking = stops.brake(())
         """The stage of its latest stop; of no drives before the first one."""
         self._reply: Reply = Done()
-        self._silent: list[ObservedDrive] = []
+        self._silent: list[MksDrive] = []
         """The drives that were silent when the trouble was found."""
         self._judged = False
         """Whether it was stopped, so that only the places where the drives rest show a fault."""
@@ -154,10 +151,10 @@ class MotionRun:
     def reported(self) -> Verdict | Alert | None:
         """Return what a drive has reported that ends the motion; None if none has."""
         for drive in self.io.drives:
-            if drive in self.io.unfit:
+            if drive.unfit:
                 return _blocked(drive)
         for drive in self.io.drives:
-            if drive in self.io.at_limit:
+            if drive.at_limit:
                 words = f"{drive} has run into a limit switch, which stopped it"
                 return Alert(AlertKind.ALARM_LOST, words)
         return None
@@ -259,7 +256,7 @@ class MotionRun:
         """Continue from where the drives are; a part driven twice is better than one left out."""
         io = self.io
         early_s = max(trip.time_s - KEPT_S, 0.0)
-        counts = [drive.count or 0 for drive in io.drives]
+        counts = [drive.count for drive in io.drives]
         trip.resume(trip.path.nearest_s(counts, early_s, trip.sent_s), io.now_s)
         for drive in io.drives:
             drive.resume_from_reading(io.now_s)
@@ -323,7 +320,7 @@ class Moving:
         reread_doubtful(io)
         return min(trip.due_s, self._polling.due_s, io.observer.due_s)
 
-    def _retry(self, drive: ObservedDrive) -> None:
+    def _retry(self, drive: MksDrive) -> None:
         """Repeat the order of a drive that is silent while others reply: it may have been lost.
 
         A question about its state shows whether the drive is there. A drive that stays silent may
@@ -360,7 +357,7 @@ class Outage:
     def __init__(self, run: MotionRun) -> None:
         self._run, self._io = run, run.io
         self._polling = Polling(run.io, run.io.now_s)
-        self._arrived: set[ObservedDrive] = set()
+        self._arrived: set[MksDrive] = set()
         self._back_s = math.inf
         """When a drive replied again; infinity if none did."""
         self._asked_s = self._polled_s = math.inf
@@ -433,7 +430,7 @@ class Arriving:
         self._due_s = self._asked_s = run.io.now_s
         patience_s = 2.0 * run.expected_s + run.stops.ramp_s + PATIENCE_S
         self._given_up_s = run.io.listened.s + patience_s
-        self._short: dict[ObservedDrive, int] = {}
+        self._short: dict[MksDrive, int] = {}
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
@@ -460,7 +457,7 @@ class Arriving:
         for drive in (*left, *(io.witness(left) if len(left) == 1 else ())):
             io.put(drive, ReadEncoder())
         for drive in left:
-            io.states.pop(drive, None)
+            drive.state = None
             io.put(drive, ReadState())
         io.notify(Progress(io.registers()))
         return min(self._due_s, io.observer.rejected_s)
@@ -475,15 +472,16 @@ class Arriving:
                 return drive.verdict
             if drive.read_s < self._asked_s or drive.absence.suspected:
                 continue
-            if self._io.states.pop(drive, None) is MotorState.STOPPED:
+            if drive.state is MotorState.STOPPED:
                 self._stands(drive, now_s)
+            drive.state = None  # each report counts once
             if self._short.get(drive, 0) >= SHORT_LOOKS * TRIES:
                 return _blocked(drive)
         over = self._io.listened.s >= self._given_up_s
         late = self._io.under_way if over else ()
         return _blocked(late[0]) if late else None
 
-    def _stands(self, drive: ObservedDrive, now_s: float) -> None:
+    def _stands(self, drive: MksDrive, now_s: float) -> None:
         if drive.is_near:
             self._io.host.settle(drive.node)
             drive.rest_at(drive.goal, now_s)
@@ -497,7 +495,7 @@ def ask_all(io: MksExchange) -> None:
     """Ask every drive for its position, and report the last positions."""
     for drive in io.drives:
         io.put(drive, ReadEncoder())
-    if any(drive.count is not None for drive in io.drives):
+    if any(drive.is_located for drive in io.drives):
         io.notify(Progress(io.registers()))
 
 
@@ -518,12 +516,12 @@ def found_off_path(run: MotionRun) -> Verdict | None:
         early_s = max(trip.time_s - KEPT_S, 0.0)
         spans = (
             trip.path.span(motor, early_s, trip.sent_s),
-            drive.targets_in_force(run.io.now_s),
+            drive.course.in_force(run.io.now_s).goals,
         )
-        if min(span.beyond(drive.count or 0) for span in spans) > drive.bounds.corridor:
+        if min(span.beyond(drive.count) for span in spans) > drive.bounds.corridor:
             return _blocked(drive)
     return None
 
 
-def _blocked(drive: ObservedDrive) -> Verdict:
-    return Verdict(drive, DriveFinding.BLOCKED, drive.count or 0, drive.course.place)
+def _blocked(drive: MksDrive) -> Verdict:
+    return Verdict(drive, DriveFinding.BLOCKED, drive.count, drive.course.place)

@@ -13,8 +13,9 @@ import math
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.contour import ContourCheck
-from armdrive.dialects.bus.observer import MAX_DELAY_S, ObservedDrive
+from armdrive.dialects.bus.observer import MAX_DELAY_S
 from armdrive.dialects.bus.paths import KEPT_S, Heading, PlannedPath, SegmentFeed
+from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange
 from armdrive.dialects.mks.stops import ramp_to, rpm_within, shared_acc
 from armdrive.tasks import MoveAlong, RequestRejected
@@ -46,9 +47,7 @@ REFRESH_PERIODS = 1.5
 class Trip:
     """One motion under way: the source of its segments, and its progress."""
 
-    def __init__(
-        self, request: MoveAlong, drives: Sequence[ObservedDrive], period_s: float
-    ) -> None:
+    def __init__(self, request: MoveAlong, drives: Sequence[MksDrive], period_s: float) -> None:
         self.path = path = PlannedPath(Motors(drive.goal for drive in drives))
         """The path of all drives, from where they stand."""
         self.contour = ContourCheck(drives, path)
@@ -161,10 +160,10 @@ class Steering:
             ends = zip(io.drives, trip.path.end, strict=True)
             trip.sent_all = all(drive.goal == end for drive, end in ends)
 
-    def _send(self, drive: ObservedDrive, target: int, rpm: int, share: float) -> None:
+    def _send(self, drive: MksDrive, target: int, rpm: int, share: float) -> None:
         most = self._io.settings.acceleration
         again = drive.moving and target == drive.goal
-        kept = self._io.orders[drive].acc if again else 0
+        kept = drive.last_order.acc if again and drive.last_order is not None else 0
         acc = ramp_to(drive.course, target, most, share, kept)
         self._io.send(drive, MoveAbsoluteAxis(target, rpm, acc))
 
@@ -189,7 +188,7 @@ class Steering:
             nearer = drive.goal
         return nearer, most
 
-    def _left(self, drive: ObservedDrive, target: int) -> float:
+    def _left(self, drive: MksDrive, target: int) -> float:
         """Return the distance to a target from where a drive may still be.
 
         Its course may be ahead of the drive, because orders were lost.
@@ -197,11 +196,11 @@ class Steering:
         distance = target - drive.course.place
         lag = drive.lag
         if self._is_unconfirmed(drive):
-            lag = drive.course.place - (drive.count or 0)
+            lag = drive.course.place - drive.count
         lag = max(math.copysign(1.0, distance) * lag, 0.0)
         return abs(distance) + (lag if lag > drive.bounds.rest else 0.0)
 
-    def _is_unconfirmed(self, drive: ObservedDrive) -> bool:
+    def _is_unconfirmed(self, drive: MksDrive) -> bool:
         """Return whether a drive replies, but has confirmed no order for a while.
 
         Then its orders were lost, and it may still be where it was read last. A drive that does not
@@ -210,7 +209,7 @@ class Steering:
         confirmed_s = max(drive.asked_s, drive.rejections.started_s)
         return drive.moving and drive.ledger.replied_s > confirmed_s + MAX_DELAY_S
 
-    def _has_news(self, drive: ObservedDrive, rpm: int) -> bool:
+    def _has_news(self, drive: MksDrive, rpm: int) -> bool:
         """Return whether a drive needs an order: a new speed, or a refresh that it may reject."""
         refresh_s = drive.course.ordered_s + REFRESH_PERIODS * self._io.settings.segment_s
         return rpm * COUNTS_S_PER_RPM != drive.course.max_speed or self._io.now_s >= refresh_s
@@ -253,7 +252,7 @@ class Steering:
         left_s = trip.path.end_s - trip.time_s if trip.ending else math.inf
         return max(min(trip.ahead_s, left_s), 1.5 * self._io.settings.segment_s)
 
-    def _to_rest(self, drive: ObservedDrive, heading: Heading) -> tuple[int, int] | None:
+    def _to_rest(self, drive: MksDrive, heading: Heading) -> tuple[int, int] | None:
         """Return the order that ends at a standing motor's place; None if that is the target."""
         rest = round(heading.end)
         if drive.goal == rest:
@@ -272,7 +271,7 @@ class Steering:
         return end, min(max(needed, MIN_FINAL_RPM), trip.most_rpm(planned))
 
 
-def beyond(drive: ObservedDrive, target: int) -> RequestRejected | None:
+def beyond(drive: MksDrive, target: int) -> RequestRejected | None:
     """Return why a drive cannot take a target; None if it can."""
     if abs(target) <= TARGET_MAX:
         return None

@@ -12,9 +12,10 @@ from collections.abc import Collection, Iterable, Sequence
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.ledger import MUTE_POLLS
-from armdrive.dialects.bus.observer import APART_S, ObservedDrive
+from armdrive.dialects.bus.observer import APART_S, DriveFinding
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
+from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
 from firmware_protocol.mks import (
@@ -70,7 +71,7 @@ class MksBrakes:
         self,
         io: MksExchange,
         stops: MksStops,
-        drives: Collection[ObservedDrive],
+        drives: Collection[MksDrive],
         *,
         hard: bool = False,
         judged: bool = False,
@@ -81,23 +82,23 @@ class MksBrakes:
         self._unconfirmed = tuple(drives) if repeats else ()
         self._began_s = self._due_s = io.now_s
         for drive in drives:
-            io.states.pop(drive, None)
+            drive.state = None
             drive.ledger.braking = True  # drives that stand are not asked
 
-    def step(self, left: Sequence[ObservedDrive], now_s: float) -> float:
+    def step(self, left: Sequence[MksDrive], now_s: float) -> float:
         """Send the stop to drives that do not brake, and ask all that do not stand."""
         io = self._io
         if io.stop_hard and not self._hard and self._repeats:
             self._hard, self._unconfirmed = True, tuple(left)
             self._stops.send(left, hard=True)
         for drive in left if self._repeats else ():
-            if io.states.get(drive) in RUNNING:  # another motor of the same joint brakes already
-                del io.states[drive]
+            if drive.state in RUNNING:  # another motor of the same joint brakes already
+                drive.state = None
                 self._unconfirmed = (*self._unconfirmed, drive)
                 self._stops.send((drive,), hard=self._hard)
                 io.put(drive, ReadState())
         self._unconfirmed = tuple(
-            drive for drive in left if drive in self._unconfirmed and drive not in io.states
+            drive for drive in left if drive in self._unconfirmed and drive.state is None
         )
         if now_s >= self._due_s:
             if self._unconfirmed and now_s > self._began_s:
@@ -113,30 +114,30 @@ class MksBrakes:
         """Return True: every reply is news."""
         return True
 
-    def stands(self, drive: ObservedDrive) -> bool:
+    def stands(self, drive: MksDrive) -> bool:
         """Return whether a drive reports that it stands and two separate readings agree.
 
         Not while it may have been away: it may still answer what it was sent meanwhile.
         """
-        stands = self._io.states.get(drive) is MotorState.STOPPED
+        stands = drive.state is MotorState.STOPPED
         still_s = max(drive.still_s, self._began_s)
         return stands and drive.asked_s >= still_s + APART_S and not drive.absence.suspected
 
-    def settle(self, drive: ObservedDrive, now_s: float) -> None:
+    def settle(self, drive: MksDrive, now_s: float) -> None:
         """Record that a drive stands, and report one that stands off its path."""
         self._io.host.settle(drive.node)
         if self._judged and drive.course.max_speed:  # a homing drive has no path
-            if drive.has_restarted:
+            if drive.finding is DriveFinding.RESTARTED:
                 self._io.notify(Alert(AlertKind.RESTARTED, restarted_words(drive)))
             elif drive.is_elsewhere or drive.rests_off_path:
                 self._io.notify(Alert(AlertKind.OFF_PATH, _off_path_words(drive)))
-        drive.rest_at(drive.count or 0, now_s)
+        drive.rest_at(drive.count, now_s)
 
-    def is_mute(self, drive: ObservedDrive) -> bool:
+    def is_mute(self, drive: MksDrive) -> bool:
         """Return whether a drive has left too many questions unanswered."""
         return drive.ledger.unanswered_polls >= 2 * MUTE_POLLS
 
-    def absence(self, mute: Sequence[ObservedDrive]) -> Timeout | RequestRejected:
+    def absence(self, mute: Sequence[MksDrive]) -> Timeout | RequestRejected:
         """Return the reply that names drives that fell silent while they braked."""
         return self._io.absence(mute, self._began_s, moved=True)
 
@@ -149,7 +150,7 @@ class MksStops:
         self.ramp_s = ramp_s
         """How long the arm's fastest drive brakes."""
 
-    def send(self, drives: Iterable[ObservedDrive], *, hard: bool) -> None:
+    def send(self, drives: Iterable[MksDrive], *, hard: bool) -> None:
         """Send drives a stop, with ramps in proportion to their speeds: all stop together.
 
         One that would pass its target brakes harder.
@@ -170,20 +171,20 @@ class MksStops:
                 io.put(drive, Stop(Code.ABSOLUTE_AXIS, ramp), "STOP")
 
     def brake(
-        self, drives: Collection[ObservedDrive], *, hard: bool = False, judged: bool = False
-    ) -> Braking[ObservedDrive]:
+        self, drives: Collection[MksDrive], *, hard: bool = False, judged: bool = False
+    ) -> Braking[MksDrive]:
         """Send drives a stop; return the stage that sees to it."""
         for drive in drives:
-            self._io.withdraw(drive)
+            drive.stop(self._io.now_s)
         self.send(drives, hard=hard)
         return self._braking(drives, MksBrakes(self._io, self, drives, hard=hard, judged=judged))
 
-    def halt(self, drives: Collection[ObservedDrive]) -> MksScript[None]:
+    def halt(self, drives: Collection[MksDrive]) -> MksScript[None]:
         """Stop drives and wait until they stand. Raises `Obstructed` if that is not known.
 
         Drives that home ignore ramps.
         """
-        homes = any(self._io.states.get(drive) is MotorState.HOMING for drive in drives)
+        homes = any(drive.state is MotorState.HOMING for drive in drives)
         braking = self.brake(drives, hard=homes, judged=True)
         stages = {Phase.STOPPING: lambda: braking}
         hold = {Act.HOLD: lambda: self.hold(braking, judged=True)}
@@ -191,9 +192,7 @@ class MksStops:
         if (unstopped := braking.unstopped()) is not None:
             raise Obstructed(unstopped)
 
-    def _braking(
-        self, drives: Collection[ObservedDrive], brakes: MksBrakes
-    ) -> Braking[ObservedDrive]:
+    def _braking(self, drives: Collection[MksDrive], brakes: MksBrakes) -> Braking[MksDrive]:
         patience_s = 2.0 * self.ramp_s + 20.0 * self._io.settings.answer_s + 0.5
         return Braking(brakes, drives, self._io.listened, patience_s)
 
@@ -203,7 +202,7 @@ class MksStops:
     # and springs there as soon as the shaft comes free. So a drive that came to rest elsewhere gets
     # its own position as the target. It reports the distance between the two (39).
 
-    def hold(self, braking: Braking[ObservedDrive], *, judged: bool) -> MksScript[None]:
+    def hold(self, braking: Braking[MksDrive], *, judged: bool) -> MksScript[None]:
         """Relieve drives that stand and push; report them if they are `judged`."""
         pushing = yield from self.relieve(braking.standing)
         braking.left += yield from self.relieved(pushing)
@@ -211,17 +210,17 @@ class MksStops:
             if judged:
                 self._io.notify(Alert(AlertKind.OFF_PATH, pushing_words(drive, off)))
 
-    def relieve(self, drives: Collection[ObservedDrive]) -> MksScript[dict[ObservedDrive, int]]:
+    def relieve(self, drives: Collection[MksDrive]) -> MksScript[dict[MksDrive, int]]:
         """Send drives that push to where they stand; return how far off each one's target was.
 
         Once only: a shaft that always hangs off its set-point would be followed away.
         """
-        io, pushing = self._io, dict[ObservedDrive, int]()
+        io, pushing = self._io, dict[MksDrive, int]()
         found = yield from io.read(ReadAngleError(), drives, tries=RELIEF_TRIES, patient=False)
         for drive, answer in found.items():
             if not isinstance(answer, AngleErrorRead):
                 continue
-            here = drive.count or 0
+            here = drive.count
             off = round(answer.error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)
             if abs(off) <= io.settings.in_position_counts:
                 continue
@@ -233,7 +232,7 @@ class MksStops:
             io.send(drive, MoveAbsoluteAxis(here, rpm, io.settings.acceleration))
         return pushing
 
-    def relieved(self, drives: Collection[ObservedDrive]) -> MksScript[list[ObservedDrive]]:
+    def relieved(self, drives: Collection[MksDrive]) -> MksScript[list[MksDrive]]:
         """Wait until relieved drives stand; return those that do not.
 
         They get no stop, not even an emergency stop: it would leave them pushing.
@@ -274,7 +273,7 @@ def ramp_to(course: Course, target: int, acc: int, share: float, kept: int = 0) 
     return min(needed + (slope_of(needed) < brakes), acc)
 
 
-def pushing_words(drive: ObservedDrive, off: int) -> str:
+def pushing_words(drive: MksDrive, off: int) -> str:
     """Return that a drive pushed against something, or still does if it rejected its relief."""
     if drive.rejections.pending:
         return (
@@ -291,7 +290,7 @@ def pushing_words(drive: ObservedDrive, off: int) -> str:
     )
 
 
-def restarted_words(drive: ObservedDrive) -> str:
+def restarted_words(drive: MksDrive) -> str:
     """Return that a drive has restarted, and how certain that is."""
     if math.isinf(drive.absence.since_s):
         return f"{drive} was reset or lost its power: it counts from zero again"
@@ -307,7 +306,7 @@ def restarted_words(drive: ObservedDrive) -> str:
     )
 
 
-def _off_path_words(drive: ObservedDrive) -> str:
+def _off_path_words(drive: MksDrive) -> str:
     return (
         f"{drive} came to rest at {drive.count} counts, off its path: it was reset or lost its "
         "power, is blocked, or was turned by force"

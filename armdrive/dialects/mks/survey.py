@@ -203,14 +203,14 @@ def ask_round(io: MksExchange) -> MksScript[Survey[KnownDrive]]:
     """Ask each id for its position, up to twice; then ask the drives that answer for their data."""
     for _ in range(ROUNDS):
         for drive in io.drives:
-            if drive.count is None:
+            if not drive.is_located:
                 io.put(drive, ReadEncoder())
                 yield from io.pause(io.now_s + ASK_S)
     yield from io.pause(io.now_s + LAST_REPLY_S)
     garbled = io.garbled
     found = []
     for drive in io.drives:
-        data = (yield from known(io, drive.node)) if drive.count is not None else None
+        data = (yield from known(io, drive.node)) if drive.is_located else None
         if data is not None:
             found.append(data)
     return Survey(io.settings.ids, tuple(found), garbled)

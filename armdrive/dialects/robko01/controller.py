@@ -14,7 +14,13 @@ from dataclasses import replace
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import (
+    HOST_DELAY_S,
+    ScriptRunner,
+    StopPart,
+    Stopping,
+    answer_without_device,
+)
 from armdrive.dialects.exchange import Script
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion
@@ -91,7 +97,7 @@ class RobkoController(ScriptRunner[HostEvent]):
             case DropCurrent():
                 return (yield from self._switch(Disable(), on=False))
             case _:
-                return self.answer_without_device(request)
+                return answer_without_device(request)
 
     def unsolicited(self, event: HostEvent) -> None:
         """Report unexpected frames, except late answers to the pings that feed the watchdog."""

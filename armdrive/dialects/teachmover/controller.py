@@ -11,7 +11,13 @@ from dataclasses import dataclass
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import (
+    HOST_DELAY_S,
+    ScriptRunner,
+    StopPart,
+    Stopping,
+    answer_without_device,
+)
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.tasks import (
@@ -250,7 +256,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             case WriteRow(words):
                 return QWrite(ProgramRow.from_words(words))
             case _:  # the next motion switches its motors on
-                return self.answer_without_device(request)
+                return answer_without_device(request)
 
     def _reply(self, event: Completed, plausible: bool) -> Reply:
         if event.status is Status.STOPPED:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, Generic, TypeVar
 
@@ -42,14 +42,19 @@ class DrivesBoard(Board, Generic[N]):
         self.input_bits = len(self.nodes)
         self._shafts = shafts
         self._outbox = Outbox(bits_s)
+        """The frames that drives prepare."""
         self._dues = [math.inf for _ in self.nodes]
-        self._nodes_due_s = self._due_s = math.inf
-        """When a drive acts next or its shaft is due; and the same, or when a frame is ready."""
+        """When each drive acts next."""
+        self._changed = list(self.nodes)
+        """The drives whose times may have changed since they were asked."""
+        self._drives_due_s = math.inf
+        """When a drive acts next, or its shaft is due."""
+        for node in self.nodes:
+            node.port.send = partial(self._prepare, node)
         self.outgoing = []
         self.bits_s = bits_s
         """The bit rate of the bus."""
         self.line = partial(BusLine, bitrate=bits_s)
-        self.collect()
 
     # What can be seen.
 
@@ -117,33 +122,29 @@ class DrivesBoard(Board, Generic[N]):
         """Pass the frames that have arrived to the drives that listen for them."""
         now_s = self.now_s
         for frame in message:
-            ears = [node for node in self.nodes if node.listens(frame.can_id)]
-            for node in ears:
-                node.receive(frame, now_s)
-            self.collect(ears)
+            for node in self.nodes:
+                if node.listens(frame.can_id):
+                    node.receive(frame, now_s)
+                    self._changed.append(node)
 
     def due_s(self) -> float:
         """Return when a drive or its shaft is due, or a frame is ready."""
-        return self._due_s
+        if self._changed:
+            for node in self._changed:
+                self._dues[node.motor.index] = node.due_s()
+            self._changed.clear()
+            self._drives_due_s = min(*self._dues, self._shafts.look_s)
+        return min(self._drives_due_s, self._outbox.next_s)
 
     def happen(self) -> None:
         """Let every drive do what is due, and send the frames that are ready."""
-        if self._nodes_due_s <= self.now_s:
+        if self._drives_due_s <= self.now_s:
             self._live()
         self.outgoing += self._outbox.take(self.now_s)
-        self._due_s = min(self._nodes_due_s, self._outbox.next_s)
 
-    def collect(self, nodes: Iterable[N] | None = None) -> None:
-        """Collect the frames of drives, and note when each acts next."""
-        for node in self.nodes if nodes is None else nodes:
-            port, index = node.port, node.motor.index
-            self._dues[index] = node.due_s()
-            if port.outgoing:
-                for frame in port.outgoing:
-                    self._outbox.put(self.now_s + port.answer_s, ReadyFrame(index, frame))
-                port.outgoing.clear()
-        self._nodes_due_s = min(*self._dues, self._shafts.look_s)
-        self._due_s = min(self._nodes_due_s, self._outbox.next_s)
+    def _prepare(self, node: N, frame: Frame) -> None:
+        """Put a frame on the bus as soon as a drive has it ready."""
+        self._outbox.put(self.now_s + node.port.answer_s, ReadyFrame(node.motor.index, frame))
 
     def _live(self) -> None:
         """Let every drive do what is due."""
@@ -151,7 +152,7 @@ class DrivesBoard(Board, Generic[N]):
             self._shafts.look(self.now_s)
             for node in self.nodes:
                 node.live(self.now_s)
-            self.collect()
+            self._changed += self.nodes
 
     # Power.
 
@@ -159,7 +160,7 @@ class DrivesBoard(Board, Generic[N]):
         """Start every drive."""
         for node in self.nodes:
             switch_power(node, True, self.now_s)
-        self.collect()
+        self._changed += self.nodes
 
     def forget(self) -> None:
         """Release every shaft, forget every position, and drop the frames on their way."""
@@ -167,7 +168,6 @@ class DrivesBoard(Board, Generic[N]):
         for node in self.nodes:
             switch_power(node, False, self.now_s)
         self._outbox.clear()  # what a drive had ready to send dies with its supply
-        self._due_s = self._nodes_due_s
 
     def reset(self) -> None:
         """Restart every drive; until it has started, its shaft is free."""
@@ -176,15 +176,16 @@ class DrivesBoard(Board, Generic[N]):
             for node in self.nodes:
                 if node.port.powered:
                     node.restart(self.now_s)
-            self.collect()
+            self._changed += self.nodes
 
     # What a fault or a person does to one drive, counted from 0 like the motors. What is written in
     # its `port` needs no more than that.
 
     def node(self, drive: int) -> N:
-        """Return a drive. Raises `BadRequest` if there is no such drive."""
+        """Return a drive, which the caller may change. Raises `BadRequest` if there is none."""
         if not 0 <= drive < len(self.nodes):
             raise BadRequest(f"drives are numbered 0 to {len(self.nodes) - 1}, not {drive}")
+        self._changed.append(self.nodes[drive])
         return self.nodes[drive]
 
     def switch_drive(self, drive: int, on: bool) -> None:
@@ -192,23 +193,9 @@ class DrivesBoard(Board, Generic[N]):
         node = self.node(drive)
         if not on or (self.powered and not node.port.powered):
             switch_power(node, on, self.now_s)
-        self.collect()
 
     def reset_drive(self, drive: int) -> None:
         """Restart a drive's firmware, in motion or not."""
         node = self.node(drive)
         if node.port.powered:
             node.restart(self.now_s)
-            self.collect()
-
-    def set_id(self, drive: int, number: int) -> int:
-        """Give a drive an id, perhaps that of another drive; return the old one."""
-        before = self.node(drive).set_id(number, self.now_s)
-        self.collect()
-        return before
-
-    def set_mode(self, drive: int, mode: int) -> int:
-        """Set a drive's mode, as its own keys do; return the old one."""
-        before = self.node(drive).set_mode(mode, self.now_s)
-        self.collect()
-        return before

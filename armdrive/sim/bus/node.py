@@ -7,7 +7,7 @@ sends, and when it acts by itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from armdrive.config.arm import ArmConfig
@@ -100,6 +100,8 @@ class NodePort:
     """A drive's supply and its connection to the bus."""
 
     def __init__(self) -> None:
+        self.send: Callable[[Frame], None] = lambda _frame: None
+        """Puts a frame on the bus; its board provides that."""
         self.answer_s = 0.001
         """How long the drive takes to prepare a frame: a guess, see each kind's quirks."""
         self.powered = self.plugged = True
@@ -109,8 +111,6 @@ class NodePort:
         """Whether it does not report the end of a motion."""
         self.boots_s = -math.inf
         """When its firmware has started; minus infinity once it has."""
-        self.outgoing: list[Frame] = []
-        """The frames that the board has to put on the bus."""
 
     @property
     def booting(self) -> bool:
@@ -125,7 +125,7 @@ class NodePort:
     def say(self, frame: Frame | None) -> None:
         """Put a frame on the bus, if there is one."""
         if frame is not None and self.powered and self.plugged and not self.mute:
-            self.outgoing.append(frame)
+            self.send(frame)
 
 
 class BusNode(Protocol):

@@ -41,20 +41,18 @@ class Cia402Board(DrivesBoard[Cia402Node]):
 
     def ail(self, drive: int, code: int) -> None:
         """Put a drive in fault, until the error is fixed and the drive is reset."""
-        node = self.nodes[drive]
+        node = self.node(drive)
         if node.port.powered:
             node.states.ailing.add(code)
             node.states.fault(code, self.now_s)
-            self.collect()
 
     def fix(self, drive: int, code: int) -> None:
         """Remove the cause of a drive's error; the fault itself must still be reset."""
-        self.nodes[drive].states.fix(code)
+        self.node(drive).states.fix(code)
 
     def warn(self, drive: int, code: int) -> None:
         """Make a drive send an EMCY that changes nothing."""
-        self.nodes[drive].say_emcy(code)
-        self.collect()
+        self.node(drive).say_emcy(code)
 
 
 def _make(config: ArmConfig, world: World, quirks: Cia402Quirks) -> Cia402Board:

@@ -260,7 +260,6 @@ class Cia402Node:
 
     def _renew(self, number: int) -> None:
         """Reset everything except its identity."""
-        self.port.outgoing.clear()
         self.port.boots_s = -math.inf
         self.objects.renew(number)
         self.motion.forget()

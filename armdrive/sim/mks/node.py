@@ -136,7 +136,6 @@ class MksNode:
         self.motor.release(now_s)
         self._restart_firmware(now_s)
         self.remake()
-        self.port.outgoing.clear()
 
     def begin(self, now_s: float) -> None:
         """Start the firmware: it has kept the settings, but not the position."""
@@ -333,10 +332,7 @@ def _clear(node: MksNode, _: Asked, now_s: float) -> None:
 
 def _restart(node: MksNode, asked: Asked, now_s: float) -> None:
     node.tell(asked, Outcome.DONE)
-    # the answer leaves before the firmware goes down, which drops what is still to be sent
-    answer = [*node.port.outgoing]
     node.restart(now_s)
-    node.port.outgoing += answer
 
 
 def _report(node: MksNode, asked: Any, now_s: float) -> None:

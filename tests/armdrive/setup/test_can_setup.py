@@ -203,7 +203,7 @@ def test_finished_steps_are_listed_at_the_beginning():
 def test_a_drive_that_was_done_and_has_lost_its_mode_is_set_up_once_more():
     bench = Bench(factory=False)
     bench.board.node(2).port.plugged = True
-    bench.board.set_mode(2, mks.Mode.PULSE_FOC)
+    bench.board.node(2).set_mode(mks.Mode.PULSE_FOC, bench.board.now_s)
     bench.kept["elbow"] = Notes(done=True, watchdog=True)
     assert bench.one("elbow")
     assert (3, mks.SetMode(mks.Mode.BUS_FOC)) in bench.said

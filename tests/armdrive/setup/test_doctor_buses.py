@@ -382,7 +382,7 @@ def test_an_mks_survey_finds_every_drive_and_only_sends_readings():
 
 def test_a_drives_problem_is_reported_with_its_remedy():
     on = bus_bench()
-    on.device.board.set_mode(1, Mode.PULSE_FOC)
+    on.device.board.node(1).set_mode(Mode.PULSE_FOC, on.device.board.now_s)
     on.device.board.nodes[2].stalled = True
     on.device.board.nodes[3].calibrated = False
     found = on.survey()
@@ -398,7 +398,7 @@ def test_a_drives_problem_is_reported_with_its_remedy():
 def test_drives_with_one_id_are_reported(more):
     on = bus_bench()
     for motor in more:
-        on.device.board.set_id(motor, 2)
+        on.device.board.node(motor).set_id(2, on.device.board.now_s)
     found = on.survey((1, 2))
     assert [each.doubled for each in found.nodes] == [False, True]
     assert "more than one drive has this id" in words(mks.of_answers(found, BusHealth()))
@@ -449,7 +449,7 @@ def test_mks_drives_that_answer_are_compared_with_the_arm_file():
 
 def test_of_a_drive_of_the_e_series_nothing_else_is_a_problem():
     on = bus_bench(e_series=True)
-    on.device.board.set_mode(0, Mode.PULSE_FOC)
+    on.device.board.node(0).set_mode(Mode.PULSE_FOC, on.device.board.now_s)
     told = words(mks.of_answers(on.survey((1,)), BusHealth()))
     assert "drive 1 is of the E series" in told
     assert told.count("problem") == 1

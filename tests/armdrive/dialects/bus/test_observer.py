@@ -84,9 +84,8 @@ def happen(found: Observer, line: str) -> None:
         case "rereads", node:
             assert found.to_reread == (found[int(node)],), line
         case "expect", node, finding:
-            verdict = found[int(node)].verdict
-            assert verdict is not None
-            assert verdict.finding.value == finding, line
+            assert found[int(node)].is_located
+            assert found[int(node)].finding.value == finding, line
         case "ends", "nothing":
             assert found.judge() is None, line
         case "ends", node, finding:

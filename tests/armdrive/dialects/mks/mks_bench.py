@@ -75,20 +75,16 @@ class FreeShafts(ShaftDrive):
 class BenchDrive:
     """A simulated drive on a free shaft, with what a test can do to it."""
 
-    def __init__(self, sim: MksNode, shafts: FreeShafts, board: MksBoard) -> None:
-        self.sim, self._shafts, self._board = sim, shafts, board
+    def __init__(self, index: int, shafts: FreeShafts, board: MksBoard) -> None:
+        self.index, self._shafts, self._board = index, shafts, board
+
+    @property
+    def sim(self) -> MksNode:
+        return self._board.node(self.index)
 
     @property
     def _now_s(self) -> float:
         return self._board.now_s
-
-    def _done(self) -> None:
-        """Make the board collect the frames and events of the drive."""
-        self._board.collect()
-
-    @property
-    def index(self) -> int:
-        return self.sim.motor.index
 
     @property
     def count(self) -> int:
@@ -127,16 +123,13 @@ class BenchDrive:
     def enable(self, on: bool = True) -> None:
         """Switch the motor on or off, as the drive's own keys do."""
         self.sim.set_enabled(on, self._now_s)
-        self._done()
 
     def receive(self, frame: Frame) -> None:
         """Receive a frame of another program."""
         self.sim.receive(frame, self._now_s)
-        self._done()
 
     def set_mode(self, mode: mks.Mode) -> None:
         self.sim.set_mode(int(mode), self._now_s)
-        self._done()
 
     def setting(self, kind: type) -> mks.Setting:
         return self.sim.flash.of(kind)
@@ -150,7 +143,6 @@ class BenchDrive:
     def lose_power(self) -> None:
         """Switch the supply off; the shaft does not turn meanwhile."""
         switch_power(self.sim, False, self._now_s)
-        self._done()
 
     def restore_power(self, *, at: int = 0, holds: bool = True) -> None:
         """Switch the supply on; the drive counts from `at`."""
@@ -193,7 +185,7 @@ class MksBench(BusBench):
             nodes.append(MksNode(motor, versions[index], own, quirks, BITS_S))
             motor.count_from(starts[index])
         board = MksBoard(shafts.world, shafts, nodes, BITS_S)
-        self.nodes = [BenchDrive(node, shafts, board) for node in nodes]
+        self.nodes = [BenchDrive(index, shafts, board) for index in range(len(nodes))]
         sim = SimDevice(board)
         controller = MksController(DIALECTS["mks"].abilities, config)
         super().__init__(controller, sim, MemoryLink(sim.line(), "simulated drives"))

@@ -71,9 +71,8 @@ def denied(reply) -> str:
 def test_contact_tells_the_encoders_and_sends_nothing_that_moves_or_switches():
     bench = MksBench(starts=STARTS)
     assert bench.do(ReadPosition()) == Registers(Motors(STARTS))
-    assert isinstance(bench.do(ReadSettings()), DeviceSettings)
+    assert bench.do(ReadSettings()) == DeviceSettings(firmware="1.0.9")
     assert not MOVING & {frame.data[0] for _, frame in bench.sent}
-    assert bench.controller.firmware == "1.0.9"
 
 
 @pytest.mark.parametrize(
@@ -89,8 +88,7 @@ def test_contact_tells_the_encoders_and_sends_nothing_that_moves_or_switches():
 )
 def test_abilities_are_those_of_the_oldest_firmware(firmware, settings, taken_for, queued):
     bench = MksBench(firmware, settings)
-    bench.do(ReadPosition())
-    assert bench.controller.firmware == taken_for
+    assert bench.do(ReadSettings()).firmware == taken_for
     assert bench.controller.abilities.queued_segments == queued
     assert bench.controller.abilities.coordinated == bool(queued)
 

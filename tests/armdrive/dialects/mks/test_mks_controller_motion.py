@@ -220,6 +220,14 @@ def test_a_bus_that_falls_silent_is_silence():
     assert isinstance(bench.do(along(straight(40))), Timeout)
 
 
+def test_a_bus_that_is_silent_before_a_motion_is_silence():
+    bench = MksBench().ready()
+    bench.run(1.0)
+    bench.loses = lambda *_: True
+    assert isinstance(bench.do(along(straight(4))), Timeout)
+    assert not requests(bench, mks.MoveAbsoluteAxis, since_s=1.0)
+
+
 def test_silence_after_a_motion_names_the_last_order():
     bench = MksBench().ready()
     assert isinstance(bench.do(along(straight(4))), Done)

@@ -51,7 +51,7 @@ def test_two_more_answers_than_questions_are_those_of_two_drives(asked, answered
 
 def test_a_shared_id_is_found_by_its_answers():
     bench = on_bus(0, 1, keeps_angle=True)
-    bench.board.set_id(1, 1)
+    bench.board.node(1).set_id(1, bench.board.now_s)
     assert bench.script(is_shared, 1)
-    bench.board.set_id(1, 2)
+    bench.board.node(1).set_id(2, bench.board.now_s)
     assert not bench.script(is_shared, 1)

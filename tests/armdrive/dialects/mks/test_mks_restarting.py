@@ -29,7 +29,7 @@ from mks_bench import (
     total,
 )
 
-from armdrive.dialects.mks.exchange import GIVE
+from armdrive.dialects.mks.drive import GIVE
 from armdrive.status import Trust
 from armdrive.tasks import AlertKind, Halted, MoveBy, RequestRejected
 from firmware_protocol.mks import Code, MoveAbsoluteAxis

@@ -375,7 +375,7 @@ class TestFaults:
         bench.twin.faults.end()
         assert beats(bench.run(0.1), 2) == [canopen.NodeState.BOOTING]
         with pytest.raises(BadRequest, match="1 to 127"):
-            bench.board.set_id(0, 128)
+            bench.board.node(0).set_id(128, bench.board.now_s)
 
     def test_somebody_changes_a_mode_until_the_next_order(self, bench):
         bench.set_up(1)
@@ -389,7 +389,7 @@ class TestFaults:
         moving_in_cycles(bench, 2)
         assert bench.sync()[1][1] == CSP
         with pytest.raises(BadRequest, match="modes are"):
-            bench.board.set_mode(0, 5)
+            bench.board.node(0).set_mode(5, bench.board.now_s)
 
     def test_a_drive_fails_for_as_long_as_it_is_told(self, bench):
         bench.enable(1, 2, mode=PP)
@@ -414,8 +414,8 @@ class TestFaults:
 
     def test_changes_to_a_drive_without_power_show_when_it_is_powered(self, bench):
         bench.board.switch_drive(0, False)
-        bench.board.set_id(0, 9)
-        bench.board.set_mode(0, 2)
+        bench.board.node(0).set_id(9, bench.board.now_s)
+        bench.board.node(0).set_mode(2, bench.board.now_s)
         assert bench.run(1.0) == []
         bench.board.switch_drive(0, True)
         assert beats(bench.run(1.0), 9) == [canopen.NodeState.BOOTING]

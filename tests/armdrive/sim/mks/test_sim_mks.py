@@ -450,7 +450,7 @@ class TestDrives:
     def test_of_answers_with_one_id_the_first_passes_alone(self, bench, counts, at_once, in_all):
         for motor, count in enumerate(counts):
             bench.board.nodes[motor].motor.count_from(count)
-            bench.board.set_id(motor, 1)
+            bench.board.node(motor).set_id(1, bench.board.now_s)
         heard = bench.ask(1, mks.ReadEncoder(), 0.003)
         assert [each.answer.counts for each in heard] == list(counts[:at_once])
         heard += bench.run(0.02)

@@ -10,7 +10,13 @@ from typing import TypeAlias
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, StopPart, Stopping
+from armdrive.dialects.controller import (
+    HOST_DELAY_S,
+    ScriptRunner,
+    StopPart,
+    Stopping,
+    answer_without_device,
+)
 from armdrive.dialects.exchange import Script
 from armdrive.tasks import (
     Done,
@@ -96,7 +102,7 @@ class TutorController(ScriptRunner[DeviceEvent]):
             case ReadPosition():
                 return Where()
             case _:
-                return self.answer_without_device(request)
+                return answer_without_device(request)
 
     def _motion_s(self, command: Command) -> float:
         if not isinstance(command, Move):
