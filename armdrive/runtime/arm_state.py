@@ -207,10 +207,11 @@ class Core:
         """Raise `SettingsDiffer` while the controller's settings contradict the arm file."""
         wrong = [each for each in self.differences if each.must]
         if wrong:
+            sends = any(each.fix for each in wrong)
             raise SettingsDiffer(
                 "the arm does not move while the controller's settings differ from the arm file: "
                 + listed(wrong)
-                + ". `armdrive doctor --fix` sends these lines"
+                + (". `armdrive doctor --fix` sends these lines" if sends else "")
             )
 
     @property

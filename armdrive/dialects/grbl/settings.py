@@ -493,7 +493,8 @@ class Comparison:
             yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
         if settings.homing:
             what = "homing directions: motors would move away from their switches"
-            yield ExpectedSetting(HOMING_DIRECTIONS, self._homing_mask(), what, _is_other)
+            mask = self._homing_mask()
+            yield ExpectedSetting(HOMING_DIRECTIONS, mask, what, _is_other, must=True)
         if behaviour.sleep_switch:
             yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)
 

@@ -6,7 +6,8 @@ States of the main loop:
 
     booting   input is not read, and is lost when the board has started
     critical  a limit alarm: only a reset is obeyed
-    blocked   Hold, Door and Sleep, during a jog cancel, and when hung: lines stay in the ring
+    blocked   Hold (in most firmware only once it is complete), Door and Sleep, during a jog
+              cancel, and when hung: lines stay in the ring
     hung      Idle, after a jog cancel that came as the jog ended: a resume or a reset frees it
     else      the current line continues, or the next one is taken out of the ring
 
@@ -370,7 +371,8 @@ class MainLoop:
 
     def blocked(self, board: GrblBoard) -> bool:
         """Return whether no lines are executed."""
-        held = board.state in _BLOCKING or board.cycle.cancelling or self.hung
+        held = board.state in _BLOCKING and not _still_reads(board)
+        held |= board.cycle.cancelling or self.hung
         return held or board.booting.active or board.critical
 
     def due_s(self, board: GrblBoard) -> float:
@@ -412,6 +414,15 @@ class MainLoop:
                 self._line.begin(board.routines.line(board, request), board.now_s)
                 return True
         return False
+
+
+def _still_reads(board: GrblBoard) -> bool:
+    """Return whether the board brakes for a feed hold, and goes on to read lines until it stands.
+
+    Source: gnea/grbl grbl/protocol.c: only EXEC_CYCLE_STOP sets the bit that suspends the loop.
+    """
+    braking = board.state is State.HOLD and not board.cycle.stands
+    return braking and board.firmware.reads_while_braking
 
 
 # --- Real-time commands that have arrived but were not read yet -----------------------------------

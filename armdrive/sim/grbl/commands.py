@@ -72,12 +72,13 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
     far = SEARCH * max(settings.axis(TRAVEL, axis) for axis in axes)
     back, seek = settings[PULL_OFF], settings[HOMING_SEEK] / MINUTE_S
     feed = settings[HOMING_FEED] / MINUTE_S
+    leave = feed if board.firmware.backs_off_at_feed else seek
     for search, rate in ((far, seek), (LOCATE * back, feed)):
         found = yield from _approach(board, axes, search, rate)
         if not found:
             return _NOT_FOUND
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
-        yield from _go(board, axes, -back, seek)
+        yield from _go(board, axes, -back, leave)
         board.switches.unwatched.clear()
         if any(board.switches.pressed(axis) for axis in axes):
             return _STILL_PRESSED
@@ -129,16 +130,22 @@ def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Wai
 
 
 def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
-    """Set the position of the axes to a pull-off inside the travel, which is all negative."""
-    settings = board.settings
+    """Set the position of the axes to where the firmware says that they are homed."""
     place = list(board.drive.goal_units)
     for axis in axes:
-        place[axis] = -settings[PULL_OFF]
-        if settings.mask(HOMING_DIRECTIONS, axis):
-            place[axis] = settings[PULL_OFF] - settings.axis(TRAVEL, axis)
+        place[axis] = _homed_at(board, axis)
     counts = board.drive.steps_of(place)
     board.drive.set_axes(counts, board.now_s)
     board.parser.position = board.drive.units_of(counts)
+
+
+def _homed_at(board: GrblBoard, axis: int) -> float:
+    settings = board.settings
+    if board.firmware.homes_at is not None:
+        return board.firmware.homes_at
+    if settings.mask(HOMING_DIRECTIONS, axis):
+        return settings[PULL_OFF] - settings.axis(TRAVEL, axis)
+    return -settings[PULL_OFF]
 
 
 # --- Settings with names: `$/stepping/idle_ms`, and `=255` to change one --------------------------
@@ -283,12 +290,18 @@ def _home(board: GrblBoard, command: Home) -> Steps:
 
 def _cycles(board: GrblBoard, letters: str) -> list[list[int]]:
     """Return the axes that are homed together, one cycle after the other."""
-    count, masked = len(board.axes), board.firmware.homing_masks
-    if not letters and masked:
-        masks = [board.settings[number] for number in masked]
-        cycles = [[axis for axis in range(count) if int(mask) >> axis & 1] for mask in masks]
-        return [axes for axes in cycles if axes]
-    return [[board.axes.index(letter) for letter in letters or board.axes]]
+    firmware, count = board.firmware, len(board.axes)
+    if letters:
+        cycles = [letters]
+    elif firmware.homing_masks:
+        masks = [int(board.settings[number]) for number in firmware.homing_masks]
+        cycles = [
+            "".join(letter for axis, letter in enumerate(board.axes) if mask >> axis & 1)
+            for mask in masks
+        ]
+    else:
+        cycles = firmware.homing_cycles.get(count, board.axes).split()
+    return [[board.axes.index(letter) for letter in cycle] for cycle in cycles if cycle]
 
 
 def _set(board: GrblBoard, command: SetSetting) -> Steps:

@@ -166,6 +166,12 @@ class Firmware:
     boot_s: float = 1.5
     """From a reset of the board to its banner; the motors have no current."""
 
+    # holds
+    reads_while_braking: bool = True
+    """Whether lines are read until a feed hold is complete: they are answered and planned.
+    Observed on the Mega and FluidNC. Not on grblHAL (state_machine.c, initiate_hold).
+    """
+
     # resets
     killed: Killed = Killed.LATE
     """What becomes of the motors at a reset in motion."""
@@ -192,6 +198,14 @@ class Firmware:
     """Whether the board is locked after a limit alarm and the reset. Observed: not on FluidNC,
     which takes up the motion that the alarm ended, and makes no step of it.
     """
+    backs_off_at_feed: bool = False
+    """Whether homing backs off a switch as slowly as it approaches it again. Observed on FluidNC
+    (Cartesian.cpp, axesVector); the others back off as fast as they seek.
+    """
+    homes_at: float | None = None
+    """Where a homed axis stands; if None, a pull-off inside its travel, which is all negative.
+    FluidNC: `mpos_mm`, as if it were not changed.
+    """
     homing: float = 1.0
     """$22 with homing, as an arm needs it. On grblHAL it has bits: homing, and single axes (`$HX`).
     """
@@ -203,9 +217,13 @@ class Firmware:
     """
     refused_axis: int = 5
     """The error of `$HX` without homing. Observed: 19 on FluidNC."""
+    homing_cycles: Mapping[int, str] = field(default_factory=lambda: {3: "Z XY"})
+    """Which axes `$H` homes together, one cycle after the other, by the number of axes of a build;
+    all at once if none is given. It answers ok and leaves out the others (config.h). Observed on
+    the Mega with five and six axes.
+    """
     homing_masks: range = range(0)
-    """The settings that say which axes `$H` homes together, one after the other; all at once
-    without them. Observed on grblHAL: at the factory Z, then X and Y, and no others.
+    """The settings that say so instead. Observed on grblHAL: at the factory Z, then X and Y.
     """
     locks_until_homed: bool = False
     """Whether, with homing, the board stays locked until each axis has been homed. Observed on
@@ -298,6 +316,7 @@ _FIRMWARES = (
         blocks=35,
         ring_bytes=255,
         stepping=replace(_AVR_STEPPING, segments=9),
+        homing_cycles=MappingProxyType({4: "Z A X Y", 5: "Z XY", 6: "Z A B C X Y"}),
         cancel_clears_in=(State.JOG,),
         factory=MappingProxyType({30: 12000.0, 31: 550.0}),
     ),
@@ -326,6 +345,7 @@ _FIRMWARES = (
         deaf_in_eeprom=False,
         alarm_s=0.1,
         boot_s=0.5,
+        reads_while_braking=False,
         killed=Killed.NEVER,
         resets_kept=1,
         homing=3.0,
@@ -367,6 +387,9 @@ _FIRMWARES = (
         answers_dropped=False,
         wakes_with_alarm=True,
         limit_locks=False,
+        backs_off_at_feed=True,
+        homes_at=0.0,
+        homing_cycles=MappingProxyType({}),
         refused_axis=19,
         locks_until_homed=True,
         rewatches=True,

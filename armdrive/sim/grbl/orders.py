@@ -446,6 +446,7 @@ def _ask(board: GrblBoard) -> None:
 def _flood(board: GrblBoard) -> None:
     if board.state in _FLOOD_STATES:
         board.outputs.flood = not board.outputs.flood
+        board.reporter.overrides_changed()
         board.fingers.follow_output(board.now_s)
 
 

@@ -167,6 +167,14 @@ def test_offset_and_overrides_come_now_and_then():
     assert bench.ask().work_offset[0] == -5.0
 
 
+def test_the_flood_button_shows_in_the_next_report():
+    bench = Bench()
+    for _ in range(3):
+        bench.ask()
+    bench.put("\xa0")
+    assert bench.ask().accessories == "F"
+
+
 def test_the_mask_says_what_reports_tell():
     bench = Bench()
     bench.say("G10L2P1X3")
