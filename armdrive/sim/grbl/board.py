@@ -158,7 +158,8 @@ class StatusReporter:
             return math.inf
         firmware = board.firmware
         silent = board.booting.active or (board.critical and firmware.mute_in_critical)
-        if silent or (firmware.silent_in_homing and board.state is State.HOME):
+        homing = board.state is State.HOME and board.main_loop.executing
+        if silent or (firmware.silent_in_homing and homing):
             return math.inf
         return max(self._free_s, board.now_s)
 

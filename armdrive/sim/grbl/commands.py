@@ -49,7 +49,7 @@ from firmware_protocol.grbl import (
 # pressed. The real firmware stops only that axis dead; here the others pause while it drops out.
 # Source: gnea/grbl grbl/limits.c (limits_go_home).
 
-_STILL_PRESSED, _NOT_FOUND, _AMBIGUOUS = 8, 9, 12
+STILL_PRESSED, _NOT_FOUND, _AMBIGUOUS = 8, 9, 12
 
 Steps = Generator[float, None, int]
 """A part of a script; it returns 0, or an error number."""
@@ -74,14 +74,16 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
     feed = settings[HOMING_FEED] / MINUTE_S
     leave = feed if board.firmware.backs_off_at_feed else seek
     for search, rate in ((far, seek), (LOCATE * back, feed)):
+        _count_from_zero(board, axes)
         found = yield from _approach(board, axes, search, rate)
         if not found:
             return _NOT_FOUND
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
+        _count_from_zero(board, axes)
         yield from _go(board, axes, -back, leave)
         board.switches.unwatched.clear()
         if any(board.switches.pressed(axis) for axis in axes):
-            return _STILL_PRESSED
+            return STILL_PRESSED
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
     _set_position(board, axes)
     board.unhomed -= set(axes)
@@ -127,6 +129,14 @@ def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Wai
     board.drive.queue_to(target, rate * math.sqrt(len(axes)), board.now_s)
     while board.drive.rack.waiting:
         yield math.inf
+
+
+def _count_from_zero(board: GrblBoard, axes: Sequence[int]) -> None:
+    """Begin a motion of homing, for which most firmware counts from zero."""
+    if board.firmware.homing_counts:
+        counts = enumerate(board.drive.counts)
+        zeroed = [0 if axis in axes else count for axis, count in counts]
+        board.drive.set_axes(zeroed, board.now_s)
 
 
 def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
@@ -201,6 +211,20 @@ def run_system(board: GrblBoard, command: SystemCommand) -> Steps:
         return NOT_IDLE
     outcome = act(board, command)
     return outcome if isinstance(outcome, int) else (yield from outcome)
+
+
+def refused_command(board: GrblBoard, line: str, code: int) -> int:
+    """Return the error of a line that the firmware does not know.
+
+    GRBL 1.1 enters the state of homing before it looks at the letter of an axis.
+    """
+    homes = line.startswith("$H") and board.firmware.sticks_in_homing
+    if not homes or board.state not in _STILL:
+        return code
+    if not board.settings[HOMING]:
+        return NO_HOMING
+    board.state = State.HOME
+    return code
 
 
 def _help(board: GrblBoard, _: Help) -> int:

@@ -120,7 +120,7 @@ class Firmware:
     blocks: int = 15
     """How many lines the planner queues."""
     ring_bytes: int = 128
-    """The size of the receive ring."""
+    """How many bytes the receive ring holds. grblHAL's holds one less than `$I` says."""
     stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
@@ -194,6 +194,10 @@ class Firmware:
     of the Mega accepts $21=1 and does nothing (grbl/cpu_map.h: DISABLE_HW_LIMITS_INTERRUPT).
     Reports show the pin.
     """
+    checks_limits: bool = True
+    """Whether, with $21=1, a board that starts with a switch pressed is locked. Observed on the
+    Mega. grblHAL does so only with bit 1 of $21, FluidNC never.
+    """
     limit_locks: bool = True
     """Whether the board is locked after a limit alarm and the reset. Observed: not on FluidNC,
     which takes up the motion that the alarm ended, and makes no step of it.
@@ -214,6 +218,16 @@ class Firmware:
     homing_locks: bool = True
     """Whether a board with homing starts locked. Observed: not grblHAL. With bit 2 of $22 it raises
     ALARM:11 and refuses `$X` with error 46, which is not built in here.
+    """
+    homing_counts: bool = True
+    """Whether each motion of homing counts from zero. Observed on the Mega, and so in grblHAL."""
+    tells_pull_off: bool = True
+    """Whether a reset while homing backs off a pressed switch raises ALARM:8, as if backing off had
+    failed. Observed on the Mega (limits.c), and so in grblHAL; otherwise it is ALARM:6.
+    """
+    sticks_in_homing: bool = True
+    """Whether `$H` with an axis that the build refuses (error 3) leaves the board in Home until a
+    reset. Observed on the Mega; GRBL 1.1 as published refuses every single axis so (system.c).
     """
     refused_axis: int = 5
     """The error of `$HX` without homing. Observed: 19 on FluidNC."""
@@ -271,9 +285,11 @@ class Firmware:
     keeps_speed: bool = False
     """Whether reports tell the last speed of a spindle that stands (M5). Observed on FluidNC."""
     mute_in_critical: bool = True
-    """Whether `?` is unanswered after a limit alarm until the reset."""
+    """Whether `?` is unanswered after a limit alarm until the reset. Observed: not on the Mega, in
+    the version of 4 January 2021 and later.
+    """
     silent_in_homing: bool = True
-    """Whether `?` is unanswered in homing."""
+    """Whether `?` is unanswered while homing is under way."""
     explains: bool = False
     """Whether messages say how important they are, and refusals and alarms come with words.
     Observed on FluidNC; the words are not its own.
@@ -318,6 +334,7 @@ _FIRMWARES = (
         stepping=replace(_AVR_STEPPING, segments=9),
         homing_cycles=MappingProxyType({4: "Z A X Y", 5: "Z XY", 6: "Z A B C X Y"}),
         cancel_clears_in=(State.JOG,),
+        mute_in_critical=False,
         factory=MappingProxyType({30: 12000.0, 31: 550.0}),
     ),
     Firmware(
@@ -336,7 +353,7 @@ _FIRMWARES = (
         ),
         dialect=GRBLHAL,
         blocks=100,
-        ring_bytes=1024,
+        ring_bytes=1023,
         stepping=Stepping(9),
         refuses_on=True,
         parse_s=0.05e-3,
@@ -350,6 +367,8 @@ _FIRMWARES = (
         resets_kept=1,
         homing=3.0,
         single_axis_bits=2,
+        checks_limits=False,
+        sticks_in_homing=False,
         homing_locks=False,
         homing_masks=HOMING_CYCLES,
         holds_jogs=False,
@@ -386,7 +405,11 @@ _FIRMWARES = (
         keeps_line=True,
         answers_dropped=False,
         wakes_with_alarm=True,
+        checks_limits=False,
         limit_locks=False,
+        homing_counts=False,
+        tells_pull_off=False,
+        sticks_in_homing=False,
         backs_off_at_feed=True,
         homes_at=0.0,
         homing_cycles=MappingProxyType({}),

@@ -342,8 +342,11 @@ def test_releasing_the_motors_of_a_grblhal_board_that_must_not_sleep_is_refused(
 
 def test_homing_is_refused_on_a_board_that_cannot_home():
     arm = found(homing_config(((1,),)), firmware="grbl")
+    arm.reset()  # it boots locked
     with pytest.raises(DeviceFault, match="not known or not supported"):
         arm.home()
+    arm.reset()  # it stays in the state of homing until then
+    assert arm.status.state is State.STANDBY
 
 
 def test_outputs_and_a_servo_come_back_after_a_stop():
@@ -741,6 +744,17 @@ def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s
     assert arm.twin.device.moving
     arm.sleep(0.01 + waited_s)
     assert not arm.twin.device.moving
+    stop_homing(arm, task)
+
+
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
+def test_homing_is_stopped_as_well_while_it_backs_off_a_switch(firmware):
+    """The alarm is 8 then, as if backing off had failed: observed on grbl-Mega-5X."""
+    arm, task = homing(firmware)
+    arm.sleep(to_the_switch_s(firmware) + 0.1)
+    while not arm.twin.device.moving:
+        arm.sleep(0.002)
+    assert arm.twin.board.switches.mask()
     stop_homing(arm, task)
 
 

@@ -23,7 +23,7 @@ from kinematics import JOINT_NAMES, KinematicsError
     [
         ("grbl", Variant.GRBL, "[OPT:V,15,128]", 128),
         ("mega5x", Variant.GRBL, "[OPT:VNMGH,35,255,0]", 255),
-        ("grblhal", Variant.GRBLHAL, "[OPT:VNML+,100,1024,6,0]", 1024),
+        ("grblhal", Variant.GRBLHAL, "[OPT:VNML+,100,1024,6,0]", 1023),
         ("fluidnc", Variant.FLUIDNC, "[OPT:MPHS]", 256),
     ],
 )
@@ -476,6 +476,36 @@ def test_with_homing_on_a_board_starts_locked():
     assert Bench(homing=True).ask().state is State.ALARM
 
 
+@pytest.mark.parametrize(
+    ("firmware", "locks"), [("mega5x", True), ("grbl", True), ("grblhal", False)]
+)
+def test_a_board_with_hard_limits_starts_locked_while_a_switch_is_pressed(firmware, locks):
+    """Observed on the Mega, also on the build that otherwise ignores its switches."""
+    bench = with_switches_ahead(Bench(firmware=firmware), 0.0)
+    bench.say(RESET, 0.2)
+    assert bench.ask().state is State.IDLE
+    bench.say("$21=1")
+    said = bench.say(RESET, 0.2)
+    assert ("[MSG:Check Limits]" in said, bench.ask().state is State.ALARM) == (locks, locks)
+    bench.say("$X")
+    assert bench.ask().state is State.IDLE
+
+
+def test_homing_an_axis_that_the_build_refuses_leaves_the_board_in_home_until_a_reset():
+    bench = Bench(SOFT, firmware="grbl")
+    assert bench.say("$HX") == ["error:3"]
+    assert bench.ask().state is State.HOME
+    assert bench.say("$#") == ["error:8"]
+    assert bench.say("$X") == ["ok"]
+    assert bench.say(RESET, 1.0)[0] == "ALARM:6"
+    assert bench.ask().state is State.ALARM
+    bench.say("$X")
+    assert bench.ask().state is State.IDLE
+    bench.say("$22=0")
+    assert bench.say("$HX") == ["error:5"]
+    assert bench.ask().state is State.IDLE
+
+
 def test_a_safety_door_holds_until_it_is_resumed():
     bench = Bench()
     bench.say("G1X10F600", 0.5)
@@ -547,15 +577,17 @@ def test_without_hard_limits_a_switch_only_shows(firmware, line):
     assert (bench.ask().state, bench.reports[-1].pins) == (State.IDLE, "XZ")
 
 
-def test_a_target_outside_the_travel_is_refused_of_a_jog_and_an_alarm_of_a_move():
-    bench = Bench(SOFT)
+@pytest.mark.parametrize(("firmware", "reports"), [("grbl", False), ("mega5x", True)])
+def test_a_target_outside_the_travel_is_refused_of_a_jog_and_an_alarm_of_a_move(firmware, reports):
+    """Observed: the Mega goes on reporting in the alarm, GRBL 1.1 does not."""
+    bench = Bench(SOFT, firmware=firmware)
     bench.say("$X")
     bench.say("$J=X-10F3000", 2.0)
     assert bench.x == -10.0
     assert bench.say("$J=X1F3000") == ["error:15"]
     assert bench.say("$J=X-201F3000") == ["error:15"]
     assert bench.say("G1X1F3000", 1.0) == ["ALARM:2", "[MSG:Reset to continue]"]
-    assert bench.ask() is None
+    assert (bench.ask() is not None) == reports
     bench.say(RESET, 0.5)
     bench.say("$X")
     assert (bench.ask().machine_position[0], bench.ask().state) == (-10.0, State.IDLE)

@@ -408,6 +408,28 @@ def test_homing_of_all_axes_leaves_out_two_on_a_mega_of_five(kind, homed):
     assert bench.ask().machine_position == homed
 
 
+@pytest.mark.parametrize(("firmware", "alarm"), [("mega5x", 8), ("grblhal", 8), ("fluidnc", 6)])
+def test_a_reset_while_homing_backs_off_a_pressed_switch_looks_like_a_failure(firmware, alarm):
+    bench = homing_bench({**HOMING, 22: 3, 27: 10}, firmware=firmware)
+    bench.put("$HX\n")
+    while not bench.board.switches.mask():
+        bench.wait(0.01)
+    while not bench.board.drive.moving:
+        bench.wait(0.002)
+    bench.put("\x18")
+    assert f"ALARM:{alarm}" in bench.wait(1.5)
+
+
+def test_each_motion_of_homing_counts_from_zero_so_the_place_is_lost_when_it_fails():
+    """Observed on the Mega."""
+    bench = homing_bench()
+    bench.say("$X")
+    bench.say("G91G1X20F3000", 2.0)
+    bench.put("$HX\n")
+    bench.wait(0.3)
+    assert 0 < bench.x < 20.0
+
+
 def test_fluidnc_backs_off_as_slowly_as_it_approaches_and_calls_that_place_zero():
     """Observed; its configuration says where it stands then (`mpos_mm`)."""
     values = {**HOMING, HOMING_FEED: 300}
