@@ -133,8 +133,8 @@ HELD = (State.HOLD, State.DOOR, State.TOOL)
 LINES_IGNORED = (*HELD, State.SLEEP, State.CHECK)
 """States in which the board executes no lines; a reset leaves them."""
 ABORT_ALARMS = (3, 6, 8)
-"""Alarms that our own reset raises if it ends a motion (3), homing (6), or its backing off a pressed
-switch (8): observed on grbl-Mega-5X."""
+"""Alarms that our own reset raises if it ends a motion (3), homing (6), or homing that backs off a
+pressed switch (8): observed on grbl-Mega-5X."""
 
 
 class BoardState:
