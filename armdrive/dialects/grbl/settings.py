@@ -354,13 +354,17 @@ def _is_switched(found: float, wanted: float) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class ExpectedSetting:
-    """A setting as the arm file expects it; `must` means that nothing moves until it is right."""
+    """A setting as the arm file expects it.
+
+    `must` means that nothing moves until it is right, `homes` that no motor seeks its switch.
+    """
 
     key: int
     wanted: float
     what: str
     differs: Callable[[float, float], bool]
     must: bool = False
+    homes: bool = False
 
     def difference(self, found: float, key: int | str | None) -> Difference:
         """Return the difference of a reported value, and the line that corrects it by a key."""
@@ -369,7 +373,8 @@ class ExpectedSetting:
         where = "" if key is not None else ", in the board's configuration file"
         name = f"${self.key} ({self.what}{where})"
         line = "" if key is None else f"${key}={expected}"
-        return Difference(name, write_number(found), expected, line, self.must)
+        found_text = write_number(found)
+        return Difference(name, found_text, expected, line, self.must, self.homes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -494,7 +499,7 @@ class Comparison:
         if settings.homing:
             what = "homing directions: motors would move away from their switches"
             mask = self._homing_mask()
-            yield ExpectedSetting(HOMING_DIRECTIONS, mask, what, _is_other, must=True)
+            yield ExpectedSetting(HOMING_DIRECTIONS, mask, what, _is_other, homes=True)
         if behaviour.sleep_switch:
             yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)
 
