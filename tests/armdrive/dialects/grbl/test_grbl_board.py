@@ -300,9 +300,9 @@ def test_homing_away_from_a_switch_is_named_beforehand_and_refused():
     with pytest.raises(SettingsDiffer, match=rf"send `\$23={ways}`.*doctor --fix"):
         arm.home()
     assert arm.twin.world.motors == start
-    if arm.status.state is State.ERROR_STOP:  # it boots locked
-        arm.reset()
+    arm.reset()  # it boots locked
     arm.jogging.nudge(Jog.joint(base=0.02), speed=0.1)
+    arm.sleep(1.0)
     assert arm.twin.world.motors != start  # to find out what is right, it may turn its motors
     arm.controller.fix_settings([f"$23={ways}"])
     arm.home()
