@@ -301,7 +301,7 @@ def test_homing_away_from_a_switch_is_named_beforehand_and_refused():
         arm.home()
     assert arm.twin.world.motors == start
     arm.reset()  # it boots locked
-    arm.jogging.nudge(Jog.joint(base=0.02), speed=0.1)
+    arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.5)
     arm.sleep(1.0)
     assert arm.twin.world.motors != start  # to find out what is right, it may turn its motors
     arm.controller.fix_settings([f"$23={ways}"])
