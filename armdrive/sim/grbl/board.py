@@ -143,14 +143,16 @@ class StatusReporter:
         """Start as after a reset: the first report contains the work offset."""
         self.asked = False
         self._until_wco = self._until_ov = 0
+        self._changed = True
 
     def offset_changed(self) -> None:
         """Include the work offset in the next report."""
         self._until_wco = 0
 
     def overrides_changed(self) -> None:
-        """Include the overrides in the next report."""
+        """Include the overrides and accessories in the next report."""
         self._until_ov = 0
+        self._changed = True
 
     def due_s(self, board: GrblBoard) -> float:
         """Return when a report is due; infinity if none is, or none can be sent."""
@@ -174,7 +176,8 @@ class StatusReporter:
         buffers = bool(mask & _BUFFERS)
         wco, overrides = self._now_and_then(board.state in _BUSY)
         feed = float(round(board.drive.speed(board.now_s) * MINUTE_S * per_unit))
-        quiet = "" if board.firmware.empty_accessories else None
+        quiet = "" if board.firmware.empty_accessories and self._changed else None
+        self._changed = self._changed and not overrides
 
         def shown(part: int) -> bool:
             return bool(mask & part) or not board.firmware.report_bits & part

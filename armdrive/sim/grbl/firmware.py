@@ -279,9 +279,7 @@ class Firmware:
     report_bits: int = 3
     """The parts of a report that $10 can leave out (`$ES`, setting 10): position and buffers."""
     empty_accessories: bool = False
-    """Whether a report says `A:` if all are off. Observed on grblHAL, in the first report after a
-    change; here it comes with all overrides.
-    """
+    """Whether the first report after a change says `A:` if all are off. Observed on grblHAL."""
     keeps_speed: bool = False
     """Whether reports tell the last speed of a spindle that stands (M5). Observed on FluidNC."""
     mute_in_critical: bool = True

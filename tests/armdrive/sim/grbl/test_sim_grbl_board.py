@@ -110,6 +110,15 @@ def test_grblhal_sleeps_only_if_its_settings_allow_it():
     assert bench.say("$SLP", 0.1) == ["ok", "[MSG:Sleeping]"]
 
 
+def test_grblhal_says_once_that_nothing_is_on():
+    bench = Bench(firmware="grblhal")
+    assert [bench.ask().accessories for _ in range(30)].count("") == 1
+    bench.say("M8")
+    assert {one.accessories for one in (bench.ask() for _ in range(30))} == {"F", None}
+    bench.say("M9")
+    assert [bench.ask().accessories for _ in range(30)].count("") == 1
+
+
 def test_the_mask_of_grblhal_can_leave_out_speeds_pins_and_overrides():
     bench = with_switches_ahead(Bench({10: 3}, firmware="grblhal"), 0.0)
     for mask, parts in ((3, set()), (91, {"feed", "pins", "overrides"})):
