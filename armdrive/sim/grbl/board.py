@@ -188,7 +188,7 @@ class StatusReporter:
             position if mask & _MPOS else None,
             None if mask & _MPOS else work,
             board.firmware.blocks - board.drive.queued(board.now_s) if buffers else None,
-            board.ring.free if buffers else None,
+            _free_bytes(board) if buffers else None,
             feed=feed if shown(_FEED) else None,
             speed=board.outputs.speed if shown(_FEED) else None,
             pins=_pins(board) if shown(_PINS) else None,
@@ -214,6 +214,11 @@ class StatusReporter:
             return wco, True
         self._until_ov -= 1
         return wco, False
+
+
+def _free_bytes(board: GrblBoard) -> int:
+    told = board.firmware.told_bytes
+    return board.ring.free if told is None else told
 
 
 def _sub_state(board: GrblBoard) -> int | None:

@@ -28,6 +28,7 @@ from armdrive.sim.grbl.parser import STORED
 from firmware_protocol.grbl import (
     Bracketed,
     CheckMode,
+    Feedback,
     Help,
     Home,
     Parameter,
@@ -87,6 +88,8 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
     _set_position(board, axes)
     board.unhomed -= set(axes)
+    if board.firmware.explains:
+        board.say(Feedback(f"Homed:{''.join(board.axes[axis] for axis in axes)}"))
     board.state = State.ALARM if board.unhomed else State.IDLE
     board.current.release_at_rest(board.now_s)
     board.limits.forget(board)

@@ -121,6 +121,8 @@ class Firmware:
     """How many lines the planner queues."""
     ring_bytes: int = 128
     """How many bytes the receive ring holds. grblHAL's holds one less than `$I` says."""
+    told_bytes: int | None = None
+    """How many free bytes every report gives, if that is no measurement. Observed on FluidNC."""
     stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
@@ -289,8 +291,8 @@ class Firmware:
     silent_in_homing: bool = True
     """Whether `?` is unanswered while homing is under way."""
     explains: bool = False
-    """Whether messages say how important they are, and refusals and alarms come with words.
-    Observed on FluidNC; the words are not its own.
+    """Whether messages say how important they are, refusals and alarms come with words, and homing
+    names its axes. Observed on FluidNC; the words are not its own.
     """
     program_end: str = "Pgm End"
     """The message after M2 and M30."""
@@ -390,6 +392,7 @@ _FIRMWARES = (
         ("VER:4.0 FluidNC v4.0.5-pre2 (esp32-wifi) :", "OPT:MPHS", "MSG:Machine: arm"),
         dialect=FLUIDNC,
         ring_bytes=256,
+        told_bytes=128,
         stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),
         reads_every_s=0.051,
         edits_lines=True,

@@ -437,6 +437,7 @@ def test_fluidnc_backs_off_as_slowly_as_it_approaches_and_calls_that_place_zero(
     at_feed_s, at_seek_s = 1 / (300 / 60), 2 * math.sqrt(1 / SLOPE)  # for a pull-off of 1
     longer_s = home(slow, "$HX") - home(fast, "$HX")
     assert longer_s == pytest.approx(2 * (at_feed_s - at_seek_s), abs=0.05)
+    assert "[MSG:Homed:X]" in slow.heard
     assert (fast.ask().machine_position[0], slow.ask().machine_position[0]) == (-1.0, 0.0)
 
 
