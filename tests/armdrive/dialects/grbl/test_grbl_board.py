@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import math
 from dataclasses import replace
 
 import pytest
@@ -305,6 +306,19 @@ def test_homing_away_from_a_switch_is_named_beforehand_and_refused():
     arm.sleep(1.0)
     assert arm.twin.world.motors != start  # to find out what is right, it may turn its motors
     arm.controller.fix_settings([f"$23={ways}"])
+    arm.home()
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_board_from_the_factory_homes_once_its_travels_are_long_enough():
+    """Its 200 are steps for an arm, and homing gives up after 300."""
+    arm = found(homing_config(), factory=True)
+    fixes = [each.fix for each in arm.parts.core.differences]
+    spans = [math.ceil(span) for span in arm.parts.core.controller.axes.spans]
+    found_travels = [fix for fix in fixes if fix.startswith("$13")]
+    assert found_travels == [f"$13{axis}={span}" for axis, span in enumerate(spans)]
+    arm.controller.fix_settings(fixes)
+    arm.reset()
     arm.home()
     assert arm.status.trust is Trust.REFERENCED
 
