@@ -229,7 +229,7 @@ class Firmware:
     """
     sticks_in_homing: bool = True
     """Whether `$H` with an axis that the build refuses (error 3) leaves the board in Home until a
-    reset. Observed on the Mega; GRBL 1.1 as published refuses every single axis so (system.c).
+    reset. Observed on the Mega with two axes, and on the 328p, which refuses every single axis.
     """
     refused_axis: int = 5
     """The error of `$HX` without homing. Observed: 19 on FluidNC."""
