@@ -296,7 +296,11 @@ class BoardState:
     def alarm_words(self) -> str:
         """Return a text that names the board's alarm and its remedy."""
         if self.alarm is None:
-            return "the board is locked by an alarm"
+            bits = self._settings.limit_inputs.items()
+            pressed = ", ".join(axis for axis, bit in bits if self.inputs >> bit & 1)
+            # GRBL 1.1 and grbl-Mega-5X start locked then, with $21=1
+            why = f", and a limit switch is pressed ({pressed})" if pressed else ""
+            return f"the board is locked by an alarm{why}"
         number = "" if self.alarm.code is None else f" {self.alarm.code}"
         return (
             f"the board is in alarm{number} ({self.alarm.meaning}): {self.alarm.remedy}. Until "

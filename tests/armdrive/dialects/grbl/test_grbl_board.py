@@ -52,6 +52,19 @@ def run_into_a_switch(arm):
         handle.wait(8.0)
 
 
+def test_a_board_that_starts_locked_because_a_switch_is_pressed_says_which():
+    made = config(device={"hard_limits": True})
+    twin = simulate(made, firmware="mega5x")
+    twin.board.set_switch(1, SwitchState.CLOSED)
+    arm = Arm(connect_simulated(made, twin=twin))
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
+    with pytest.raises(DeviceFault, match=r"locked.*limit switch is pressed \(Y\).*`reset\(\)`"):
+        arm.move_j(base_deg=3)
+    arm.reset()
+    arm.move_j(base_deg=3)
+    assert arm.status.joints.deg["base"] == pytest.approx(3, abs=0.1)
+
+
 def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
     arm = ready(config(device={"hard_limits": True}), firmware="grbl")
     run_into_a_switch(arm)
