@@ -58,7 +58,8 @@ LISTED = 3  # a new board differs in dozens of settings, and nobody reads them i
 class Difference:
     """A device setting that differs from the arm file, and the line that corrects it, if any does.
 
-    If `must` is true, nothing may move until the setting is corrected.
+    If `must` is true, nothing may move until the setting is corrected. If `homes` is true, the
+    device may not home until then.
     """
 
     setting: str
@@ -66,6 +67,12 @@ class Difference:
     expected: str
     fix: str
     must: bool = True
+    homes: bool = False
+
+    @property
+    def forbids(self) -> bool:
+        """Whether it keeps the arm from moving or homing."""
+        return self.must or self.homes
 
     def __str__(self) -> str:
         send = f": send `{self.fix}`" if self.fix else ""
@@ -73,8 +80,8 @@ class Difference:
 
 
 def listed(differences: Sequence[Difference]) -> str:
-    """Name the first differences, those that keep the arm from moving first, and count the rest."""
-    first = sorted(differences, key=lambda each: not each.must)[:LISTED]
+    """Name the first differences, those that forbid something first, and count the rest."""
+    first = sorted(differences, key=lambda each: not each.forbids)[:LISTED]
     more = len(differences) - len(first)
     rest = [f"and {more} more, which `armdrive doctor` lists"] if more else []
     return "; ".join([*map(str, first), *rest])

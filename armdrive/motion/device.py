@@ -58,8 +58,8 @@ def compare_settings(context: MotionContext) -> TaskBody[DeviceSettings]:
 
 
 def compare_again(context: MotionContext) -> TaskBody[None]:
-    """Read the settings again if they kept the arm from moving: they may have been corrected."""
-    if any(each.must for each in context.core.differences):
+    """Read the settings again if they forbade something: they may have been corrected."""
+    if any(each.forbids for each in context.core.differences):
         yield from compare_settings(context)
 
 

@@ -53,7 +53,7 @@ def home_device(
     `report` is called with the index of each group of the arm file when it has been homed.
     """
     core = context.core
-    core.require_settings()
+    core.require_settings(homing=True)
     if not (yield from leave_standstill(context)):
         raise context.stopped(STOPPED_BEFORE)
     core.happen(Event.HOME)

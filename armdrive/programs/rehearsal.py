@@ -327,6 +327,8 @@ def rehearsing_arm(
     core = made.parts.core
     core.geometry_known = seen.geometry_known  # the twin knows no more than the arm itself
     try:
+        if seen.world is None:
+            made.reset()  # a board that homes is locked when it has just been switched on
         if made.status.state is State.DISABLED:
             made.enable()
         if there is not None:

@@ -203,14 +203,16 @@ class Core:
                 "or set verified = true in its model file. Moving single joints works as it is"
             )
 
-    def require_settings(self) -> None:
-        """Raise `SettingsDiffer` while the controller's settings contradict the arm file."""
-        wrong = [each for each in self.differences if each.must]
+    def require_settings(self, *, homing: bool = False) -> None:
+        """Raise `SettingsDiffer` while settings of the controller forbid moving, or homing."""
+        wrong = [each for each in self.differences if each.must or (homing and each.homes)]
         if wrong:
+            sends = any(each.fix for each in wrong)
+            remedy = "`armdrive doctor --fix` sends these lines. " if sends else ""
             raise SettingsDiffer(
-                "the arm does not move while the controller's settings differ from the arm file: "
-                + listed(wrong)
-                + ". `armdrive doctor --fix` sends these lines"
+                f"the arm does not {'home' if homing else 'move'} while the controller's settings "
+                "differ from the arm file: "
+                f"{listed(wrong)}. {remedy}A simulated arm starts over with `--fresh`"
             )
 
     @property

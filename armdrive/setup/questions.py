@@ -634,7 +634,8 @@ ROWS = (
     ),
     ArmRow(
         "homing.joints.{one}", "Where does {one} stand after homing, in degrees?",
-        "Measured on the arm, after the controller has pulled off its switch.",
+        "Measured on the arm, after the controller has pulled off its switch. Its own setting has "
+        "to send each motor to that side: `armdrive doctor` compares it.",
         fixed(number(-3600.0, 3600.0)), _homed_at, when=_homes,
         each=lambda draft: draft.joints, place="homing.joints_deg.{one}",
     ),

@@ -259,7 +259,7 @@ def of_arm(ids: Sequence[int], answering: Iterable[int], arm: str, section: str)
 def of_settings(settings: DeviceSettings) -> list[Finding]:
     """Return the firmware, if it is known, and the settings that differ.
 
-    Those that keep the arm from moving are problems.
+    Those that forbid moving or homing are problems.
     """
     named = [ok(f"the controller's firmware is {settings.firmware}")] if settings.firmware else []
     listed = [_finding(each) for each in settings.differences]
@@ -268,7 +268,7 @@ def of_settings(settings: DeviceSettings) -> list[Finding]:
 
 def _finding(difference: Difference) -> Finding:
     what = f"{difference.setting} is {difference.found}, expected {difference.expected}"
-    return (problem if difference.must else note)(what, difference.fix)
+    return (problem if difference.forbids else note)(what, difference.fix)
 
 
 # How punctually this computer wakes a thread, measured while nothing is opened or moved.

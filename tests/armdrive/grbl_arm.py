@@ -83,6 +83,8 @@ def begin_tip_jog(arm: Arm) -> None:
 
 BEGINNINGS = [begin_planned, begin_line, begin_jog, begin_tip_jog]
 FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
+HOME_SINGLE_AXES = FIRMWARES[1:]
+"""Those that know `$HX`, which the driver needs; GRBL 1.1 as published does not."""
 
 
 def tip_mm(arm: Arm, tip) -> float:

@@ -36,6 +36,9 @@ AVR_MACHINE = (83).to_bytes(2, "little")
 """What the header of an ELF file has for AVR."""
 COMPILES_S = 120.0
 ENDS_S = 10.0
+STARTS_S = 1.0
+"""Firmware has written its factory settings into an empty EEPROM by then, by its own clock."""
+POLL_S = 0.01
 
 
 def check_image(image: Path) -> None:
@@ -254,10 +257,20 @@ class ImageRunner:
         """Write the settings that the arm needs; the EEPROM keeps them for every bench."""
         process = self._start(self._set_up_eeprom)
         try:
+            self._await_factory_settings(process)
             config = simulated_config(self.board.dialect)
             set_up(process.port, settings_for(config, self.board))
         finally:
             process.end()
+
+    def _await_factory_settings(self, process: AvrProcess) -> None:
+        """Wait before the port is opened: the reset would leave half of them unwritten."""
+        control = ControlPort("127.0.0.1", process.control_port)
+        try:
+            while control.look().time_s < STARTS_S:
+                time.sleep(POLL_S)
+        finally:
+            control.close()
 
 
 class AvrBench(ControlledBench):

@@ -132,8 +132,9 @@ MOVING = (State.RUN, State.JOG, State.HOME)
 HELD = (State.HOLD, State.DOOR, State.TOOL)
 LINES_IGNORED = (*HELD, State.SLEEP, State.CHECK)
 """States in which the board executes no lines; a reset leaves them."""
-ABORT_ALARMS = (3, 6)
-"""Alarms that our own reset raises if it ends a motion (3) or homing (6)."""
+ABORT_ALARMS = (3, 6, 8)
+"""Alarms that our own reset raises if it ends a motion (3), homing (6), or homing that backs off a
+pressed switch (8): observed on grbl-Mega-5X."""
 
 
 class BoardState:
@@ -295,7 +296,11 @@ class BoardState:
     def alarm_words(self) -> str:
         """Return a text that names the board's alarm and its remedy."""
         if self.alarm is None:
-            return "the board is locked by an alarm"
+            bits = self._settings.limit_inputs.items()
+            pressed = ", ".join(axis for axis, bit in bits if self.inputs >> bit & 1)
+            # GRBL 1.1 and grbl-Mega-5X start locked then, with $21=1
+            why = f", and a limit switch is pressed ({pressed})" if pressed else ""
+            return f"the board is locked by an alarm{why}"
         number = "" if self.alarm.code is None else f" {self.alarm.code}"
         return (
             f"the board is in alarm{number} ({self.alarm.meaning}): {self.alarm.remedy}. Until "

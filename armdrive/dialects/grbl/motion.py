@@ -354,9 +354,10 @@ class GrblHoming:
         return Done()
 
     def commands(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:
-        """Return the homing commands: for all axes, or for each one after the other."""
-        if not groups and self.board.behaviour.homes_all:
-            return [Home()]
+        """Return the homing commands: one for each motor, in the arm's order without groups.
+
+        `$H` alone answers ok even if its build leaves axes out, as five-axis grbl-Mega-5X does.
+        """
         motors = groups or (range(len(self.letters)),)
         return [Home(self.letters[motor]) for group in motors for motor in group]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 
@@ -170,14 +170,16 @@ class BoardAxes:
 
     `most_hz` is each motor's rate when every joint that it moves is at full speed. `fastest_hz` is
     the highest rate of any motor for a single joint. If the board limits every motor to that, no
-    motion uses a higher rate. `seeks` is which way each motor has to seek its homing switch: 1, -1,
-    or 0 if the arm file does not show it.
+    motion uses a higher rate. `spans` is how far each motor turns within the joints' limits, in the
+    board's units. `seeks` is which way each motor has to seek its homing switch: 1, -1, or 0 if the
+    arm file does not show it.
     """
 
     letters: str
     steps_per_unit: tuple[float, ...]
     most_hz: tuple[float, ...]
     fastest_hz: float
+    spans: tuple[float, ...]
     seeks: tuple[int, ...]
 
     @classmethod
@@ -220,6 +222,10 @@ class BoardAxes:
             per_unit,
             tuple(map(math.fsum, turned)),
             max(map(max, turned)),
+            tuple(
+                steps / per
+                for steps, per in zip(_spans(config, transmission), per_unit, strict=True)
+            ),
             _seeks(config, transmission),
         )
 
@@ -274,6 +280,18 @@ class BoardAxes:
         ]
 
 
+def _ranges(config: ArmConfig, transmission: Transmission) -> list[tuple[float, float]]:
+    """Return the ends of each joint's range, in rad, and of the fingers', in mm."""
+    model = config.model
+    fingers = [model.gripper_range_mm] if transmission.has_gripper else []
+    return [*((one.low_rad, one.high_rad) for one in model.arm.limits), *fingers]
+
+
+def _spans(config: ArmConfig, transmission: Transmission) -> Sequence[float]:
+    """Return how many steps each motor turns within the joints' limits."""
+    return transmission.most_steps([high - low for low, high in _ranges(config, transmission)])
+
+
 def _seeks(config: ArmConfig, transmission: Transmission) -> tuple[int, ...]:
     """Return which way each motor has to turn to its switch, as far as the arm file shows it.
 
@@ -284,10 +302,9 @@ def _seeks(config: ArmConfig, transmission: Transmission) -> tuple[int, ...]:
     count = len(transmission.motors)
     if homing is None:
         return (0,) * count
-    ranges = [(one.low_rad, one.high_rad) for one in model.arm.limits]
-    ranges += [model.gripper_range_mm] if transmission.has_gripper else []
+    ranges = _ranges(config, transmission)
     middles = [(low + high) / 2.0 for low, high in ranges]
-    halves = transmission.most_steps([(high - low) / 2.0 for low, high in ranges])
+    halves = [span / 2.0 for span in _spans(config, transmission)]
     joints = len(model.arm.limits)
     middle = transmission.to_exact(
         Joints(tuple(middles[:joints]), model.arm.joint_names), math.fsum(middles[joints:])
@@ -354,13 +371,17 @@ def _is_switched(found: float, wanted: float) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class ExpectedSetting:
-    """A setting as the arm file expects it; `must` means that nothing moves until it is right."""
+    """A setting as the arm file expects it.
+
+    `must` means that nothing moves until it is right, `homes` that no motor seeks its switch.
+    """
 
     key: int
     wanted: float
     what: str
     differs: Callable[[float, float], bool]
     must: bool = False
+    homes: bool = False
 
     def difference(self, found: float, key: int | str | None) -> Difference:
         """Return the difference of a reported value, and the line that corrects it by a key."""
@@ -369,7 +390,8 @@ class ExpectedSetting:
         where = "" if key is not None else ", in the board's configuration file"
         name = f"${self.key} ({self.what}{where})"
         line = "" if key is None else f"${key}={expected}"
-        return Difference(name, write_number(found), expected, line, self.must)
+        found_text = write_number(found)
+        return Difference(name, found_text, expected, line, self.must, self.homes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -480,9 +502,7 @@ class Comparison:
             slope = expected.accelerations[index]
             what = f"the acceleration of {letter}: motion starts and stops more slowly"
             yield ExpectedSetting(ACCELERATIONS + axis, slope, what, _is_lower)
-            if settings.travel and settings.soft_limits:
-                travel, what = settings.travel[index], f"the travel of {letter}"
-                yield ExpectedSetting(TRAVEL + axis, travel, what, _is_other)
+            yield from self._travel(index, letter)
         yield ExpectedSetting(JUNCTION, expected.junction, "the corner rounding", _is_far)
         yield ExpectedSetting(SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched)
         yield ExpectedSetting(HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched)
@@ -493,9 +513,21 @@ class Comparison:
             yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
         if settings.homing:
             what = "homing directions: motors would move away from their switches"
-            yield ExpectedSetting(HOMING_DIRECTIONS, self._homing_mask(), what, _is_other)
+            mask = self._homing_mask()
+            yield ExpectedSetting(HOMING_DIRECTIONS, mask, what, _is_other, homes=True)
         if behaviour.sleep_switch:
             yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)
+
+    def _travel(self, index: int, letter: str) -> Iterator[ExpectedSetting]:
+        """Yield the travel of an axis, if soft limits or homing depend on it."""
+        settings, what = self.settings, f"the travel of {letter}"
+        axis = TRAVEL + self.board.index(letter)
+        if settings.travel and settings.soft_limits:
+            yield ExpectedSetting(axis, settings.travel[index], what, _is_other)
+        elif settings.homing:
+            travel = settings.travel[index] if settings.travel else self.axes.spans[index]
+            what += f": homing gives up after {SEARCH_TRAVELS:g} times that"
+            yield ExpectedSetting(axis, math.ceil(travel), what, _is_lower)
 
     def _homing_mask(self) -> int:
         """Return the board's own mask with a bit for each motor that has to home downwards."""

@@ -86,8 +86,6 @@ class Behaviour:
     """Whether a reset out of a hold leaves the line that was read meanwhile, and it is carried out.
     Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
     """
-    homes_all: bool = True
-    """Whether `$H` homes all axes. grblHAL's homes those in $44 to $49, at the factory X, Y, Z."""
     report_bits: int = 3
     """Everything in a report that $10 could leave out and the driver needs: position and buffers,
     on grblHAL also speeds, pins and overrides (`$ES`, setting 10).
@@ -117,7 +115,6 @@ BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
         Variant.GRBL: Behaviour(small_segments=5),
         Variant.GRBLHAL: Behaviour(
             holds_jogs=False,
-            homes_all=False,
             report_bits=3 | 8 | 16 | 64,
             homing_bits=3,
             sleep_switch=True,

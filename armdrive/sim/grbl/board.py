@@ -6,7 +6,8 @@ States of the main loop:
 
     booting   input is not read, and is lost when the board has started
     critical  a limit alarm: only a reset is obeyed
-    blocked   Hold, Door and Sleep, during a jog cancel, and when hung: lines stay in the ring
+    blocked   Hold (in most firmware only once it is complete), Door and Sleep, during a jog
+              cancel, and when hung: lines stay in the ring
     hung      Idle, after a jog cancel that came as the jog ended: a resume or a reset frees it
     else      the current line continues, or the next one is taken out of the ring
 
@@ -142,14 +143,16 @@ class StatusReporter:
         """Start as after a reset: the first report contains the work offset."""
         self.asked = False
         self._until_wco = self._until_ov = 0
+        self._changed = True
 
     def offset_changed(self) -> None:
         """Include the work offset in the next report."""
         self._until_wco = 0
 
     def overrides_changed(self) -> None:
-        """Include the overrides in the next report."""
+        """Include the overrides and accessories in the next report."""
         self._until_ov = 0
+        self._changed = True
 
     def due_s(self, board: GrblBoard) -> float:
         """Return when a report is due; infinity if none is, or none can be sent."""
@@ -157,7 +160,8 @@ class StatusReporter:
             return math.inf
         firmware = board.firmware
         silent = board.booting.active or (board.critical and firmware.mute_in_critical)
-        if silent or (firmware.silent_in_homing and board.state is State.HOME):
+        homing = board.state is State.HOME and board.main_loop.executing
+        if silent or (firmware.silent_in_homing and homing):
             return math.inf
         return max(self._free_s, board.now_s)
 
@@ -172,7 +176,8 @@ class StatusReporter:
         buffers = bool(mask & _BUFFERS)
         wco, overrides = self._now_and_then(board.state in _BUSY)
         feed = float(round(board.drive.speed(board.now_s) * MINUTE_S * per_unit))
-        quiet = "" if board.firmware.empty_accessories else None
+        quiet = "" if board.firmware.empty_accessories and self._changed else None
+        self._changed = self._changed and not overrides
 
         def shown(part: int) -> bool:
             return bool(mask & part) or not board.firmware.report_bits & part
@@ -183,7 +188,7 @@ class StatusReporter:
             position if mask & _MPOS else None,
             None if mask & _MPOS else work,
             board.firmware.blocks - board.drive.queued(board.now_s) if buffers else None,
-            board.ring.free if buffers else None,
+            _free_bytes(board) if buffers else None,
             feed=feed if shown(_FEED) else None,
             speed=board.outputs.speed if shown(_FEED) else None,
             pins=_pins(board) if shown(_PINS) else None,
@@ -209,6 +214,11 @@ class StatusReporter:
             return wco, True
         self._until_ov -= 1
         return wco, False
+
+
+def _free_bytes(board: GrblBoard) -> int:
+    told = board.firmware.told_bytes
+    return board.ring.free if told is None else told
 
 
 def _sub_state(board: GrblBoard) -> int | None:
@@ -370,7 +380,8 @@ class MainLoop:
 
     def blocked(self, board: GrblBoard) -> bool:
         """Return whether no lines are executed."""
-        held = board.state in _BLOCKING or board.cycle.cancelling or self.hung
+        held = board.state in _BLOCKING and not _still_reads(board)
+        held |= board.cycle.cancelling or self.hung
         return held or board.booting.active or board.critical
 
     def due_s(self, board: GrblBoard) -> float:
@@ -412,6 +423,15 @@ class MainLoop:
                 self._line.begin(board.routines.line(board, request), board.now_s)
                 return True
         return False
+
+
+def _still_reads(board: GrblBoard) -> bool:
+    """Return whether the board brakes for a feed hold, and goes on to read lines until it stands.
+
+    Source: gnea/grbl grbl/protocol.c: only EXEC_CYCLE_STOP sets the bit that suspends the loop.
+    """
+    braking = board.state is State.HOLD and not board.cycle.stands
+    return braking and board.firmware.reads_while_braking
 
 
 # --- Real-time commands that have arrived but were not read yet -----------------------------------

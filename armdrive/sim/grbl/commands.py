@@ -28,6 +28,7 @@ from armdrive.sim.grbl.parser import STORED
 from firmware_protocol.grbl import (
     Bracketed,
     CheckMode,
+    Feedback,
     Help,
     Home,
     Parameter,
@@ -49,7 +50,7 @@ from firmware_protocol.grbl import (
 # pressed. The real firmware stops only that axis dead; here the others pause while it drops out.
 # Source: gnea/grbl grbl/limits.c (limits_go_home).
 
-_STILL_PRESSED, _NOT_FOUND, _AMBIGUOUS = 8, 9, 12
+STILL_PRESSED, _NOT_FOUND, _AMBIGUOUS = 8, 9, 12
 
 Steps = Generator[float, None, int]
 """A part of a script; it returns 0, or an error number."""
@@ -72,18 +73,23 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
     far = SEARCH * max(settings.axis(TRAVEL, axis) for axis in axes)
     back, seek = settings[PULL_OFF], settings[HOMING_SEEK] / MINUTE_S
     feed = settings[HOMING_FEED] / MINUTE_S
+    leave = feed if board.firmware.backs_off_at_feed else seek
     for search, rate in ((far, seek), (LOCATE * back, feed)):
+        _count_from_zero(board, axes)
         found = yield from _approach(board, axes, search, rate)
         if not found:
             return _NOT_FOUND
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
-        yield from _go(board, axes, -back, seek)
+        _count_from_zero(board, axes)
+        yield from _go(board, axes, -back, leave)
         board.switches.unwatched.clear()
         if any(board.switches.pressed(axis) for axis in axes):
-            return _STILL_PRESSED
+            return STILL_PRESSED
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
     _set_position(board, axes)
     board.unhomed -= set(axes)
+    if board.firmware.explains:
+        board.say(Feedback(f"Homed:{''.join(board.axes[axis] for axis in axes)}"))
     board.state = State.ALARM if board.unhomed else State.IDLE
     board.current.release_at_rest(board.now_s)
     board.limits.forget(board)
@@ -128,17 +134,31 @@ def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Wai
         yield math.inf
 
 
+def _count_from_zero(board: GrblBoard, axes: Sequence[int]) -> None:
+    """Begin a motion of homing, for which most firmware counts from zero."""
+    if board.firmware.homing_counts:
+        counts = enumerate(board.drive.counts)
+        zeroed = [0 if axis in axes else count for axis, count in counts]
+        board.drive.set_axes(zeroed, board.now_s)
+
+
 def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
-    """Set the position of the axes to a pull-off inside the travel, which is all negative."""
-    settings = board.settings
+    """Set the position of the axes to where the firmware says that they are homed."""
     place = list(board.drive.goal_units)
     for axis in axes:
-        place[axis] = -settings[PULL_OFF]
-        if settings.mask(HOMING_DIRECTIONS, axis):
-            place[axis] = settings[PULL_OFF] - settings.axis(TRAVEL, axis)
+        place[axis] = _homed_at(board, axis)
     counts = board.drive.steps_of(place)
     board.drive.set_axes(counts, board.now_s)
     board.parser.position = board.drive.units_of(counts)
+
+
+def _homed_at(board: GrblBoard, axis: int) -> float:
+    settings = board.settings
+    if board.firmware.homes_at is not None:
+        return board.firmware.homes_at
+    if settings.mask(HOMING_DIRECTIONS, axis):
+        return settings[PULL_OFF] - settings.axis(TRAVEL, axis)
+    return -settings[PULL_OFF]
 
 
 # --- Settings with names: `$/stepping/idle_ms`, and `=255` to change one --------------------------
@@ -194,6 +214,20 @@ def run_system(board: GrblBoard, command: SystemCommand) -> Steps:
         return NOT_IDLE
     outcome = act(board, command)
     return outcome if isinstance(outcome, int) else (yield from outcome)
+
+
+def refused_command(board: GrblBoard, line: str, code: int) -> int:
+    """Return the error of a line that the firmware does not know.
+
+    GRBL 1.1 enters the state of homing before it looks at the letter of an axis.
+    """
+    homes = line.startswith("$H") and board.firmware.sticks_in_homing
+    if not homes or board.state not in _STILL:
+        return code
+    if not board.settings[HOMING]:
+        return NO_HOMING
+    board.state = State.HOME
+    return code
 
 
 def _help(board: GrblBoard, _: Help) -> int:
@@ -283,12 +317,18 @@ def _home(board: GrblBoard, command: Home) -> Steps:
 
 def _cycles(board: GrblBoard, letters: str) -> list[list[int]]:
     """Return the axes that are homed together, one cycle after the other."""
-    count, masked = len(board.axes), board.firmware.homing_masks
-    if not letters and masked:
-        masks = [board.settings[number] for number in masked]
-        cycles = [[axis for axis in range(count) if int(mask) >> axis & 1] for mask in masks]
-        return [axes for axes in cycles if axes]
-    return [[board.axes.index(letter) for letter in letters or board.axes]]
+    firmware, count = board.firmware, len(board.axes)
+    if letters:
+        cycles = [letters]
+    elif firmware.homing_masks:
+        masks = [int(board.settings[number]) for number in firmware.homing_masks]
+        cycles = [
+            "".join(letter for axis, letter in enumerate(board.axes) if mask >> axis & 1)
+            for mask in masks
+        ]
+    else:
+        cycles = firmware.homing_cycles.get(count, board.axes).split()
+    return [[board.axes.index(letter) for letter in cycle] for cycle in cycles if cycle]
 
 
 def _set(board: GrblBoard, command: SetSetting) -> Steps:

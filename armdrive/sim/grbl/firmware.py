@@ -120,7 +120,9 @@ class Firmware:
     blocks: int = 15
     """How many lines the planner queues."""
     ring_bytes: int = 128
-    """The size of the receive ring."""
+    """How many bytes the receive ring holds. grblHAL's holds one less than `$I` says."""
+    told_bytes: int | None = None
+    """How many free bytes every report gives, if that is no measurement. Observed on FluidNC."""
     stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
@@ -166,6 +168,12 @@ class Firmware:
     boot_s: float = 1.5
     """From a reset of the board to its banner; the motors have no current."""
 
+    # holds
+    reads_while_braking: bool = True
+    """Whether lines are read until a feed hold is complete: they are answered and planned.
+    Observed on the Mega and FluidNC. Not on grblHAL (state_machine.c, initiate_hold).
+    """
+
     # resets
     killed: Killed = Killed.LATE
     """What becomes of the motors at a reset in motion."""
@@ -188,9 +196,21 @@ class Firmware:
     of the Mega accepts $21=1 and does nothing (grbl/cpu_map.h: DISABLE_HW_LIMITS_INTERRUPT).
     Reports show the pin.
     """
+    checks_limits: bool = True
+    """Whether, with $21=1, a board that starts with a switch pressed is locked. Observed on the
+    Mega. grblHAL does so only with bit 1 of $21, FluidNC never.
+    """
     limit_locks: bool = True
     """Whether the board is locked after a limit alarm and the reset. Observed: not on FluidNC,
     which takes up the motion that the alarm ended, and makes no step of it.
+    """
+    backs_off_at_feed: bool = False
+    """Whether homing backs off a switch as slowly as it approaches it again. Observed on FluidNC
+    (Cartesian.cpp, axesVector); the others back off as fast as they seek.
+    """
+    homes_at: float | None = None
+    """Where a homed axis stands; if None, a pull-off inside its travel, which is all negative.
+    FluidNC: `mpos_mm`, as if it were not changed.
     """
     homing: float = 1.0
     """$22 with homing, as an arm needs it. On grblHAL it has bits: homing, and single axes (`$HX`).
@@ -201,11 +221,25 @@ class Firmware:
     """Whether a board with homing starts locked. Observed: not grblHAL. With bit 2 of $22 it raises
     ALARM:11 and refuses `$X` with error 46, which is not built in here.
     """
+    homing_counts: bool = True
+    """Whether each motion of homing counts from zero. Observed on the Mega, and so in grblHAL."""
+    tells_pull_off: bool = True
+    """Whether a reset while homing backs off a pressed switch raises ALARM:8, as if backing off had
+    failed. Observed on the Mega (limits.c), and so in grblHAL; otherwise it is ALARM:6.
+    """
+    sticks_in_homing: bool = True
+    """Whether `$H` with an axis that the build refuses (error 3) leaves the board in Home until a
+    reset. Observed on the Mega with two axes, and on the 328p, which refuses every single axis.
+    """
     refused_axis: int = 5
     """The error of `$HX` without homing. Observed: 19 on FluidNC."""
+    homing_cycles: Mapping[int, str] = field(default_factory=lambda: {3: "Z XY"})
+    """Which axes `$H` homes together, one cycle after the other, by the number of axes of a build;
+    all at once if none is given. It answers ok and leaves out the others (config.h). Observed on
+    the Mega with five and six axes.
+    """
     homing_masks: range = range(0)
-    """The settings that say which axes `$H` homes together, one after the other; all at once
-    without them. Observed on grblHAL: at the factory Z, then X and Y, and no others.
+    """The settings that say so instead. Observed on grblHAL: at the factory Z, then X and Y.
     """
     locks_until_homed: bool = False
     """Whether, with homing, the board stays locked until each axis has been homed. Observed on
@@ -247,18 +281,18 @@ class Firmware:
     report_bits: int = 3
     """The parts of a report that $10 can leave out (`$ES`, setting 10): position and buffers."""
     empty_accessories: bool = False
-    """Whether a report says `A:` if all are off. Observed on grblHAL, in the first report after a
-    change; here it comes with all overrides.
-    """
+    """Whether the first report after a change says `A:` if all are off. Observed on grblHAL."""
     keeps_speed: bool = False
     """Whether reports tell the last speed of a spindle that stands (M5). Observed on FluidNC."""
     mute_in_critical: bool = True
-    """Whether `?` is unanswered after a limit alarm until the reset."""
+    """Whether `?` is unanswered after a limit alarm until the reset. Observed: not on the Mega, in
+    the version of 4 January 2021 and later.
+    """
     silent_in_homing: bool = True
-    """Whether `?` is unanswered in homing."""
+    """Whether `?` is unanswered while homing is under way."""
     explains: bool = False
-    """Whether messages say how important they are, and refusals and alarms come with words.
-    Observed on FluidNC; the words are not its own.
+    """Whether messages say how important they are, refusals and alarms come with words, and homing
+    names its axes. Observed on FluidNC; the words are not its own.
     """
     program_end: str = "Pgm End"
     """The message after M2 and M30."""
@@ -298,7 +332,9 @@ _FIRMWARES = (
         blocks=35,
         ring_bytes=255,
         stepping=replace(_AVR_STEPPING, segments=9),
+        homing_cycles=MappingProxyType({4: "Z A X Y", 5: "Z XY", 6: "Z A B C X Y"}),
         cancel_clears_in=(State.JOG,),
+        mute_in_critical=False,
         factory=MappingProxyType({30: 12000.0, 31: 550.0}),
     ),
     Firmware(
@@ -317,7 +353,7 @@ _FIRMWARES = (
         ),
         dialect=GRBLHAL,
         blocks=100,
-        ring_bytes=1024,
+        ring_bytes=1023,
         stepping=Stepping(9),
         refuses_on=True,
         parse_s=0.05e-3,
@@ -326,10 +362,13 @@ _FIRMWARES = (
         deaf_in_eeprom=False,
         alarm_s=0.1,
         boot_s=0.5,
+        reads_while_braking=False,
         killed=Killed.NEVER,
         resets_kept=1,
         homing=3.0,
         single_axis_bits=2,
+        checks_limits=False,
+        sticks_in_homing=False,
         homing_locks=False,
         homing_masks=HOMING_CYCLES,
         holds_jogs=False,
@@ -353,6 +392,7 @@ _FIRMWARES = (
         ("VER:4.0 FluidNC v4.0.5-pre2 (esp32-wifi) :", "OPT:MPHS", "MSG:Machine: arm"),
         dialect=FLUIDNC,
         ring_bytes=256,
+        told_bytes=128,
         stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),
         reads_every_s=0.051,
         edits_lines=True,
@@ -366,7 +406,14 @@ _FIRMWARES = (
         keeps_line=True,
         answers_dropped=False,
         wakes_with_alarm=True,
+        checks_limits=False,
         limit_locks=False,
+        homing_counts=False,
+        tells_pull_off=False,
+        sticks_in_homing=False,
+        backs_off_at_feed=True,
+        homes_at=0.0,
+        homing_cycles=MappingProxyType({}),
         refused_axis=19,
         locks_until_homed=True,
         rewatches=True,

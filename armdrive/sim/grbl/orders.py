@@ -19,8 +19,17 @@ from armdrive.sim.grbl.board import (
     GrblBoard,
     Script,
 )
-from armdrive.sim.grbl.commands import Steps, Waits, run_path, run_system, write_eeprom
+from armdrive.sim.grbl.commands import (
+    STILL_PRESSED,
+    Steps,
+    Waits,
+    refused_command,
+    run_path,
+    run_system,
+    write_eeprom,
+)
 from armdrive.sim.grbl.firmware import (
+    HARD_LIMITS,
     HOMING,
     IDLE_MS,
     LEAST_SPEED,
@@ -86,7 +95,7 @@ def _run(board: GrblBoard, line: LineReceived) -> Steps:
         return _TOO_LONG if too_long else LOCKED
     if isinstance(content, Rejected):
         named = run_path(board, line.text)
-        return content.code if named is None else named
+        return refused_command(board, line.text, content.code) if named is None else named
     if isinstance(content, Block):
         return (yield from _block(board, content))
     return (yield from run_system(board, content))
@@ -266,7 +275,9 @@ def soft_reset(board: GrblBoard) -> None:
     _outputs_off(board)
     code = 0
     if board.state is State.HOME:
-        code = _HOMING_ABORTED
+        backing_off = board.drive.moving and board.switches.mask()
+        tells = backing_off and board.firmware.tells_pull_off
+        code = STILL_PRESSED if tells else _HOMING_ABORTED
     elif board.drive.moving:
         code = _ABORTED
         _lose_current(board, restarts=True)
@@ -384,7 +395,9 @@ def _outputs_off(board: GrblBoard) -> None:
 
 
 def _start(board: GrblBoard) -> None:
-    locked = board.state in (State.ALARM, State.SLEEP)
+    pressed = board.settings.on(HARD_LIMITS) and board.switches.mask()
+    checked = bool(pressed) and board.firmware.checks_limits
+    locked = checked or board.state in (State.ALARM, State.SLEEP)
     held, board.holds_next = board.holds_next and not locked, False
     board.state = State.ALARM if locked else State.HOLD if held else State.IDLE
     board.critical = board.main_loop.hung = False
@@ -405,6 +418,8 @@ def _start(board: GrblBoard) -> None:
         board.current.release(board.now_s)
     board.limits.forget(board)
     board.say(board.firmware.banner)
+    if checked:
+        board.tell("Check Limits")
     if locked and board.firmware.how_to_unlock:
         board.tell(board.firmware.how_to_unlock)
 
@@ -446,6 +461,7 @@ def _ask(board: GrblBoard) -> None:
 def _flood(board: GrblBoard) -> None:
     if board.state in _FLOOD_STATES:
         board.outputs.flood = not board.outputs.flood
+        board.reporter.overrides_changed()
         board.fingers.follow_output(board.now_s)
 
 

@@ -375,9 +375,16 @@ class PathRack:
                 return end_s, index
 
     def speed(self, now_s: float) -> float:
-        """Return the speed along the path, in units per second."""
+        """Return the planned speed along the path, in units per second.
+
+        A line that is too slow for the steppers is driven faster than planned.
+        """
         found = self._at(now_s)
-        return 0.0 if found is None else found.piece.speed_at(now_s)
+        if found is None:
+            return 0.0
+        speed = found.piece.speed_at(now_s)
+        crawls = speed <= found.line.least
+        return min(speed, found.line.nominal(self._scale)) if crawls else speed
 
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return the counts at a time."""

@@ -11,6 +11,7 @@ from program_acts import fingers, go, ready
 from running_bench import BLOCK, PICK_AND_PLACE, Script, down, performer, table_arm
 
 from armdrive import Arm
+from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import Target, simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused, SettingsDiffer
@@ -70,6 +71,14 @@ def test_a_rehearsal_is_refused_while_the_controllers_settings_differ():
     with pytest.raises(SettingsDiffer) as refused:
         ProgramRun(RunPlan(Script((ready(),))), performer(arm)).carry_out()
     assert str(refused.value) == str(rehearsal.refusal)
+
+
+def test_a_real_arm_that_homes_is_rehearsed_although_a_board_like_its_own_starts_locked():
+    made = arm_config("grbl", device={"homing": True})
+    there = made.model.arm.ik(made.model.reference.pose)
+    arm = driven(replace(made, homing=HomingSettings(there, 10.0)))
+    seen = replace(SeenArm.of(arm), world=None)
+    require_rehearsed(rehearse(seen, RunPlan(Script((ready(),)))), anyway=False)
 
 
 @pytest.mark.parametrize(

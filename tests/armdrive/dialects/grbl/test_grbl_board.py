@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import math
 from dataclasses import replace
 
 import pytest
@@ -10,6 +11,7 @@ from faults import OVER_THE_TABLE, Rule, as_it_stands, becoming, garbled, instea
 from grbl_arm import (
     BEGINNINGS,
     FIRMWARES,
+    HOME_SINGLE_AXES,
     Disturbed,
     begin_line,
     begin_planned,
@@ -48,6 +50,19 @@ def run_into_a_switch(arm):
     arm.twin.board.set_switch(0, SwitchState.CLOSED)
     with pytest.raises(DeviceFault, match="alarm 1"):
         handle.wait(8.0)
+
+
+def test_a_board_that_starts_locked_because_a_switch_is_pressed_says_which():
+    made = config(device={"hard_limits": True})
+    twin = simulate(made, firmware="mega5x")
+    twin.board.set_switch(1, SwitchState.CLOSED)
+    arm = Arm(connect_simulated(made, twin=twin))
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
+    with pytest.raises(DeviceFault, match=r"locked.*limit switch is pressed \(Y\).*`reset\(\)`"):
+        arm.move_j(base_deg=3)
+    arm.reset()
+    arm.move_j(base_deg=3)
+    assert arm.status.joints.deg["base"] == pytest.approx(3, abs=0.1)
 
 
 def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
@@ -226,7 +241,7 @@ def homing_config(groups=()):
 @pytest.mark.parametrize(
     ("firmware", "groups"),
     [
-        ("grbl", ()),
+        ("mega5x", ()),
         ("mega5x", ((3,), *ONE_BY_ONE)),
         ("grblhal", ()),
         ("grblhal", ((3,), *ONE_BY_ONE)),
@@ -243,15 +258,13 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
     if not groups:
         assert arm.twin.world.motors == arm.status.acknowledged
     homed = [piece for _, piece in arm.twin.link.sent if piece.startswith(b"$H")]
-    # grblHAL's `$H` would leave out A, B and C
     one_by_one = "ZYXAB" if groups else "".join(arm.config.device.axes[:6])
-    named = [f"$H{letter}\n".encode() for letter in one_by_one]
-    assert homed == (named if groups or firmware == "grblhal" else [b"$H\n"])
+    assert homed == [f"$H{letter}\n".encode() for letter in one_by_one]
     arm.move_j(base_deg=50)
     assert arm.status.joints.deg["base"] == pytest.approx(50, abs=0.1)
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
 def test_a_search_that_finds_no_switch_ends_within_the_time_that_the_boards_settings_give(firmware):
     made = homing_config()
     made = replace(made, device=replace(made.device, homing_s=290.0))
@@ -276,7 +289,20 @@ def test_homing_that_takes_too_long_names_the_key_that_allows_more():
     assert not arm.twin.device.moving
 
 
-def test_what_is_said_before_homing_names_a_motor_that_would_move_away_from_its_switch():
+def test_every_motor_homes_on_a_board_whose_own_homing_leaves_out_two():
+    """Observed on grbl-Mega-5X as it is published, with five axes: `$H` homes Z, X and Y, and `ok`.
+
+    grblHAL's leaves out A, B and C.
+    """
+    made, fingerless = homing_config(), config(gripper="servo", device={"homing": True})
+    arm = found(replace(fingerless, homing=made.homing), firmware="mega5x")
+    assert arm.twin.board.axes == "XYZAB"
+    arm.reset()  # it boots locked
+    arm.home()
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_homing_away_from_a_switch_is_named_beforehand_and_refused():
     arm = found(homing_config())
     assert "differ" not in arm.reference.homing_words
     ways = int(arm.twin.board.settings.values[23])
@@ -284,16 +310,49 @@ def test_what_is_said_before_homing_names_a_motor_that_would_move_away_from_its_
     run_blocking(arm.parts.runner.perform(compare_settings(arm.parts.context)))
     assert "$23 (homing directions" in arm.reference.homing_words
     assert f"expected {ways}: send `$23={ways}`." in arm.reference.homing_words
+    start = arm.twin.world.motors
+    with pytest.raises(SettingsDiffer, match=rf"send `\$23={ways}`.*doctor --fix"):
+        arm.home()
+    assert arm.twin.world.motors == start
+    arm.reset()  # it boots locked
+    arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.5)
+    arm.sleep(1.0)
+    assert arm.twin.world.motors != start  # to find out what is right, it may turn its motors
+    arm.controller.fix_settings([f"$23={ways}"])
+    arm.home()
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_board_from_the_factory_homes_once_its_travels_are_long_enough():
+    """Its 200 are steps for an arm, and homing gives up after 300."""
+    arm = found(homing_config(), factory=True)
+    fixes = [each.fix for each in arm.parts.core.differences]
+    spans = [math.ceil(span) for span in arm.parts.core.controller.axes.spans]
+    found_travels = [fix for fix in fixes if fix.startswith("$13")]
+    assert found_travels == [f"$13{axis}={span}" for axis, span in enumerate(spans)]
+    arm.controller.fix_settings(fixes)
+    arm.reset()
+    arm.home()
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_wrong_homing_direction_in_a_configuration_file_is_not_for_doctor_to_fix():
+    arm = found(homing_config(), firmware="fluidnc")
+    arm.twin.board.settings.values[23] = float(int(arm.twin.board.settings.values[23]) ^ 1)
+    run_blocking(arm.parts.runner.perform(compare_settings(arm.parts.context)))
+    with pytest.raises(SettingsDiffer, match="in the board's configuration file") as refused:
+        arm.home()
+    assert "--fix" not in str(refused.value)
 
 
 def test_an_alarm_right_after_homing_is_not_unlocked(monkeypatch):
-    arm = found(homing_config(), firmware="grbl")
+    arm = found(homing_config(), firmware="mega5x")
     arm.reset()  # it boots locked
     board = arm.twin.board
 
     def touched(_answer, say=board.say):
         say(_answer)
-        if isinstance(_answer, Ok) and arm.twin.link.sent[-1][1] == b"$H\n":
+        if isinstance(_answer, Ok) and arm.twin.link.sent[-1][1] == b"$HC\n":
             board.routines.critical(board, HARD_LIMIT)
 
     monkeypatch.setattr(board, "say", touched)
@@ -312,8 +371,11 @@ def test_releasing_the_motors_of_a_grblhal_board_that_must_not_sleep_is_refused(
 
 def test_homing_is_refused_on_a_board_that_cannot_home():
     arm = found(homing_config(((1,),)), firmware="grbl")
+    arm.reset()  # it boots locked
     with pytest.raises(DeviceFault, match="not known or not supported"):
         arm.home()
+    arm.reset()  # it stays in the state of homing until then
+    assert arm.status.state is State.STANDBY
 
 
 def test_outputs_and_a_servo_come_back_after_a_stop():
@@ -660,7 +722,7 @@ def test_a_stop_that_arrives_is_sent_once(begin, firmware):
     assert "emergency stop" in arm.status.error
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
 @pytest.mark.parametrize("what", [rb"\x18", "message", "nothing"])
 def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, what):
     made = config(device={"homing": True})
@@ -703,7 +765,7 @@ def to_the_switch_s(firmware):
     return arm.status.time_s - began_s
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
 @pytest.mark.parametrize("waited_s", [0.0, 0.2])
 def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s):
     arm, task = homing(firmware)
@@ -711,6 +773,17 @@ def test_homing_is_stopped_as_well_while_it_waits_at_a_switch(firmware, waited_s
     assert arm.twin.device.moving
     arm.sleep(0.01 + waited_s)
     assert not arm.twin.device.moving
+    stop_homing(arm, task)
+
+
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
+def test_homing_is_stopped_as_well_while_it_backs_off_a_switch(firmware):
+    """The alarm is 8 then, as if backing off had failed: observed on grbl-Mega-5X."""
+    arm, task = homing(firmware)
+    arm.sleep(to_the_switch_s(firmware) + 0.1)
+    while not arm.twin.device.moving:
+        arm.sleep(0.002)
+    assert arm.twin.board.switches.mask()
     stop_homing(arm, task)
 
 

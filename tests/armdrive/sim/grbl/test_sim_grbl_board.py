@@ -23,7 +23,7 @@ from kinematics import JOINT_NAMES, KinematicsError
     [
         ("grbl", Variant.GRBL, "[OPT:V,15,128]", 128),
         ("mega5x", Variant.GRBL, "[OPT:VNMGH,35,255,0]", 255),
-        ("grblhal", Variant.GRBLHAL, "[OPT:VNML+,100,1024,6,0]", 1024),
+        ("grblhal", Variant.GRBLHAL, "[OPT:VNML+,100,1024,6,0]", 1023),
         ("fluidnc", Variant.FLUIDNC, "[OPT:MPHS]", 256),
     ],
 )
@@ -41,7 +41,7 @@ def test_every_firmware_says_what_it_is_and_its_full_ring_drops_bytes_silently(
     lines = 150
     bench.put("G4P0.001\n" * lines)
     assert bench.wait(0.2) == []
-    assert bench.ask().free_bytes == 0
+    assert bench.ask().free_bytes == (0 if firmware != "fluidnc" else 128)
     assert bench.device.board.details()["lost_bytes"] == lines * 9 - ring
     bench.say("~", 2.0)
     assert bench.heard.count("ok") == ring // 9
@@ -110,6 +110,15 @@ def test_grblhal_sleeps_only_if_its_settings_allow_it():
     assert bench.say("$SLP", 0.1) == ["ok", "[MSG:Sleeping]"]
 
 
+def test_grblhal_says_once_that_nothing_is_on():
+    bench = Bench(firmware="grblhal")
+    assert [bench.ask().accessories for _ in range(30)].count("") == 1
+    bench.say("M8")
+    assert {one.accessories for one in (bench.ask() for _ in range(30))} == {"F", None}
+    bench.say("M9")
+    assert [bench.ask().accessories for _ in range(30)].count("") == 1
+
+
 def test_the_mask_of_grblhal_can_leave_out_speeds_pins_and_overrides():
     bench = with_switches_ahead(Bench({10: 3}, firmware="grblhal"), 0.0)
     for mask, parts in ((3, set()), (91, {"feed", "pins", "overrides"})):
@@ -165,6 +174,14 @@ def test_offset_and_overrides_come_now_and_then():
     assert not any(one.work_offset and one.overrides for one in bench.reports)
     bench.say("G92X5")
     assert bench.ask().work_offset[0] == -5.0
+
+
+def test_the_flood_button_shows_in_the_next_report():
+    bench = Bench()
+    for _ in range(3):
+        bench.ask()
+    bench.put("\xa0")
+    assert bench.ask().accessories == "F"
 
 
 def test_the_mask_says_what_reports_tell():
@@ -468,6 +485,36 @@ def test_with_homing_on_a_board_starts_locked():
     assert Bench(homing=True).ask().state is State.ALARM
 
 
+@pytest.mark.parametrize(
+    ("firmware", "locks"), [("mega5x", True), ("grbl", True), ("grblhal", False)]
+)
+def test_a_board_with_hard_limits_starts_locked_while_a_switch_is_pressed(firmware, locks):
+    """Observed on the Mega, also on the build that otherwise ignores its switches."""
+    bench = with_switches_ahead(Bench(firmware=firmware), 0.0)
+    bench.say(RESET, 0.2)
+    assert bench.ask().state is State.IDLE
+    bench.say("$21=1")
+    said = bench.say(RESET, 0.2)
+    assert ("[MSG:Check Limits]" in said, bench.ask().state is State.ALARM) == (locks, locks)
+    bench.say("$X")
+    assert bench.ask().state is State.IDLE
+
+
+def test_homing_an_axis_that_the_build_refuses_leaves_the_board_in_home_until_a_reset():
+    bench = Bench(SOFT, firmware="grbl")
+    assert bench.say("$HX") == ["error:3"]
+    assert bench.ask().state is State.HOME
+    assert bench.say("$#") == ["error:8"]
+    assert bench.say("$X") == ["ok"]
+    assert bench.say(RESET, 1.0)[0] == "ALARM:6"
+    assert bench.ask().state is State.ALARM
+    bench.say("$X")
+    assert bench.ask().state is State.IDLE
+    bench.say("$22=0")
+    assert bench.say("$HX") == ["error:5"]
+    assert bench.ask().state is State.IDLE
+
+
 def test_a_safety_door_holds_until_it_is_resumed():
     bench = Bench()
     bench.say("G1X10F600", 0.5)
@@ -539,15 +586,17 @@ def test_without_hard_limits_a_switch_only_shows(firmware, line):
     assert (bench.ask().state, bench.reports[-1].pins) == (State.IDLE, "XZ")
 
 
-def test_a_target_outside_the_travel_is_refused_of_a_jog_and_an_alarm_of_a_move():
-    bench = Bench(SOFT)
+@pytest.mark.parametrize(("firmware", "reports"), [("grbl", False), ("mega5x", True)])
+def test_a_target_outside_the_travel_is_refused_of_a_jog_and_an_alarm_of_a_move(firmware, reports):
+    """Observed: the Mega goes on reporting in the alarm, GRBL 1.1 does not."""
+    bench = Bench(SOFT, firmware=firmware)
     bench.say("$X")
     bench.say("$J=X-10F3000", 2.0)
     assert bench.x == -10.0
     assert bench.say("$J=X1F3000") == ["error:15"]
     assert bench.say("$J=X-201F3000") == ["error:15"]
     assert bench.say("G1X1F3000", 1.0) == ["ALARM:2", "[MSG:Reset to continue]"]
-    assert bench.ask() is None
+    assert (bench.ask() is not None) == reports
     bench.say(RESET, 0.5)
     bench.say("$X")
     assert (bench.ask().machine_position[0], bench.ask().state) == (-10.0, State.IDLE)

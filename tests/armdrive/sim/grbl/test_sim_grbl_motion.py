@@ -10,7 +10,13 @@ from amounts import every_row
 from grbl_bench import HOMING, MACHINE, SLOPE, Bench, config_of, homing_bench, stands_at, stream
 
 from armdrive.config.sections import HomingSettings
-from armdrive.sim.grbl.firmware import ALWAYS_ON_MS, FIRMWARES, IDLE_MS, BoardSettings
+from armdrive.sim.grbl.firmware import (
+    ALWAYS_ON_MS,
+    FIRMWARES,
+    HOMING_FEED,
+    IDLE_MS,
+    BoardSettings,
+)
 from armdrive.sim.grbl.hardware import BoardOutputs, MotorCurrent, OutputFingers, OutputWiring
 from armdrive.sim.mechanics.motors import LimitSwitch, SwitchState
 from firmware_protocol.grbl import Line, State
@@ -81,6 +87,36 @@ def test_a_hold_in_idle_is_complete_at_once_and_lines_get_no_ok_until_the_resume
     assert bench.say("G1X1F3000", 1.0) == []
     assert bench.say(RESUME, 1.0) == ["ok"]
     assert bench.x == 1.0
+
+
+@pytest.mark.parametrize(
+    ("firmware", "said"),
+    [("mega5x", ["ok"]), ("grbl", ["ok"]), ("fluidnc", ["ok"]), ("grblhal", [])],
+)
+def test_lines_are_read_until_a_hold_is_complete_but_by_grblhal(firmware, said):
+    """Observed on the Mega and FluidNC: what arrives while it brakes is answered and planned."""
+    bench = Bench(firmware=firmware)
+    bench.say("G91G1X50F3000", 0.3)
+    bench.put("!")
+    bench.wait(0.02)
+    assert bench.say("X5", 0.03) == said
+    assert bench.ask().sub_state == 1
+    bench.wait(1.0)
+    assert bench.ask().sub_state == 0
+    assert bench.say("X5", 1.0) == []
+    bench.say("~", 3.0)
+    assert bench.x == 60.0
+
+
+@pytest.mark.parametrize("firmware", ["mega5x", "fluidnc"])
+def test_a_motion_too_slow_for_the_timer_is_reported_at_the_planned_speed(firmware):
+    """Observed on the Mega: a jog at 25 steps/s turns at 30.5 and reports F1500."""
+    bench = Bench(firmware=firmware)
+    bench.say("$J=G91X5F60", 0.5)
+    before = bench.x
+    assert bench.ask().feed == 60.0
+    bench.wait(1.0)
+    assert bench.x - before > 3.0
 
 
 def test_the_safe_stop_keeps_the_position_and_raises_no_alarm():
@@ -333,14 +369,20 @@ def test_a_jog_leaves_the_modes_alone_and_locks_other_lines():
 # -- Homing ----------------------------------------------------------------------------------------
 
 
-def test_homing_over_a_hundred_units_takes_three_and_a_half_seconds():
-    """Seen on a Mega for one axis; the default build homes one axis after another."""
-    bench = homing_bench()
+def home(bench, line="$H", longest_s=30.0):
+    """Home, and return how long that takes, in s."""
     began_s = bench.now_s
-    bench.put("$H\n")
+    bench.put(f"{line}\n")
     while "ok" not in bench.wait(0.01):
-        assert bench.now_s < 20.0
-    assert bench.now_s - began_s == pytest.approx(3.6, abs=0.2)
+        assert bench.now_s < began_s + longest_s
+    return bench.now_s - began_s
+
+
+def test_homing_over_a_hundred_units_takes_three_and_a_half_seconds_for_each_axis():
+    """Seen on a Mega for one axis; the default build homes one axis after another."""
+    assert home(homing_bench(), "$HX") == pytest.approx(3.6, abs=0.2)
+    bench = homing_bench()
+    assert home(bench) == pytest.approx(6 * 3.6, abs=6 * 0.2)
     assert bench.ask().machine_position == (-1.0,) * 6
     assert bench.reports[-1].state is State.IDLE
     expected = [switch.at - 10 for switch in bench.board.switches.by_axis.values()]
@@ -356,9 +398,52 @@ def test_an_axis_homes_alone_and_downwards_where_its_bit_says_so():
     assert bench.device.world.motors[0] == -290
 
 
+@pytest.mark.parametrize(
+    ("kind", "homed"), [("servo", (-1, -1, -1, 0, 0)), ("stepper", (-1, -1, -1, -1, -1, -1))]
+)
+def test_homing_of_all_axes_leaves_out_two_on_a_mega_of_five(kind, homed):
+    """Observed on both builds, as they are published."""
+    bench = homing_bench(config=config_of(kind))
+    home(bench)
+    assert bench.ask().machine_position == homed
+
+
+@pytest.mark.parametrize(("firmware", "alarm"), [("mega5x", 8), ("grblhal", 8), ("fluidnc", 6)])
+def test_a_reset_while_homing_backs_off_a_pressed_switch_looks_like_a_failure(firmware, alarm):
+    bench = homing_bench({**HOMING, 22: 3, 27: 10}, firmware=firmware)
+    bench.put("$HX\n")
+    while not bench.board.switches.mask():
+        bench.wait(0.01)
+    while not bench.board.drive.moving:
+        bench.wait(0.002)
+    bench.put("\x18")
+    assert f"ALARM:{alarm}" in bench.wait(1.5)
+
+
+def test_each_motion_of_homing_counts_from_zero_so_the_place_is_lost_when_it_fails():
+    """Observed on the Mega."""
+    bench = homing_bench()
+    bench.say("$X")
+    bench.say("G91G1X20F3000", 2.0)
+    bench.put("$HX\n")
+    bench.wait(0.3)
+    assert 0 < bench.x < 20.0
+
+
+def test_fluidnc_backs_off_as_slowly_as_it_approaches_and_calls_that_place_zero():
+    """Observed; its configuration says where it stands then (`mpos_mm`)."""
+    values = {**HOMING, HOMING_FEED: 300}
+    fast, slow = (homing_bench(values, firmware=name) for name in ("mega5x", "fluidnc"))
+    at_feed_s, at_seek_s = 1 / (300 / 60), 2 * math.sqrt(1 / SLOPE)  # for a pull-off of 1
+    longer_s = home(slow, "$HX") - home(fast, "$HX")
+    assert longer_s == pytest.approx(2 * (at_feed_s - at_seek_s), abs=0.05)
+    assert "[MSG:Homed:X]" in slow.heard
+    assert (fast.ask().machine_position[0], slow.ask().machine_position[0]) == (-1.0, 0.0)
+
+
 def test_the_board_is_silent_while_it_homes():
     bench = homing_bench()
-    bench.say("$H", 0.5)
+    bench.say("$HX", 0.5)
     assert bench.ask() is None
     bench.wait(10.0)
     assert bench.heard[-2] == "ok"
@@ -483,8 +568,8 @@ def test_homing_ends_in_the_posture_of_the_arm_file(angles_deg):
         there = Joints(tuple(map(math.radians, angles_deg)))
     config = replace(config, homing=HomingSettings(there, 10.0))
     bench = Bench({}, config=config)
-    bench.say("$H", 0.0)
-    bench.wait(400.0)
+    for letter in "XYZABC":
+        home(bench, f"$H{letter}", 400.0)
     assert bench.ask().state is State.IDLE
     for found, wanted in zip(bench.device.world.joints, there, strict=True):
         assert found == pytest.approx(wanted, abs=0.01)
