@@ -461,7 +461,7 @@ def test_every_call_after_a_loss_says_why_the_link_is_lost_and_what_to_do(connec
             call(arm)
     arm.close()
     for call in AFTER_A_LOSS.values():
-        with pytest.raises(LinkLost, match="the connection was closed: connect again"):
+        with pytest.raises(WrongState, match="closed for good: create a new one"):
             call(arm)
 
 
