@@ -175,7 +175,7 @@ def _add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -
         type=_block,
         default=[],
         metavar="NAME,X,Y[,WIDTH[,HEIGHT]]",
-        help="put a block on a simulated arm's table first, mm; may be repeated",
+        help="put a block on a simulated arm's table first, or move it there, mm; may be repeated",
     )
 
 

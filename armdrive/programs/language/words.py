@@ -205,7 +205,7 @@ SHELL = (
     WordForm(
         "put",
         "put NAME X Y [WIDTH [HEIGHT]]",
-        "Put a block on a simulated arm's table, mm.",
+        "Put a block on a simulated arm's table, or move it there, mm.",
     ),
     WordForm("blocks", "blocks", "Where the blocks of a simulated arm stand."),
     WordForm("reset", "reset", "Clear an error, after you have looked at the arm. Moves nothing."),

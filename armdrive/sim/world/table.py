@@ -188,7 +188,7 @@ class Table:
         return next((hand for hand in self._hands if name in hand.carried), None)
 
     def put(self, block: TableBlock) -> TableBlock:
-        """Put a block down; return where it came to rest."""
+        """Put a block down, or move the one of that name; return where it came to rest."""
         with self.lock:
             if block.name in self.blocks:
                 self.take(block.name)
@@ -354,7 +354,7 @@ class GripScene:
         return max((self._blocks[name].width_mm for name in self._around), default=0.0)
 
     def put(self, block: TableBlock, tip: Point, opening_mm: float) -> TableBlock:
-        """Put a block down; return where it came to rest."""
+        """Put a block down, or move the one of that name; return where it came to rest."""
         self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
         put = self._table.put(block.at(self._stand.on_table(block.place)))
         return put.at(self._stand.from_base(put.place))
