@@ -137,6 +137,31 @@ class State(Enum):
     STOPPING = "stopping"
     ERROR_STOP = "error-stop"
 
+    @property
+    def where(self) -> str:
+        """The state, as a sentence says it: the arm is ..."""
+        return f"in {self.value}" if self is State.ERROR_STOP else self.value
+
+
+WAYS_OUT: Mapping[State, str] = MappingProxyType(
+    {
+        State.DISCONNECTED: "call `reconnect()`",
+        State.DISABLED: "call `enable()` to switch the motors on",
+        State.STANDBY: "nothing has to be done first",
+        State.HOMING: "wait for the referencing to end, or stop it",
+        State.MOVING: "wait for the motion to end, or stop it",
+        State.STOPPING: "wait until the arm stands",
+        State.ERROR_STOP: "look at the arm, then call `reset()`",
+    }
+)
+"""What to do about a state in which a call is refused; errors/actions.py has the words for it."""
+
+IMMOBILE = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
+"""The states in which nothing can move the arm until a person has done that."""
+
+IN_MOTION = (State.HOMING, State.MOVING, State.STOPPING)
+"""The states in which the arm moves, or is paused in a motion."""
+
 
 class Trust(Enum):
     """How far the position can be trusted; independent of the state."""
@@ -146,6 +171,16 @@ class Trust(Enum):
     REFERENCED = "referenced"
     SUSPECT = "suspect"
 
+
+WAYS_TO_TRUST: Mapping[Trust, str] = MappingProxyType(
+    {
+        Trust.UNKNOWN: "bring the arm to its reference posture and call `home()`",
+        Trust.SUSPECT: "look at the arm, then call `home()`",
+        Trust.RESTORED: "compare the arm with the drawn posture, then call "
+        "`reference.confirm_restored()`, or connect with `allow_restored=True`",
+    }
+)
+"""What to do about a position that is not referenced, in the same words."""
 
 BELIEVED = (Trust.REFERENCED, Trust.RESTORED)
 """The levels of trust at which the arm is believed to stand where its counts say.

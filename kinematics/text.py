@@ -15,6 +15,11 @@ def counted(count: int, one: str, several: str = "") -> str:
     return f"{count} {one if count == 1 else several or f'{one}s'}"
 
 
+def sentence(words: str) -> str:
+    """Return words as a sentence, with a capital letter and a full stop."""
+    return f"{words[0].upper()}{words[1:].rstrip('.')}."
+
+
 def rounded(value: float, digits: int) -> str:
     """Format with this many decimals, without the minus sign of a rounded zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"

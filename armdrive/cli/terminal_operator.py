@@ -65,7 +65,7 @@ def settle_trust(arm: Arm) -> None:
         say(line)
     say(f"An earlier program left the arm at {status.joints}.")
     if not agreed("Does the arm stand like this? Type yes: "):
-        raise OperatorNeeded("not confirmed: run `armdrive home`")
+        raise OperatorNeeded("not confirmed: call `home()`")
     arm.reference.confirm_restored()
 
 

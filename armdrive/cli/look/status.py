@@ -27,7 +27,10 @@ from armdrive.errors import ArmInUse, SettingsDiffer, StateFileError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
 from armdrive.status import (
+    IN_MOTION,
     LABEL,
+    WAYS_OUT,
+    WAYS_TO_TRUST,
     State,
     StatusRow,
     Trust,
@@ -37,7 +40,7 @@ from armdrive.status import (
     status_view,
 )
 from armdrive.storage.lock_client import holder_words, notice_of, watch_holder
-from kinematics.text import rounded
+from kinematics.text import rounded, sentence
 
 
 def status(options: argparse.Namespace) -> Result:
@@ -124,11 +127,7 @@ def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
 def _remedy(code: str) -> str:
     """Return what to do about an error; another program's may have a code unknown here."""
     row = by_code(code)
-    return "Look at the arm, then call `reset()`." if row is None else row.remedy
-
-
-LOOK_AND_HOME = "Look at the arm, then call `home()`."
-"""After the reset that the remedy of a suspect position begins with."""
+    return sentence(WAYS_OUT[State.ERROR_STOP]) if row is None else row.remedy
 
 
 def next_step(view: View) -> str:
@@ -139,10 +138,10 @@ def next_step(view: View) -> str:
     if state is State.ERROR_STOP:
         return _remedy(view["error_code"] or view["trust_code"])
     if trust is Trust.SUSPECT and not view["error_code"]:
-        return LOOK_AND_HOME
+        return sentence(WAYS_TO_TRUST[trust])  # after the reset that the remedy begins with
     if paused:
         return "`armdrive resume` continues the motion."
-    if state in (State.MOVING, State.HOMING, State.STOPPING):
+    if state in IN_MOTION:
         return "`armdrive stop` stops the arm, `armdrive pause` pauses it."
     if trust is Trust.RESTORED:
         own = "a simulated arm confirms its position by itself"
@@ -151,7 +150,7 @@ def next_step(view: View) -> str:
     if trust is not Trust.REFERENCED and view["trust_code"]:
         return _remedy(view["trust_code"])
     if state is State.DISABLED:
-        return "`armdrive enable` switches the motors on."
+        return sentence(WAYS_OUT[state])
     return "`armdrive move`, `armdrive jog` or `armdrive run PROGRAM`."
 
 

@@ -342,7 +342,7 @@ def test_an_arm_without_a_position_shows_none(view):
         ),
         ({"paused": True, "state": "moving"}, "`armdrive resume`"),
         ({"state": "moving"}, "`armdrive stop`"),
-        ({"state": "disabled"}, "`armdrive enable`"),
+        ({"state": "disabled"}, "Call `enable()` to switch the motors on."),
         ({}, "`armdrive move`"),
     ],
 )
