@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 
 from armdrive.abilities import Torque
 from armdrive.errors.table import code_of_name
-from kinematics.limits import LimitViolation
 from kinematics.spaces import Joints, Motors, Pose
-from kinematics.text import counted, rounded
+from kinematics.text import counted, deg_text, mm_text
 
 # Bounds: they are rounded up, because less was not promised.
 
@@ -25,9 +24,19 @@ def rounded_up(bound: float, digits: int) -> float:
     return math.ceil(round(bound * scale, 6)) / scale  # 0.28 * 100 is a little more than 28
 
 
+def longest(time_s: float) -> str:
+    """Return how long something goes on at most."""
+    return f"{rounded_up(time_s, 2):.2f} s"
+
+
+def farthest(distance_mm: float) -> str:
+    """Return how far something goes on at most."""
+    return f"{rounded_up(distance_mm, 0):.0f} mm"
+
+
 def bound_words(time_s: float, distance_mm: float) -> str:
     """Return how long, and how far, something goes on at most."""
-    return f"{rounded_up(time_s, 2):.2f} s and {rounded_up(distance_mm, 0):.0f} mm"
+    return f"{longest(time_s)} and {farthest(distance_mm)}"
 
 
 # The traffic on the wire, and the load that it makes.
@@ -375,26 +384,21 @@ def joints_numbers(joints: Joints) -> dict[str, float]:
 
 def pose_view(pose: Pose | None) -> dict[str, float] | None:
     """Return a pose in mm and degrees, rounded for display."""
-    if pose is None:
-        return None
-    return {
-        key: round(value, 3 if key.endswith("_mm") else 4)
-        for key, value in pose_numbers(pose).items()
-    }
+    return None if pose is None else _displayed(pose_numbers(pose))
 
 
 def joints_view(joints: Joints | None) -> dict[str, float] | None:
     """Return joint angles in degrees, rounded for display."""
-    if joints is None:
-        return None
-    return {key: round(angle, 4) for key, angle in joints_numbers(joints).items()}
+    return None if joints is None else _displayed(joints_numbers(joints))
 
 
-def violation_text(violation: LimitViolation) -> str:
-    """Describe a joint that is beyond its limit."""
-    value, bound = math.degrees(violation.value_rad), math.degrees(violation.bound_rad)
-    name = violation.joint.replace("_", " ")
-    return f"{name} {abs(value - bound):.1f}° beyond its limit of {bound:.1f}°"
+def _displayed(numbers: Mapping[str, float]) -> dict[str, float]:
+    """Return numbers rounded as JSON has them, by the unit at the end of each key."""
+    return {key: round(each, _DECIMALS[key.rpartition("_")[2]]) for key, each in numbers.items()}
+
+
+_DECIMALS: Mapping[str, int] = MappingProxyType({"mm": 3, "deg": 4, "ms": 3})
+"""The decimals of each unit: fewer than a motor step is worth would hide that a motor turned."""
 
 
 _NUMBER = {"type": "number"}
@@ -423,12 +427,9 @@ def _choice(kind: type[Enum]) -> dict[str, Any]:
 
 
 def _jitter_view(jitter: SchedulingJitter) -> dict[str, float]:
-    return {
-        "deadlines": jitter.count,
-        "median_ms": round(jitter.median_s * 1e3, 3),
-        "p99_ms": round(jitter.p99_s * 1e3, 3),
-        "worst_ms": round(jitter.worst_s * 1e3, 3),
-    }
+    times_s = {"median_ms": jitter.median_s, "p99_ms": jitter.p99_s, "worst_ms": jitter.worst_s}
+    times_ms = {key: time_s * 1e3 for key, time_s in times_s.items()}
+    return {"deadlines": jitter.count, **_displayed(times_ms)}
 
 
 def _trusted_for_s(status: Status) -> float:
@@ -436,7 +437,8 @@ def _trusted_for_s(status: Status) -> float:
 
 
 def _gripper_mm(status: Status) -> float | None:
-    return None if status.gripper_mm is None else round(status.gripper_mm, 3)
+    opening_mm = status.gripper_mm
+    return None if opening_mm is None else _displayed({"gripper_mm": opening_mm})["gripper_mm"]
 
 
 _Row = tuple[Callable[[Status], Any], Mapping[str, Any]]
@@ -541,7 +543,7 @@ def status_rows(view: Mapping[str, Any]) -> Iterator[StatusRow]:
     yield from _joint_rows(view["joints"] or {})
     if view["gripper_mm"] is not None:
         grip = ", gripping" if view["gripping"] else ""
-        yield StatusRow("gripper", f"{view['gripper_mm']:.1f} mm open{grip}")
+        yield StatusRow("gripper", f"{mm_text(view['gripper_mm'])} open{grip}")
     if view["inputs"] is not None:
         yield StatusRow("inputs", _inputs(view["inputs"]))
     yield StatusRow("stop", _stopping(view))
@@ -567,13 +569,13 @@ def _joint_rows(joints: Mapping[str, float]) -> Iterator[StatusRow]:
     names = [key.removesuffix("_deg").replace("_", " ") for key in joints]
     width = max(map(len, names), default=0)
     for at, (name, angle) in enumerate(zip(names, joints.values(), strict=True)):
-        yield StatusRow("" if at else "joints", f"{name:<{width}}{rounded(angle, 1):>8}°")
+        yield StatusRow("" if at else "joints", f"{name:<{width}}{deg_text(angle):>9}")
 
 
 def _coordinates(pose: Mapping[str, float]) -> Iterator[str]:
     for key, value in pose.items():
         name, unit = key.rsplit("_", 1)
-        yield f"{name} {rounded(value, 1)}{' mm' if unit == 'mm' else '°'}"
+        yield f"{name} {mm_text(value) if unit == 'mm' else deg_text(value)}"
 
 
 def _inputs(bits: int) -> str:

@@ -22,8 +22,9 @@ from armdrive.status import (
     Status,
     Trust,
     coded,
+    farthest,
+    longest,
     motors_words,
-    rounded_up,
     trust_words,
 )
 from kinematics.text import rounded, sentence
@@ -179,11 +180,9 @@ NO_STOP = "no stop reaches the arm: use its own stop or power switch"
 
 def bound_text(distance_mm: object, time_s: object) -> str:
     """Say how far and how long something goes on at most; what is no number is not known."""
-    far, long = (
-        UNKNOWN if not isinstance(bound, int | float) else f"{rounded_up(bound, digits):.{digits}f}"
-        for bound, digits in ((distance_mm, 0), (time_s, 2))
-    )
-    return f"{far} mm, {long} s"
+    far = farthest(distance_mm) if isinstance(distance_mm, int | float) else f"{UNKNOWN} mm"
+    long = longest(time_s) if isinstance(time_s, int | float) else f"{UNKNOWN} s"
+    return f"{far}, {long}"
 
 
 def stopping_text(

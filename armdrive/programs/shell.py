@@ -46,7 +46,7 @@ from armdrive.sim.world.table import block_of
 from armdrive.status import joints_view, pose_view, status_view
 from armdrive.storage.files import require_free, write_named
 from kinematics.errors import suggestion
-from kinematics.text import counted
+from kinematics.text import counted, mm_text
 
 
 class Left(Exception):
@@ -249,7 +249,7 @@ def _where(shell: Shell, _: str) -> Answers:
     if status.pose is None:
         yield Reply(view, "the arm's position is unknown: `home` references it")
         return
-    fingers = "" if status.gripper_mm is None else f", fingers {status.gripper_mm:.1f} mm apart"
+    fingers = "" if status.gripper_mm is None else f", fingers {mm_text(status.gripper_mm)} apart"
     yield Reply(view, f"tip {status.pose}\njoints {status.joints}{fingers}")
 
 

@@ -17,6 +17,7 @@ from textual.widgets import DataTable
 from armdrive.errors import BadRequest
 from armdrive.moves import BASE_FRAME, JointMove, LineMove, Motion, PoseMove
 from kinematics.spaces import Joints, Pose
+from kinematics.text import tenths
 from tui.app import TypedText
 from tui.keys.table import words
 from tui.settings import MoveSettings, neighbour
@@ -283,7 +284,7 @@ class GoalFields(DataTable[Content], can_focus=False):
 
 def _cells(form: GoalForm, name: str, present: Mapping[str, float]) -> Cells:
     chosen = name == form.name
-    now = f"{present[name]:.1f}" if name in present else "?"
+    now = tenths(present[name]) if name in present else "?"
     text = form.shown(name) + "_" * chosen
     return (f"{'>' if chosen else ' '} {words(name)}", f"{text:>11}", f" {form.unit(name)}",
             f"{now:>9}")  # fmt: skip

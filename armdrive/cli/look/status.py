@@ -40,7 +40,7 @@ from armdrive.status import (
     status_view,
 )
 from armdrive.storage.lock_client import holder_words, notice_of, watch_holder
-from kinematics.text import rounded, sentence
+from kinematics.text import mm_text, sentence, tenths
 
 
 def status(options: argparse.Namespace) -> Result:
@@ -192,8 +192,8 @@ class Watched:
 
     def _place(self, view: View) -> tuple[str | Inked, ...]:
         pose = view["pose"] or {}
-        numbers = [rounded(pose[key], 1) if pose else "-" for key in self._keys]
-        opening = "" if view["gripper_mm"] is None else f"{view['gripper_mm']:>6.1f} mm"
+        numbers = [tenths(pose[key]) if pose else "-" for key in self._keys]
+        opening = "" if view["gripper_mm"] is None else f"{mm_text(view['gripper_mm']):>9}"
         state = "paused" if view["paused"] else view["state"]
         return (
             Inked(f"{state:<{STATE_WIDTH}}", INKS[view["state"]]),

@@ -30,6 +30,7 @@ from armdrive.sim.world import World
 from armdrive.sim.world.table import TableBlock
 from kinematics.guards.shapes import Box
 from kinematics.spaces import Pose
+from kinematics.text import mm_text
 
 # An ordinary program on an ordinary `Arm`. Only the check at the end uses the simulation: it looks
 # at the simulated world itself and not at any register.
@@ -89,7 +90,7 @@ def _carry(arm: Arm, job: Job, tell: Callable[[str], None]) -> CarriedBlock:
     arm.move_to(_raised(take, SAFE_MM))
     arm.move_l(take)
     width_mm = arm.gripper.grasp()
-    tell(f"block {job.name}: grasped, it measures {width_mm:.1f} mm")
+    tell(f"block {job.name}: grasped, it measures {mm_text(width_mm)}")
     arm.move_l(_raised(take, SAFE_MM))
     tell(f"block {job.name}: to its place")
     arm.move_to(_raised(put, SAFE_MM))
@@ -106,7 +107,7 @@ def misplaced(world: World, jobs: tuple[Job, ...]) -> list[str]:
         block = world.scene.blocks.get(job.name)
         away_mm = math.inf if block is None else math.dist(block.place, job.to_mm)
         if away_mm > NEAR_ENOUGH_MM:
-            found.append(f"block {job.name} is {away_mm:.1f} mm from where it belongs")
+            found.append(f"block {job.name} is {mm_text(away_mm)} from where it belongs")
     return found
 
 
@@ -244,8 +245,8 @@ def _end(
 ) -> Iterator[str]:
     for each in carried:
         yield (
-            f"block {each.job.name}: measured {each.measured_mm:.1f} mm, "
-            f"is {each.job.width_mm:.1f} mm wide"
+            f"block {each.job.name}: measured {mm_text(each.measured_mm)}, "
+            f"is {mm_text(each.job.width_mm)} wide"
         )
     for sentence in wrong:
         yield f"WRONG: {sentence}"

@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 from armdrive.errors import BadRequest
 from armdrive.text.numbers import number
-from kinematics.text import rounded
+from kinematics.text import mm_text, tenths
 
 # --- Blocks: upright boxes, and how they rest on one another -------------------------------------
 # A block's footprint stays parallel to x and y, even while a turning hand carries it: this world
@@ -68,8 +68,8 @@ class TableBlock:
     @property
     def place_words(self) -> str:
         """The same for people."""
-        x, y, z = (rounded(each, 1) for each in self.place)
-        return f"x {x}, y {y}, z {z} mm"
+        x, y = tenths(self.x_mm), tenths(self.y_mm)
+        return f"x {x}, y {y}, z {mm_text(self.z_mm)}"
 
     def at(self, place: Point) -> TableBlock:
         """Return this block at another position."""
