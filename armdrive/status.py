@@ -338,8 +338,7 @@ class Status:
     @property
     def which(self) -> str:
         """The arm's name, title and link, and whether it is real."""
-        kind = "SIMULATED" if self.simulated else "REAL"
-        return f"{self.arm} ({self.title}), {kind}, {self.link}"
+        return which_arm(status_view(self))
 
     def __str__(self) -> str:
         lines = [self.which, *map(str, status_rows(status_view(self)))]
@@ -528,6 +527,20 @@ def motors_words(state: str, current: str) -> str:
     """Say whether motors hold the arm: they are ..."""
     unasked = (state, current) == (State.DISABLED.value, Current.UNKNOWN.value)
     return _NOT_ASKED if unasked else _MOTORS[current]
+
+
+def which_arm(view: Mapping[str, Any]) -> str:
+    """Return an arm's name, title and link, and whether it is real."""
+    kind = "SIMULATED" if view["simulated"] else "REAL"
+    return f"{view['arm']} ({view['title']}), {kind}, {view['link']}"
+
+
+def outcome_words(status: Status) -> str:
+    """Say what a call that switches motors, or clears an error, has led to."""
+    return (
+        f"state {status.state.value}, motor current {status.current.value}, "
+        f"position {status.trust.value}"
+    )
 
 
 def status_rows(view: Mapping[str, Any]) -> Iterator[StatusRow]:

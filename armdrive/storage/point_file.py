@@ -326,9 +326,7 @@ class Points(MutableMapping[str, Point]):
         point = replace(self._here(), note=note)
         before = self.read().get(check_name(name))
         if before is not None and not again:
-            raise BadRequest(
-                f"there is a point {name!r} already: teach it again, or choose another name"
-            )
+            raise _taken(name)
         if before is not None and not note:
             point = replace(point, note=before.note)
         self.put(name, point, instead_of=before)
@@ -367,7 +365,7 @@ class Points(MutableMapping[str, Point]):
         def change(points: dict[str, Point]) -> dict[str, Point]:
             _found(points, old)
             if check_name(new) in points:
-                raise BadRequest(f"there is a point {new!r} already")
+                raise BadRequest(f"there is {new} already: choose another name")
             return {new if name == old else name: each for name, each in points.items()}
 
         self._change(change)
@@ -381,9 +379,7 @@ class Points(MutableMapping[str, Point]):
         def change(before: dict[str, Point]) -> dict[str, Point]:
             taken = [name for name in points if name in before]
             if taken and not again:
-                raise BadRequest(
-                    f"there is {', '.join(taken)} already: choose another name, or add --again"
-                )
+                raise _taken(*taken)
             return {**before, **points}
 
         self._change(change)
@@ -392,6 +388,13 @@ class Points(MutableMapping[str, Point]):
 def points_of(arm: str, geometry: ArmGeometry, here: Callable[[], Point] = not_connected) -> Points:
     """Return the points of the arm with this name, which need not be connected."""
     return Points(places.points_file(arm), arm, geometry.joint_names, geometry.fk, here)
+
+
+def _taken(*names: str) -> BadRequest:
+    return BadRequest(
+        f"there is {', '.join(names)} already: choose another name, or add `again=True` to replace "
+        "the present one"
+    )
 
 
 def _found(known: Mapping[str, Point], name: str) -> Point:

@@ -18,11 +18,9 @@ from typing import Any
 import tui
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.drive.control_requests import ask, one_holder
-from armdrive.cli.options import names_arm
+from armdrive.cli.drive.control_requests import ask, held_config, one_holder
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import find
 from armdrive.errors import ArmInUse, SettingsDiffer, StateFileError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
@@ -38,6 +36,7 @@ from armdrive.status import (
     program_line,
     status_rows,
     status_view,
+    which_arm,
 )
 from armdrive.storage.lock_client import holder_words, notice_of, watch_holder
 from kinematics.text import mm_text, sentence, tenths
@@ -63,10 +62,7 @@ def watch(options: argparse.Namespace) -> int:
     """Print a line whenever something changes in an arm that another program drives."""
     name = one_holder(options)
     if options.screen:
-        if names_arm(options):
-            return watch_on_screen(chosen_target(options).config)
-        spoken = str(ask(name, "status")["dialect"])  # an arm that is named by its port has no file
-        return watch_on_screen(find(name, dialect_name=spoken).config)
+        return watch_on_screen(held_config(options, name))
     lines = Watched()
     tell(options, f"watching {name}; Ctrl-C ends this command and does not stop the arm")
     with contextlib.suppress(KeyboardInterrupt):
@@ -113,8 +109,7 @@ def inked(word: str, width: int = 0) -> Inked:
 
 def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
     """Yield the page of a status: which arm it is, its status, and what to do next."""
-    kind = "SIMULATED" if view["simulated"] else "REAL"
-    yield f"{view['arm']} ({view['title']}), {kind}, {view['link']}"
+    yield which_arm(view)
     yield ""
     for label, word, rest in status_rows(view):
         ink = MESSAGE_INKS.get(label) or INKS.get(word)
