@@ -50,6 +50,10 @@ class Coordinates(TypedDict, total=False):
     yaw_deg: float
 
 
+COORDINATES = tuple(Coordinates.__annotations__)
+"""The names of a pose's coordinates with their units, in order; most arms have no yaw."""
+
+
 @dataclass(frozen=True, slots=True)
 class Pose:
     """Where the finger tips are, in mm, and how the hand points: a pitch of -pi/2 is straight down.
@@ -106,9 +110,9 @@ class Pose:
         """
         new: dict[str, Any] = {}
         for name, value in coordinates.items():
-            if name not in Coordinates.__annotations__:
-                known = ", ".join(Coordinates.__annotations__)
-                hint = suggestion(name, Coordinates.__annotations__)
+            if name not in COORDINATES:
+                known = ", ".join(COORDINATES)
+                hint = suggestion(name, COORDINATES)
                 raise KinematicsError(f"no coordinate is named {name!r}; a pose has {known}{hint}")
             axis, _, unit = name.rpartition("_")
             new[f"{axis}_rad" if unit == "deg" else name] = (

@@ -16,6 +16,7 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 
+from armdrive.render.canvas import draws_braille
 from armdrive.render.figure import ChainFigure, DrawnChain
 from armdrive.render.scene import Moment
 from kinematics.chains.links import JointKind
@@ -31,7 +32,6 @@ from tui.axes import bar
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
 from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, spoken, words
 from tui.settings import INCREMENTS, memory_file, neighbour, recall
-from tui.terminal import draws_braille
 from tui.widgets import PlainText, fill_frame, framed, text_of
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.

@@ -21,6 +21,7 @@ from textual.screen import Screen
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.motion.dead_man import GATE_S
+from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
 from armdrive.status import Trust
 from armdrive.storage.lock_client import ask_holder, follow_holder
@@ -48,7 +49,6 @@ from tui.safety import (
     stopping_text,
 )
 from tui.settings import memory_file, neighbour, recall
-from tui.terminal import draws_braille
 from tui.widgets import (
     LINES_SHOWN,
     LinesToShow,

@@ -85,7 +85,7 @@ PHRASES = (
         "add `again=True` to replace the present one",
         "add `--again` to replace the present one",
         "type `remember` to replace the present one",
-        "press {points-again} on the present one",
+        "press {points-again} on it",
     ),
     Wording("add `overwrite=True`", "add `--force`", "add `over`", "remove it first"),
     Wording("call `moved_to()`", "add `--shift`", "add `--shift`", "add `--shift`"),

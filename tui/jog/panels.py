@@ -12,7 +12,7 @@ from armdrive import Grasped
 from armdrive.errors import ArmError
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.registry import DIALECTS
-from armdrive.status import LinkStats, State, Status, Trust
+from armdrive.status import LinkStats, State, Status, Trust, pose_numbers
 from kinematics.guards import Reading
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
@@ -113,8 +113,7 @@ def gripper_row(
 
 def coordinates(pose: Pose) -> tuple[float, ...]:
     """Return a pose in the order of the tip's rows."""
-    yaw = () if pose.yaw_deg is None else (pose.yaw_deg,)
-    return pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_deg, pose.roll_deg, *yaw
+    return tuple(pose_numbers(pose).values())
 
 
 def tip_limits(model: ArmModel) -> tuple[Limits, ...]:

@@ -152,10 +152,12 @@ def next_step(view: View) -> str:
 # `armdrive watch`: a line for each change.
 
 STATE_WIDTH, TRUST_WIDTH = 14, 12
-COLUMNS: Mapping[str, str] = MappingProxyType(
-    {"x_mm": "x mm", "y_mm": "y mm", "z_mm": "z mm", "pitch_deg": "pitch°", "roll_deg": "roll°",
-     "yaw_deg": "yaw°"}
-)  # fmt: skip
+
+
+def _column(key: str) -> str:
+    """Return the heading of a coordinate, with its unit."""
+    axis, _, unit = key.partition("_")
+    return f"{axis} mm" if unit == "mm" else f"{axis}°"
 
 
 class Watched:
@@ -170,7 +172,7 @@ class Watched:
         keys = tuple(view["pose"] or self._keys)
         if keys != self._keys or not self._last:
             self._keys = keys
-            names = "".join(f"{COLUMNS[key]:>8}" for key in keys)
+            names = "".join(f"{_column(key):>8}" for key in keys)
             yield f"{'time':<10}{'state':<{STATE_WIDTH}}{'position':<{TRUST_WIDTH}}{names}  gripper"
         news, place = tuple(self._news(view)), self._place(view)
         yield from (line for line in news if line not in self._last)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import shutil
 import sys
 import time
@@ -22,7 +21,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, simulated_config
 from armdrive.registry import DEFAULT, simulate
-from armdrive.render.canvas import can_braille
+from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment, PostureDrawing
 from armdrive.render.sketch import MOST_COLUMNS
 from armdrive.sim.simulated_arm import SimulatedArm
@@ -133,12 +132,11 @@ CLEAR_LINE, CURSOR_OFF, CURSOR_ON = "\x1b[K", "\x1b[?25l", "\x1b[?25h"
 
 
 def draw(
-    config: ArmConfig, twin: SimulatedArm, *, pace: float, braille: bool
+    config: ArmConfig, twin: SimulatedArm, *, pace: float, ascii_only: bool
 ) -> tuple[list[CarriedBlock], float]:
     """Perform at `pace` times real time, drawn; return what was carried, and the arm's time."""
-    braille = braille and can_braille(sys.stdout.encoding, os.environ)
     messages, lines = [""], 0
-    drawing = PostureDrawing(config.model, braille=braille)
+    drawing = PostureDrawing(config.model, braille=draws_braille(ascii_only=ascii_only))
     # on Ctrl-C the arm is closed first, which ends the performance
     with ThreadPoolExecutor(1) as pool, Arm(connect_simulated(config, twin=twin, pace=pace)) as arm:
         performance = pool.submit(perform, arm, JOBS, messages.append)
@@ -206,7 +204,7 @@ def run(options: argparse.Namespace) -> Result:
     twin = simulate(config, blocks=blocks_of(JOBS))
     began_s = time.monotonic()
     if sys.stdout.isatty() and not (options.plain or as_json(options)):
-        carried, simulated_s = draw(config, twin, pace=options.pace, braille=not options.ascii)
+        carried, simulated_s = draw(config, twin, pace=options.pace, ascii_only=options.ascii)
     else:
         with Arm(connect_simulated(config, twin=twin)) as arm:
             tell(options, arm.status.which)

@@ -8,6 +8,7 @@ from enum import Enum
 from types import MappingProxyType
 
 from armdrive.errors.arguments import LONGEST_TIME_S
+from kinematics.spaces import COORDINATES
 
 
 class ValueKind(Enum):
@@ -267,10 +268,7 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
 )})  # fmt: skip
 """Every function except `joints(base 0, ...)`, which has a form of its own."""
 
-FIELDS: Mapping[str, str] = MappingProxyType(
-    {"x": "x_mm", "y": "y_mm", "z": "z_mm", "pitch": "pitch_deg", "roll": "roll_deg",
-     "yaw": "yaw_deg"}
-)  # fmt: skip
+FIELDS: Mapping[str, str] = MappingProxyType({key.partition("_")[0]: key for key in COORDINATES})
 """The parts of a place, and their names in a `Pose`."""
 
 HERE = "here"
