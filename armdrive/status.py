@@ -89,7 +89,7 @@ class SchedulingJitter:
         if not self.count:
             return "no deadline has passed"
         return (
-            f"{counted(self.count, 'deadline')}, half met within {_ms(self.median_s)}, 99 % within "
+            f"{counted(self.count, 'deadline')}, half met within {_ms(self.median_s)}, 99% within "
             f"{_ms(self.p99_s)}, the latest {_ms(self.worst_s)} late"
         )
 
@@ -620,4 +620,4 @@ def _progress(view: Mapping[str, Any]) -> str:
     percent, left_s = program.get("percent"), program.get("left_s")
     if not isinstance(percent, int | float) or not isinstance(left_s, int | float):
         return ""
-    return f" ({percent:.0f} %, {left_s:.0f} s left)"
+    return f" ({percent:.0f}%, {left_s:.0f} s left)"

@@ -102,6 +102,11 @@ class ArmLink:
         if why := self.hindrance(needs):
             raise BadRequest(why)
 
+    def require_standing(self) -> None:
+        """Raise `BadRequest` while the arm moves, or is paused in a motion."""
+        if self.moves:
+            raise BadRequest(f"the arm is {self.status.state.value}: wait until it stands")
+
     def take(self, status: Status) -> None:
         """Store the latest status, and disarm the keys if the arm cannot move any more."""
         if self.status.paused and not status.paused:

@@ -289,7 +289,7 @@ def progress_of(program: View) -> str:
         return ""
     name, steps = Path(str(program.get("file", UNKNOWN))).name, program.get("steps")
     if (share := number_text(program.get("percent"), 0)) != UNKNOWN:
-        return f"{name} {share} %"
+        return f"{name} {share}%"
     return f"{name} {program.get('line', UNKNOWN)}/{steps}" if steps else name
 
 

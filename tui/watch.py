@@ -102,7 +102,7 @@ def lines(view: View) -> str:
         return "waiting for its status"
     joints, pose = view.get("joints"), view.get("pose")
     texts = (
-        f"speed {percent(view)} %",
+        f"speed {percent(view)}%",
         program_words(view),
         *(_remark(view[word]) for word in ("notice", "error") if view.get(word)),
         "",
@@ -132,7 +132,7 @@ def program_words(view: View) -> str | None:
     texts = (
         f"program {Path(str(program.get('file', UNKNOWN))).name}{several}",
         f"line {line}: {act}" if line else act,
-        "" if UNKNOWN in (share, left_s) else f"{share} %, {left_s} s left",
+        "" if UNKNOWN in (share, left_s) else f"{share}%, {left_s} s left",
     )
     return "\n".join(str(text) for text in texts if text)
 

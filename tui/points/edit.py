@@ -195,8 +195,8 @@ class PointEdits:
     def _require_standing(self) -> None:
         """Raise `BadRequest` while the arm is somewhere on the way."""
         link = self._desk.link
-        if link.moves and not link.status.paused:
-            raise BadRequest("the arm is moving: wait until it stands")
+        if not link.status.paused:
+            link.require_standing()
 
     def _teach(self, naming: PointNaming) -> None:
         self._require_standing()

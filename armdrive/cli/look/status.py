@@ -119,19 +119,19 @@ def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
     yield str(StatusRow("next", next_words))
 
 
-def _remedy(code: str) -> str:
+def _remedy(code: str, state: State) -> str:
     """Return what to do about an error; another program's may have a code unknown here."""
     row = by_code(code)
-    return sentence(WAYS_OUT[State.ERROR_STOP]) if row is None else row.remedy
+    return sentence(WAYS_OUT[state]) if row is None else row.remedy
 
 
 def next_step(view: View) -> str:
     """Return what a person does next with an arm in this state."""
     state, trust, paused = State(view["state"]), Trust(view["trust"]), view["paused"]
-    if state is not State.ERROR_STOP and view["notice_code"] == SettingsDiffer.code:
-        return _remedy(SettingsDiffer.code)
-    if state is State.ERROR_STOP:
-        return _remedy(view["error_code"] or view["trust_code"])
+    if state in (State.ERROR_STOP, State.DISCONNECTED):
+        return _remedy(view["error_code"] or view["trust_code"], state)
+    if view["notice_code"] == SettingsDiffer.code:
+        return _remedy(SettingsDiffer.code, state)
     if trust is Trust.SUSPECT and not view["error_code"]:
         return sentence(WAYS_TO_TRUST[trust])  # after the reset that the remedy begins with
     if paused:
@@ -143,7 +143,7 @@ def next_step(view: View) -> str:
         asked = "on a terminal, each asks first whether the arm still stands as it was left"
         return f"`armdrive move` or `armdrive jog`: {own if view['simulated'] else asked}."
     if trust is not Trust.REFERENCED and view["trust_code"]:
-        return _remedy(view["trust_code"])
+        return _remedy(view["trust_code"], state)
     if state is State.DISABLED:
         return sentence(WAYS_OUT[state])
     return "`armdrive move`, `armdrive jog` or `armdrive run PROGRAM`."
