@@ -29,7 +29,7 @@ from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import ConnectOptions, Parts, connect
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.dialog import Operator
-from armdrive.errors import LinkLost, NoAnswer
+from armdrive.errors import NoAnswer
 from armdrive.errors.arguments import checked_calls, known_attributes, made_of
 from armdrive.motion import connecting
 from armdrive.motion.execute import Moved
@@ -561,7 +561,7 @@ class Arm:
         await self._parts.runner.stop()
         if stopped is not None and isinstance(stopped.error, NoAnswer):
             raise stopped.error
-        self._require_stoppable()
+        self._parts.runner.require_stoppable()
 
     def estop(self) -> None:
         """Stop, latch error-stop, and return at once. Only `reset` leaves error-stop.
@@ -577,16 +577,7 @@ class Arm:
                 "emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP
             )
             self.request_stop(hard=True)
-        self._require_stoppable()
-
-    def _require_stoppable(self) -> None:
-        """Raise `LinkLost` if a stop cannot reach the arm."""
-        broken = self._parts.engine.broken
-        if broken is not None and not self.closed:
-            raise LinkLost(
-                f"the stop did not reach the arm ({broken}): look at the arm, and stop it at its "
-                "own switch"
-            )
+        self._parts.runner.require_stoppable()
 
     def request_stop(self, *, hard: bool = False) -> None:
         """Request a stop and return at once. A signal handler may call nothing but this."""
