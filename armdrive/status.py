@@ -536,10 +536,11 @@ def which_arm(view: Mapping[str, Any]) -> str:
 
 
 def outcome_words(status: Status) -> str:
-    """Say what a call that switches motors, or clears an error, has led to."""
+    """Say what a call that switches motors, or clears an error, has led to, and what is next."""
+    way = f"; {WAYS_OUT[status.state]}" if status.state is State.DISABLED else ""
     return (
         f"state {status.state.value}, motor current {status.current.value}, "
-        f"position {status.trust.value}"
+        f"position {status.trust.value}{way}"
     )
 
 

@@ -41,7 +41,7 @@ def disable(options: argparse.Namespace) -> Result:
             _park(arm, options)
         arm.disable()
         status = arm.status
-    return Result(status_view(status), f"the motors are off: motor current {status.current.value}")
+    return Result(status_view(status), outcome_words(status))
 
 
 def _wants_to_park(arm: Arm, options: argparse.Namespace) -> bool:

@@ -25,6 +25,7 @@ from armdrive.errors import ArmInUse, SettingsDiffer, StateFileError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
 from armdrive.status import (
+    IMMOBILE,
     IN_MOTION,
     LABEL,
     WAYS_OUT,
@@ -191,7 +192,8 @@ class Watched:
         pose = view["pose"] or {}
         numbers = [tenths(pose[key]) if pose else "-" for key in self._keys]
         opening = "" if view["gripper_mm"] is None else f"{mm_text(view['gripper_mm']):>9}"
-        state = "paused" if view["paused"] else view["state"]
+        paused = view["paused"] and State(view["state"]) not in IMMOBILE
+        state = "paused" if paused else view["state"]
         return (
             Inked(f"{state:<{STATE_WIDTH}}", INKS[view["state"]]),
             inked(view["trust"], TRUST_WIDTH),

@@ -247,7 +247,8 @@ class ShellTerminal:
         said = in_words(error) if isinstance(error, OSError) else error
         complain(f"armdrive: {tagged(said)}", SHELL)
         state = self.shell.arm.status.state
-        if state in IMMOBILE and WAYS_OUT[state] not in str(error):
+        mistyped = isinstance(error, ProgramError)
+        if state in IMMOBILE and not mistyped and WAYS_OUT[state] not in str(error):
             complain(sentence(WAYS_OUT[state]), SHELL)
         if self.shell.session.unfinished:
             complain("the line was not taken; Ctrl-C leaves the block")

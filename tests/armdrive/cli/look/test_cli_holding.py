@@ -324,6 +324,11 @@ def test_an_arm_without_a_position_shows_none(view):
     assert not rows.keys() & {"tip", "joints", "gripper", "inputs"}
 
 
+def test_a_pause_hides_no_lost_link(view):
+    *_, row = Watched().lines(view | {"state": "disconnected", "paused": True})
+    assert "disconnected" in "".join(map(str, row))
+
+
 @pytest.mark.parametrize(
     ("changes", "step"),
     [

@@ -13,6 +13,7 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, WrongState
 from armdrive.programs.language.words import SHELL, SPELLINGS
+from armdrive.programs.problems import ProgramError
 from armdrive.programs.shell import OWN_WORDS
 from armdrive.sim.world.table import PARTS
 from armdrive.status import State
@@ -170,6 +171,10 @@ def test_after_an_emergency_stop_the_message_names_the_next_step(capsys):
         why, then = capsys.readouterr().err.splitlines()
         assert why.endswith("To fix this, look at the arm, then type `home`")
         assert then == "Type `enable` to switch the motors on."
+        with pytest.raises(ProgramError) as mistyped:
+            shell.take("mvoe rest")
+        shell.complain(mistyped.value)
+        assert "enable" not in capsys.readouterr().err
 
 
 def test_blocks_of_a_simulated_arm_are_put_and_shown(piped):
