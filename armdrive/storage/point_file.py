@@ -14,7 +14,15 @@ from armdrive.errors.arguments import BASIC, Rule, checked_calls, known_attribut
 from armdrive.errors.printable import reason_of
 from armdrive.moves import in_order
 from armdrive.storage import files as places
-from armdrive.storage.files import DISK, NotWanted, StateFiles, followed, replace_durably, stamp_of
+from armdrive.storage.files import (
+    DISK,
+    NotWanted,
+    StateFiles,
+    followed,
+    kept_aside,
+    replace_durably,
+    stamp_of,
+)
 from armdrive.storage.points import (
     POINTS,
     Point,
@@ -176,7 +184,6 @@ def _same(text: str, wanted: Mapping[str, Point]) -> bool:
 
 LARGEST_BYTES = 4_000_000  # a larger file cannot be a file of points
 TRIES = 5  # attempts at a change while other programs change the file
-ASIDE = ".before"  # ending of the old file if its layout could not be kept
 
 
 # The named points of one arm as a mapping, for programs.
@@ -274,7 +281,7 @@ class Points(MutableMapping[str, Point]):
         path = followed(self.path)
         aside = None
         if text is None:  # a layout that we cannot edit: keep the old file and write a new one
-            text, aside = self._writer.document(after), path.with_name(path.name + ASIDE)
+            text, aside = self._writer.document(after), kept_aside(path)
         written = text.encode("utf-8")
         self._require_readable(written)
         replace_durably(

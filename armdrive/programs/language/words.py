@@ -68,7 +68,7 @@ def _into(kind: ValueKind) -> tuple[str, tuple[Slot, ...]]:
 
 
 MOVING = (
-    Word("move", (PLACE,), "Go to a place by a joint motion.", "move pick"),
+    Word("move", (PLACE,), "Go to a place, a point or `at(...)`, by a joint motion.", "move pick"),
     Word("move_line", (PLACE,), "Go to a place along a straight line.", "move_line pick",
          ("moves",)),
     Word("move_with", (PLACE, WIDTH), "Bring the fingers to an opening, then go to a place.",
