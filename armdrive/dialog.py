@@ -149,6 +149,13 @@ class Question:
     choices: tuple[tuple[str, str], ...] = ()
     key: str = ""
 
+    def answered(self, line: str) -> Any:
+        """Return the value of a line that was typed. Raises `WrongAnswer`."""
+        given = line.strip() or self.default
+        if given is None:
+            raise WrongAnswer("this question has no default: an answer is needed")
+        return self.read(given)
+
 
 YES, NO = ("yes", "y", "true"), ("no", "n", "false")
 

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 
 from armdrive.abilities import Torque
 from armdrive.errors.table import code_of_name
-from kinematics.limits import LimitViolation
 from kinematics.spaces import Joints, Motors, Pose
-from kinematics.text import counted, rounded
+from kinematics.text import counted, deg_text, mm_text
 
 # Bounds: they are rounded up, because less was not promised.
 
@@ -25,9 +24,19 @@ def rounded_up(bound: float, digits: int) -> float:
     return math.ceil(round(bound * scale, 6)) / scale  # 0.28 * 100 is a little more than 28
 
 
+def longest(time_s: float) -> str:
+    """Return how long something goes on at most."""
+    return f"{rounded_up(time_s, 2):.2f} s"
+
+
+def farthest(distance_mm: float) -> str:
+    """Return how far something goes on at most."""
+    return f"{rounded_up(distance_mm, 0):.0f} mm"
+
+
 def bound_words(time_s: float, distance_mm: float) -> str:
     """Return how long, and how far, something goes on at most."""
-    return f"{rounded_up(time_s, 2):.2f} s and {rounded_up(distance_mm, 0):.0f} mm"
+    return f"{longest(time_s)} and {farthest(distance_mm)}"
 
 
 # The traffic on the wire, and the load that it makes.
@@ -80,7 +89,7 @@ class SchedulingJitter:
         if not self.count:
             return "no deadline has passed"
         return (
-            f"{counted(self.count, 'deadline')}, half met within {_ms(self.median_s)}, 99 % within "
+            f"{counted(self.count, 'deadline')}, half met within {_ms(self.median_s)}, 99% within "
             f"{_ms(self.p99_s)}, the latest {_ms(self.worst_s)} late"
         )
 
@@ -137,6 +146,31 @@ class State(Enum):
     STOPPING = "stopping"
     ERROR_STOP = "error-stop"
 
+    @property
+    def where(self) -> str:
+        """The state, as a sentence says it: the arm is ..."""
+        return f"in {self.value}" if self is State.ERROR_STOP else self.value
+
+
+WAYS_OUT: Mapping[State, str] = MappingProxyType(
+    {
+        State.DISCONNECTED: "call `reconnect()`",
+        State.DISABLED: "call `enable()` to switch the motors on",
+        State.STANDBY: "nothing has to be done first",
+        State.HOMING: "wait for the referencing to end, or stop it",
+        State.MOVING: "wait for the motion to end, or stop it",
+        State.STOPPING: "wait until the arm stands",
+        State.ERROR_STOP: "look at the arm, then call `reset()`",
+    }
+)
+"""What to do about a state in which a call is refused; errors/actions.py has the words for it."""
+
+IMMOBILE = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
+"""The states in which nothing can move the arm until a person has done that."""
+
+IN_MOTION = (State.HOMING, State.MOVING, State.STOPPING)
+"""The states in which the arm moves, or is paused in a motion."""
+
 
 class Trust(Enum):
     """How far the position can be trusted; independent of the state."""
@@ -146,6 +180,16 @@ class Trust(Enum):
     REFERENCED = "referenced"
     SUSPECT = "suspect"
 
+
+WAYS_TO_TRUST: Mapping[Trust, str] = MappingProxyType(
+    {
+        Trust.UNKNOWN: "bring the arm to its reference posture and call `home()`",
+        Trust.SUSPECT: "look at the arm, then call `home()`",
+        Trust.RESTORED: "compare the arm with the drawn posture, then call "
+        "`reference.confirm_restored()`, or connect with `allow_restored=True`",
+    }
+)
+"""What to do about a position that is not referenced, in the same words."""
 
 BELIEVED = (Trust.REFERENCED, Trust.RESTORED)
 """The levels of trust at which the arm is believed to stand where its counts say.
@@ -294,8 +338,7 @@ class Status:
     @property
     def which(self) -> str:
         """The arm's name, title and link, and whether it is real."""
-        kind = "SIMULATED" if self.simulated else "REAL"
-        return f"{self.arm} ({self.title}), {kind}, {self.link}"
+        return which_arm(status_view(self))
 
     def __str__(self) -> str:
         lines = [self.which, *map(str, status_rows(status_view(self)))]
@@ -340,26 +383,21 @@ def joints_numbers(joints: Joints) -> dict[str, float]:
 
 def pose_view(pose: Pose | None) -> dict[str, float] | None:
     """Return a pose in mm and degrees, rounded for display."""
-    if pose is None:
-        return None
-    return {
-        key: round(value, 3 if key.endswith("_mm") else 4)
-        for key, value in pose_numbers(pose).items()
-    }
+    return None if pose is None else _displayed(pose_numbers(pose))
 
 
 def joints_view(joints: Joints | None) -> dict[str, float] | None:
     """Return joint angles in degrees, rounded for display."""
-    if joints is None:
-        return None
-    return {key: round(angle, 4) for key, angle in joints_numbers(joints).items()}
+    return None if joints is None else _displayed(joints_numbers(joints))
 
 
-def violation_text(violation: LimitViolation) -> str:
-    """Describe a joint that is beyond its limit."""
-    value, bound = math.degrees(violation.value_rad), math.degrees(violation.bound_rad)
-    name = violation.joint.replace("_", " ")
-    return f"{name} {abs(value - bound):.1f}° beyond its limit of {bound:.1f}°"
+def _displayed(numbers: Mapping[str, float]) -> dict[str, float]:
+    """Return numbers rounded as JSON has them, by the unit at the end of each key."""
+    return {key: round(each, _DECIMALS[key.rpartition("_")[2]]) for key, each in numbers.items()}
+
+
+_DECIMALS: Mapping[str, int] = MappingProxyType({"mm": 3, "deg": 4, "ms": 3})
+"""The decimals of each unit: fewer than a motor step is worth would hide that a motor turned."""
 
 
 _NUMBER = {"type": "number"}
@@ -388,12 +426,9 @@ def _choice(kind: type[Enum]) -> dict[str, Any]:
 
 
 def _jitter_view(jitter: SchedulingJitter) -> dict[str, float]:
-    return {
-        "deadlines": jitter.count,
-        "median_ms": round(jitter.median_s * 1e3, 3),
-        "p99_ms": round(jitter.p99_s * 1e3, 3),
-        "worst_ms": round(jitter.worst_s * 1e3, 3),
-    }
+    times_s = {"median_ms": jitter.median_s, "p99_ms": jitter.p99_s, "worst_ms": jitter.worst_s}
+    times_ms = {key: time_s * 1e3 for key, time_s in times_s.items()}
+    return {"deadlines": jitter.count, **_displayed(times_ms)}
 
 
 def _trusted_for_s(status: Status) -> float:
@@ -401,7 +436,8 @@ def _trusted_for_s(status: Status) -> float:
 
 
 def _gripper_mm(status: Status) -> float | None:
-    return None if status.gripper_mm is None else round(status.gripper_mm, 3)
+    opening_mm = status.gripper_mm
+    return None if opening_mm is None else _displayed({"gripper_mm": opening_mm})["gripper_mm"]
 
 
 _Row = tuple[Callable[[Status], Any], Mapping[str, Any]]
@@ -493,6 +529,21 @@ def motors_words(state: str, current: str) -> str:
     return _NOT_ASKED if unasked else _MOTORS[current]
 
 
+def which_arm(view: Mapping[str, Any]) -> str:
+    """Return an arm's name, title and link, and whether it is real."""
+    kind = "SIMULATED" if view["simulated"] else "REAL"
+    return f"{view['arm']} ({view['title']}), {kind}, {view['link']}"
+
+
+def outcome_words(status: Status) -> str:
+    """Say what a call that switches motors, or clears an error, has led to, and what is next."""
+    way = f"; {WAYS_OUT[status.state]}" if status.state is State.DISABLED else ""
+    return (
+        f"state {status.state.value}, motor current {status.current.value}, "
+        f"position {status.trust.value}{way}"
+    )
+
+
 def status_rows(view: Mapping[str, Any]) -> Iterator[StatusRow]:
     """Yield a status line by line: state, position, tip, joints, gripper, stop, and errors."""
     yield StatusRow("state", view["state"], _conduct(view))
@@ -506,7 +557,7 @@ def status_rows(view: Mapping[str, Any]) -> Iterator[StatusRow]:
     yield from _joint_rows(view["joints"] or {})
     if view["gripper_mm"] is not None:
         grip = ", gripping" if view["gripping"] else ""
-        yield StatusRow("gripper", f"{view['gripper_mm']:.1f} mm open{grip}")
+        yield StatusRow("gripper", f"{mm_text(view['gripper_mm'])} open{grip}")
     if view["inputs"] is not None:
         yield StatusRow("inputs", _inputs(view["inputs"]))
     yield StatusRow("stop", _stopping(view))
@@ -532,13 +583,13 @@ def _joint_rows(joints: Mapping[str, float]) -> Iterator[StatusRow]:
     names = [key.removesuffix("_deg").replace("_", " ") for key in joints]
     width = max(map(len, names), default=0)
     for at, (name, angle) in enumerate(zip(names, joints.values(), strict=True)):
-        yield StatusRow("" if at else "joints", f"{name:<{width}}{rounded(angle, 1):>8}°")
+        yield StatusRow("" if at else "joints", f"{name:<{width}}{deg_text(angle):>9}")
 
 
 def _coordinates(pose: Mapping[str, float]) -> Iterator[str]:
     for key, value in pose.items():
         name, unit = key.rsplit("_", 1)
-        yield f"{name} {rounded(value, 1)}{' mm' if unit == 'mm' else '°'}"
+        yield f"{name} {mm_text(value) if unit == 'mm' else deg_text(value)}"
 
 
 def _inputs(bits: int) -> str:
@@ -570,4 +621,4 @@ def _progress(view: Mapping[str, Any]) -> str:
     percent, left_s = program.get("percent"), program.get("left_s")
     if not isinstance(percent, int | float) or not isinstance(left_s, int | float):
         return ""
-    return f" ({percent:.0f} %, {left_s:.0f} s left)"
+    return f" ({percent:.0f}%, {left_s:.0f} s left)"

@@ -89,7 +89,7 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
     """Be the desk of an arm that stands in the middle, and return the exit code."""
     sys.path[:0] = [str(ROOT), str(ROOT / "tests/armdrive")]
     from feel_desk import MIDDLE, TappingDesk
-    from mortal_host import ready
+    from forking import ready
     from releasing import promised
     from tapping import tap
 

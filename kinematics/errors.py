@@ -20,6 +20,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
+from kinematics.text import beyond, joint_text
+
 RaisedError = TypeVar("RaisedError", bound=BaseException)
 
 
@@ -159,13 +161,8 @@ class OutOfReach(KinematicsError):
 
 def limit_sentence(joint: str, value: float, bound: float, unit: str = "rad") -> str:
     """Say by how much a joint would pass its limit: in degrees, or of a sliding joint in mm."""
-    sign = " mm"
-    if unit == "rad":
-        value, bound, sign = math.degrees(value), math.degrees(bound), "°"
-    return (
-        f"the {joint.replace('_', ' ')} would have to be at {value:.1f}{sign}, "
-        f"{abs(value - bound):.1f}{sign} beyond its limit of {bound:.1f}{sign}"
-    )
+    name, at = joint.replace("_", " "), joint_text(value, unit)
+    return f"the {name} would have to be at {at}, {beyond(value, bound, unit)}"
 
 
 def finite(name: str, value: object) -> float:

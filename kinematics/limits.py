@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from kinematics.errors import JointLimit, KinematicsError, check_fields, finite
+from kinematics.text import beyond
 
 LIMIT_TOLERANCE_RAD = 1e-7
 """How far beyond a limit an angle may lie and still be taken for the limit itself.
@@ -80,6 +81,9 @@ class LimitViolation:
     def excess_rad(self) -> float:
         """How far beyond the limit."""
         return abs(self.value_rad - self.bound_rad)
+
+    def __str__(self) -> str:
+        return f"{self.joint.replace('_', ' ')} {beyond(self.value_rad, self.bound_rad)}"
 
 
 def refuse_worst(broken: Sequence[LimitViolation]) -> None:

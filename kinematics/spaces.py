@@ -22,7 +22,7 @@ from kinematics.errors import (
     require,
     suggestion,
 )
-from kinematics.text import counted, rounded
+from kinematics.text import counted, deg_text, mm_text, tenths
 
 _UNITS = ("deg", "rad")
 """The endings of a joint's name that state the unit of its angle."""
@@ -48,6 +48,10 @@ class Coordinates(TypedDict, total=False):
     pitch_deg: float
     roll_deg: float
     yaw_deg: float
+
+
+COORDINATES = tuple(Coordinates.__annotations__)
+"""The names of a pose's coordinates with their units, in order; most arms have no yaw."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,9 +110,9 @@ class Pose:
         """
         new: dict[str, Any] = {}
         for name, value in coordinates.items():
-            if name not in Coordinates.__annotations__:
-                known = ", ".join(Coordinates.__annotations__)
-                hint = suggestion(name, Coordinates.__annotations__)
+            if name not in COORDINATES:
+                known = ", ".join(COORDINATES)
+                hint = suggestion(name, COORDINATES)
                 raise KinematicsError(f"no coordinate is named {name!r}; a pose has {known}{hint}")
             axis, _, unit = name.rpartition("_")
             new[f"{axis}_rad" if unit == "deg" else name] = (
@@ -143,10 +147,10 @@ class Pose:
 
     def __str__(self) -> str:
         yaw_deg = self.yaw_deg
-        yaw = "" if yaw_deg is None else f", yaw {rounded(yaw_deg, 1)}°"
+        yaw = "" if yaw_deg is None else f", yaw {deg_text(yaw_deg)}"
         return (
-            f"x {rounded(self.x_mm, 1)}, y {rounded(self.y_mm, 1)}, z {rounded(self.z_mm, 1)} mm, "
-            f"pitch {rounded(self.pitch_deg, 1)}°, roll {rounded(self.roll_deg, 1)}°{yaw}"
+            f"x {tenths(self.x_mm)}, y {tenths(self.y_mm)}, z {mm_text(self.z_mm)}, "
+            f"pitch {deg_text(self.pitch_deg)}, roll {deg_text(self.roll_deg)}{yaw}"
         )
 
 
@@ -276,7 +280,7 @@ class Joints:
         )
 
     def __str__(self) -> str:
-        return ", ".join(f"{name} {rounded(angle, 1)}°" for name, angle in self.deg.items())
+        return ", ".join(f"{name} {deg_text(angle)}" for name, angle in self.deg.items())
 
 
 def angles_of(joints: Joints, names: tuple[str, ...]) -> tuple[float, ...]:

@@ -1,7 +1,8 @@
-"""Text for people: aligned columns, folded lines, and counts with their nouns."""
+"""Text for people: quantities with their decimals, counts with nouns, columns, folded lines."""
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from collections.abc import Sequence
@@ -15,6 +16,11 @@ def counted(count: int, one: str, several: str = "") -> str:
     return f"{count} {one if count == 1 else several or f'{one}s'}"
 
 
+def sentence(words: str) -> str:
+    """Return words as a sentence, with a capital letter and a full stop."""
+    return f"{words[0].upper()}{words[1:].rstrip('.')}."
+
+
 def rounded(value: float, digits: int) -> str:
     """Format with this many decimals, without the minus sign of a rounded zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
@@ -24,6 +30,35 @@ def plain(value: float, digits: int) -> str:
     """Format with at most this many decimals, without trailing zeros or a minus before zero."""
     text = rounded(value, digits)
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+# Lengths and angles as people read them.
+
+
+def tenths(value: float) -> str:
+    """Format mm or degrees, without the unit: one decimal is about a motor step of these arms."""
+    return rounded(value, 1)
+
+
+def mm_text(length_mm: float) -> str:
+    """Format a length with its unit."""
+    return f"{tenths(length_mm)} mm"
+
+
+def deg_text(angle_deg: float) -> str:
+    """Format an angle with its unit."""
+    return f"{tenths(angle_deg)}°"
+
+
+def joint_text(value: float, unit: str) -> str:
+    """Format the value of a joint that is in `unit`: "rad" of one that turns, else "mm"."""
+    return deg_text(math.degrees(value)) if unit == "rad" else mm_text(value)
+
+
+def beyond(value: float, bound: float, unit: str = "rad", what: str = "limit") -> str:
+    """Say by how much a joint's value is beyond its limit, both in `unit`."""
+    far, most = joint_text(abs(value - bound), unit), joint_text(bound, unit)
+    return f"{far} beyond its {what} of {most}"
 
 
 def significant(value: float) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from textual import events
 
-from kinematics.text import rounded
+from kinematics.text import tenths
 from tui.keys.table import JogPair, words
 from tui.widgets import PlainText, Span
 
@@ -59,7 +59,7 @@ class AxisRow:
     @property
     def value_text(self) -> str:
         """The value with its unit."""
-        return UNKNOWN if self.value is None else f"{rounded(self.value, 1)}{self.unit}"
+        return UNKNOWN if self.value is None else f"{tenths(self.value)}{self.unit}"
 
 
 def bar(value: float | None, low: float, high: float, width: int) -> str:

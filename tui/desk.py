@@ -25,7 +25,7 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.motion.dead_man import GATE_S
 from armdrive.moves import ParkMove
 from armdrive.render.scene import Moment
-from armdrive.status import State, Status, Trust
+from armdrive.status import IMMOBILE, IN_MOTION, State, Status, Trust
 from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp, Outcome
 from tui.arm_view import SpaceView, move_cameras
@@ -43,7 +43,7 @@ from tui.keys.table import (
     summary_of,
 )
 from tui.safety import (
-    WAYS_OUT,
+    LEADS_OUT,
     SafetyPanel,
     after_reset,
     can_reference,
@@ -91,7 +91,7 @@ class ArmLink:
     @property
     def moves(self) -> bool:
         """Whether the arm moves, or is paused in a motion."""
-        return self.status.state in (State.MOVING, State.HOMING, State.STOPPING)
+        return self.status.state in IN_MOTION
 
     def hindrance(self, needs: Needs) -> str:
         """Say why a key that needs this of the arm would do nothing now; empty if it would."""
@@ -101,6 +101,11 @@ class ArmLink:
         """Raise `BadRequest` unless the arm is so that a key with these needs does something."""
         if why := self.hindrance(needs):
             raise BadRequest(why)
+
+    def require_standing(self) -> None:
+        """Raise `BadRequest` while the arm moves, or is paused in a motion."""
+        if self.moves:
+            raise BadRequest(f"the arm is {self.status.state.value}: wait until it stands")
 
     def take(self, status: Status) -> None:
         """Store the latest status, and disarm the keys if the arm cannot move any more."""
@@ -456,8 +461,9 @@ class DeskScreen(Screen[None]):
             Trust.RESTORED: ("confirm",),
         }
         pauses = self._pauses if self.desk.link.pausable else ()
-        leads_out = WAYS_OUT[status.state][:1] if status.state in WAYS_OUT else ()
-        return leads_out or pauses or by_trust.get(status.trust, ())
+        if status.state in IMMOBILE:
+            return (LEADS_OUT[status.state],)
+        return pauses or by_trust.get(status.trust, ())
 
     def action_pause(self) -> None:
         """Pause the arm after its next burst, or resume it."""

@@ -16,11 +16,12 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 
+from armdrive.render.canvas import draws_braille
 from armdrive.render.figure import ChainFigure, DrawnChain
 from armdrive.render.scene import Moment
 from kinematics.chains.links import JointKind
 from kinematics.presets import ArmModel
-from kinematics.text import folded, rounded
+from kinematics.text import deg_text, folded, tenths
 from kinematics.textbook.stepping import coordinates_of, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
 from kinematics.textbook.systems.named import frame_coordinates
@@ -31,7 +32,6 @@ from tui.axes import bar
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
 from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, spoken, words
 from tui.settings import INCREMENTS, memory_file, neighbour, recall
-from tui.terminal import draws_braille
 from tui.widgets import PlainText, fill_frame, framed, text_of
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.
@@ -299,7 +299,7 @@ def _summary(of: Study) -> str:
     near = min(turning, key=lambda one: one.distance_rad or 0.0, default=None)
     if near is None or near.distance_rad is None:
         return measures(of)
-    away = f"{math.degrees(near.distance_rad):.1f}\N{DEGREE SIGN}"
+    away = deg_text(math.degrees(near.distance_rad))
     return f"{measures(of)}; singular {away} away: {near.reason}"
 
 
@@ -408,8 +408,8 @@ def _range(value: float, limits: tuple[float, float], kind: JointKind, room: int
 
 def _value(value: float, unit: str) -> str:
     if unit == "rad":
-        return f"{rounded(math.degrees(value), 1)}\N{DEGREE SIGN}"
-    return f"{rounded(value, 1)}mm"
+        return deg_text(math.degrees(value))
+    return f"{tenths(value)}mm"
 
 
 class ModelDesk(KeyApp):

@@ -15,16 +15,19 @@ from textual.widgets import Static
 from armdrive.errors.printable import printable
 from armdrive.registry import DIALECTS
 from armdrive.status import (
+    IMMOBILE,
+    WAYS_OUT,
     Current,
     State,
     Status,
     Trust,
     coded,
+    farthest,
+    longest,
     motors_words,
-    rounded_up,
     trust_words,
 )
-from kinematics.text import rounded
+from kinematics.text import rounded, sentence
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import STOP, Needs, titled
 from tui.widgets import PlainText, Span, text_of
@@ -54,14 +57,12 @@ BADGES: Mapping[str, Span] = {
 MOTORS_OFF: Span = ("MOTORS OFF", QUIET)
 """Stands for the state of a disabled arm that is known to have no current."""
 
-WAYS_OUT: Mapping[State, tuple[str, str]] = {
-    State.DISCONNECTED: ("reconnect", "reconnects"),
-    State.ERROR_STOP: ("reset", "resets"),
-    State.DISABLED: ("motors", "switches the motors on"),
+LEADS_OUT: Mapping[State, str] = {
+    State.DISCONNECTED: "reconnect",
+    State.ERROR_STOP: "reset",
+    State.DISABLED: "motors",
 }
-"""The states in which nothing can move the arm: the row whose key leads out, and what it does."""
-
-IMMOBILE = tuple(state.value for state in WAYS_OUT)
+"""The row of the table of keys that leads out of each state in which nothing can move the arm."""
 
 ARMED: Span = ("ARMED", CAREFUL)
 PAUSED: Span = ("PAUSED", CAREFUL)
@@ -132,7 +133,8 @@ def badge_of(state: object, current: object, *, paused: bool) -> Span:
     if (state, current) == (State.DISABLED.value, Current.OFF.value):
         return MOTORS_OFF
     badge = BADGES.get(str(state), (UNKNOWN, QUIET))
-    return PAUSED if paused and state not in IMMOBILE else badge
+    immobile = any(state == each.value for each in IMMOBILE)
+    return PAUSED if paused and not immobile else badge
 
 
 def status_title(status: Status) -> str:
@@ -169,7 +171,7 @@ def position_text(status: Status, keys: Keyboard) -> str:
 
 def can_reference(state: State) -> bool:
     """Return whether a key references the arm in this state."""
-    return state.value not in IMMOBILE and state is not State.HOMING
+    return state not in (*IMMOBILE, State.HOMING)
 
 
 NO_STOP = "no stop reaches the arm: use its own stop or power switch"
@@ -178,11 +180,9 @@ NO_STOP = "no stop reaches the arm: use its own stop or power switch"
 
 def bound_text(distance_mm: object, time_s: object) -> str:
     """Say how far and how long something goes on at most; what is no number is not known."""
-    far, long = (
-        UNKNOWN if not isinstance(bound, int | float) else f"{rounded_up(bound, digits):.{digits}f}"
-        for bound, digits in ((distance_mm, 0), (time_s, 2))
-    )
-    return f"{far} mm, {long} s"
+    far = farthest(distance_mm) if isinstance(distance_mm, int | float) else f"{UNKNOWN} mm"
+    long = longest(time_s) if isinstance(time_s, int | float) else f"{UNKNOWN} s"
+    return f"{far}, {long}"
 
 
 def stopping_text(
@@ -205,23 +205,23 @@ def without_link(status: Status) -> str:
 
 
 def way_out(state: State, keys: Keyboard) -> str:
-    """Say which key leads out of a state in which nothing can move the arm; empty in others."""
-    if state not in WAYS_OUT:
+    """Say what leads out of a state in which nothing can move the arm; empty in others."""
+    if state not in IMMOBILE:
         return ""
-    row, does = WAYS_OUT[state]
-    leave = f", {keys.label('quit')} leaves" if state is State.DISCONNECTED else ""
-    return f"{keys.label(row)} {does}{leave}"
+    leave = f", or {keys.label('quit')} to leave" if state is State.DISCONNECTED else ""
+    return f"{keys.presented(WAYS_OUT[state])}{leave}"
 
 
 def why_immobile(status: Status, keys: Keyboard) -> str:
     """Say why no key can move the arm now, and what to do; empty if one can."""
     motors = motors_words(status.state.value, status.current.value)
     why = {
-        State.DISCONNECTED: "there is no link to the arm, and no key moves it: ",
-        State.ERROR_STOP: "the arm is in error-stop: look at it, then ",
-        State.DISABLED: f"the motors are {motors}. ",
+        State.DISCONNECTED: "there is no link to the arm, and no key moves it",
+        State.ERROR_STOP: "the arm is in error-stop",
+        State.DISABLED: f"the motors are {motors}",
     }
-    return why.get(status.state, "") + way_out(status.state, keys)
+    way = way_out(status.state, keys)
+    return f"{why[status.state]}: {way}" if way else ""
 
 
 NEEDS_POSITION = "this needs a position that can be trusted"
@@ -250,15 +250,15 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) 
         or coded(status.notice, status.notice_code)
         or trust_words(status.trust.value, status.trust_reason, status.trust_code)
     )
+    known = WAYS_OUT[status.state] in reason
     if status.state is State.DISCONNECTED:
         key, leave = keys.label("reconnect"), keys.label("quit")
-        way = f"{leave} leaves" if "`reconnect()`" in reason else way_out(status.state, keys)
-        trying = f"The desk keeps trying to reconnect: {key} tries at once, {leave} leaves"
-        return f"{reason.rstrip('.')}. {trying if reconnects else way}."
+        way = f"{leave} leaves." if known else sentence(way_out(status.state, keys))
+        trying = f"The desk keeps trying to reconnect: {key} tries at once, {leave} leaves."
+        return f"{reason.rstrip('.')}. {trying if reconnects else way}"
     if status.state is State.ERROR_STOP:
-        names_key = "`reset()`" in reason
-        resets = "That" if names_key else f"{way_out(status.state, keys)}, and"
-        return f"{reason.rstrip('.')}. {resets} moves nothing."
+        way = "" if known else f"{sentence(way_out(status.state, keys))} "
+        return f"{reason.rstrip('.')}. {way}That moves nothing."
     if status.paused:
         return _paused(keys, paused_at)
     if status.speed_override < 1.0:
@@ -289,7 +289,7 @@ def progress_of(program: View) -> str:
         return ""
     name, steps = Path(str(program.get("file", UNKNOWN))).name, program.get("steps")
     if (share := number_text(program.get("percent"), 0)) != UNKNOWN:
-        return f"{name} {share} %"
+        return f"{name} {share}%"
     return f"{name} {program.get('line', UNKNOWN)}/{steps}" if steps else name
 
 

@@ -11,13 +11,14 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive import Arm
+from armdrive.render.canvas import draws_braille
 from tui.desk import Desk, DeskScreen
 from tui.jog.screen import JogScreen
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard
 from tui.log import LogScreen
 from tui.move import MoveScreen
 from tui.settings import memory_file
-from tui.terminal import draws_braille, forget_a_closed_terminal
+from tui.terminal import forget_a_closed_terminal
 
 
 def _on_demand(place: str) -> Callable[[], DeskScreen]:

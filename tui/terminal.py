@@ -29,8 +29,6 @@ from textual.message import Message
 from textual.screen import Screen
 from textual.strip import Strip
 
-from armdrive.render.canvas import can_braille
-
 if sys.platform != "win32":
     import termios
 
@@ -48,11 +46,6 @@ PLAIN: Mapping[str, str] = MappingProxyType(
     | dict.fromkeys(("■", *map(chr, range(0x2580, 0x258A))), "#")
 )
 """Letters of ASCII, each as wide as the sign that it stands for."""
-
-
-def draws_braille(*, ascii_only: bool) -> bool:
-    """Return whether to draw with braille and lines; else all is drawn in plain letters."""
-    return not ascii_only and can_braille(sys.stdout.encoding, os.environ)
 
 
 _PLAINLY = str.maketrans(dict(PLAIN))

@@ -21,6 +21,7 @@ from textual.screen import Screen
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.motion.dead_man import GATE_S
+from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
 from armdrive.status import Trust
 from armdrive.storage.lock_client import ask_holder, follow_holder
@@ -48,7 +49,6 @@ from tui.safety import (
     stopping_text,
 )
 from tui.settings import memory_file, neighbour, recall
-from tui.terminal import draws_braille
 from tui.widgets import (
     LINES_SHOWN,
     LinesToShow,
@@ -102,7 +102,7 @@ def lines(view: View) -> str:
         return "waiting for its status"
     joints, pose = view.get("joints"), view.get("pose")
     texts = (
-        f"speed {percent(view)} %",
+        f"speed {percent(view)}%",
         program_words(view),
         *(_remark(view[word]) for word in ("notice", "error") if view.get(word)),
         "",
@@ -132,7 +132,7 @@ def program_words(view: View) -> str | None:
     texts = (
         f"program {Path(str(program.get('file', UNKNOWN))).name}{several}",
         f"line {line}: {act}" if line else act,
-        "" if UNKNOWN in (share, left_s) else f"{share} %, {left_s} s left",
+        "" if UNKNOWN in (share, left_s) else f"{share}%, {left_s} s left",
     )
     return "\n".join(str(text) for text in texts if text)
 

@@ -29,7 +29,7 @@ from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import ConnectOptions, Parts, connect
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.dialog import Operator
-from armdrive.errors import LinkLost, NoAnswer, StateFileError, WrongState
+from armdrive.errors import NoAnswer
 from armdrive.errors.arguments import checked_calls, known_attributes, made_of
 from armdrive.motion import connecting
 from armdrive.motion.execute import Moved
@@ -60,6 +60,7 @@ from armdrive.moves import (
 )
 from armdrive.runtime.arm_state import EMERGENCY_STOP
 from armdrive.runtime.clock import PaceChoice
+from armdrive.runtime.engine import closed_for_good
 from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage.point_file import Points
@@ -99,20 +100,20 @@ class Arm:
         self.twin = parts.twin
         self._parts = parts
         self._connection = Connection(parts)
-        self._jogs = JogSessions(parts)
-        self._moving = Moving(parts, self._jogs)
-        self._jogging = Jogging(parts, self._jogs)
-        self._reference = ArmReference(self, parts)
-        self._io = InputsOutputs(parts)
-        self._controller = ControllerMemory(parts)
-        self._recorder = Recorder(parts)
-        self._gripper = Gripper(self, parts)
-        if parts.lock is not None:
-            try:
+        try:
+            self._jogs = JogSessions(parts)
+            self._moving = Moving(parts, self._jogs)
+            self._jogging = Jogging(parts, self._jogs)
+            self._reference = ArmReference(self, parts)
+            self._io = InputsOutputs(parts)
+            self._controller = ControllerMemory(parts)
+            self._recorder = Recorder(parts)
+            self._gripper = Gripper(self, parts)
+            if parts.lock is not None:  # what moves must be within reach of `armdrive stop`
                 serve(parts.lock, self)
-            except StateFileError:  # what moves an arm must be within reach of `armdrive stop`
-                self.close()
-                raise
+        except BaseException:  # the caller gets no arm that could be closed
+            run_blocking(self._connection.close())
+            raise
 
     def __repr__(self) -> str:  # takes no lock: a debugger may ask in mid-motion
         kind = "SIMULATED" if self.simulated else "REAL"
@@ -161,7 +162,7 @@ class Arm:
     @blocking
     async def __enter__(self) -> Self:
         if self.closed:
-            raise WrongState("this connection was closed for good: create a new one")
+            raise closed_for_good()
         try:
             if self._parts.core.state is State.DISABLED:
                 await coroutine_of(self.enable)()
@@ -560,7 +561,7 @@ class Arm:
         await self._parts.runner.stop()
         if stopped is not None and isinstance(stopped.error, NoAnswer):
             raise stopped.error
-        self._require_stoppable()
+        self._parts.runner.require_stoppable()
 
     def estop(self) -> None:
         """Stop, latch error-stop, and return at once. Only `reset` leaves error-stop.
@@ -576,16 +577,7 @@ class Arm:
                 "emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP
             )
             self.request_stop(hard=True)
-        self._require_stoppable()
-
-    def _require_stoppable(self) -> None:
-        """Raise `LinkLost` if a stop cannot reach the arm."""
-        broken = self._parts.engine.broken
-        if broken is not None and not self.closed:
-            raise LinkLost(
-                f"the stop did not reach the arm ({broken}): look at the arm, and stop it at its "
-                "own switch"
-            )
+        self._parts.runner.require_stoppable()
 
     def request_stop(self, *, hard: bool = False) -> None:
         """Request a stop and return at once. A signal handler may call nothing but this."""

@@ -11,6 +11,7 @@ from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
 from armdrive.errors import NoAnswer, WaitTimeout, WrongState
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
+from armdrive.runtime.engine import closed_for_good
 from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.storage.files import require_free
@@ -46,7 +47,7 @@ class Connection:
             if parts.engine.broken is None:
                 raise WrongState("the arm is connected: there is nothing to reconnect")
             if reconnector is None or self.closed:
-                raise WrongState("this connection was closed for good: create a new one")
+                raise closed_for_good()
             before = reconnector.ask(parts.pace.now_s())
         parts.pace.wake()
         if not await Wait(parts.pace, lambda: reconnector.tries > before, PATIENCE_S):

@@ -114,13 +114,13 @@ def connect_remembered(
             allow_restored=allow_restored,
             tracer=FlightRecorder(places.recordings()),
         )
+        # the lock last: only then may another command read the world
+        closers = [lambda: _save(config.name, twin.save()), holding.release]
+        logbook = logbook_file(config.name)
+        return Arm(replace(simulated, logbook=logbook, lock=holding, closers=closers))
     except BaseException:
         holding.release()
         raise
-    # the lock last: only then may another command read the world
-    closers = [lambda: _save(config.name, twin.save()), holding.release]
-    logbook = logbook_file(config.name)
-    return Arm(replace(simulated, logbook=logbook, lock=holding, closers=closers))
 
 
 def _load(arm: str) -> object:

@@ -14,7 +14,7 @@ from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS
 from armdrive.text.numbers import number
 from kinematics.errors import nearest_word
-from kinematics.text import filled, folded
+from kinematics.text import filled, folded, sentence
 
 Declare = Callable[[argparse.ArgumentParser], None]
 """Declares the options of a command or an action.
@@ -160,9 +160,9 @@ _REQUIRED = r"the following arguments are required: (.+)|one of the arguments (.
 
 def help_of(declare: Declare, summary: str = "") -> Any:
     """Return the arguments of a parser that make the help of a command, or of an action."""
-    sentence, _, notes = inspect.cleandoc(declare.__doc__ or "").partition("\n\n")
+    first, _, notes = inspect.cleandoc(declare.__doc__ or "").partition("\n\n")
     return {
-        "description": f"{summary[0].upper()}{summary[1:]}." if summary else sentence,
+        "description": sentence(summary) if summary else first,
         "formatter_class": HelpFormatter,
         "epilog": notes,
     }

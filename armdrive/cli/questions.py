@@ -43,15 +43,9 @@ def ask_value(question: Question, *, resumed_by: str = "") -> Any:
     `resumed_by` is the command that continues from here, if there is one. Raises `BadRequest` if
     the input has ended, or `OperatorNeeded` with that command.
     """
-
-    def take(line: str) -> Any:
-        if not line and question.default is None:
-            raise WrongAnswer("an answer is needed; ? explains")
-        return question.read(line or question.default or "")
-
     while True:
         try:
-            return ask(question, take)
+            return ask(question, question.answered)
         except Back:
             leave = (
                 "here; Ctrl-C leaves, and the same command continues" if resumed_by else "from here"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import os
 import shutil
 import sys
 from collections.abc import Iterator
@@ -15,7 +14,7 @@ from armdrive.cli.presenter import agreed, confirmation, say, say_lines, typed
 from armdrive.dialog import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
-from armdrive.render.canvas import can_braille
+from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment, PostureDrawing
 from armdrive.status import BELIEVED, State, Trust
 from armdrive.text.numbers import number
@@ -30,7 +29,7 @@ def posture_pictures(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[
     columns = shutil.get_terminal_size().columns
     width = min(PICTURE_WIDTH, columns)
     moment = Moment(joints, opening_mm)
-    drawing = PostureDrawing(arm.model, braille=can_braille(sys.stdout.encoding, os.environ))
+    drawing = PostureDrawing(arm.model, braille=draws_braille())
     side = drawing.side(moment, width, PICTURE_HEIGHT)
     top = drawing.top(moment, width, PICTURE_HEIGHT)
     if columns < 2 * PICTURE_WIDTH + 1:
@@ -65,7 +64,7 @@ def settle_trust(arm: Arm) -> None:
         say(line)
     say(f"An earlier program left the arm at {status.joints}.")
     if not agreed("Does the arm stand like this? Type yes: "):
-        raise OperatorNeeded("not confirmed: run `armdrive home`")
+        raise OperatorNeeded("not confirmed: call `home()`")
     arm.reference.confirm_restored()
 
 

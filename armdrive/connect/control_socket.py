@@ -116,6 +116,7 @@ def _status(arm: ControlledArm, _: Json) -> Iterator[Json]:
 
 def _stop(arm: ControlledArm, _: Json) -> Iterator[Json]:
     arm.parts.runner.request_stop(elsewhere=True)
+    arm.parts.runner.require_stoppable()
     yield {"done": "stop"}
 
 

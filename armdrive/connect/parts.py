@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -181,7 +182,7 @@ class TaskRunner:
     # -- requirements of a call ---------------------------------------------------------------
 
     def require(self, event: Event, action: str = "") -> None:
-        """Raise unless the arm may do this now: `LinkLost` without a connection, or `WrongState`.
+        """Raise unless the arm may do this now: as `require_link` does, or `WrongState`.
 
         `action` names the call in the error, if it differs from the event.
         """
@@ -189,9 +190,18 @@ class TaskRunner:
         after(self.core.state, event, action)
 
     def require_link(self) -> None:
-        """Raise `LinkLost`, with the reason, if the connection is lost or closed."""
-        if self.engine.broken is not None:
-            raise LinkLost(str(self.engine.broken))
+        """Raise `LinkLost` if the connection was lost, and `WrongState` if it was closed."""
+        if (broken := self.engine.broken) is not None:
+            raise type(broken)(str(broken))
+
+    def require_stoppable(self) -> None:
+        """Raise `LinkLost` if a stop cannot reach the arm."""
+        broken = self.engine.broken
+        if isinstance(broken, LinkLost):
+            raise LinkLost(
+                f"the stop did not reach the arm ({broken}): look at the arm, and stop it at its "
+                "own switch"
+            )
 
     def require_no_stop(self, since: int | None, when: str) -> None:
         """Raise `Stopped` if a stop was requested since `stops` had the value `since`.
@@ -322,29 +332,29 @@ async def assemble(
 
     Without a `record_store`, the position is forgotten at the end of the program.
     """
-    controller = dialect(config.connection.dialect).controller(config)
-    # in simulated time a disk takes no time: the record is written at once
-    wake = pace.wake if isinstance(pace, RealPace) and record_store is not None else None
-    tracer = tracer or FlightRecorder()
-    core = Core(config, controller, tracer, record_store or RecordInMemory(), wake)
-    core.allow_restored = allow_restored
-    core.speed_override.others = isinstance(pace, RealPace)
-    core.geometry_known |= simulated  # a simulated arm has the lengths that its file states
-    driven = _Driven(core, link, rewiring)
-    runner = TaskRunner(core, driven.engine, pace)
-    parts = Parts(
-        config, pace, core, driven.engine, driven.context, runner, driven.reconnector, tracer,
-        operator, simulated,
-    )  # fmt: skip
-    tracer.begin(config, link.description, pace.now_s, core.condition, pace.lock)
-    pace.start(driven.engine)  # from here on another thread may call the engine
-    try:
+    with ExitStack() as opened:  # of an arm that does not connect, nothing stays open
+        opened.callback(link.close)
+        controller = dialect(config.connection.dialect).controller(config)
+        # in simulated time a disk takes no time: the record is written at once
+        wake = pace.wake if isinstance(pace, RealPace) and record_store is not None else None
+        tracer = tracer or FlightRecorder()
+        core = Core(config, controller, tracer, record_store or RecordInMemory(), wake)
+        core.allow_restored = allow_restored
+        core.speed_override.others = isinstance(pace, RealPace)
+        core.geometry_known |= simulated  # a simulated arm has the lengths that its file states
+        driven = _Driven(core, link, rewiring)
+        runner = TaskRunner(core, driven.engine, pace)
+        parts = Parts(
+            config, pace, core, driven.engine, driven.context, runner, driven.reconnector, tracer,
+            operator, simulated,
+        )  # fmt: skip
+        opened.callback(parts.release)
+        tracer.begin(config, link.description, pace.now_s, core.condition, pace.lock)
+        pace.start(driven.engine)  # from here on another thread may call the engine
         await runner.perform(connecting.connect(driven.context))
         with pace.lock:
             tracer.opened()
-    except BaseException:
-        parts.release()
-        raise
+        opened.pop_all()
     return parts
 
 
@@ -473,9 +483,9 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
 
     require_real_ports()
     wiring = PortOpening(config)
-    lock = hold(config.name, wiring.find())
-    recorder = FlightRecorder(places.recordings())
-    try:
+    with ExitStack() as opened:
+        lock = opened.enter_context(hold(config.name, wiring.find()))
+        recorder = FlightRecorder(places.recordings())
         with explaining(recorder.ring.entries, config.connection):
             parts = await coroutine_of(assemble)(
                 config,
@@ -488,10 +498,11 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
                 tracer=recorder,
                 rewiring=NewLink(wiring.open, _wanted(options.reconnect, config), in_thread=True),
             )
-    except BaseException:
-        lock.release()
-        raise
-    return replace(parts, logbook=logbook_file(config.name), lock=lock, closers=[lock.release])
+        opened.callback(parts.release)
+        logbook = logbook_file(config.name)
+        held = replace(parts, logbook=logbook, lock=lock, closers=[lock.release])
+        opened.pop_all()
+    return held
 
 
 def _rewiring(twin: SimulatedArm, pace: Pace, *, automatic: bool) -> NewLink | None:

@@ -81,6 +81,12 @@ PHRASES = (
         "run `armdrive resume` in another terminal",
     ),
     Wording("call `reconnect()`", "run the command again", "type `reconnect`", "press {reconnect}"),
+    Wording(
+        "add `again=True` to replace the present one",
+        "add `--again` to replace the present one",
+        "type `remember` to replace the present one",
+        "press {points-again} on it",
+    ),
     Wording("add `overwrite=True`", "add `--force`", "add `over`", "remove it first"),
     Wording("call `moved_to()`", "add `--shift`", "add `--shift`", "add `--shift`"),
     Wording("call `without_origin()`", "add `--as-is`", "add `--as-is`", "add `--as-is`"),

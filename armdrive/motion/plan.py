@@ -26,6 +26,7 @@ from kinematics.paths.chords import line_path
 from kinematics.paths.routes import LinePart, PathPart, PathSection, PosePart, Route, route_sections
 from kinematics.paths.timing import MotionLimits, Point, timed
 from kinematics.spaces import Joints, Pose
+from kinematics.text import beyond, joint_text, mm_text
 from kinematics.transmission import Transmission
 
 SKIPPED_SHARE = 0.75  # share of the tolerance for skipped corners; the rest covers the way between
@@ -240,8 +241,8 @@ def _smaller_blends(moves: Sequence[PathPart], sections: Sequence[PathSection]) 
         for part, radius_mm in zip(section.parts, section.blends_mm, strict=True)
     }
     said = [
-        f"the blend after part {part} is {found.get(part, 0.0):.1f} mm instead of "
-        f"{move.blend_mm:.1f}, because a neighbouring part is too short"
+        f"the blend after part {part} is {mm_text(found.get(part, 0.0))} instead of "
+        f"{mm_text(move.blend_mm)}, because a neighbouring part is too short"
         for part, move in enumerate(moves[:-1], 1)
         if found.get(part, 0.0) < move.blend_mm * NEARLY
     ]
@@ -353,13 +354,13 @@ def _leads_to(config: ArmConfig, seed: Joints, pose: Pose) -> bool:
 
 def limit_error(violation: LimitViolation) -> OutOfBounds:
     """Return the error of a violated joint limit."""
-    value, bound = math.degrees(violation.value_rad), math.degrees(violation.bound_rad)
+    value_rad, bound_rad = violation.value_rad, violation.bound_rad
     return OutOfBounds(
-        f"the {violation.joint} would turn to {value:.1f}°, {abs(value - bound):.1f}° beyond its "
-        f"limit of {bound:.1f}°; nothing was moved",
+        f"the {violation.joint} would turn to {joint_text(value_rad, 'rad')}, "
+        f"{beyond(value_rad, bound_rad)}; nothing was moved",
         name=violation.joint,
-        value=value,
-        bound=bound,
+        value=math.degrees(value_rad),
+        bound=math.degrees(bound_rad),
     )
 
 

@@ -31,7 +31,7 @@ from armdrive.moves import (
 from armdrive.registry import dialect
 from armdrive.runtime.position import MotionSegment, alike, joints_between
 from armdrive.runtime.stop_bounds import run_on, stretches
-from armdrive.status import bound_words, joints_view, pose_view, rounded_up, violation_text
+from armdrive.status import bound_words, joints_view, pose_view, rounded_up
 from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry, Branch, Point
 from kinematics.guards.path import Clearance, least_clearances
@@ -258,7 +258,7 @@ def _way(ground: Ground, posture: Branch, end: Joints | None, line: bool) -> Pos
 def _forbidden(ground: Ground, posture: Branch) -> str:
     """Return which limits or which guard forbid a posture; empty if it is allowed."""
     if posture.violations:
-        return "; ".join(map(violation_text, posture.violations))
+        return "; ".join(map(str, posture.violations))
     broken = ground.config.model.guards.violation(ground.config.model.arm, posture.joints)
     return "" if broken is None else broken.sentence
 

@@ -47,6 +47,7 @@ from armdrive.text.json_forms import (
 )
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
+from kinematics.text import deg_text, mm_text
 
 FORMAT = 3
 LONGEST_JOURNAL = 8_000_000
@@ -330,12 +331,12 @@ def _leg(arm: Arm, here: ArmCoordinates, end_mm: float | None = None, *way: Join
 def _elsewhere(here: ArmCoordinates, began: ArmCoordinates, how: str, move: str) -> str:
     now, then = here.joints.deg, began.joints.deg
     apart = [
-        f"{name} {now[name]:.1f}° instead of {angle:.1f}°"
+        f"{name} {deg_text(now[name])} instead of {deg_text(angle)}"
         for name, angle in then.items()
         if abs(now[name] - angle) > math.degrees(NEAR_RAD)
     ]
     if abs(here.opening_mm - began.opening_mm) > NEAR_MM:
-        apart.append(f"fingers {here.opening_mm:.0f} mm instead of {began.opening_mm:.0f} mm")
+        apart.append(f"fingers {mm_text(here.opening_mm)} instead of {mm_text(began.opening_mm)}")
     joints = " ".join(f"--joint {name}={angle:.2f}" for name, angle in then.items())
     return (
         f"the arm does not stand where the program was interrupted ({', '.join(apart)}): bring it "

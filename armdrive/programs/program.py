@@ -34,6 +34,7 @@ from armdrive.programs.interpreter import (
     LineContext,
     MachineState,
 )
+from armdrive.programs.language import ENDING
 from armdrive.programs.language.compiling import NO_CODE, STOP, CompiledCode, Instruction, checked
 from armdrive.programs.language.grammar import read_tree
 from armdrive.programs.language.syntax import Define, JointsOf, Tree, within
@@ -408,8 +409,6 @@ def checked_program(program: Program, problems: Iterable[Problem] = ()) -> Progr
 
 
 # A program for one arm, with that arm's points and joints.
-
-ENDING = ".arm"
 
 
 def program_path(word: str, example: str) -> Path:

@@ -43,10 +43,10 @@ from armdrive.programs.session import PromptEntry, Session
 from armdrive.registry import dialect
 from armdrive.sim.world import World
 from armdrive.sim.world.table import block_of
-from armdrive.status import joints_view, pose_view, status_view
+from armdrive.status import joints_view, outcome_words, pose_view, status_view
 from armdrive.storage.files import require_free, write_named
 from kinematics.errors import suggestion
-from kinematics.text import counted
+from kinematics.text import counted, mm_text
 
 
 class Left(Exception):
@@ -249,7 +249,7 @@ def _where(shell: Shell, _: str) -> Answers:
     if status.pose is None:
         yield Reply(view, "the arm's position is unknown: `home` references it")
         return
-    fingers = "" if status.gripper_mm is None else f", fingers {status.gripper_mm:.1f} mm apart"
+    fingers = "" if status.gripper_mm is None else f", fingers {mm_text(status.gripper_mm)} apart"
     yield Reply(view, f"tip {status.pose}\njoints {status.joints}{fingers}")
 
 
@@ -285,11 +285,7 @@ def _disable(shell: Shell, rest: str) -> Answers:
 
 def _state_of(shell: Shell) -> Reply:
     status = shell.arm.status
-    return Reply(
-        {"event": "status", **status_view(status)},
-        f"state {status.state.value}, motor current {status.current.value}, "
-        f"position {status.trust.value}",
-    )
+    return Reply({"event": "status", **status_view(status)}, outcome_words(status))
 
 
 def _quit(_: Shell, __: str) -> Answers:

@@ -10,7 +10,9 @@ Colour is never the only difference: each ink has its own pattern in braille and
 from __future__ import annotations
 
 import codecs
+import os
 import re
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -442,6 +444,11 @@ def can_braille(encoding: str | None, environ: Mapping[str, str]) -> bool:
         return False
     locale = next((environ[name] for name in _LOCALE_VARIABLES if environ.get(name)), None)
     return locale is None or _is_utf8(locale)
+
+
+def draws_braille(*, ascii_only: bool = False) -> bool:
+    """Return whether to draw with braille and lines here; else all is drawn in plain letters."""
+    return not ascii_only and can_braille(sys.stdout.encoding, os.environ)
 
 
 def _is_utf8(name: str) -> bool:

@@ -37,6 +37,7 @@ from armdrive.runtime.states import (
 )
 from armdrive.runtime.stop_bounds import StopBound, StopForecast
 from armdrive.status import (
+    IN_MOTION,
     Current,
     Evidence,
     LinkStats,
@@ -147,7 +148,7 @@ class Core:
     def settle(self) -> None:
         """End a motion, unless a fault or the loss of the link has already changed the state."""
         self.stops.end()
-        if self.state in (State.MOVING, State.HOMING, State.STOPPING):
+        if self.state in IN_MOTION:
             self.happen(Event.DONE)
 
     def fault(self, cause: str | ArmError, code: str = FAULT) -> None:

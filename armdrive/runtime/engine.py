@@ -148,6 +148,11 @@ FORKED = (
 )
 
 
+def closed_for_good() -> WrongState:
+    """Return the error of a call on a connection that this program has closed."""
+    return WrongState("this connection was closed for good: create a new one")
+
+
 def _never() -> float:
     return 0.0
 
@@ -203,7 +208,7 @@ class Engine:
         self._wake_s = math.inf  # when routine work is due, as far as is known
         self.process: int | None = None
         """The process whose thread calls the engine; None if the callers that wait do."""
-        self._broken: LinkLost | None = None
+        self._broken: ArmError | None = None
         self._proved = True
         self.received = received
         self.call_limit_s = call_limit_s
@@ -240,8 +245,8 @@ class Engine:
         return self.broken is not None or not (self.busy or self.stop_asked)
 
     @property
-    def broken(self) -> LinkLost | None:
-        """The loss of the link, once it has happened; a forked process never had one."""
+    def broken(self) -> ArmError | None:
+        """Why nothing can be sent: the link was lost or closed; a forked process never had one."""
         return LinkLost(FORKED) if self.forked else self._broken
 
     @property
@@ -301,13 +306,14 @@ class Engine:
             self.stop_why = f": this program was suspended for {time_s:.1f} s"
 
     def close(self) -> None:
-        """Close the connection: the running task and every later one fail with `LinkLost`."""
+        """Close the connection: the running task fails with `LinkLost`, later ones `WrongState`."""
         if self._broken is None:
             with suppress(LinkLost):
                 if frames := self.controller.shutdown_frames():
                     self.tracer.sent(frames)
                     self.link.write(frames, self.now_s)
         self._end(closed_link("the connection"))
+        self._broken = closed_for_good()
 
     def take(self, link: Link, controller: Controller) -> None:
         """Replace a lost link. All earlier requests, and a pending stop, are dropped."""

@@ -20,7 +20,7 @@ from enum import Enum
 from types import MappingProxyType
 
 from armdrive.errors import NotReferenced, WrongState
-from armdrive.status import Evidence, State, Trust
+from armdrive.status import WAYS_OUT, WAYS_TO_TRUST, Evidence, State, Trust
 from armdrive.tasks import AlertKind
 
 
@@ -76,18 +76,6 @@ def _table() -> Mapping[tuple[State, Event], State]:
 TRANSITIONS = _table()
 """(state, event) to the next state. Any other combination is refused."""
 
-_WAY_OUT = MappingProxyType(
-    {
-        State.DISCONNECTED: "connect first",
-        State.DISABLED: "switch its motors on first: call `enable()`",
-        State.HOMING: "wait for the referencing to end, or stop it",
-        State.MOVING: "wait for the motion to end, or stop it",
-        State.STOPPING: "wait until the arm stands",
-        State.ERROR_STOP: "look at the arm, then call `reset()`",
-        State.STANDBY: "nothing has to be done first",
-    }
-)
-
 
 def after(state: State, event: Event, action: str = "") -> State:
     """Return the next state; raises `WrongState` if the table has no such row.
@@ -97,9 +85,9 @@ def after(state: State, event: Event, action: str = "") -> State:
     try:
         return TRANSITIONS[state, event]
     except KeyError:
-        where = "in error-stop" if state is State.ERROR_STOP else state.value
+        call = action or event.value
         raise WrongState(
-            f"{action or event.value} is not possible while the arm is {where}: {_WAY_OUT[state]}"
+            f"{call} is not possible while the arm is {state.where}: {WAYS_OUT[state]}"
         ) from None
 
 
@@ -189,15 +177,6 @@ class Belief:
 
 FIRST_BELIEF = Belief(Trust.UNKNOWN, Evidence.NO_RECORD.value)
 
-_REMEDY = MappingProxyType(
-    {
-        Trust.UNKNOWN: "bring the arm to its reference posture and call `home()`",
-        Trust.SUSPECT: "look at the arm, then call `home()`",
-        Trust.RESTORED: "compare the arm with the drawn posture, then call "
-        "`reference.confirm_restored()`, or connect with `allow_restored=True`",
-    }
-)
-
 
 PLANNED_MOTION = "planned motion needs"
 
@@ -210,5 +189,5 @@ def require_reference(belief: Belief, *, allow_restored: bool, what: str = PLANN
     if not belief.allows_planning(allow_restored=allow_restored):
         raise NotReferenced(
             f"{what} a trusted position, and this one is {belief.trust.value}: "
-            f"{belief.reason}. To fix this, {_REMEDY[belief.trust]}"
+            f"{belief.reason}. To fix this, {WAYS_TO_TRUST[belief.trust]}"
         )

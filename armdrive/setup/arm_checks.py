@@ -25,7 +25,7 @@ from armdrive.setup.directions import (
     check_of,
 )
 from armdrive.setup.filing import FileProposal, propose_keys
-from armdrive.status import State, rounded_up
+from armdrive.status import State, longest
 from kinematics.text import counted
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
 
 def before_trials(shown: str, stop_s: float | None) -> str:
     """Say where arm and user stand before motors turn; `shown` is where the posture is seen."""
-    stop = "" if stop_s is None else f"; a stop takes up to {rounded_up(stop_s, 2):.2f} s"
+    stop = "" if stop_s is None else f"; a stop takes up to {longest(stop_s)}"
     return (
         f"Have the arm stand roughly {shown}, clear of everything, fingers half open. Stand "
         "behind it: left and right are yours as you look along the arm, clockwise as you look "

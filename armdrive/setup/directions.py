@@ -23,6 +23,7 @@ from armdrive.text.toml_amend import Change
 from kinematics.geometry import ArmGeometry
 from kinematics.limits import wrap
 from kinematics.spaces import Joints
+from kinematics.text import mm_text
 from kinematics.transmission import Transmission
 
 ROLL_LEVER_MM = 40.0
@@ -65,7 +66,7 @@ class Sight:
         return positive if self.way_mm[way] > 0.0 else negative
 
     def __str__(self) -> str:
-        seen = [f"{self.word(way)} {abs(self.way_mm[way]):.1f} mm" for way in self.visible()]
+        seen = [f"{self.word(way)} {mm_text(abs(self.way_mm[way]))}" for way in self.visible()]
         return ", ".join(seen) or "nothing"
 
 

@@ -22,7 +22,7 @@ from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
 from armdrive.setup.plan import CommissioningPlan, Notes
 from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import COUPLED
-from armdrive.storage.files import replace_file
+from armdrive.storage.files import kept_aside, replace_file
 from armdrive.text.reading import read_text
 from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from armdrive.text.toml_amend import Change, amended
@@ -268,8 +268,8 @@ class FileProposal:
         lines = (self.before.splitlines(), self.after.splitlines())
         return tuple(difflib.unified_diff(*lines, "as it is", "as proposed", lineterm="", n=1))
 
-    def write(self, aside: str = "") -> None:
-        """Write the file; with `aside`, keep the old text in a file of that name.
+    def write(self, *, keep_old: bool = False) -> None:
+        """Write the file; with `keep_old`, keep the old text in a file beside it.
 
         Raises `ArmFileError` if the file has changed since it was read.
         """
@@ -277,8 +277,8 @@ class FileProposal:
             raise ArmFileError(
                 f"{self.path} has changed in the meantime and was not written: repeat the check"
             )
-        if aside and self.before:
-            replace_file(self.path.with_name(aside), self.before.rstrip("\n"))
+        if keep_old and self.before:
+            replace_file(kept_aside(self.path), self.before.rstrip("\n"))
         replace_file(self.path, self.after.rstrip("\n"))
 
 

@@ -52,12 +52,7 @@ class Interview:
         self._take_given()
 
     def _take(self, question: Question, line: str) -> None:
-        typed = line.strip()
-        if not typed:
-            if question.default is None:
-                raise WrongAnswer("this question has no default: an answer is needed")
-            typed = question.default
-        self._answers[question.key] = question.read(typed)
+        self._answers[question.key] = question.answered(line)
 
     def _take_given(self) -> None:
         while (question := self.question) is not None and question.key in self._given:

@@ -36,6 +36,7 @@ from armdrive.setup.draft import GRIPPER_MOTOR, Draft, as_typed, ratio, read_lin
 from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
 from armdrive.text.toml import Rule, TomlEntry, rule_of
 from armdrive.transports.address import CanAddress, is_can
+from kinematics.spaces import COORDINATES
 
 Fill = Callable[[Draft, str], str | None]
 """Returns a default, as the user would type it, from the answers and a name of the row's `each`."""
@@ -319,12 +320,12 @@ def _resets(draft: Draft) -> bool:
 PULLED_OFF_DEG = 2.0
 """The default distance from a limit at which a joint stands after homing."""
 
-POSTURE = ("x", "y", "z", "pitch", "roll")
+POSTURE = tuple(key.partition("_")[0] for key in COORDINATES)
+"""What a posture's numbers are called."""
 
 
 def _posture(draft: Draft) -> Reader:
-    names = (*POSTURE, "yaw") if len(draft.joints) == 6 else POSTURE
-    read = numbers(names)
+    read = numbers(POSTURE if len(draft.joints) == 6 else POSTURE[:-1])
 
     def posture(line: str) -> tuple[float, ...]:
         return () if line in ("", "none") else tuple(read(line))
@@ -386,8 +387,7 @@ def _homes_itself(draft: Draft, own: bool) -> Entries:
 
 
 def _posture_entries(_draft: Draft, numbers: Sequence[float]) -> Entries:
-    keys = ("x_mm", "y_mm", "z_mm", "pitch_deg", "roll_deg", "yaw_deg")
-    return tuple(map(TomlEntry, keys, numbers))
+    return tuple(map(TomlEntry, COORDINATES, numbers))
 
 
 def _tolerance(draft: Draft, tolerance_mm: float) -> Entries:

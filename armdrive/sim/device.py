@@ -24,6 +24,7 @@ from armdrive.sim.world.saved import Json, require_counts, unfit, world_to_json
 from armdrive.text.toml import checked, plain, rule_of, setting
 from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors
+from kinematics.text import mm_text
 
 
 @runtime_checkable
@@ -499,7 +500,7 @@ def state_line(device: SimDevice) -> str:
         f"current {'on' if world.energised else 'off'}",
         "moving" if device.moving else "still",
         str(world.pose),
-        f"fingers {world.opening_mm:.1f} mm apart",
+        f"fingers {mm_text(world.opening_mm)} apart",
         f"grip {world.grip_force_n:.1f} N",
         f"registers {','.join(map(str, device.registers))}",
     ]

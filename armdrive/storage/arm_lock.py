@@ -39,6 +39,7 @@ from armdrive.storage.lock_client import (
     address_of,
     holder_words,
     knock,
+    names_of,
     notice_of,
     notice_path,
     try_lock,
@@ -288,9 +289,9 @@ def _received(caller: _Caller) -> bytes | None:
 
 # Only one program at a time holds an arm. Next to its lock is a local socket for the same user.
 #
-# An arm is locked by its port and by its name. Messages are JSON objects; nothing is ever
-# unpickled. The socket lies in a private folder, and callers of another user are hung up on, where
-# the system reveals the caller's user.
+# An arm is locked by its port and by its name, and a link to a port by both. Messages are JSON
+# objects; nothing is ever unpickled. The socket lies in a private folder, and callers of another
+# user are hung up on, where the system reveals the caller's user.
 
 MOST_WAITING = 16  # connections that the system queues until they are accepted
 LONGEST_ADDRESS = 100  # bytes; systems limit the path of a local socket to 103 or 107
@@ -411,7 +412,7 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
 
 def hold(*names: str) -> ArmLock:
     """Lock an arm under all its names."""
-    holding = ArmLock([name for name in dict.fromkeys(names) if name])
+    holding = ArmLock(names_of(*filter(None, names)))
     holding.take()
     return holding
 

@@ -304,6 +304,11 @@ def stamp_of(path: Path) -> tuple[int, int] | None:
     return found.st_mtime_ns, found.st_size
 
 
+def kept_aside(path: Path) -> Path:
+    """Return where the old text of a user's file is kept when a new one takes its place."""
+    return path.with_name(f"{path.name}.before")
+
+
 def put_aside(files: StateFiles, path: Path, aside: Path) -> None:
     """Rename a file, if it exists."""
     with contextlib.suppress(FileNotFoundError):

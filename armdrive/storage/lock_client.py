@@ -36,14 +36,23 @@ PATIENCE_S = 2.0  # hang up on a peer that has been silent this long
 WATCH_EVERY_S = 0.2  # how often the holder looks for changes, unless the watcher asks otherwise
 
 
+def names_of(*names: str) -> list[str]:
+    """Return the names by which an arm is locked: its own, and the ports that links lead to.
+
+    All links to a port share the port's name. Their own stay when the cable was pulled and a link
+    leads nowhere, or to another port once it is back.
+    """
+    ports = (os.path.realpath(name) for name in names if name.startswith("/"))
+    return list(dict.fromkeys((*names, *ports)))
+
+
 def notice_path(name: str, ending: str) -> Path:
-    """Return the path of an arm's file; all links to one port share a file."""
-    name = os.path.realpath(name) if name.startswith("/") else name
+    """Return the path of a file of one of an arm's names."""
     return places.states() / f"{places.file_name(name)}.{ending}"
 
 
 def try_lock(name: str) -> FileLock | None:
-    """Take an arm's lock; None if another program has it. Raises `OSError`."""
+    """Take the lock of one of an arm's names; None if another program has it. Raises `OSError`."""
     from filelock import FileLock, Timeout
 
     path = notice_path(name, "lock")
@@ -66,11 +75,12 @@ def address_of(name: str) -> str:
 
 def notice_of(name: str) -> dict[str, Any] | None:
     """Return the notice that an arm's holder has written, or None."""
-    try:
-        notice = json.loads(DISK.read_own(notice_path(name, "holder"), LARGEST_BYTES))
-    except (OSError, ValueError, RecursionError):
-        return None
-    return notice if isinstance(notice, dict) and "address" in notice else None
+    for each in reversed(names_of(name)):  # who holds the port now comes first
+        with contextlib.suppress(OSError, ValueError, RecursionError):
+            notice = json.loads(DISK.read_own(notice_path(each, "holder"), LARGEST_BYTES))
+            if isinstance(notice, dict) and "address" in notice:
+                return notice
+    return None
 
 
 def holder_words(name: str) -> str:
@@ -189,7 +199,7 @@ def _called(name: str) -> Iterator[Connection[Any, Any]]:
 
 def _unserved(name: str) -> ArmError:
     """Return the error for an arm whose holder, if it has one, has no socket."""
-    if _is_locked(name):
+    if any(map(_is_locked, names_of(name))):
         return ArmInUse(
             f"{name} is held by a program that takes no requests: it is connecting, or "
             "diagnosing the arm. Stop that program with Ctrl-C, or the arm at its own switch"
@@ -198,7 +208,7 @@ def _unserved(name: str) -> ArmError:
 
 
 def _is_locked(name: str) -> bool:
-    """Return whether a program has an arm's lock; takes the lock for a moment to find out."""
+    """Return whether a program has the lock of a name; takes it for a moment to find out."""
     if not is_there(notice_path(name, "lock")):
         return False
     try:

@@ -14,7 +14,15 @@ from armdrive.errors.arguments import BASIC, Rule, checked_calls, known_attribut
 from armdrive.errors.printable import reason_of
 from armdrive.moves import in_order
 from armdrive.storage import files as places
-from armdrive.storage.files import DISK, NotWanted, StateFiles, followed, replace_durably, stamp_of
+from armdrive.storage.files import (
+    DISK,
+    NotWanted,
+    StateFiles,
+    followed,
+    kept_aside,
+    replace_durably,
+    stamp_of,
+)
 from armdrive.storage.points import (
     POINTS,
     Point,
@@ -176,7 +184,6 @@ def _same(text: str, wanted: Mapping[str, Point]) -> bool:
 
 LARGEST_BYTES = 4_000_000  # a larger file cannot be a file of points
 TRIES = 5  # attempts at a change while other programs change the file
-ASIDE = ".before"  # ending of the old file if its layout could not be kept
 
 
 # The named points of one arm as a mapping, for programs.
@@ -274,7 +281,7 @@ class Points(MutableMapping[str, Point]):
         path = followed(self.path)
         aside = None
         if text is None:  # a layout that we cannot edit: keep the old file and write a new one
-            text, aside = self._writer.document(after), path.with_name(path.name + ASIDE)
+            text, aside = self._writer.document(after), kept_aside(path)
         written = text.encode("utf-8")
         self._require_readable(written)
         replace_durably(
@@ -326,9 +333,7 @@ class Points(MutableMapping[str, Point]):
         point = replace(self._here(), note=note)
         before = self.read().get(check_name(name))
         if before is not None and not again:
-            raise BadRequest(
-                f"there is a point {name!r} already: teach it again, or choose another name"
-            )
+            raise _taken(name)
         if before is not None and not note:
             point = replace(point, note=before.note)
         self.put(name, point, instead_of=before)
@@ -367,7 +372,7 @@ class Points(MutableMapping[str, Point]):
         def change(points: dict[str, Point]) -> dict[str, Point]:
             _found(points, old)
             if check_name(new) in points:
-                raise BadRequest(f"there is a point {new!r} already")
+                raise BadRequest(f"there is {new} already: choose another name")
             return {new if name == old else name: each for name, each in points.items()}
 
         self._change(change)
@@ -381,9 +386,7 @@ class Points(MutableMapping[str, Point]):
         def change(before: dict[str, Point]) -> dict[str, Point]:
             taken = [name for name in points if name in before]
             if taken and not again:
-                raise BadRequest(
-                    f"there is {', '.join(taken)} already: choose another name, or add --again"
-                )
+                raise _taken(*taken)
             return {**before, **points}
 
         self._change(change)
@@ -392,6 +395,13 @@ class Points(MutableMapping[str, Point]):
 def points_of(arm: str, geometry: ArmGeometry, here: Callable[[], Point] = not_connected) -> Points:
     """Return the points of the arm with this name, which need not be connected."""
     return Points(places.points_file(arm), arm, geometry.joint_names, geometry.fk, here)
+
+
+def _taken(*names: str) -> BadRequest:
+    return BadRequest(
+        f"there is {', '.join(names)} already: choose another name, or add `again=True` to replace "
+        "the present one"
+    )
 
 
 def _found(known: Mapping[str, Point], name: str) -> Point:

@@ -160,7 +160,10 @@ class ArmWorld:
         width_mm: float = 25.0,
         height_mm: float = 25.0,
     ) -> TableBlock:
-        """Put a block down, with its bottom's centre at x, y, z; return the block at rest."""
+        """Put a block down, with its bottom's centre at x, y, z; return the block at rest.
+
+        A block of that name is moved there, even out of the fingers.
+        """
         return self._table.put(TableBlock(name, x_mm, y_mm, z_mm, width_mm, height_mm))
 
     def take(self, name: str) -> TableBlock:

@@ -35,7 +35,7 @@ from armdrive.moves import (
 from armdrive.status import STATUS_FIELDS, joints_numbers, pose_numbers
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.paths.routes import ArcPart, JointPart, LinePart, PosePart
-from kinematics.spaces import Joints, Pose
+from kinematics.spaces import COORDINATES, Joints, Pose
 
 T = TypeVar("T")
 
@@ -269,10 +269,10 @@ def _part_form() -> Form[Any]:
 
 def _read_pose(data: Json, where: str) -> Pose:
     given = _NUMBERS.read(data, where)
-    if missing := [key for key in _POSE_KEYS[:4] if key not in given]:
+    if missing := [key for key in COORDINATES[:4] if key not in given]:
         raise BadArgument(f"{where} has no {missing[0]!r}")
-    if strange := [key for key in given if key not in _POSE_KEYS]:
-        known = ", ".join(_POSE_KEYS)
+    if strange := [key for key in given if key not in COORDINATES]:
+        known = ", ".join(COORDINATES)
         raise BadArgument(f"{where} has a key {strange[0]!r:.40}; known are {known}")
     return Pose.of(**given)
 
@@ -312,7 +312,6 @@ def _read_aim(data: Json, where: str) -> Pose | Joints | str:
     return _read_place(data, where)
 
 
-_POSE_KEYS = ("x_mm", "y_mm", "z_mm", "pitch_deg", "roll_deg", "yaw_deg")
 _NUMBERS = by_name(NUMBER, "^[a-z0-9_]+_(deg|mm)$")
 _ANGLES: Form[Any] = Form(_write_joints, _read_angles, by_name(NUMBER, "^[a-z0-9_]+_deg$").schema)
 
@@ -321,8 +320,8 @@ POSE: Form[Pose] = Form(
     _read_pose,
     {
         "type": "object",
-        "properties": dict.fromkeys(_POSE_KEYS, NUMBER.schema),
-        "required": list(_POSE_KEYS[:4]),
+        "properties": dict.fromkeys(COORDINATES, NUMBER.schema),
+        "required": list(COORDINATES[:4]),
         "additionalProperties": False,
     },
 )

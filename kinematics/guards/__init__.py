@@ -23,6 +23,7 @@ from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.shapes import Box, Column, segment_distance_mm
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 from kinematics.spaces import Joints
+from kinematics.text import beyond, joint_text
 
 # What a guard measures in a posture: readings of every guard, and the violations.
 
@@ -90,11 +91,8 @@ class SumViolation:
     @property
     def sentence(self) -> str:
         """The violation in words."""
-        value, bound = math.degrees(self.value_rad), math.degrees(self.bound_rad)
-        return (
-            f"the {self.quantity} would be {value:.1f}°, {abs(value - bound):.1f}° beyond its "
-            f"bound of {bound:.1f}°"
-        )
+        passed = beyond(self.value_rad, self.bound_rad, what="bound")
+        return f"the {self.quantity} would be {joint_text(self.value_rad, 'rad')}, {passed}"
 
 
 Violation = GuardViolation | SumViolation

@@ -1,24 +1,20 @@
 """Programs that drive a real port until something ends them, a child for each.
 
-`python ending_host.py` reads one JSON object a line, with the `port` and the `dialect` of an arm,
-and the folder `home` for its records. Each forks a child, so that what Python takes to start is
-paid once. The child references the arm by where its `motors` stand and sets out on a long way; with
-`terminal` it has that pseudo-terminal for its own. Its number is told then, what its status
-announces at the next line that it gets, when it raises where the order has `raises`, and how it
-ended when it has. With `script` the child runs that text instead, and ends as Python ends a script;
-its errors are written to the file `errors`.
+`python ending_host.py` is a host of forking.py, whose orders have the `port` and the `dialect` of
+an arm, and the folder `home` for its records. A child references the arm by where its `motors`
+stand and sets out on a long way; with `terminal` it has that pseudo-terminal for its own. Its
+number is told then, and what its status announces at the next line that it gets, when it raises
+where the order has `raises`. With `script` the child runs that text instead, and ends as Python
+ends a script; its errors are written to the file `errors`.
 """
 
-import contextlib
 import fcntl
-import json
 import os
-import sys
 import termios
-import traceback
+from functools import partial
 from typing import Any
 
-from mortal_host import ready
+from forking import end, order_of_child, ready, tell
 from waiting import until
 
 from armdrive import Arm
@@ -31,10 +27,6 @@ SPEED = 0.3
 
 class LineFailure(Exception):
     """Something that the program did not expect."""
-
-
-def tell(**words: Any) -> None:
-    os.write(1, (json.dumps({"pid": os.getpid(), **words}) + "\n").encode())
 
 
 def under_way(arm: Arm) -> None:
@@ -72,17 +64,6 @@ def live(order: dict[str, Any]) -> int:
     return 0
 
 
-def die_or_end(order: dict[str, Any]) -> None:
-    """Live in a child, and never return."""
-    code = 99
-    with contextlib.suppress(BaseException):
-        try:
-            code = live(order)
-        except BaseException:
-            traceback.print_exc()
-    os._exit(code)
-
-
 def run_script(order: dict[str, Any]) -> None:
     """Run a script in a child, which then ends by itself."""
     os.dup2(os.open(order["errors"], os.O_CREAT | os.O_WRONLY | os.O_TRUNC), 2)
@@ -91,17 +72,14 @@ def run_script(order: dict[str, Any]) -> None:
 
 def main() -> None:
     """Have one child after the other."""
-    for line in sys.stdin:
-        order = json.loads(line)
-        child = os.fork()
-        if child == 0:
-            os.environ["ARMDRIVE_HOME"] = order["home"]
-            if "script" in order:
-                return run_script(order)
-            die_or_end(order)
-        _, ended = os.waitpid(child, 0)
-        tell(ended=os.waitstatus_to_exitcode(ended))
-    return None
+    order = order_of_child()
+    if order is None:
+        return
+    os.environ["ARMDRIVE_HOME"] = order["home"]
+    if "script" in order:
+        run_script(order)
+    else:
+        end(partial(live, order))
 
 
 if __name__ == "__main__":

@@ -4,19 +4,17 @@ Used by a test for a handful of kills, and by benchmarks/kill_everywhere.py for 
 """
 
 import json
-import subprocess
-import sys
+import signal
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
+from forking import host
 from served import Served
 
 from armdrive import Arm
 from armdrive.status import Trust
 from kinematics import Motors
-
-HOST = Path(__file__).with_name("mortal_host.py")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,13 +45,7 @@ class KillingGround:
     def __init__(self, folder: Path, dialect: str = "teachmover") -> None:
         self._dialect = dialect
         self._sim = Served(dialect, pty=folder / "arm")
-        self._host = subprocess.Popen(
-            [sys.executable, str(HOST), self._sim.port, dialect],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            bufsize=1,
-        )
+        self._host = host("mortal_host.py", self._sim.port, dialect)
 
     def __enter__(self) -> Self:
         return self
@@ -68,16 +60,15 @@ class KillingGround:
         assert self._host.stdout is not None
         motors = list(self._motors())
         self._host.stdin.write(json.dumps({"motors": motors, **order}) + "\n")
-        ended = json.loads(self._host.stdout.readline())
-        if not ended["killed"] and ended["code"]:
+        ended = json.loads(self._host.stdout.readline())["ended"]
+        killed = ended == -signal.SIGKILL
+        if ended and not killed:
             raise RuntimeError(f"the program failed before it was killed: {order}")
         self._sim.watch.rest()
         with Arm.connect(self._sim.port, dialect=self._dialect) as arm:
             status = arm.status
             truth = self._motors()
-        return Found(
-            order, ended["killed"], status.trust, status.trust_reason, status.acknowledged, truth
-        )
+        return Found(order, killed, status.trust, status.trust_reason, status.acknowledged, truth)
 
     def _motors(self) -> Motors:
         return Motors(self._sim.watch.motors)

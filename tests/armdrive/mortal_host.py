@@ -1,29 +1,24 @@
 """A program that drives a real port and kills itself, really, at the moment it is told to.
 
-`python mortal_host.py PORT DIALECT` reads one JSON object a line and forks a child for each, so
-that what Python takes to start is paid once. The child references the arm by where its `motors`
-physically stand, makes two short moves with a rest of `still_s` between, and ends by SIGKILL: at a
-`disk` operation or a `wire` write of this number (after so many `bytes` of it), counted from the
-first move on, once a motion is under way where it says `moving`, or after `after_s` seconds. The
-answer is whether it was killed, or how it ended.
+`python mortal_host.py PORT DIALECT` is a host of forking.py. A child references the arm by where
+its `motors` physically stand, makes two short moves with a rest of `still_s` between, and ends by
+SIGKILL: at a `disk` operation or a `wire` write of this number (after so many `bytes` of it),
+counted from the first move on, once a motion is under way where it says `moving`, or after
+`after_s` seconds.
 """
 
-import json
 import os
 import signal
 import sys
 import threading
 import time
-import traceback
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+from forking import end, order_of_child, ready
 from waiting import until
 
 from armdrive import Arm
 from armdrive.runtime import persistence
-from armdrive.status import State
 from armdrive.storage.files import StateFiles
 from kinematics import Motors
 
@@ -76,8 +71,8 @@ def under_way(arm: Arm) -> None:
     until(lambda: arm.status.commanded != start, "no motion began")
 
 
-def live(port: str, dialect: str, order: dict[str, Any]) -> None:
-    """Connect, reference, and move until death."""
+def live(port: str, dialect: str, order: dict[str, Any]) -> int:
+    """Connect, reference, and move until death; return 0 if that has not come."""
     persistence.STILL_S = order.get("still_s", persistence.STILL_S)
     arm = ready(port, dialect, Motors(order["motors"]))
     if "disk" in order:
@@ -95,42 +90,14 @@ def live(port: str, dialect: str, order: dict[str, Any]) -> None:
     arm.sleep(persistence.STILL_S + BEYOND_S)
     arm.move_j(**{f"{name}_deg": angle_deg})
     arm.close()
-
-
-def ready(port: str, dialect: str, motors: Motors) -> Arm:
-    """Connect, and say where the arm stands."""
-    arm = Arm.connect(port, dialect=dialect)
-    if arm.status.state is State.ERROR_STOP:
-        arm.reset()
-    if arm.status.state is State.DISABLED:
-        arm.enable()
-    assert arm.model.transmission is not None
-    joints, opening_mm = arm.model.transmission.to_joints(motors)
-    arm.reference.declare(joints, opening_mm=opening_mm)
-    return arm
-
-
-def _die_or_end(order: dict[str, Any]) -> None:
-    """Live in a child, and never return."""
-    try:
-        live(sys.argv[1], sys.argv[2], order)
-    except BaseException:
-        traceback.print_exc()
-        os._exit(1)
-    os._exit(0)
+    return 0
 
 
 def main() -> None:
     """Have one child after the other."""
-    for line in sys.stdin:
-        order = json.loads(line)
-        child = os.fork()
-        if child == 0:
-            _die_or_end(order)
-        _, ended = os.waitpid(child, 0)
-        answer = {"killed": os.WIFSIGNALED(ended), "code": ended >> 8}
-        sys.stdout.write(json.dumps(answer) + "\n")
-        sys.stdout.flush()
+    if (order := order_of_child()) is not None:
+        port, dialect = sys.argv[1:]
+        end(lambda: live(port, dialect, order))
 
 
 if __name__ == "__main__":

@@ -84,7 +84,7 @@ async def test_no_screen_offers_what_would_be_refused_now():
                 session.shows(where, not_messages="references")
                 assert "H reference" not in session.text("footer"), where
                 if state is State.DISABLED:
-                    session.shows(where, state="P switches the motors on")
+                    session.shows(where, state="press P to switch the motors on")
 
 
 NEED_A_POSITION = {"f2": ("K", "K park"), "f4": ("t", "t teach")}
@@ -528,7 +528,8 @@ async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
     async with Session() as session:
         await session.press("X")
         await session.poll()
-        assert "ERROR  emergency stop. R resets" in session.text("banner")
+        said = "ERROR  emergency stop. Look at the arm, then press R. That moves nothing."
+        assert said in session.text("banner")
         await session.press("R")
         await session.desk.workers.wait_for_complete()
         await session.poll()

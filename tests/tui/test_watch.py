@@ -103,7 +103,7 @@ async def test_state_program_and_error_stand_above_what_a_small_terminal_cuts_of
         await session.hear({**view, "program": {"file": "stack.arm", "line": 12}})
         first = session.text("watched").splitlines()[:4]
         assert first == [
-            "speed 100 %",
+            "speed 100%",
             "program stack.arm",
             "line 12: ",
             "! it is warm",
@@ -126,7 +126,7 @@ async def test_what_is_heard_before_the_screen_is_laid_out_is_shown_afterwards()
         async with app.run_test(size=(100, 30)) as pilot:
             await pilot.pause()
             await pilot.pause()
-            assert "speed 100 %" in app.screen.query_one("#watched", PlainText).shown
+            assert "speed 100%" in app.screen.query_one("#watched", PlainText).shown
     finally:
         app._holder.said.put(END)
 
@@ -211,7 +211,7 @@ async def test_an_arm_that_is_really_held_is_watched_and_stopped():
             await session.press("minus")
             assert arm.status.speed_override == 0.75
             await session.seen(lambda: session.app.view["speed_override"] == 0.75)
-            assert "speed 75 %" in session.text("watched")
+            assert "speed 75%" in session.text("watched")
 
 
 # What is said of an arm that another program drives.
@@ -226,11 +226,11 @@ PROGRAM = {
     "percent": 41.6,
     "left_s": 75.2,
 }
-PROGRAM_SHOWN = "program stack.arm, loop 2 of 3\nline 12: move above\n42 %, 75 s left"
+PROGRAM_SHOWN = "program stack.arm, loop 2 of 3\nline 12: move above\n42%, 75 s left"
 PROGRAM_WORDS = [
     (PROGRAM, PROGRAM_SHOWN),
-    (PROGRAM | {"loop": 1, "loops": 1}, "program stack.arm\nline 12: move above\n42 %, 75 s left"),
-    (PROGRAM | {"loops": 0}, "program stack.arm, loop 2\nline 12: move above\n42 %, 75 s left"),
+    (PROGRAM | {"loop": 1, "loops": 1}, "program stack.arm\nline 12: move above\n42%, 75 s left"),
+    (PROGRAM | {"loops": 0}, "program stack.arm, loop 2\nline 12: move above\n42%, 75 s left"),
     (
         PROGRAM | {"loops": 1, "line": None, "text": "", "percent": None, "left_s": None},
         "program stack.arm\nMove",
@@ -261,7 +261,7 @@ def test_a_tempo_between_the_steps_goes_to_the_next_one_and_slower_never_speeds_
 @pytest.mark.parametrize(
     ("program", "words"),
     [
-        (PROGRAM, "stack.arm 42 %"),
+        (PROGRAM, "stack.arm 42%"),
         (PROGRAM | {"percent": None, "steps": 20}, "stack.arm 12/20"),
         (PROGRAM | {"percent": None}, "stack.arm"),
         (None, ""),

@@ -12,10 +12,11 @@ from armdrive import Grasped
 from armdrive.errors import ArmError
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.registry import DIALECTS
-from armdrive.status import LinkStats, State, Status, Trust
+from armdrive.status import LinkStats, State, Status, Trust, pose_numbers
 from kinematics.guards import Reading
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
+from kinematics.text import deg_text, mm_text
 from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
 from tui.desk import Desk
 from tui.jog.jogging import DeskJogging
@@ -112,8 +113,7 @@ def gripper_row(
 
 def coordinates(pose: Pose) -> tuple[float, ...]:
     """Return a pose in the order of the tip's rows."""
-    yaw = () if pose.yaw_deg is None else (pose.yaw_deg,)
-    return pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_deg, pose.roll_deg, *yaw
+    return tuple(pose_numbers(pose).values())
 
 
 def tip_limits(model: ArmModel) -> tuple[Limits, ...]:
@@ -179,7 +179,7 @@ def _near_limit(joints: Sequence[AxisRow]) -> Iterator[Span]:
         low, high = nearest.limits
         margin = min(nearest.value - low, high - nearest.value)
         style = {"": "", "!": "$text-warning", "!!": "$text-error"}[nearest.sign]
-        yield f"{words(nearest.name)} {margin:.1f}{DEGREE} from its limit", style
+        yield f"{words(nearest.name)} {deg_text(margin)} from its limit", style
 
 
 def _near_guards(pose: Pose, model: ArmModel) -> Iterator[Span]:
@@ -285,7 +285,7 @@ def grasped(found: Grasped) -> str:
     """Say what the fingers found."""
     if not found.holding:
         return "the fingers closed on nothing"
-    return f"grasped: {found.width_mm:.1f} mm wide, pressed with {found.force_n:.1f} N"
+    return f"grasped: {mm_text(found.width_mm)} wide, pressed with {found.force_n:.1f} N"
 
 
 OVER_S = 1.0

@@ -13,6 +13,7 @@ from armdrive.errors import BadRequest
 from armdrive.moves import GraspMove, GripperMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
+from kinematics.text import mm_text
 from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import DEGREE
@@ -246,4 +247,6 @@ class JogScreen(DeskScreen):
 
 def opened(opening_mm: float | None) -> str:
     """Say how far the fingers are open now."""
-    return "the fingers have arrived" if opening_mm is None else f"fingers {opening_mm:.1f} mm open"
+    return (
+        "the fingers have arrived" if opening_mm is None else f"fingers {mm_text(opening_mm)} open"
+    )

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-from textual.keys import _character_to_key
-
-from tui.keys.keyboard import DEFAULT_KEYS, Keyboard
+if TYPE_CHECKING:
+    from tui.keys.keyboard import Keyboard
 
 QWERTY = "qwerty"
 LAYOUTS: Mapping[str, tuple[str, str, Mapping[str, str]]] = MappingProxyType(
@@ -36,6 +36,11 @@ whose keys would need three fingers there."""
 
 def keyboard_of(layout: str) -> Keyboard:
     """Return the keyboard of a layout; that of the table where there is none of that name."""
+    # the help of `armdrive jog` names the layouts, and does not wait for the framework
+    from textual.keys import _character_to_key
+
+    from tui.keys.keyboard import DEFAULT_KEYS
+
     upper, middle, more = LAYOUTS.get(layout, LAYOUTS[QWERTY])
     keys = {row: (_character_to_key(key),) for row, key in more.items()}
     for number, (plus, minus) in enumerate(zip(upper, middle, strict=True), 1):

@@ -16,7 +16,9 @@ from textual.widgets import DataTable
 
 from armdrive.errors import BadRequest
 from armdrive.moves import BASE_FRAME, JointMove, LineMove, Motion, PoseMove
-from kinematics.spaces import Joints, Pose
+from armdrive.status import pose_numbers
+from kinematics.spaces import COORDINATES, Joints, Pose
+from kinematics.text import tenths
 from tui.app import TypedText
 from tui.keys.table import words
 from tui.settings import MoveSettings, neighbour
@@ -30,9 +32,8 @@ DIGITS = frozenset("0123456789.-")
 LONGEST = 9
 """Characters in a field: -1234.567 is more than any arm needs."""
 
-TASK_UNITS: Mapping[str, str] = MappingProxyType(
-    {"x": "mm", "y": "mm", "z": "mm", "pitch": "°", "roll": "°", "yaw": "°"}
-)
+FIELDS: Mapping[str, str] = MappingProxyType({key.partition("_")[0]: key for key in COORDINATES})
+"""The fields of a pose, each with the coordinate that it gives."""
 
 
 Present = Callable[[], Mapping[str, float]]
@@ -62,7 +63,7 @@ class GoalForm:
         self.step = 1.0
         self.at = 0
         self._joints = joints
-        self._axes = tuple(TASK_UNITS)[: None if has_yaw else -1]
+        self._axes = tuple(FIELDS)[: None if has_yaw else -1]
         self._frames = frames
         self._present = present
         self._fields: dict[str, TypedText] = {}
@@ -95,7 +96,7 @@ class GoalForm:
 
     def unit(self, name: str) -> str:
         """Return the unit of a field."""
-        return TASK_UNITS[name] if self.cartesian else "°"
+        return "mm" if self.cartesian and FIELDS[name].endswith("_mm") else "°"
 
     # -- keys ---------------------------------------------------------------------------------
 
@@ -208,26 +209,12 @@ class GoalForm:
 
 def of_pose(pose: Pose) -> dict[str, float]:
     """Return the coordinates of a pose by field."""
-    found = {
-        "x": pose.x_mm,
-        "y": pose.y_mm,
-        "z": pose.z_mm,
-        "pitch": pose.pitch_deg,
-        "roll": pose.roll_deg,
-    }
-    return found if pose.yaw_deg is None else {**found, "yaw": pose.yaw_deg}
+    return {key.partition("_")[0]: value for key, value in pose_numbers(pose).items()}
 
 
 def pose_of(values: Mapping[str, float]) -> Pose:
     """Return the pose of all fields."""
-    return Pose.of(
-        x_mm=values["x"],
-        y_mm=values["y"],
-        z_mm=values["z"],
-        pitch_deg=values["pitch"],
-        roll_deg=values["roll"],
-        yaw_deg=values.get("yaw"),
-    )
+    return Pose.of(**{FIELDS[name]: value for name, value in values.items()})
 
 
 COLUMNS = (("", 13), ("goal", 11), ("", 3), ("now", 9))
@@ -283,7 +270,7 @@ class GoalFields(DataTable[Content], can_focus=False):
 
 def _cells(form: GoalForm, name: str, present: Mapping[str, float]) -> Cells:
     chosen = name == form.name
-    now = f"{present[name]:.1f}" if name in present else "?"
+    now = tenths(present[name]) if name in present else "?"
     text = form.shown(name) + "_" * chosen
     return (f"{'>' if chosen else ' '} {words(name)}", f"{text:>11}", f" {form.unit(name)}",
             f"{now:>9}")  # fmt: skip

@@ -19,7 +19,7 @@ from armdrive.motion.preview import (
 )
 from armdrive.moves import TOOL_FRAME, Motion
 from armdrive.render.scene import Moment
-from armdrive.status import State, Status
+from armdrive.status import IN_MOTION, State, Status
 from kinematics.guards.path import Clearance
 from kinematics.spaces import Joints
 from tui.app import Job
@@ -249,7 +249,7 @@ class PlannedMove:
         asked = self._asked(status)
         if self.previewing.busy or self.going.busy or asked == self._seen:
             return
-        if status.state in (State.MOVING, State.HOMING, State.STOPPING):
+        if status.state in IN_MOTION:
             return
         self._desk.confirmation.forget(MOVES)
         if asked[0] is None:

@@ -14,6 +14,7 @@ from armdrive.moves import JointMove, LineMove, Motion
 from armdrive.status import Status
 from armdrive.storage.points import Point
 from kinematics.geometry import ArmGeometry
+from kinematics.text import mm_text
 from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import DeskScreen
@@ -51,7 +52,7 @@ def point_text(point: Point) -> str:
     """Say all that is known of a point."""
     lines = [words(str(point.joints))]
     if point.opening_mm is not None:
-        lines.append(f"gripper {point.opening_mm:.1f} mm (unchanged)")
+        lines.append(f"gripper {mm_text(point.opening_mm)} (unchanged)")
     taught = "" if point.taught is None else f"taught {point.taught:%Y-%m-%d %H:%M}"
     lines += [part for part in (taught, point.note) if part]
     return "\n".join(lines)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest, PointsChanged
 from armdrive.motion.plan import audit_opening
-from armdrive.programs.program import ENDING
+from armdrive.programs.language import ENDING
 from armdrive.programs.teaching.lines import TaughtLines
 from armdrive.storage.files import DISK, NotWanted, replace_durably, stamp_of
 from armdrive.storage.points import Point, check_name
@@ -195,8 +195,8 @@ class PointEdits:
     def _require_standing(self) -> None:
         """Raise `BadRequest` while the arm is somewhere on the way."""
         link = self._desk.link
-        if link.moves and not link.status.paused:
-            raise BadRequest("the arm is moving: wait until it stands")
+        if not link.status.paused:
+            link.require_standing()
 
     def _teach(self, naming: PointNaming) -> None:
         self._require_standing()

@@ -15,12 +15,12 @@ from armdrive.errors.printable import command_line, printable
 from armdrive.programs.progress import RunView, duration
 from armdrive.programs.rehearsal import Rehearsal, RehearsedSoFar
 from armdrive.render.scene import Moment
-from armdrive.status import State, Status
+from armdrive.status import Status
 from kinematics.text import counted
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.table import STOP
+from tui.keys.table import STOP, Needs
 from tui.move.planned import going_text, progress_bar
 from tui.program.running import DeskRun, ProgramFiles, ProgramRehearsal, reason
 from tui.widgets import ChoiceList, LinesToShow, ProgramLines, Span, panels
@@ -131,8 +131,7 @@ class ProgramStart:
         """Rehearse the chosen program from where the arm stands. Nothing moves."""
         self._run.require_idle()
         program = self._files.require_program()
-        if self._desk.link.moves:
-            raise BadRequest("the arm moves: wait until it stands")
+        self._desk.link.require_standing()
         self._run.forget()
         self.rehearsal.begin(program)
 
@@ -156,12 +155,12 @@ class ProgramStart:
         Raises `BadRequest` where it cannot run.
         """
         self._run.require_idle()
-        program, status = self._files.require_program(), self._desk.link.status
-        if status.state is not State.STANDBY:
-            raise BadRequest(f"the arm is {status.state.value}: wait until it stands")
+        program, link = self._files.require_program(), self._desk.link
+        link.require(Needs.MOTORS)
+        link.require_standing()
         if self.rehearsal.job.busy:
             raise BadRequest("it is being rehearsed: wait until that is done")
-        found = self.rehearsal.fresh(program, status)
+        found = self.rehearsal.fresh(program, link.status)
         if found is not None and found.refusal is not None:
             raise BadRequest(str(found.refusal))
         return found

@@ -21,8 +21,9 @@ from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.errors.printable import reason_of
 from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal
+from armdrive.programs.language import ENDING
 from armdrive.programs.problems import ProgramError, lines_of, mark_of
-from armdrive.programs.program import ENDING, ArmProgram, Machine, Program, read_program
+from armdrive.programs.program import ArmProgram, Machine, Program, read_program
 from armdrive.programs.progress import RunView, duration, line_words
 from armdrive.programs.rehearsal import (
     CHECK_S,

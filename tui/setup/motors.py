@@ -9,11 +9,11 @@ from armdrive.render.scene import Moment
 from armdrive.setup.arm_checks import before_trials
 from armdrive.setup.directions import TRIAL_SPEED, DirectionCheck, SawMotion, check_of
 from armdrive.setup.filing import file_of, propose
-from armdrive.status import State, Trust
+from armdrive.status import Trust
 from kinematics.text import counted
 from tui.app import Job
 from tui.desk import Desk
-from tui.keys.table import STOP
+from tui.keys.table import STOP, Needs
 from tui.setup.stages import ANSWERS, SKIP, Correction, Go, SetupStage, StageText
 
 
@@ -146,9 +146,8 @@ class MotorsStage(SetupStage):
 
     def _next_steps(self) -> tuple[int, ...]:
         """Return what the next turn asks of each motor; refuse where none may turn."""
-        state = self.desk.link.status.state
-        if state is not State.STANDBY:
-            raise BadRequest(f"the arm is {state.value}: wait until it stands")
+        self.desk.link.require(Needs.MOTORS)
+        self.desk.link.require_standing()
         steps = self.check.steps(len(self.check.transmission.motors))
         if not any(steps):
             raise BadRequest("every motor has been checked")

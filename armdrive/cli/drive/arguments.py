@@ -22,7 +22,8 @@ from armdrive.cli.options import (
 from armdrive.errors import BadRequest
 from armdrive.runtime.overrides import LEAST_OVERRIDE
 from armdrive.text.numbers import number, parse_speed
-from kinematics.spaces import JOINT_NAMES
+from kinematics.spaces import COORDINATES, JOINT_NAMES
+from tui.keys.layouts import LAYOUTS
 
 # --- options that several actions share
 
@@ -163,9 +164,8 @@ def _jog(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--keys",
         metavar="LAYOUT",
-        choices=("qwerty", "azerty", "qwertz", "dvorak", "colemak"),
-        help="the keyboard's layout, remembered from then on: qwerty, azerty, qwertz, dvorak, "
-        "colemak",
+        choices=tuple(LAYOUTS),
+        help=f"the keyboard's layout, remembered from then on: {', '.join(LAYOUTS)}",
     )
     parser.add_argument(
         "--model",
@@ -203,10 +203,8 @@ _AXIS_HELP: Mapping[str, str] = MappingProxyType(
     }
 )
 
-COORDINATES = (
-    ("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"), ("yaw", "deg"),
-)  # fmt: skip
-"""The coordinates of a pose with the units in which they are typed."""
+AXES = {key.partition("_")[0]: key for key in COORDINATES}
+"""The options of a pose, each with the coordinate that it gives."""
 
 
 def _move(parser: argparse.ArgumentParser) -> None:
@@ -226,7 +224,8 @@ def _move(parser: argparse.ArgumentParser) -> None:
 
     """
     goal = parser.add_argument_group("to a pose")
-    for axis, unit in COORDINATES:
+    for axis, key in AXES.items():
+        unit = key.partition("_")[2]
         goal.add_argument(f"--{axis}", type=number, metavar=unit.upper(), help=_AXIS_HELP[axis])
     goal.add_argument("--line", action="store_true", help="along a straight line")
     goal.add_argument("--via", type=_point, metavar="X,Y,Z", help="along an arc through this point")

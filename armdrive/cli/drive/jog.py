@@ -13,10 +13,10 @@ from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Outcome, Result, require_screen, say
-from armdrive.cli.program.arguments import PROGRAM
 from armdrive.cli.terminal_operator import confirm_simulated
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.errors import ArmInUse, BadRequest
+from armdrive.programs.language import ENDING
 from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
 from armdrive.storage import files as places
@@ -49,8 +49,8 @@ def jog(options: argparse.Namespace) -> Outcome:
 
 def _check_program(path: Path) -> None:
     """Refuse what is no program file, or cannot be read. Its mistakes are shown on the screen."""
-    if path.suffix.lower() != PROGRAM:
-        raise BadRequest(f"{path} is no program file ({PROGRAM}); `armdrive run` runs scripts")
+    if path.suffix.lower() != ENDING:
+        raise BadRequest(f"{path} is no program file ({ENDING}); `armdrive run` runs scripts")
     read_text(path, "the program", BadRequest)
 
 

@@ -14,7 +14,7 @@ from armdrive.cli.presenter import Result, agreed, tell
 from armdrive.cli.terminal_operator import settle_trust
 from armdrive.errors import NotReferenced, OperatorNeeded
 from armdrive.registry import dialect
-from armdrive.status import status_view
+from armdrive.status import outcome_words, status_view
 
 
 def enable(options: argparse.Namespace) -> Result:
@@ -22,9 +22,7 @@ def enable(options: argparse.Namespace) -> Result:
     with opened_arm(options) as arm:
         arm.enable()
         status = arm.status
-    return Result(
-        status_view(status), f"state {status.state.value}, motor current {status.current.value}"
-    )
+    return Result(status_view(status), outcome_words(status))
 
 
 def reset(options: argparse.Namespace) -> Result:
@@ -32,11 +30,7 @@ def reset(options: argparse.Namespace) -> Result:
     with opened_arm(options) as arm:
         arm.reset()
         status = arm.status
-    return Result(
-        status_view(status),
-        f"reset: state {status.state.value}, motor current {status.current.value}, "
-        f"position {status.trust.value}",
-    )
+    return Result(status_view(status), f"reset: {outcome_words(status)}")
 
 
 def disable(options: argparse.Namespace) -> Result:
@@ -47,7 +41,7 @@ def disable(options: argparse.Namespace) -> Result:
             _park(arm, options)
         arm.disable()
         status = arm.status
-    return Result(status_view(status), f"the motors are off: motor current {status.current.value}")
+    return Result(status_view(status), outcome_words(status))
 
 
 def _wants_to_park(arm: Arm, options: argparse.Namespace) -> bool:

@@ -12,7 +12,7 @@ from typing import Any
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_points, chosen_target
 from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.drive.arguments import COORDINATES
+from armdrive.cli.drive.arguments import AXES
 from armdrive.cli.presenter import Result
 from armdrive.cli.terminal_operator import confirm_simulated, ready_arm, settled_arm
 from armdrive.config.arm import ArmConfig
@@ -32,7 +32,7 @@ from armdrive.moves import (
     ParkMove,
     PoseMove,
 )
-from armdrive.status import State, status_view
+from armdrive.status import State, pose_numbers, status_view
 from armdrive.storage.points import check_name, point_view
 from kinematics.errors import suggestion
 from kinematics.spaces import JOINT_NAMES, NO_YAW, Pose
@@ -72,7 +72,7 @@ def _previewed(
 
 
 def _names_pose(options: argparse.Namespace) -> bool:
-    return any(getattr(options, axis) is not None for axis, _ in COORDINATES)
+    return any(getattr(options, axis) is not None for axis in AXES)
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -153,18 +153,9 @@ def _here(arm: Arm, frame: str) -> Pose:
 
 
 def _goal(here: Pose, options: argparse.Namespace) -> Pose:
-    def typed(axis: str, present: float) -> float:
-        value = getattr(options, axis)
-        return present if value is None else float(value)
-
-    return Pose.of(
-        x_mm=typed("x", here.x_mm),
-        y_mm=typed("y", here.y_mm),
-        z_mm=typed("z", here.z_mm),
-        pitch_deg=typed("pitch", here.pitch_deg),
-        roll_deg=typed("roll", here.roll_deg),
-        yaw_deg=options.yaw if here.yaw_deg is None else typed("yaw", here.yaw_deg),
-    )
+    typed = {key: getattr(options, axis) for axis, key in AXES.items()}
+    given = {key: float(value) for key, value in typed.items() if value is not None}
+    return Pose.of(**(pose_numbers(here) | given))
 
 
 # Saved points.

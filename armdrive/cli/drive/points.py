@@ -10,6 +10,7 @@ from armdrive.cli.arm_files import chosen_points
 from armdrive.cli.presenter import Result
 from armdrive.status import pose_view
 from armdrive.storage.points import Point, point_view
+from kinematics.text import mm_text
 
 
 def list_points(options: argparse.Namespace) -> Result:
@@ -36,7 +37,7 @@ def show(options: argparse.Namespace) -> Result:
     pose = config.model.arm.fk(point.joints)
     lines = [f"joints {point.joints}", f"tip {pose}"]
     if point.opening_mm is not None:
-        lines.append(f"gripper {point.opening_mm:.1f} mm")
+        lines.append(f"gripper {mm_text(point.opening_mm)}")
     if point.taught is not None:
         lines.append(f"taught {point.taught:%Y-%m-%d %H:%M}")
     if point.note:

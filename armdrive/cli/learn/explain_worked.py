@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import shutil
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from typing import Any
@@ -30,7 +28,7 @@ from armdrive.cli.learn.models import (
 from armdrive.cli.presenter import Outcome, Result
 from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest, Refused
-from armdrive.render.canvas import can_braille
+from armdrive.render.canvas import draws_braille
 from armdrive.render.frame_steps import StepDrawing
 from armdrive.text.numbers import number
 from kinematics.chains.assignment import Assignment, assign_frames
@@ -269,7 +267,7 @@ def _axes_lines(
     found: Assignment, steps: Sequence[AssignmentStep], heading: Sequence[str]
 ) -> Iterator[str]:
     drawing = StepDrawing(found)
-    braille = can_braille(sys.stdout.encoding, os.environ)
+    braille = draws_braille()
     width = min(shutil.get_terminal_size().columns - 1, MOST_COLUMNS)
     yield from heading
     yield from ("", "== Given: every joint at zero, in mm")

@@ -11,7 +11,7 @@ from armdrive.cli.presenter import Ink, Inked, Line
 from armdrive.errors import BadRequest
 from kinematics.frames.orientations import solve_rpy
 from kinematics.frames.transforms import Transform, position_of, rotation_of
-from kinematics.text import counted, rounded
+from kinematics.text import counted
 
 
 def require_values(joint_names: Sequence[str], typed: Sequence[object]) -> None:
@@ -49,11 +49,6 @@ def branch_table(joint_names: Sequence[str], rows: Sequence[BranchRow]) -> Itera
         text = f"  {row.name:<{first}}{values}"
         against = "; ".join(row.violations)
         yield (Inked(f"{text}   {against}", Ink.FAINT),) if against else text
-
-
-def degrees_text(angle_deg: float) -> str:
-    """Return an angle with one decimal, without the minus sign of a rounded zero."""
-    return f"{rounded(angle_deg, 1)}°"
 
 
 def frame_view(frame: Transform) -> dict[str, Any]:

@@ -16,7 +16,6 @@ from typing import Any
 from armdrive.cli.learn.joint_values import (
     BranchRow,
     branch_table,
-    degrees_text,
     frame_view,
     require_values,
 )
@@ -39,7 +38,7 @@ from kinematics.five_axis import FiveAxisArm
 from kinematics.frames.transforms import Transform, compose, position_of, translation
 from kinematics.frames.vectors import distance, norm
 from kinematics.spaces import Pose
-from kinematics.text import counted
+from kinematics.text import counted, joint_text
 from kinematics.textbook.study import (
     FRAME_COORDINATES,
     Subject,
@@ -321,8 +320,7 @@ def _count_text(goal: Goal, branches: Sequence[NamedBranch]) -> str:
 
 def _branch_row(chain: Chain, branch: NamedBranch) -> BranchRow:
     values = tuple(
-        degrees_text(math.degrees(value)) if kind is JointKind.REVOLUTE else f"{value:.1f} mm"
-        for value, kind in zip(branch.joints, chain.kinds, strict=True)
+        joint_text(value, kind.unit) for value, kind in zip(branch.joints, chain.kinds, strict=True)
     )
     return BranchRow(branch.name, values, tuple(map(violation_text, branch.violations)))
 

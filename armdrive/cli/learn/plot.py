@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
-import sys
 from collections.abc import Iterable, Iterator
 
 from armdrive.cli.learn.models import find_model
 from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
-from armdrive.render.canvas import can_braille
+from armdrive.render.canvas import draws_braille
 from armdrive.render.sketch import (
     Sketch,
     reach_sketches,
@@ -59,7 +57,7 @@ def _sketches(options: argparse.Namespace) -> tuple[str, tuple[Sketch, ...]]:
 
 
 def _drawn(title: str, sketches: tuple[Sketch, ...], *, plain: bool) -> Iterator[str]:
-    braille = not plain and can_braille(sys.stdout.encoding, os.environ)
+    braille = draws_braille(ascii_only=plain)
     yield title if braille else title.replace("°", " deg")
     yield from terminal_lines(sketches, braille=braille)
 

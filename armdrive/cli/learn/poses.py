@@ -12,17 +12,17 @@ from typing import Any
 from armdrive.cli.learn.joint_values import (
     BranchRow,
     branch_table,
-    degrees_text,
     frame_view,
     require_values,
 )
 from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
-from armdrive.status import joints_view, pose_view, violation_text
+from armdrive.status import joints_view, pose_view
 from kinematics.frames.transforms import homogeneous
 from kinematics.geometry import Branch
 from kinematics.presets import PRESETS, preset
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
+from kinematics.text import deg_text
 
 
 def _of_models() -> tuple[
@@ -41,7 +41,7 @@ def fk(options: argparse.Namespace) -> Result:
     require_values(JOINT_NAMES, options.joints)
     model, joints = preset(options.model), Joints.of(*options.joints)
     pose = model.arm.fk(joints)
-    broken = [violation_text(each) for each in model.arm.violations(joints)]
+    broken = [str(each) for each in model.arm.violations(joints)]
     broken += [each.sentence for each in model.guards.violations(model.arm, joints)]
     view = {
         "model": model.key,
@@ -98,8 +98,8 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
 def _row(branch: Branch) -> BranchRow:
     return BranchRow(
         branch.name,
-        tuple(map(degrees_text, branch.joints.deg.values())),
-        tuple(map(violation_text, branch.violations)),
+        tuple(map(deg_text, branch.joints.deg.values())),
+        tuple(map(str, branch.violations)),
     )
 
 
@@ -108,5 +108,5 @@ def _branch_view(branch: Branch) -> dict[str, Any]:
         "name": branch.name,
         "joints": joints_view(branch.joints),
         "within_limits": branch.within_limits,
-        "violations": [violation_text(each) for each in branch.violations],
+        "violations": [str(each) for each in branch.violations],
     }

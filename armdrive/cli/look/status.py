@@ -18,16 +18,18 @@ from typing import Any
 import tui
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.drive.control_requests import ask, one_holder
-from armdrive.cli.options import names_arm
+from armdrive.cli.drive.control_requests import ask, held_config, one_holder
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.target import find
 from armdrive.errors import ArmInUse, SettingsDiffer, StateFileError
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
 from armdrive.status import (
+    IMMOBILE,
+    IN_MOTION,
     LABEL,
+    WAYS_OUT,
+    WAYS_TO_TRUST,
     State,
     StatusRow,
     Trust,
@@ -35,9 +37,10 @@ from armdrive.status import (
     program_line,
     status_rows,
     status_view,
+    which_arm,
 )
 from armdrive.storage.lock_client import holder_words, notice_of, watch_holder
-from kinematics.text import rounded
+from kinematics.text import mm_text, sentence, tenths
 
 
 def status(options: argparse.Namespace) -> Result:
@@ -60,10 +63,7 @@ def watch(options: argparse.Namespace) -> int:
     """Print a line whenever something changes in an arm that another program drives."""
     name = one_holder(options)
     if options.screen:
-        if names_arm(options):
-            return watch_on_screen(chosen_target(options).config)
-        spoken = str(ask(name, "status")["dialect"])  # an arm that is named by its port has no file
-        return watch_on_screen(find(name, dialect_name=spoken).config)
+        return watch_on_screen(held_config(options, name))
     lines = Watched()
     tell(options, f"watching {name}; Ctrl-C ends this command and does not stop the arm")
     with contextlib.suppress(KeyboardInterrupt):
@@ -110,8 +110,7 @@ def inked(word: str, width: int = 0) -> Inked:
 
 def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
     """Yield the page of a status: which arm it is, its status, and what to do next."""
-    kind = "SIMULATED" if view["simulated"] else "REAL"
-    yield f"{view['arm']} ({view['title']}), {kind}, {view['link']}"
+    yield which_arm(view)
     yield ""
     for label, word, rest in status_rows(view):
         ink = MESSAGE_INKS.get(label) or INKS.get(word)
@@ -121,47 +120,45 @@ def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
     yield str(StatusRow("next", next_words))
 
 
-def _remedy(code: str) -> str:
+def _remedy(code: str, state: State) -> str:
     """Return what to do about an error; another program's may have a code unknown here."""
     row = by_code(code)
-    return "Look at the arm, then call `reset()`." if row is None else row.remedy
-
-
-LOOK_AND_HOME = "Look at the arm, then call `home()`."
-"""After the reset that the remedy of a suspect position begins with."""
+    return sentence(WAYS_OUT[state]) if row is None else row.remedy
 
 
 def next_step(view: View) -> str:
     """Return what a person does next with an arm in this state."""
     state, trust, paused = State(view["state"]), Trust(view["trust"]), view["paused"]
-    if state is not State.ERROR_STOP and view["notice_code"] == SettingsDiffer.code:
-        return _remedy(SettingsDiffer.code)
-    if state is State.ERROR_STOP:
-        return _remedy(view["error_code"] or view["trust_code"])
+    if state in (State.ERROR_STOP, State.DISCONNECTED):
+        return _remedy(view["error_code"] or view["trust_code"], state)
+    if view["notice_code"] == SettingsDiffer.code:
+        return _remedy(SettingsDiffer.code, state)
     if trust is Trust.SUSPECT and not view["error_code"]:
-        return LOOK_AND_HOME
+        return sentence(WAYS_TO_TRUST[trust])  # after the reset that the remedy begins with
     if paused:
         return "`armdrive resume` continues the motion."
-    if state in (State.MOVING, State.HOMING, State.STOPPING):
+    if state in IN_MOTION:
         return "`armdrive stop` stops the arm, `armdrive pause` pauses it."
     if trust is Trust.RESTORED:
         own = "a simulated arm confirms its position by itself"
         asked = "on a terminal, each asks first whether the arm still stands as it was left"
         return f"`armdrive move` or `armdrive jog`: {own if view['simulated'] else asked}."
     if trust is not Trust.REFERENCED and view["trust_code"]:
-        return _remedy(view["trust_code"])
+        return _remedy(view["trust_code"], state)
     if state is State.DISABLED:
-        return "`armdrive enable` switches the motors on."
+        return sentence(WAYS_OUT[state])
     return "`armdrive move`, `armdrive jog` or `armdrive run PROGRAM`."
 
 
 # `armdrive watch`: a line for each change.
 
 STATE_WIDTH, TRUST_WIDTH = 14, 12
-COLUMNS: Mapping[str, str] = MappingProxyType(
-    {"x_mm": "x mm", "y_mm": "y mm", "z_mm": "z mm", "pitch_deg": "pitch°", "roll_deg": "roll°",
-     "yaw_deg": "yaw°"}
-)  # fmt: skip
+
+
+def _column(key: str) -> str:
+    """Return the heading of a coordinate, with its unit."""
+    axis, _, unit = key.partition("_")
+    return f"{axis} mm" if unit == "mm" else f"{axis}°"
 
 
 class Watched:
@@ -176,7 +173,7 @@ class Watched:
         keys = tuple(view["pose"] or self._keys)
         if keys != self._keys or not self._last:
             self._keys = keys
-            names = "".join(f"{COLUMNS[key]:>8}" for key in keys)
+            names = "".join(f"{_column(key):>8}" for key in keys)
             yield f"{'time':<10}{'state':<{STATE_WIDTH}}{'position':<{TRUST_WIDTH}}{names}  gripper"
         news, place = tuple(self._news(view)), self._place(view)
         yield from (line for line in news if line not in self._last)
@@ -193,9 +190,10 @@ class Watched:
 
     def _place(self, view: View) -> tuple[str | Inked, ...]:
         pose = view["pose"] or {}
-        numbers = [rounded(pose[key], 1) if pose else "-" for key in self._keys]
-        opening = "" if view["gripper_mm"] is None else f"{view['gripper_mm']:>6.1f} mm"
-        state = "paused" if view["paused"] else view["state"]
+        numbers = [tenths(pose[key]) if pose else "-" for key in self._keys]
+        opening = "" if view["gripper_mm"] is None else f"{mm_text(view['gripper_mm']):>9}"
+        paused = view["paused"] and State(view["state"]) not in IMMOBILE
+        state = "paused" if paused else view["state"]
         return (
             Inked(f"{state:<{STATE_WIDTH}}", INKS[view["state"]]),
             inked(view["trust"], TRUST_WIDTH),

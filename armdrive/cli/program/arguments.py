@@ -22,6 +22,7 @@ from armdrive.cli.options import (
 )
 from armdrive.errors import BadRequest
 from armdrive.moves import REST_S
+from armdrive.programs.language import ENDING
 from armdrive.sim.world.table import TableBlock, block_of
 from armdrive.text.numbers import parse_speed
 
@@ -58,8 +59,8 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 # --- run
 
 
-PROGRAM, SCRIPT = ".arm", ".py"
-"""How the files of programs end."""
+SCRIPT = ".py"
+"""How the name of a Python script ends."""
 
 
 def _run(parser: argparse.ArgumentParser) -> None:
@@ -80,7 +81,7 @@ def _run(parser: argparse.ArgumentParser) -> None:
 
     """
     parser.add_argument(
-        "program", type=Path, metavar="PROGRAM", help=f"a {PROGRAM} or {SCRIPT} file"
+        "program", type=Path, metavar="PROGRAM", help=f"a {ENDING} or {SCRIPT} file"
     )
     parser.add_argument(
         "words", nargs="*", default=[], metavar="WORD", help="arguments of a Python script"
@@ -175,7 +176,7 @@ def _add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -
         type=_block,
         default=[],
         metavar="NAME,X,Y[,WIDTH[,HEIGHT]]",
-        help="put a block on a simulated arm's table first, mm; may be repeated",
+        help="put a block on a simulated arm's table first, or move it there, mm; may be repeated",
     )
 
 
@@ -202,7 +203,7 @@ def _teach(parser: argparse.ArgumentParser) -> None:
       armdrive run stack.arm --check            rehearse it; moves nothing
 
     """
-    parser.add_argument("program", metavar="PROGRAM", help=f"a new {PROGRAM} file")
+    parser.add_argument("program", metavar="PROGRAM", help=f"a new {ENDING} file")
     add_switches(parser, {"--line": "make every move a straight line"})
     parser.add_argument("--speed", type=parse_speed, default=1.0, help="of every move, 0.5 or 50%%")
     add_switches(parser, {"--waits": "record how long the arm rested"})

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import shutil
 import sys
 import time
@@ -22,7 +21,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, simulated_config
 from armdrive.registry import DEFAULT, simulate
-from armdrive.render.canvas import can_braille
+from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment, PostureDrawing
 from armdrive.render.sketch import MOST_COLUMNS
 from armdrive.sim.simulated_arm import SimulatedArm
@@ -30,6 +29,7 @@ from armdrive.sim.world import World
 from armdrive.sim.world.table import TableBlock
 from kinematics.guards.shapes import Box
 from kinematics.spaces import Pose
+from kinematics.text import mm_text
 
 # An ordinary program on an ordinary `Arm`. Only the check at the end uses the simulation: it looks
 # at the simulated world itself and not at any register.
@@ -89,7 +89,7 @@ def _carry(arm: Arm, job: Job, tell: Callable[[str], None]) -> CarriedBlock:
     arm.move_to(_raised(take, SAFE_MM))
     arm.move_l(take)
     width_mm = arm.gripper.grasp()
-    tell(f"block {job.name}: grasped, it measures {width_mm:.1f} mm")
+    tell(f"block {job.name}: grasped, it measures {mm_text(width_mm)}")
     arm.move_l(_raised(take, SAFE_MM))
     tell(f"block {job.name}: to its place")
     arm.move_to(_raised(put, SAFE_MM))
@@ -106,7 +106,7 @@ def misplaced(world: World, jobs: tuple[Job, ...]) -> list[str]:
         block = world.scene.blocks.get(job.name)
         away_mm = math.inf if block is None else math.dist(block.place, job.to_mm)
         if away_mm > NEAR_ENOUGH_MM:
-            found.append(f"block {job.name} is {away_mm:.1f} mm from where it belongs")
+            found.append(f"block {job.name} is {mm_text(away_mm)} from where it belongs")
     return found
 
 
@@ -132,12 +132,11 @@ CLEAR_LINE, CURSOR_OFF, CURSOR_ON = "\x1b[K", "\x1b[?25l", "\x1b[?25h"
 
 
 def draw(
-    config: ArmConfig, twin: SimulatedArm, *, pace: float, braille: bool
+    config: ArmConfig, twin: SimulatedArm, *, pace: float, ascii_only: bool
 ) -> tuple[list[CarriedBlock], float]:
     """Perform at `pace` times real time, drawn; return what was carried, and the arm's time."""
-    braille = braille and can_braille(sys.stdout.encoding, os.environ)
     messages, lines = [""], 0
-    drawing = PostureDrawing(config.model, braille=braille)
+    drawing = PostureDrawing(config.model, braille=draws_braille(ascii_only=ascii_only))
     # on Ctrl-C the arm is closed first, which ends the performance
     with ThreadPoolExecutor(1) as pool, Arm(connect_simulated(config, twin=twin, pace=pace)) as arm:
         performance = pool.submit(perform, arm, JOBS, messages.append)
@@ -205,7 +204,7 @@ def run(options: argparse.Namespace) -> Result:
     twin = simulate(config, blocks=blocks_of(JOBS))
     began_s = time.monotonic()
     if sys.stdout.isatty() and not (options.plain or as_json(options)):
-        carried, simulated_s = draw(config, twin, pace=options.pace, braille=not options.ascii)
+        carried, simulated_s = draw(config, twin, pace=options.pace, ascii_only=options.ascii)
     else:
         with Arm(connect_simulated(config, twin=twin)) as arm:
             tell(options, arm.status.which)
@@ -244,8 +243,8 @@ def _end(
 ) -> Iterator[str]:
     for each in carried:
         yield (
-            f"block {each.job.name}: measured {each.measured_mm:.1f} mm, "
-            f"is {each.job.width_mm:.1f} mm wide"
+            f"block {each.job.name}: measured {mm_text(each.measured_mm)}, "
+            f"is {mm_text(each.job.width_mm)} wide"
         )
     for sentence in wrong:
         yield f"WRONG: {sentence}"

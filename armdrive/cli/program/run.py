@@ -12,7 +12,7 @@ from pathlib import Path
 
 from armdrive.arm import Arm
 from armdrive.cli.presenter import as_json, put_error
-from armdrive.cli.program.arguments import PROGRAM, SCRIPT
+from armdrive.cli.program.arguments import SCRIPT
 from armdrive.cli.program.run_common import (
     RunTerminal,
     connect_to_run,
@@ -28,6 +28,7 @@ from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.connect.parts import ConnectOptions, connect
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.programs.acts import RunStep
+from armdrive.programs.language import ENDING
 from armdrive.programs.problems import SourceLines, SourceMark, numbered_lines
 from armdrive.programs.progress import line_words
 from armdrive.programs.scripts import (
@@ -170,7 +171,7 @@ def run(options: argparse.Namespace) -> int:
     if options.record is not None:
         require_recordable(options.record, overwrite=options.force)
     ending = options.program.suffix.lower()
-    if ending == PROGRAM:
+    if ending == ENDING:
         if options.words:
             raise BadRequest(f"a program file takes no arguments: {' '.join(options.words)}")
         # the language's parser takes as long to import as all that a script needs
@@ -180,7 +181,7 @@ def run(options: argparse.Namespace) -> int:
     if ending == SCRIPT:
         return run_script(options)
     raise BadRequest(
-        f"{options.program} is not a program: its name must end in {PROGRAM} or {SCRIPT}"
+        f"{options.program} is not a program: its name must end in {ENDING} or {SCRIPT}"
     )
 
 

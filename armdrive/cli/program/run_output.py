@@ -26,7 +26,7 @@ from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.problems import SourceLines, SourceMark, excerpt
 from armdrive.programs.progress import RunView, duration, place_words
 from armdrive.status import pose_view
-from kinematics.text import counted
+from kinematics.text import counted, mm_text
 
 if TYPE_CHECKING:
     from armdrive.programs.program import Machine
@@ -168,7 +168,7 @@ class Display:
             took = {"answer": brought, "took_s": round(took_s, 3)}
             self.tell({"event": "done", **step.view(), **took}, "")
         elif self._prompt and isinstance(step.move, GraspMove) and isinstance(answer, float):
-            self.say(f"grasped: {answer:.1f} mm wide" if answer else "grasped nothing")
+            self.say(f"grasped: {mm_text(answer)} wide" if answer else "grasped nothing")
 
     def finished(self, arm: Arm | None, count: int, took_s: float, text: str, **more: int) -> None:
         """Show the end of a run that went well."""

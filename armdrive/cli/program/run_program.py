@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import math
-import os
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -48,7 +46,7 @@ from armdrive.programs.rehearsal import (
 from armdrive.programs.running import Performer, ProgramRun, RunPlan, no_machine
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import own_traceback
-from armdrive.render.canvas import can_braille
+from armdrive.render.canvas import draws_braille
 from armdrive.render.sketch import Sketch, save_sketches, terminal_lines
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
@@ -257,8 +255,7 @@ def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
     if output is not None:
         save_sketches(sketches, title, output)
         return
-    braille = can_braille(sys.stdout.encoding, os.environ)
-    for line in terminal_lines(sketches, braille=braille):
+    for line in terminal_lines(sketches, braille=draws_braille()):
         say(line)
 
 

@@ -10,9 +10,9 @@ import argparse
 import contextlib
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from types import FrameType, MappingProxyType, ModuleType, TracebackType
+from types import FrameType, ModuleType, TracebackType
 from typing import NoReturn, Self
 
 from armdrive.arm import Arm
@@ -31,7 +31,7 @@ from armdrive.cli.program.run_common import (
 from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.cli.terminal_operator import ask_operator, settle_trust
 from armdrive.dialog import PostureRequest
-from armdrive.errors import ArmError, BadRequest, NotReferenced, OperatorNeeded
+from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.errors.actions import SHELL
 from armdrive.errors.printable import in_words
 from armdrive.errors.table import tagged
@@ -42,10 +42,11 @@ from armdrive.programs.program import Machine
 from armdrive.programs.session import PromptEntry
 from armdrive.programs.shell import INPUT, Answers, Left, Reply, Shell, known_words
 from armdrive.setup.keyboard import raw_terminal
-from armdrive.status import State, pose_view
+from armdrive.status import IMMOBILE, WAYS_OUT, pose_view
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file
 from kinematics.errors import KinematicsError
+from kinematics.text import sentence
 
 READLINE: ModuleType | None
 try:
@@ -170,23 +171,6 @@ def ask_at_prompt(request: PostureRequest) -> bool:
         signal.signal(signal.SIGINT, before)
 
 
-WAYS_OUT: Mapping[State, str] = MappingProxyType(
-    {
-        State.ERROR_STOP: "look at the arm; `reset` leaves the error, and moves nothing",
-        State.DISABLED: "`enable` switches the motors on",
-        State.DISCONNECTED: "`reconnect` tries again; `save` and `quit` need no connection",
-    }
-)
-"""What to type in each state in which nothing moves."""
-
-NEWS: Mapping[State, str] = MappingProxyType(
-    {State.ERROR_STOP: "in error-stop", State.DISCONNECTED: "disconnected"}
-)
-"""How the shell reports that a state came while nothing was typed."""
-
-REFERENCE = "`home` references the arm"
-
-
 class ShellTerminal:
     """Takes lines for a shell on one arm, and shows what comes of them."""
 
@@ -262,10 +246,10 @@ class ShellTerminal:
         """Say what went wrong, and what can be typed now."""
         said = in_words(error) if isinstance(error, OSError) else error
         complain(f"armdrive: {tagged(said)}", SHELL)
-        ways = [WAYS_OUT.get(self.shell.arm.status.state, "")]
-        ways += [REFERENCE] * isinstance(error, NotReferenced | OperatorNeeded)
-        for way in filter(None, ways):
-            complain(way, SHELL)
+        state = self.shell.arm.status.state
+        mistyped = isinstance(error, ProgramError)
+        if state in IMMOBILE and not mistyped and WAYS_OUT[state] not in str(error):
+            complain(sentence(WAYS_OUT[state]), SHELL)
         if self.shell.session.unfinished:
             complain("the line was not taken; Ctrl-C leaves the block")
 
@@ -390,8 +374,7 @@ class _PromptLoop:
     def _tell_news(self) -> None:
         """Say what happened to the arm while nothing was typed."""
         status = self._shell.arm.status
-        where = NEWS.get(status.state)
-        news = f"the arm is {where}: {status.error}" if where else ""
+        news = f"the arm is {status.state.where}: {status.error}" if status.error else ""
         if news and news != self._told:
             complain(news, SHELL)
         self._told = news

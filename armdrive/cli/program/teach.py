@@ -6,11 +6,8 @@ import argparse
 import re
 import time
 
-from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.drive.control_requests import one_holder
-from armdrive.cli.options import names_arm
+from armdrive.cli.drive.control_requests import held_config, one_holder
 from armdrive.cli.presenter import Result, show, tell
-from armdrive.connect.target import find
 from armdrive.errors import BadRequest, Refused
 from armdrive.errors.printable import command_line
 from armdrive.programs.program import program_path
@@ -36,7 +33,7 @@ def record(options: argparse.Namespace) -> Result:
         Choices(options.line, options.speed, options.waits, options.rest),
     )
     name = one_holder(options)
-    config = (chosen_target(options) if names_arm(options) else find(name)).config
+    config = held_config(options, name)
     book = points_of(config.name, config.model.arm)
     require_free_points(book, recorder.name, overwrite=options.force)
     tell(options, f"recording {name} into {path}: a line wherever it comes to rest; Ctrl-C ends it")

@@ -54,7 +54,7 @@ from armdrive.setup.ports import held_by_armdrive
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.arm_lock import hold
-from armdrive.storage.files import require_writable
+from armdrive.storage.files import kept_aside, require_writable
 from armdrive.storage.lock_client import holder_words, tap_holder
 from armdrive.tasks import MeasuredUnits
 from armdrive.text.reading import is_there
@@ -206,8 +206,6 @@ def held_frames(
 # CiA 402 drives it measures the units.
 
 DONE, UNFINISHED = 0, 1
-BEFORE = ".before"
-"""The ending of the copy of an arm file's old text."""
 
 
 def set_up(options: argparse.Namespace) -> Outcome:
@@ -386,12 +384,11 @@ def _end(
     if outcome.left_out:
         say(f"Left out: {', '.join(outcome.left_out)}. The same command continues there.")
     put(f"\n{proposal.after}\n")
-    aside = f"{path.name}{BEFORE}"
-    old = f" (the old text is kept as {aside})" if proposal.before else ""
+    old = f" (the old text is kept as {kept_aside(path).name})" if proposal.before else ""
     if not proposal.differs:
         say(f"{path} contains all this already.")
     elif agree(f"Write this to {path}{old}?", "no leaves the file unchanged; the notes are kept."):
-        proposal.write(aside)
+        proposal.write(keep_old=True)
         found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
         kept.write(plan.name, arm.calibration, found)
         say_lines("\n".join(after_writing(path, arm)))

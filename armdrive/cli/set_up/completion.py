@@ -23,12 +23,13 @@ from armdrive.cli.look.arguments import ARGUMENTS as LOOK
 from armdrive.cli.options import CommandParser, Declare, help_of
 from armdrive.cli.presenter import Result
 from armdrive.cli.program.arguments import ARGUMENTS as PROGRAM
+from armdrive.cli.program.arguments import SCRIPT
 from armdrive.cli.set_up.arguments import ARGUMENTS as SET_UP
-from armdrive.cli.set_up.arguments import SHELLS
 from armdrive.connect.target import find
 from armdrive.errors import ArmError
 from armdrive.errors.printable import command_line
 from armdrive.errors.table import ENTRIES
+from armdrive.programs.language import ENDING
 from armdrive.registry.arm_files import arm_paths
 from armdrive.storage.point_file import points_of
 from kinematics.textbook.systems import MODEL_NAMES
@@ -78,7 +79,6 @@ _FIXED: Mapping[str, Iterable[str]] = MappingProxyType(
     {
         "code": [row.code for row in ENTRIES],
         "model": MODEL_NAMES,
-        "shell": SHELLS,
         "system": MODEL_NAMES,
     }
 )
@@ -88,7 +88,7 @@ _FIXED: Mapping[str, Iterable[str]] = MappingProxyType(
 def _values(argument: argparse.Action, command: str) -> Any:
     """Return what completes a value, by what the argument is called; nothing if that is free."""
     if argument.dest == "program":
-        return shtab.glob("*.arm", "*.py")
+        return shtab.glob(f"*{ENDING}", f"*{SCRIPT}")
     if argument.type is Path or argument.metavar == "FILE" or argument.dest in ("file", "answers"):
         return shtab.FILE
     return _ASKED.get((command, argument.dest), _ASKED.get(("", argument.dest)))

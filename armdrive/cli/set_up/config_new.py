@@ -47,6 +47,8 @@ from kinematics.errors import did_you_mean
 
 GIVEN = ("name", "template", "port")
 KEYS = {"port": "connection.port"}
+TYPED = {"name": ", or write `armdrive config new NAME`", "template": ", or add --template NAME"}
+"""How answers without a default are typed in the command itself."""
 
 
 def new(options: argparse.Namespace) -> Result:
@@ -114,9 +116,10 @@ def _interviewed(given: dict[str, str], silent: bool) -> Draft:
 
 def _take_default(interview: Interview, question: Question) -> None:
     if question.default is None:
+        words = ", ".join(word for word, _ in question.choices)
         raise BadRequest(
-            f"{question.words!r} has no default: put the answer {question.key!r} into the file of "
-            "--answers" + (f", or add --{question.key}" if question.key == "template" else "")
+            f"{question.words!r} has no default{f' ({words})' if words else ''}: put the answer "
+            f"{question.key!r} into the file of --answers{TYPED.get(question.key, '')}"
         )
     try:
         interview.answer("")

@@ -22,7 +22,7 @@ from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolErro
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
 from firmware_protocol.teachmover.messages import MOVE_KIND
 from kinematics.spaces import Joints, Motors
-from kinematics.text import counted
+from kinematics.text import counted, mm_text
 
 _SPAN = 1 << 16
 """Registers wrap around after this many steps."""
@@ -255,7 +255,7 @@ def meaning(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> str:
         return "not a known move"
     fast = f"{rate_hz(config, row):.0f} steps/s"
     place = place_of(config, program, row)
-    return fast if place is None else f"{fast}; {place.joints}; fingers {place.opening_mm:.1f} mm"
+    return fast if place is None else f"{fast}; {place.joints}; fingers {mm_text(place.opening_mm)}"
 
 
 def text_of(config: ArmConfig, program: PendantProgram, when: str) -> str:

@@ -9,3 +9,6 @@ Which file decides what:
     checking   values of each line: how many, of which kind, within which bounds
     compiling  the whole program: names, blocks, and the list of instructions
 """
+
+ENDING = ".arm"
+"""How the name of a program's file ends."""

@@ -8,6 +8,7 @@ from enum import Enum
 from types import MappingProxyType
 
 from armdrive.errors.arguments import LONGEST_TIME_S
+from kinematics.spaces import COORDINATES
 
 
 class ValueKind(Enum):
@@ -67,7 +68,7 @@ def _into(kind: ValueKind) -> tuple[str, tuple[Slot, ...]]:
 
 
 MOVING = (
-    Word("move", (PLACE,), "Go to a place by a joint motion.", "move pick"),
+    Word("move", (PLACE,), "Go to a place, a point or `at(...)`, by a joint motion.", "move pick"),
     Word("move_line", (PLACE,), "Go to a place along a straight line.", "move_line pick",
          ("moves",)),
     Word("move_with", (PLACE, WIDTH), "Bring the fingers to an opening, then go to a place.",
@@ -205,7 +206,7 @@ SHELL = (
     WordForm(
         "put",
         "put NAME X Y [WIDTH [HEIGHT]]",
-        "Put a block on a simulated arm's table, mm.",
+        "Put a block on a simulated arm's table, or move it there, mm.",
     ),
     WordForm("blocks", "blocks", "Where the blocks of a simulated arm stand."),
     WordForm("reset", "reset", "Clear an error, after you have looked at the arm. Moves nothing."),
@@ -267,10 +268,7 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
 )})  # fmt: skip
 """Every function except `joints(base 0, ...)`, which has a form of its own."""
 
-FIELDS: Mapping[str, str] = MappingProxyType(
-    {"x": "x_mm", "y": "y_mm", "z": "z_mm", "pitch": "pitch_deg", "roll": "roll_deg",
-     "yaw": "yaw_deg"}
-)  # fmt: skip
+FIELDS: Mapping[str, str] = MappingProxyType({key.partition("_")[0]: key for key in COORDINATES})
 """The parts of a place, and their names in a `Pose`."""
 
 HERE = "here"

@@ -125,7 +125,10 @@ class World:
         return self.grip_force_n >= SWITCH_FORCE_N - _ROUNDING
 
     def put(self, block: TableBlock) -> TableBlock:
-        """Put a block down; return where it came to rest, possibly on other blocks."""
+        """Put a block down; return where it came to rest, possibly on other blocks.
+
+        A block of that name is moved there, even out of the fingers.
+        """
         return self.scene.put(block, self.tip, self._pull_mm)
 
     def take(self, name: str) -> TableBlock:

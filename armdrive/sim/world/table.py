@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 from armdrive.errors import BadRequest
 from armdrive.text.numbers import number
-from kinematics.text import rounded
+from kinematics.text import mm_text, tenths
 
 # --- Blocks: upright boxes, and how they rest on one another -------------------------------------
 # A block's footprint stays parallel to x and y, even while a turning hand carries it: this world
@@ -68,8 +68,8 @@ class TableBlock:
     @property
     def place_words(self) -> str:
         """The same for people."""
-        x, y, z = (rounded(each, 1) for each in self.place)
-        return f"x {x}, y {y}, z {z} mm"
+        x, y = tenths(self.x_mm), tenths(self.y_mm)
+        return f"x {x}, y {y}, z {mm_text(self.z_mm)}"
 
     def at(self, place: Point) -> TableBlock:
         """Return this block at another position."""
@@ -188,7 +188,7 @@ class Table:
         return next((hand for hand in self._hands if name in hand.carried), None)
 
     def put(self, block: TableBlock) -> TableBlock:
-        """Put a block down; return where it came to rest."""
+        """Put a block down, or move the one of that name; return where it came to rest."""
         with self.lock:
             if block.name in self.blocks:
                 self.take(block.name)
@@ -354,7 +354,7 @@ class GripScene:
         return max((self._blocks[name].width_mm for name in self._around), default=0.0)
 
     def put(self, block: TableBlock, tip: Point, opening_mm: float) -> TableBlock:
-        """Put a block down; return where it came to rest."""
+        """Put a block down, or move the one of that name; return where it came to rest."""
         self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
         put = self._table.put(block.at(self._stand.on_table(block.place)))
         return put.at(self._stand.from_base(put.place))

@@ -8,7 +8,7 @@ import pytest
 
 from armdrive import Arm, AsyncHandle, Handle, SimulatedClock
 from armdrive.aio.calls import twin_of
-from armdrive.errors import ArmError, LinkLost, Stopped
+from armdrive.errors import ArmError, LinkLost, Stopped, WrongState
 from armdrive.status import State
 
 OWN = {"sync", "carry"}
@@ -145,7 +145,7 @@ def test_a_closed_arm_is_off_its_clock():
     a.close()
     assert a.status.state is State.DISCONNECTED
     assert len(clock.engines) == 1
-    with pytest.raises(LinkLost):
+    with pytest.raises(WrongState, match="closed for good"):
         a.io.read()
 
 

@@ -28,7 +28,7 @@ HEAVY = {
     "numpy", "can", "serial", "textual", "argparse", "filelock", "platformdirs", "asyncio", "lark",
 }  # fmt: skip
 LOADED_TO_RUN = {
-    "armdrive.arm", "armdrive.connect", "armdrive.programs", "lark", "numpy", "textual",
+    "armdrive.arm", "armdrive.connect", "lark", "numpy", "textual",
 }  # fmt: skip
 WITH_ACTIONS = {
     "can": set_up_arguments.CAN_ACTIONS,
@@ -232,6 +232,8 @@ def test_the_help_of_a_command_waits_for_nothing_that_drives_an_arm():
     assert not loaded & LOADED_TO_RUN
     setting_up = {name for name in loaded if name.startswith("armdrive.setup.")}
     assert setting_up <= {"armdrive.setup.templates"}  # a table: an option offers its names
+    programming = {name for name in loaded if name.startswith("armdrive.programs.")}
+    assert programming <= {"armdrive.programs.language"}  # its package: how a file's name ends
 
 
 OF_OTHERS = (

@@ -1,6 +1,7 @@
-"""Connecting: foreign boards, wrong dialects."""
+"""Connecting: foreign boards, wrong dialects, and what is left open when it fails."""
 
 import itertools
+import sys
 from dataclasses import replace
 
 import pytest
@@ -18,6 +19,7 @@ from doctor_bench import (
     made,
     prepared,
 )
+from served import Served
 
 from armdrive import Arm, ArmFileError, BadRequest, PortUnavailable, SimulatedClock
 from armdrive.arm import State
@@ -35,6 +37,7 @@ from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime.clock import RealPace, SimulatedPace
 from armdrive.setup import survey as after
 from armdrive.status import Trust
+from armdrive.storage.lock_client import held_arms
 from armdrive.storage.record import RecordFile
 from armdrive.tasks import Difference, SleepUntil, listed
 from armdrive.trace.recorder import FlightRecorder
@@ -452,3 +455,32 @@ def test_a_position_is_judged_after_the_settings_were_read(tmp_path, monkeypatch
     with Arm(connect_simulated(config, twin=twin, record_store=recorder)) as arm:
         assert arm.status.trust is Trust.SUSPECT
         assert arm.status.acknowledged == twin.world.motors
+
+
+# -- A connection that cannot be handed to its caller is closed ------------------------------------
+
+UNFINISHED = (
+    "armdrive.connect.parts.Core",
+    "armdrive.connect.parts.connecting.connect",
+    "armdrive.connect.parts.logbook_file",
+    "armdrive.arm.Recorder",
+    "armdrive.arm.serve",
+)
+"""Calls on the way from the open port to the arm that its caller gets."""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_ctrl_c_while_an_arm_is_built_leaves_neither_its_port_nor_its_lock_held(
+    tmp_path, monkeypatch
+):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    with Served("teachmover", pty=tmp_path / "arm") as there:
+        for place in UNFINISHED:
+            with monkeypatch.context() as patched:
+                patched.setattr(place, interrupted)
+                with pytest.raises(KeyboardInterrupt):
+                    Arm.connect(there.port, dialect="teachmover")
+            assert held_arms() == [], place
+            Arm.connect(there.port, dialect="teachmover").close()

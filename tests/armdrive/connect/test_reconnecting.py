@@ -15,6 +15,7 @@ from waiting import LONG_S, until
 from armdrive import Arm, JointMove, LinkLost, WrongState
 from armdrive.config.sections import Connection
 from armdrive.connect import port as mending
+from armdrive.connect.control_socket import answered
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.port import PAUSES_S, NewLink, PortOpening, Reconnector
 from armdrive.connect.target import find, simulated_config
@@ -128,6 +129,16 @@ def test_a_stop_that_cannot_reach_the_arm_does_not_end_well(connected, dialect, 
     stop(arm)
     arm.close()
     stop(arm)
+
+
+@two_kinds
+def test_another_program_learns_that_its_stop_did_not_reach_the_arm(connected, dialect):
+    arm = connected(dialect)
+    arm.twin.faults.add("unplug")
+    arm.sleep(0.5)
+    _, answers = answered(arm, {"request": "stop"})
+    assert "did not reach the arm" in next(answers)["error"]
+    assert arm.parts.runner.stops
 
 
 @pytest.mark.parametrize("reconnect", [False, True])
@@ -461,7 +472,7 @@ def test_every_call_after_a_loss_says_why_the_link_is_lost_and_what_to_do(connec
             call(arm)
     arm.close()
     for call in AFTER_A_LOSS.values():
-        with pytest.raises(LinkLost, match="the connection was closed: connect again"):
+        with pytest.raises(WrongState, match="closed for good: create a new one"):
             call(arm)
 
 

@@ -168,7 +168,7 @@ def test_after_a_pulled_cable_and_a_reference_the_error_says_where_to_bring_the_
     ("meanwhile", "why"),
     [
         (lambda arm: arm.move_j(base_deg=40), r"base 40\.0° instead of"),
-        (lambda arm: arm.gripper.open(), "fingers 76 mm instead of"),
+        (lambda arm: arm.gripper.open(), "fingers 76.0 mm instead of"),
     ],
     ids=["moved", "fingers opened"],
 )

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from forking import host as hosting
 from pages import page
 from served import Served
 from waiting import suspended, until
@@ -24,7 +25,6 @@ if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
 
 
-HOST = Path(__file__).parents[1] / "ending_host.py"
 UNDER_WAY = 25
 """Steps of the base after which a motion is well under way, in its second burst."""
 
@@ -32,16 +32,10 @@ SUSPENDED_S = 1.2
 """Longer than the driver takes for a pause of its own computer."""
 
 
-@pytest.fixture(scope="module")
-def host():
+@pytest.fixture(scope="module", name="host")
+def running_host():
     """A process whose children drive arms."""
-    with subprocess.Popen(
-        [sys.executable, str(HOST)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        bufsize=1,
-    ) as host:
+    with hosting("ending_host.py") as host:
         yield host
         host.stdin.close()
 

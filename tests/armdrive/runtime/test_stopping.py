@@ -228,9 +228,9 @@ def test_closing_ends_a_motion_under_way_and_the_arm_stands():
     assert handle.done
     assert not arm.twin.device.moving
     assert arm.status.state is State.DISCONNECTED
-    with pytest.raises(LinkLost, match=r"the connection was closed: connect again"):
+    with pytest.raises(WrongState, match="closed for good: create a new one"):
         arm.move_j(base_deg=0)
-    with pytest.raises(LinkLost, match=r"the connection was closed: connect again"):
+    with pytest.raises(WrongState, match="closed for good: create a new one"):
         arm.home()
     arm.close()
 

@@ -20,7 +20,13 @@ from armdrive.storage import arm_lock
 from armdrive.storage import files as places
 from armdrive.storage import lock_client as holder
 from armdrive.storage.arm_lock import MOST_WATCHERS, hold
-from armdrive.storage.lock_client import ask_holder, follow_holder, held_arms, watch_holder
+from armdrive.storage.lock_client import (
+    ask_holder,
+    follow_holder,
+    held_arms,
+    notice_of,
+    watch_holder,
+)
 
 
 def test_a_held_arm_is_refused_to_others_by_each_of_its_names(holding, monkeypatch):
@@ -89,6 +95,25 @@ def test_two_names_of_one_port_are_one_port(tmp_path):
             hold("other", str(link))
     finally:
         first.release()
+
+
+def test_an_arm_is_found_by_its_link_after_the_link_leads_to_another_port(tmp_path):
+    before, after, link = tmp_path / "ttyUSB0", tmp_path / "ttyUSB1", tmp_path / "by-id"
+    before.touch()
+    link.symlink_to(before)
+    with hold(str(link)) as lock:
+        serve_stop(lock, "drives")
+        link.unlink()  # the cable is pulled
+        for _ in range(2):
+            with pytest.raises(ArmInUse):
+                hold("other", str(link))
+            assert held_arms() == [str(link)]
+            assert notice_of(str(link))
+            after.touch()  # it is plugged in again, and the system counts on
+            link.unlink(missing_ok=True)
+            link.symlink_to(after)
+    assert notice_of(str(before)) is None
+    assert not holder.notice_path(str(link), "holder").exists()
 
 
 def test_an_arm_that_was_given_back_even_twice_can_be_taken_again(holding):

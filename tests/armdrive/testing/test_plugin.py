@@ -156,6 +156,12 @@ def test_held_and_knocked_over_blocks_are_reported(world):
         arm.move_l(down(250, 0, 15))
         arm.gripper.grasp()
         assert (world.held, world.opening_mm) == ("A", 25.0)
+        world.put("A", 200, -60)
+        assert world.held is None
+        assert world.blocks["A"].place == (200.0, -60.0, 0.0)
+        world.put("A", 250, 0)
+        arm.gripper.open()
+        arm.gripper.grasp()
         world.put("B", 250, 60)
         arm.move_l(down(250, 60, 15))
     assert [each.kind for each in world.incidents] == [IncidentKind.KNOCK]

@@ -225,7 +225,7 @@ async def test_a_refusal_names_the_keys_of_the_desk_and_not_the_calls_of_python(
 
 
 NOT_READY = [
-    (State.DISABLED, "P switches the motors on"),
+    (State.DISABLED, "press P to switch the motors on"),
     (State.ERROR_STOP, "the arm is in error-stop"),
     (State.DISCONNECTED, "there is no link to the arm"),
 ]

@@ -292,7 +292,7 @@ def test_angles_and_names_stand_below_each_other(view):
         ({"gripping": True}, "gripper", "0.0 mm open, gripping"),
         ({"underruns": 2}, "underruns", "2: the arm stood still in mid-motion"),
         ({"error": "no answer", "error_code": "E502"}, "error", "[E502] no answer"),
-        ({"program": PROGRAM}, "program", "stack.arm, line 3: move pick (40 %, 12 s left)"),
+        ({"program": PROGRAM}, "program", "stack.arm, line 3: move pick (40%, 12 s left)"),
         ({"current": "unknown"}, "motors", "on or off: not known"),
         (
             {"current": "unknown", "state": "disabled"},
@@ -324,11 +324,17 @@ def test_an_arm_without_a_position_shows_none(view):
     assert not rows.keys() & {"tip", "joints", "gripper", "inputs"}
 
 
+def test_a_pause_hides_no_lost_link(view):
+    *_, row = Watched().lines(view | {"state": "disconnected", "paused": True})
+    assert "disconnected" in "".join(map(str, row))
+
+
 @pytest.mark.parametrize(
     ("changes", "step"),
     [
         ({"state": "error-stop", "error_code": "E502"}, "then call `reset()`"),
         ({"state": "error-stop"}, "call `reset()`"),
+        ({"state": "disconnected", "error_code": "E407"}, "Plug the cable in"),
         ({"trust": "suspect", "trust_code": "E703"}, "then call `home()`"),
         ({"trust": "suspect", "trust_code": "E716"}, "Look at the arm, then call `home()`"),
         # after the reset that the remedy of E707 begins with
@@ -342,7 +348,7 @@ def test_an_arm_without_a_position_shows_none(view):
         ),
         ({"paused": True, "state": "moving"}, "`armdrive resume`"),
         ({"state": "moving"}, "`armdrive stop`"),
-        ({"state": "disabled"}, "`armdrive enable`"),
+        ({"state": "disabled"}, "Call `enable()` to switch the motors on."),
         ({}, "`armdrive move`"),
     ],
 )

@@ -91,7 +91,7 @@ def test_the_text_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
     said = "armdrive.cli.program.demo.perform"
     monkeypatch.setattr(said, lambda arm, jobs, tell: [tell("turned by 90°")])
     config = simulated_config("teachmover")
-    draw(config, simulate(config), pace=200.0, braille=False)
+    draw(config, simulate(config), pace=200.0, ascii_only=True)
     shown = capsys.readouterr().out
     assert "turned by 90 deg" in shown
     assert shown.isascii()

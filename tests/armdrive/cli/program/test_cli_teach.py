@@ -10,6 +10,7 @@ from waiting import LONG_S
 
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.program import teach
+from armdrive.connect.control_socket import serve
 from armdrive.connect.target import find, simulated_config
 from armdrive.dialects.teachmover.pendant import FIRST_LINE
 from armdrive.errors import ArmError
@@ -17,6 +18,7 @@ from armdrive.motion import device as program_memory
 from armdrive.programs.teaching.recording import ProgramRecorder
 from armdrive.status import status_view
 from armdrive.storage import files as places
+from armdrive.storage.arm_lock import hold
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
 from kinematics import Joints
@@ -96,13 +98,25 @@ def test_a_held_arm_is_recorded_until_it_is_given_back(call, monkeypatch, tour):
     call("run", "tour.arm", "--check", code=0)
 
 
+def test_an_arm_that_is_named_by_its_port_alone_is_recorded(call, arm, monkeypatch, tour):
+    """It has no file: the program that drives it says which dialect it speaks."""
+    arm.home()
+    monkeypatch.setattr(teach, "watch_holder", lambda *_: iter_views([status_view(arm.status)]))
+    with hold("/dev/ttyUSB9") as lock:
+        serve(lock, arm)
+        call("teach", "tour.arm", code=0)
+    assert tour.read_text(encoding="utf-8") == "move tour_1\nclose_now\n"
+
+
 @pytest.fixture
 def views(monkeypatch, call):
     """What is seen of an arm, which the test says; the arm itself is not held by anybody."""
     call("home", code=0)
     view = json.loads(call("status", "--json", code=0).out)
     told = []
-    monkeypatch.setattr(teach, "one_holder", lambda _: "sim:teachmover")
+    config = simulated_config("teachmover")
+    monkeypatch.setattr(teach, "one_holder", lambda _: config.name)
+    monkeypatch.setattr(teach, "held_config", lambda *_: config)
     monkeypatch.setattr("armdrive.cli.program.teach.watch_holder", lambda *_: iter_views(told))
     return view, told
 

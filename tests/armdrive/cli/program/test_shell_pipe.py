@@ -13,6 +13,7 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, WrongState
 from armdrive.programs.language.words import SHELL, SPELLINGS
+from armdrive.programs.problems import ProgramError
 from armdrive.programs.shell import OWN_WORDS
 from armdrive.sim.world.table import PARTS
 from armdrive.status import State
@@ -158,7 +159,7 @@ def test_after_an_emergency_stop_the_message_names_the_next_step(capsys):
         with pytest.raises(WrongState) as caught:
             shell.take("move rest")
         shell.complain(caught.value)
-        assert "`reset` leaves the error" in capsys.readouterr().err
+        assert capsys.readouterr().err.endswith("look at the arm, then type `reset`\n")
         shell.take("reset")
         assert "state standby" in capsys.readouterr().out
         shell.take("move rest")
@@ -167,8 +168,13 @@ def test_after_an_emergency_stop_the_message_names_the_next_step(capsys):
         with pytest.raises(NotReferenced) as caught:
             shell.take("move rest")
         shell.complain(caught.value)
-        told = capsys.readouterr().err.splitlines()
-        assert told[1:] == ["`enable` switches the motors on", "`home` references the arm"]
+        why, then = capsys.readouterr().err.splitlines()
+        assert why.endswith("To fix this, look at the arm, then type `home`")
+        assert then == "Type `enable` to switch the motors on."
+        with pytest.raises(ProgramError) as mistyped:
+            shell.take("mvoe rest")
+        shell.complain(mistyped.value)
+        assert "enable" not in capsys.readouterr().err
 
 
 def test_blocks_of_a_simulated_arm_are_put_and_shown(piped):

@@ -39,7 +39,7 @@ def moving(prompt):
 
 def test_lines_run_as_typed_and_are_kept_in_the_history(begin):
     prompt = begin()
-    assert "`home` references the arm" in prompt.enter("ready")
+    assert "type `home`" in prompt.enter("ready")
     assert "armdrive" not in prompt.enter("home")
     assert "\n6\n" in prompt.enter("2 * 3")
     assert "    redy\n    ^\n" in prompt.enter("redy")
