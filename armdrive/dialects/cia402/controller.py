@@ -34,7 +34,14 @@ from armdrive.dialects.cia402.leading import MotionLead
 from armdrive.dialects.cia402.measuring import UnitMeasurement
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
-from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, Search, StopPart, Stopping
+from armdrive.dialects.controller import (
+    HOST_DELAY_S,
+    ScriptRunner,
+    Search,
+    StopPart,
+    Stopping,
+    in_turn,
+)
 from armdrive.errors import Refused
 from armdrive.errors.printable import command_line
 from armdrive.tasks import (
@@ -80,7 +87,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self._exchange = io = Cia402Exchange(
             settings, motors.names, limits.cycle_s, self.unsolicited
         )
-        self._arm = config.name
+        self._arm, self._homes = config.name, config.homing is not None
         super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.bus, io)
         self.group = io.group
         self._transfers, states = ObjectTransfers(io), DriveStates(io)
@@ -127,6 +134,8 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         contact = self._contact
         if not self.group.contacted:
             yield from contact.connect()
+            if self._homes:
+                yield from self._homing.read_speeds(self.group.drives)
         match request:
             case MoveBy() | MoveAlong() | HomeDevice():
                 return (yield from self._move(request))
@@ -280,13 +289,15 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             begun_s + ramp_s + confirm_cycles * self.limits.cycle_s,
         )
 
-    def search(self, request: HomeDevice) -> Search:  # noqa: ARG002
-        """Bound the drives' own homing: by their heartbeat watch, else by a group's time."""
+    def search(self, request: HomeDevice) -> Search:
+        """Bound the drives' own homing: by their heartbeat watch, else by their searches."""
+        times = self._homing.times(request.groups)
+        lasts = in_turn(times)
         if not self.group.watches:
-            return Search(self.settings.homing_s)
-        rate_hz, silent_s = self._homing.rate_hz, self._unwatched_s
+            return Search(max(times).s, lasts=lasts)
+        rate_hz, silent_s = self._homing.rate_hz(request.groups), self._unwatched_s
         ramp_s = min(rate_hz / self.limits.fastest_hz, 1.0) * self.settings.quick_stop_s
-        return Search(silent_s + ramp_s, (silent_s + ramp_s / 2.0) * rate_hz)
+        return Search(silent_s + ramp_s, (silent_s + ramp_s / 2.0) * rate_hz, lasts)
 
     def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Bound each drive's deviation from the straight path, due to rounding in bursts."""

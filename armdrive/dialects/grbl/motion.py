@@ -7,8 +7,10 @@ is free. A reported position off the lines that were sent ends the motion.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from armdrive.dialects.controller import HomingTime
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import HELD, BoardState
 from armdrive.dialects.grbl.contact import GrblContact
@@ -327,6 +329,8 @@ class GrblHoming:
     contact: GrblContact
     settings: GrblSettings
     letters: str
+    time_of: Callable[[Home], HomingTime]
+    """How long a homing command lasts."""
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[HostEvent, Reply]:
         """Make the board home all motors at once, or one group after the other."""
@@ -339,7 +343,7 @@ class GrblHoming:
         before = self.board.alarm  # any other one is reported, and stays
         for command in self.commands(groups):
             self.exchange.speak(command)
-            message = yield from self._answer()
+            message = yield from self._answer(self.time_of(command))
             if message is None:
                 yield from self._end()
                 if not self.io.stop_hard:
@@ -360,13 +364,19 @@ class GrblHoming:
         motors = groups or (range(len(self.letters)),)
         return [Home(self.letters[motor]) for group in motors for motor in group]
 
-    def _answer(self) -> Script[HostEvent, Answer | None]:
-        """Wait for the answer to a homing command; return None at a stop or at the timeout."""
-        end_s = self.io.now_s + self.settings.homing_s
-        while self.io.now_s < end_s and not self.io.stop_asked:
+    def _answer(self, lasts: HomingTime) -> Script[HostEvent, Answer | None]:
+        """Wait for the answer to a homing command; return None at a stop or at the timeout.
+
+        The board homes on while this program is suspended, so everything that has arrived meanwhile
+        is read before the deadline counts.
+        """
+        end_s = self.io.now_s + lasts.waited_s
+        while not self.io.stop_asked:
             message = yield from self.exchange.listen(end_s)
             if isinstance(message, Answer):
                 return message
+            if message is None and self.io.now_s >= end_s:
+                break
         return None
 
     def _end(self) -> Script[HostEvent, None]:

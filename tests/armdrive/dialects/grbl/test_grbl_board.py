@@ -271,9 +271,56 @@ def test_a_search_that_finds_no_switch_ends_within_the_time_that_the_boards_sett
 def test_homing_that_takes_too_long_names_the_key_that_allows_more():
     made = homing_config()
     arm = found(replace(made, device=replace(made.device, homing_s=5.0)))
-    with pytest.raises(DeviceFault, match=r"not ended after 6 s.* raise homing_s in the arm file"):
+    arm.parts.core.controller.searches_s = (None,) * 6  # the board does not report its speeds
+    with pytest.raises(DeviceFault, match=r"not ended after 11 s.* raise grbl.homing_s in the arm"):
         arm.home()
     assert not arm.twin.device.moving
+
+
+@pytest.mark.parametrize(
+    ("firmware", "groups", "least_s"),
+    [
+        ("grbl", (), 40.0),
+        ("mega5x", ((3,), *ONE_BY_ONE), 100.0),
+        ("grblhal", ((3,), *ONE_BY_ONE), 300.0),
+        ("fluidnc", ((3,), *ONE_BY_ONE), 60.0),
+    ],
+)
+def test_a_board_that_homes_slowly_has_the_time_that_its_settings_give(firmware, groups, least_s):
+    made = homing_config(groups)
+    made = replace(made, device=replace(made.device, homing_s=1.0))
+    twin = simulate(made, firmware=firmware)
+    twin.board.settings.values[25] = 5.0 * 60.0  # steps a minute
+    arm = Arm(connect_simulated(made, twin=twin))
+    if arm.status.state is State.ERROR_STOP:  # it boots locked
+        arm.reset()
+    began_s = arm.status.time_s
+    arm.home()
+    assert arm.status.time_s - began_s > least_s
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_board_that_never_answers_the_homing_command_is_reset_after_the_time_that_it_needs():
+    arm = found(homing_config(((1,), *ONE_BY_ONE)))
+    arm.twin.link.back.append(Rule(rb"ok", lost, times=9))
+    search = arm.parts.core.controller.search(arm.config.homing.requests()[0])
+    began_s = arm.status.time_s
+    with pytest.raises(DeviceFault, match="not ended after") as caught:
+        arm.home()
+    assert arm.status.time_s - began_s <= search.lasts.waited_s + 3.0
+    assert "homing_s" not in str(caught.value)
+
+
+def test_an_axis_seeks_its_switch_no_faster_than_its_highest_rate():
+    arm = found(homing_config(((1,), *ONE_BY_ONE)))
+    controller, values = arm.parts.core.controller, arm.twin.board.settings.values
+    search = functools.partial(controller.search, arm.config.homing.requests()[0])
+    values[25] = values[110] / 2.0
+    run_blocking(arm.parts.runner.perform(compare_settings(arm.parts.context)))
+    slow_s = search().lasts.s
+    values[25], values[110] = 100.0 * values[110], values[110] / 2.0
+    run_blocking(arm.parts.runner.perform(compare_settings(arm.parts.context)))
+    assert search().lasts.s == pytest.approx(slow_s, rel=0.1)
 
 
 def test_what_is_said_before_homing_names_a_motor_that_would_move_away_from_its_switch():

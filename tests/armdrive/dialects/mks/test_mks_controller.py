@@ -307,16 +307,63 @@ def test_homing_on_a_bus_that_falls_silent_blames_no_drive(for_s, words):
 
 
 @pytest.mark.parametrize(
-    ("rpm", "homing_s", "words"),
-    [(HOMES_RPM, 1.0, "no switch in time"), (3000, 60.0, "no switch within its joints' limits")],
+    ("firmware", "rpm", "homing_s", "words"),
+    [
+        ((1, 0, 4), HOMES_RPM, 1.0, "no switch in time"),
+        (LATEST, 3000, 60.0, "no switch within its joints' limits"),
+        (LATEST, HOMES_RPM, 1.0, "no switch within its joints' limits"),
+    ],
 )
-def test_a_search_that_finds_no_switch_is_ended(rpm, homing_s, words):
-    bench = MksBench(settings={"homing_s": homing_s}).ready()
+def test_a_search_that_finds_no_switch_is_ended(firmware, rpm, homing_s, words):
+    bench = MksBench(firmware, settings={"homing_s": homing_s}).ready()
     drive = bench.node(5).sim
     drive.motor.switch.at = 10**9
     drive.flash.put(homing_at(rpm))
-    assert f"drive 5 (left wrist) found {words}" in denied(bench.do(HomeDevice(((4,),))))
+    reply = bench.do(HomeDevice(((4,),)), 100.0)
+    assert f"drive 5 (left wrist) found {words}" in denied(reply)
     bench.check_stands(1.0)
+
+
+def test_a_slow_drive_has_the_time_that_its_homing_speed_gives_for_its_range():
+    bench = MksBench(settings={"homing_s": 1.0}).ready()
+    drive, range_counts = bench.node(5).sim, bench.config.motor_ranges[4]
+    drive.motor.switch.at = round(range_counts)
+    began_s = bench.now_s
+    assert bench.do(HomeDevice(((4,),)), 100.0) == Done()
+    assert bench.now_s - began_s > 60.0
+
+
+@pytest.mark.parametrize(
+    ("firmware", "most_s", "remedy"),
+    [((1, 0, 4), 25.0, "raise mks.homing_s in the arm file"), (LATEST, 82.0, "")],
+)
+def test_a_search_that_stands_ends_in_time_and_names_only_a_key_that_helps(
+    firmware, most_s, remedy
+):
+    bench = MksBench(firmware, settings={"homing_s": 18.0}).ready()
+    bench.node(5).block()
+    began_s = bench.now_s
+    words = denied(bench.do(HomeDevice(((4,),)), 100.0))
+    assert bench.now_s - began_s < most_s
+    assert "drive 5 (left wrist) found no switch in time, after" in words
+    assert remedy in words
+    assert ("in the arm file" in words) is bool(remedy)
+    bench.check_stands(1.0)
+
+
+def test_homing_lasts_as_long_as_all_groups_and_a_silent_host_as_the_longest():
+    bench = MksBench((1, 0, 8))
+    for node, rpm in zip(bench.nodes, (60, 60, 60, 60, 60, 120), strict=True):
+        node.sim.flash.put(homing_at(rpm))
+    bench.do(ReadPosition())
+    wrist, other, both, each = (
+        bench.controller.search(HomeDevice(groups))
+        for groups in (((4,),), ((5,),), ((4, 5),), ((4,), (5,)))
+    )
+    assert wrist.lasts.s > other.lasts.s
+    assert both.lasts == wrist.lasts
+    assert each.lasts.s == wrist.lasts.s + other.lasts.s
+    assert each.time_s == both.time_s == wrist.time_s
 
 
 # -- A drive that is steered ends where it is sent, and does not run past that to come back --------
