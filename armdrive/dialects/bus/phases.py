@@ -225,11 +225,14 @@ def end_earlier_motion(
     io: ScriptIO[H],
     turning: Callable[[], Script[Any, list[D]]],
     stop: Callable[[list[D]], Script[Any, None]],
+    homes: Callable[[D], bool] = lambda _drive: False,
 ) -> Script[Any, None]:
     """Wait for the end of a motion that an earlier program left running, then stop it.
 
-    A stop request ends the wait. `turning` returns the drives that turn, and takes the time between
-    two looks. Raises `Obstructed` if a drive still turns after its stop.
+    A stop request ends the wait. A drive that `homes` is stopped at once: on a silent bus its
+    watchdog would stop it in the announced time, and these questions feed the watchdog. `turning`
+    returns the drives that turn, and takes the time between two looks. Raises `Obstructed` if a
+    drive still turns after its stop.
     """
     began_s, stopped_s = io.listened.s, math.inf
     while drives := (yield from turning()):
@@ -239,7 +242,7 @@ def end_earlier_motion(
                 "switch the motors' supply off"
             )
         waited = io.stop_asked or io.listened.s > began_s + EARLIER_MOTION_S
-        if waited and math.isinf(stopped_s):
+        if (waited or any(map(homes, drives))) and math.isinf(stopped_s):
             yield from stop(drives)
             stopped_s = io.listened.s
 

@@ -281,7 +281,12 @@ class MksContact:
 
     def _end_earlier_motion(self) -> MksScript[None]:
         """Wait until all drives stand, and stop those that do not."""
-        return end_earlier_motion(self._io, self._turning, self._stops.halt)
+        return end_earlier_motion(
+            self._io,
+            self._turning,
+            self._stops.halt,
+            lambda drive: self._io.states.get(drive) is MotorState.HOMING,
+        )
 
     def _turning(self) -> MksScript[list[ObservedDrive]]:
         """Return the drives that turn. Raises `Obstructed` if one calibrates its encoder.

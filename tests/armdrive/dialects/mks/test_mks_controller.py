@@ -114,12 +114,31 @@ def left_by_an_earlier_program(request_) -> MksBench:
 EARLIER = [RunAtSpeed(60, 236), Home()]
 
 
-@pytest.mark.parametrize("request_", EARLIER)
-def test_a_drive_that_an_earlier_program_left_turning_is_waited_for_and_then_stopped(request_):
-    bench = left_by_an_earlier_program(request_)
+def test_a_drive_that_an_earlier_program_left_turning_is_waited_for_and_then_stopped():
+    bench = left_by_an_earlier_program(RunAtSpeed(60, 236))
     assert isinstance(bench.do(ReadPosition()), Registers)
     assert 10_000 < bench.positions[0] < 40_000  # a second at a turn a second
     bench.check_stands()
+
+
+@pytest.mark.parametrize("silent_s", [0.05, 0.3, 0.49])
+def test_a_drive_that_an_earlier_program_left_homing_stands_in_the_announced_time(silent_s):
+    """Mission mks 710000137: the questions of the next program fed the drive's watchdog."""
+    bench = MksBench().ready()
+    announced_s = bench.controller.search(HomeDevice(((0,),))).time_s
+    bench.node(1).sim.motor.switch.at = 10**9
+    bench.begin(HomeDevice(((0,),)))
+    bench.run(0.5)
+    bench.dead, died_s = True, bench.now_s
+    bench.run(silent_s)
+    bench.controller = MksController(bench.controller.abilities, bench.config)
+    bench.dead = False
+    bench.begin(ReadPosition())
+    bench.run(announced_s - (bench.now_s - died_s))
+    there = bench.positions[0]
+    assert isinstance(bench.finish(), Registers)
+    bench.run(1.0)
+    assert bench.positions[0] == there
 
 
 @pytest.mark.parametrize("request_", EARLIER)
