@@ -181,6 +181,8 @@ class Command:
     """How much deeper it may go because the motors are not coordinated."""
     verified: bool = True
     """Whether the driver has read the registers a moment before a successful call returns."""
+    homes: bool = False
+    """Whether the device homes by itself, and may go on with that without the driver."""
 
 
 @dataclass(frozen=True, slots=True)
