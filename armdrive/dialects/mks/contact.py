@@ -197,6 +197,10 @@ REPLIES_OFF = (
     "(`armdrive doctor --fix`, or code 8C with 01 01)"
 )
 NO_SUCH_ORDER = "it may be in a mode in which it ignores motion commands: set SR_vFOC (Menu > Mode)"
+OWN_ID = (
+    "every drive ships with id 1. Unplug all but one and give each an id of its own, one at a time"
+)
+"""What to do about an id that more than one drive answers to."""
 TURNING = (
     MotorState.ACCELERATING,
     MotorState.DECELERATING,
@@ -260,10 +264,7 @@ class MksContact:
     def _shared_words(self) -> Words:
         """Wait for the answers of a second drive; return which ids two drives answer to."""
         yield from self._io.pause(self._io.now_s + self._io.settings.answer_s)
-        remedy = (
-            "every drive ships with id 1. Unplug all but one and give each an id of its own, one "
-        )
-        return shared_words(self._io.surplus.shared, "id", f"{remedy}at a time")
+        return shared_words(self._io.surplus.shared, "id", OWN_ID)
 
     def _recognise(self) -> MksScript[None]:
         """Learn the abilities that all drives have: those of the oldest firmware."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 
-from armdrive.dialects.bus.drives import NONE_HEARD, absent_words
+from armdrive.dialects.bus.drives import NONE_HEARD, absent_words, shared_words
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive
 from armdrive.dialects.bus.phases import (
     Act,
@@ -23,8 +23,10 @@ from armdrive.dialects.bus.phases import (
     run_phases,
 )
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
+from armdrive.dialects.mks.contact import OWN_ID
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, setting_of
 from armdrive.dialects.mks.stops import MksStops
+from armdrive.dialects.mks.survey import is_shared
 from armdrive.tasks import Done, Halted, Progress, RequestRejected
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
@@ -119,15 +121,20 @@ class MksHoming:
         return (yield from self._verify_zeros(drives))
 
     def _verify_zeros(self, drives: Sequence[ObservedDrive]) -> Script:
-        """Check that drives which have found their switches count from zero there."""
+        """Check that drives which have found their switches count from zero there.
+
+        If another drive answers to the same id, the reading may be of that one.
+        """
         io = self._io
         for drive in drives:
             io.host.settle(drive.node)
             drive.moving = False
         yield from io.look(drives)
         off = [drive for drive in drives if abs(drive.count or 0) > ZERO_COUNTS]
-        if off:
-            io.two_zeros = two_zeros_words(off[0])
+        for drive in off:
+            if (yield from is_shared(io, drive.node)):
+                return RequestRejected(shared_words((drive.node,), "id", OWN_ID))
+            io.two_zeros = two_zeros_words(drive)
             return RequestRejected(io.two_zeros)
         return Done()
 

@@ -47,6 +47,7 @@ from firmware_protocol.mks import (
     Code,
     Enable,
     Home,
+    HomingState,
     Mode,
     MoveAbsoluteAxis,
     ReadStall,
@@ -261,6 +262,25 @@ def test_homing_goes_group_by_group_and_sets_no_zero():
     assert homed == [3, 1, 2]
     assert Code.ZERO not in {frame.data[0] for _, frame in bench.sent}
     assert bench.positions == Motors((0, 0, 0, *STARTS[3:]))
+
+
+def test_a_homed_drive_whose_id_another_one_takes_is_not_said_to_have_two_zeros():
+    """Mission mks 710000599: the new zero was read from the other drive."""
+    bench = MksBench(starts=(20_000, 0, 0, 0, 0, 0)).ready()
+    node = bench.node(3).sim
+
+    def takes(frame, host):
+        tells = not host and frame.can_id == 3 and frame.data[0] == Code.HOME
+        if tells and node.motion.homing is HomingState.DONE:
+            bench.device.board.set_id(0, 3)
+        return False
+
+    bench.loses = takes
+    assert "more than one drive answers to the id 3" in denied(bench.do(HomeDevice(((2,),))))
+    bench.loses = lambda _frame, _host: False
+    bench.device.board.set_id(0, 1)
+    assert bench.do(ClearFault()) == Done()
+    assert bench.do(HomeDevice(((2,),))) == Done()
 
 
 def test_a_stop_that_a_homing_drive_did_not_receive_is_repeated():
