@@ -438,9 +438,12 @@ def _home_by_switches(stage: Stage, begin: Callable[[], None]) -> TypedError | N
 def _excuse_homed(stage: Stage, began_s: float) -> None:
     """Excuse motors that slipped in a homing, or whose switches were stuck: no driver can know.
 
-    Nor can it know of steppers that a hand has turned.
+    Nor can it know of steppers that a hand has turned, or of a line that was changed and made the
+    board home another axis.
     """
     watch = stage.watch
+    if watch.misdirected:
+        watch.excuse_restart()
     lost = watch.slipped | {at for at, until_s in stage.stuck_until_s.items() if until_s >= began_s}
     if not stage.world.closed_loop:
         lost |= watch.turned_in_command

@@ -71,6 +71,9 @@ FILL_S = 0.1
 """After this, the first lines of a motion have filled the segment buffer and the planner."""
 MAX_LEAD_S = 0.1
 """A motion too slow for the board runs ahead of its schedule by up to this, then waits."""
+SHORTEST_HOMING_S = 0.05
+"""No board homes so fast: it backs off twice, with pauses ($26). An earlier ok is that of a line
+that was changed on the wire."""
 OVERRIDE_FACTOR = 12.0
 """The lowest feed override makes a motion take ten times as long; the rest is margin."""
 
@@ -343,6 +346,7 @@ class GrblHoming:
         before = self.board.alarm  # any other one is reported, and stays
         for command in self.commands(groups):
             self.exchange.speak(command)
+            began_s = self.io.now_s
             message = yield from self._answer(self.time_of(command))
             if message is None:
                 yield from self._end()
@@ -351,6 +355,12 @@ class GrblHoming:
                 return Halted(kept=False)
             if not isinstance(message, Acknowledged):
                 return refusal(message, f"`{command.text}`", moved=True)
+            too_soon = self.io.now_s < began_s + SHORTEST_HOMING_S
+            if too_soon and self.board.alarm is before:
+                return RequestRejected(
+                    f"the board answered `{command.text}` at once, so it has not homed: the line "
+                    "was changed on the wire"
+                )
         yield from self.exchange.look(self.settings.answer_s)
         if self.board.state is State.ALARM and self.board.alarm is before:
             # FluidNC stays locked while an axis that could home has not: the arm file leaves it out

@@ -311,6 +311,35 @@ def test_a_board_that_never_answers_the_homing_command_is_reset_after_the_time_t
     assert "homing_s" not in str(caught.value)
 
 
+def test_a_homing_command_that_was_changed_on_the_wire_references_nothing():
+    """Mission grbl 710001090: the board answered what had become a comment with ok."""
+    arm = found(homing_config(((3,), *ONE_BY_ONE)))
+    arm.twin.link.to.append(Rule(rb"\$HY", becoming(lambda line: line.replace(b"$", b"("))))
+    with pytest.raises(DeviceFault, match=r"`.HY` at once, so it has not homed"):
+        arm.home()
+    assert arm.status.trust is not Trust.REFERENCED
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_after_homing_that_failed_the_next_motion_begins_where_the_arm_stands(firmware):
+    """Mission grbl 710001233: FluidNC drove on from where its search was to end."""
+    arm = found(homing_config(), firmware=firmware)
+    if arm.status.state is State.ERROR_STOP:  # it boots locked
+        arm.reset()
+    arm.twin.board.set_switch(0, SwitchState.OPEN)
+    with pytest.raises(DeviceFault, match="did not find the switch"):
+        arm.home()
+    arm.twin.board.set_switch(0, SwitchState.FREE)
+    arm.reset()
+    arm.twin.world.drive_to(arm.twin.world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
+    before = arm.twin.world.motors
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
+    arm.jog_j(base_deg=2.0)
+    turned = arm.twin.world.motors - before
+    assert abs(turned[0] - 2.0 * abs(arm.parts.core.transmission.matrix[0][0]) * 0.01745) < 2.0
+    assert not any(turned[1:])
+
+
 def test_an_axis_seeks_its_switch_no_faster_than_its_highest_rate():
     arm = found(homing_config(((1,), *ONE_BY_ONE)))
     controller, values = arm.parts.core.controller, arm.twin.board.settings.values
