@@ -8,9 +8,11 @@ from typing import Any, Protocol, TypeVar
 
 from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
+from armdrive.arm.moving import PATIENCE
 from armdrive.blocking import blocking
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.parts import Parts
+from armdrive.connect.parts import PATIENCE_S, Parts
+from armdrive.dialects.controller import in_turn
 from armdrive.dialog import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.errors.arguments import checked_calls, known_attributes
@@ -50,8 +52,6 @@ SAME_DRIFT = (
     "as much as the last time: slack or wrong numbers in the arm file rather than lost steps, "
     "which differ from time to time"
 )
-
-HOMING_PATIENCE_S = 300.0  # a homing that takes longer is stopped
 
 
 def homes_by_switches(config: ArmConfig) -> bool:
@@ -249,6 +249,8 @@ async def home(
     runner = parts.runner
     if parts.config.homing is not None and reference.homes_by_switches:
         groups = reference.homing_groups
+        search = parts.core.controller.search
+        lasts_s = in_turn(search(each).lasts for each in parts.config.homing.requests()).s
         with parts.pace.lock:
             runner.require(Event.HOME)
             runner.require_no_stop(stops, BEFORE)
@@ -256,7 +258,7 @@ async def home(
                 parts.context, parts.config.homing, lambda group: report(groups[group])
             )
             task = runner.submit(body, alone=True)
-        await runner.finish(task, HOMING_PATIENCE_S)
+        await runner.finish(task, lasts_s * PATIENCE + PATIENCE_S)
         return parts.pose
     request = reference.request()
     if operator is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeAlias
 
@@ -40,15 +40,59 @@ OVERTRAVEL = 1.1
 switch."""
 
 
+HOMING_MARGIN_S = 5.0
+"""A device that homes is awaited for this much longer than its homing lasts: ramps that it does not
+report, and lost or late reports. A search that passes its switch is ended sooner, by the device or
+by its motor's travel, so the margin only delays the error of a search that stands."""
+
+
+@dataclass(frozen=True, order=True, slots=True)
+class HomingTime:
+    """How long a homing lasts at most: computed from what the device reports, or else assumed.
+
+    `assumed` is the key of the arm file that gave the time; empty if it was computed.
+    """
+
+    s: float
+    assumed: str = ""
+
+    @property
+    def waited_s(self) -> float:
+        """How long the device is awaited."""
+        return self.s + HOMING_MARGIN_S
+
+    @property
+    def remedy(self) -> str:
+        """How to allow more time, for the end of an error message; empty if no key does."""
+        if not self.assumed:
+            return ""
+        return (
+            "; the device does not report how fast it homes: if its motors need longer, raise "
+            f"{self.assumed} in the arm file"
+        )
+
+
+def in_turn(times: Iterable[HomingTime]) -> HomingTime:
+    """Return how long several homings last, one after the other."""
+    each = list(times)
+    assumed = (time.assumed for time in each if time.assumed)
+    return HomingTime(math.fsum(time.s for time in each), next(assumed, ""))
+
+
+NO_HOMING = HomingTime(0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Search:
-    """How long a device goes on homing after the host has fallen silent.
+    """A device's own homing: how long it goes on if the host falls silent, and how long it lasts.
 
-    `most_steps` is how far any of its motors turns meanwhile; infinite if its speed is not known.
+    `time_s` is the time after the host has fallen silent, and `most_steps` how far any of the
+    motors turns meanwhile; infinite if its speed is not known.
     """
 
     time_s: float
     most_steps: float = math.inf
+    lasts: HomingTime = NO_HOMING
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +234,7 @@ class ScriptRunner(ABC, Generic[H]):
         return Stopping(stands_s, motion_s, stands_s, motion_s, stands_s + seen_s)
 
     def search(self, request: HomeDevice) -> Search:  # noqa: ARG002
-        """Bound how long the device's own homing goes on if the host falls silent during it.
+        """Bound the device's own homing, and how long it goes on if the host falls silent.
 
         The switches have to work. By default a device does not home by itself.
         """

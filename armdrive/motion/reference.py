@@ -86,6 +86,7 @@ def _settled(context: MotionContext) -> TaskBody[None]:
 def _home_group(context: MotionContext, request: HomeDevice) -> TaskBody[None]:
     """Home some of the motors; if homing ends early, nothing is referenced."""
     core, began_s = context.core, context.now_s
+    lasts = core.controller.search(request).lasts
     core.stops.home(request)
     reply = yield from context.driven(request)
     core.stops.end()
@@ -96,8 +97,8 @@ def _home_group(context: MotionContext, request: HomeDevice) -> TaskBody[None]:
     if context.stopping:
         raise context.stopped("homing was stopped: nothing was referenced")
     late = (
-        f"it had not ended after {context.now_s - began_s:.0f} s, {context.engine.received}; if "
-        "its motors need longer, raise homing_s in the arm file"
+        f"it had not ended after {context.now_s - began_s:.0f} s, {context.engine.received}"
+        f"{lasts.remedy}"
     )
     why = late if isinstance(reply, Halted) else reply  # without a stop, a halt is a timeout
     words = f"homing failed: {why}. Look at the switches and the arm, then call `reset()`"

@@ -10,6 +10,8 @@ from armdrive.arm import Arm
 from armdrive.arm.connected import Handle
 from armdrive.arm.moving import PATIENCE
 from armdrive.connect.parts import PATIENCE_S
+from armdrive.dialects.controller import HOMING_MARGIN_S, in_turn
+from armdrive.errors import Stopped
 from armdrive.motion.execute import Moved
 from armdrive.moves import Jog
 from armdrive.sim.world.table import TableBlock
@@ -38,6 +40,9 @@ from .stage import Stage, suspend
 
 TIMEOUT_MARGIN_S = PATIENCE_S + 10.0
 """A motion has to end within `PATIENCE` times its planned duration, and this margin."""
+
+HOMING_S = 20.0
+"""A simulated arm seeks its switches for about this long."""
 
 Action = Callable[[Stage], TypedError | None]
 
@@ -363,7 +368,9 @@ def disable(stage: Stage) -> TypedError | None:
 
 
 def home(stage: Stage) -> TypedError | None:
-    """Reference the arm: the operator brings it to its reference posture."""
+    """Reference the arm: its device seeks the switches, or the operator brings it to a posture."""
+    if stage.homes:
+        return _home_by_switches(stage, lambda: None)
     arm = arm_of(stage)
     reference = arm.model.reference
     assert reference is not None
@@ -374,6 +381,74 @@ def home(stage: Stage) -> TypedError | None:
         if error is None:
             ended_well()
     return error
+
+
+def stop_homing(stage: Stage) -> TypedError | None:
+    """Stop an arm while it seeks its switches."""
+    return _end_homing(stage, "stop", hard=False)
+
+
+def estop_homing(stage: Stage) -> TypedError | None:
+    """Make an emergency stop while an arm seeks its switches."""
+    return _end_homing(stage, "estop", hard=True)
+
+
+def _end_homing(stage: Stage, what: str, *, hard: bool) -> TypedError | None:
+    after_s = stage.draw.uniform(0.0, HOMING_S)
+
+    def stop() -> None:
+        arm = stage.arm
+        if arm is None or stage.pace.dead:
+            return
+        status = arm.status
+        if status.state is State.HOMING:
+            stage.add_bound(what, status.stop_time_s, status.stop_distance_mm)
+            arm.request_stop(hard=hard)
+
+    return _home_by_switches(stage, lambda: stage.schedule.at(stage.now_s + after_s, stop))
+
+
+def _home_by_switches(stage: Stage, begin: Callable[[], None]) -> TypedError | None:
+    """Let the device seek its switches; `begin` is called when it begins."""
+    arm, watch, homing = arm_of(stage), stage.watch, stage.config.homing
+    assert homing is not None
+    aim = PostureAim(homing.joints, homing.opening_mm, watch.on_the_step)
+    command = Command("home by its switches", aim=aim, homes=True)
+    search, began_s = arm.parts.core.controller.search, stage.now_s
+    lasts_s = in_turn(search(request).lasts for request in homing.requests()).s
+    longest_s = lasts_s + len(stage.world.motors) * HOMING_MARGIN_S + TIMEOUT_MARGIN_S
+
+    def act() -> None:
+        begin()
+        try:
+            arm.home()
+        except Stopped:
+            arm.sleep(2.0)
+            raise
+        _excuse_homed(stage, began_s)
+
+    with watch.reference_attempt() as ended_well:
+        watch.begin_reference(no_faults=stage.no_faults)
+        error = call(stage, act, command, longest_s)
+        if error is None:
+            ended_well()
+    return error
+
+
+def _excuse_homed(stage: Stage, began_s: float) -> None:
+    """Excuse motors that slipped in a homing, or whose switches were stuck: no driver can know.
+
+    Nor can it know of steppers that a hand has turned, or of a line that was changed and made the
+    board home another axis.
+    """
+    watch = stage.watch
+    if watch.misdirected:
+        watch.excuse_restart()
+    lost = watch.slipped | {at for at, until_s in stage.stuck_until_s.items() if until_s >= began_s}
+    if not stage.world.closed_loop:
+        lost |= watch.turned_in_command
+    if lost:
+        watch.excuse_restart(motors=lost)
 
 
 def close_and_connect(stage: Stage) -> TypedError | None:
@@ -418,3 +493,7 @@ ACTIONS: Mapping[str, tuple[Action, int]] = MappingProxyType(
     }
 )
 """Every action with its weight in the draw."""
+HOMING_ACTIONS: Mapping[str, tuple[Action, int]] = MappingProxyType(
+    {"home": (home, 8), "stop homing": (stop_homing, 5), "estop homing": (estop_homing, 3)}
+)
+"""The actions of an arm with switches, besides the others."""

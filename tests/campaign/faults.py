@@ -175,7 +175,9 @@ def _stall(stage: Stage) -> str:
 
 def _switch(stage: Stage) -> str:
     state = stage.draw.choice(("open", "closed"))
-    return inject(stage, f"switch {motor(stage)} {state} for={stage.draw.choice((0.5, 4.0))}")
+    number, for_s = motor(stage), stage.draw.choice((0.5, 4.0))
+    stage.stuck_until_s[number - 1] = stage.now_s + for_s
+    return inject(stage, f"switch {number} {state} for={for_s}")
 
 
 def _pendant(stage: Stage) -> str:

@@ -11,10 +11,11 @@ import math
 import traceback
 from collections.abc import Callable
 
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, LinkError
 from armdrive.errors.table import entry
 from armdrive.runtime.engine import CALL_LIMIT_S
 from armdrive.runtime.overrides import LONGEST_SIMULATED_WAIT_S
+from armdrive.runtime.stop_bounds import homing_bound
 from armdrive.status import State, Trust
 from kinematics import KinematicsError
 
@@ -52,12 +53,15 @@ def call(
     stage.look()
     if stage.no_faults and not stage.twin.device.moving:
         stage.watch.late_s = 0.0  # the late message has come, and what it moved stands
-    arm, began_s, runs_on_s = stage.arm, stage.now_s, 0.0
+    arm, began_s, runs_on_s, stops_s = stage.arm, stage.now_s, 0.0, 0.0
     if command is not None:
         assert arm is not None
         motion = stage.config.motion
         burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
-        runs_on_s = arm.parts.core.controller.stopping(burst_s).silent_s
+        controller = arm.parts.core.controller
+        runs_on_s = stops_s = controller.stopping(burst_s).silent_s
+        if command.homes and (bound := homing_bound(stage.config, controller)) is not None:
+            runs_on_s = max(runs_on_s, bound.silent_time_s)
         turned = stage.watch.turned_by_hand
         turns_back = turned is not None and stage.now_s <= turned.until_s
         if stage.twin.device.moving or turns_back:
@@ -88,7 +92,9 @@ def call(
     finally:
         stage.schedule.deadlines.end()
     if command is not None:
-        stage.watch.end(stage.now_s, runs_on_s if error else 0.0)
+        if not isinstance(error, LinkError):
+            runs_on_s = stops_s if error else 0.0
+        stage.watch.end(stage.now_s, runs_on_s)
     stage.look()
     took_s = stage.now_s - began_s
     if took_s > longest_s + stage.suspended_s:

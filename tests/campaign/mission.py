@@ -11,7 +11,14 @@ from armdrive.errors import LinkError, OutOfBounds, Refused, Stopped
 from armdrive.status import State, Trust
 from kinematics import KinematicsError, Motors
 
-from .actions import ACTIONS, connect, home, move_certainly
+from .actions import (
+    ACTIONS,
+    HOMING_ACTIONS,
+    HOMING_S,
+    connect,
+    home,
+    move_certainly,
+)
 from .clock import CPU_S, Hang, ProgramKilled, cpu_limit
 from .faults import FAULTS, NONE, CampaignFault
 from .goals import certain_goal, place_near_limits
@@ -19,6 +26,8 @@ from .laws import Broken, TypedError, call, check_trust, check_watch
 from .stage import Stage
 
 FAULT_COUNTS = (0, 1, 1, 1, 1, 1, 2, 2, 3)
+HOMING_SHARE = 0.3
+"""The share of arms that home by their switches, if their devices can."""
 TRIES = 4
 STILL_S = 0.6
 LONGEST_REST_S = 30.0
@@ -79,11 +88,14 @@ class Mission:
     def __init__(self, dialect: str, seed: int) -> None:
         self.dialect, self.seed = dialect, seed
         self.draw = random.Random(f"{dialect} {seed}")
-        self.stage = Stage(dialect, self.draw)
+        # from a generator of its own: other missions stay as they are
+        homes = random.Random(f"{dialect} {seed} homes").random() < HOMING_SHARE
+        self.stage = Stage(dialect, self.draw, homes=homes)
         self.outcome = Outcome.ENDED_WELL
         self.happened: list[str] = []
         self.log: list[str] = []
         self._faults_over = False
+        self._found_at = self.stage.posture()
 
     def run(self, *, keep_log: bool = False) -> Result:
         """Run the mission; keep its log if asked to, or if a law was broken."""
@@ -118,12 +130,14 @@ class Mission:
             (draw.randrange(count), draw.random() * draw.choice((0.1, 0.5, 1.5)), self._fault())
             for _ in range(draw.choice(FAULT_COUNTS))
         )
-        names, weights = list(ACTIONS), [weight for _, weight in ACTIONS.values()]
+        actions = {**ACTIONS, **HOMING_ACTIONS} if stage.homes else ACTIONS
+        names, weights = list(actions), [weight for _, weight in actions.values()]
         for number in range(count):
-            for _, after_s, index in (each for each in faults if each[0] == number):
-                self._schedule_fault(FAULTS[index], after_s)
             name = draw.choices(names, weights)[0]
-            self._act(name, ACTIONS[name][0])
+            longer = HOMING_S if stage.homes and name in HOMING_ACTIONS else 1.0
+            for _, after_s, index in (each for each in faults if each[0] == number):
+                self._schedule_fault(FAULTS[index], after_s * longer)
+            self._act(name, actions[name][0])
             if draw.random() < 0.85:
                 self._recover()
             elif stage.arm is None:
@@ -244,7 +258,7 @@ class Mission:
             return
         joints, opening_mm = stage.posture()
         if stage.arm.model.arm.violations(joints):  # the arm sagged or slipped beyond a limit
-            self._act("home", home)
+            self._bring_back()
             return
         with stage.watch.reference_attempt() as ended_well:
             stage.watch.begin_reference(no_faults=stage.no_faults)
@@ -257,6 +271,14 @@ class Mission:
             )
             if error is None and stage.arm is not None:
                 ended_well()
+
+    def _bring_back(self) -> None:
+        """Home; if the switches do not help, a person brings the arm to where it was found."""
+        stage = self.stage
+        error = self._act("home", home)
+        if error is not None and stage.homes and not stage.twin.device.moving:
+            self._note("  brought back by hand")
+            stage.place_by_hand(*self._found_at)
 
     def _wait_until_still(self) -> None:
         """Wait until the physical arm stands."""
@@ -300,7 +322,7 @@ class Mission:
             self._reference()
         goal = certain_goal(stage)
         if goal is None:  # the arm is inside a guard, or every path leads deeper into one
-            self._act("home", home)
+            self._bring_back()
             goal = certain_goal(stage)
         if goal is None or stage.arm is None or not stage.arm.parts.core.position_known:
             return False

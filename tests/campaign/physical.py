@@ -181,6 +181,8 @@ class Command:
     """How much deeper it may go because the motors are not coordinated."""
     verified: bool = True
     """Whether the driver has read the registers a moment before a successful call returns."""
+    homes: bool = False
+    """Whether the device homes by itself, and may go on with that without the driver."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -293,8 +295,13 @@ class Watch:
         self._bounds.clear()
 
     def end(self, now_s: float, runs_on_s: float) -> None:
-        """Note that the call has ended; what it has sent may run on for `runs_on_s`."""
-        self._until_s = now_s + runs_on_s + self.late_s + NOISE_S
+        """Note that the call has ended; what it has sent may run on for `runs_on_s`.
+
+        What an earlier command has sent may still run on for longer, such as a homing without wire.
+        """
+        ends_s = now_s + runs_on_s + self.late_s + NOISE_S
+        earlier_s = self._earlier_until_s
+        self._until_s = max(ends_s, earlier_s) if math.isfinite(earlier_s) else ends_s
 
     def add_bound(self, bound: Bound) -> None:
         """Judge motions by this bound as well, until the next command begins."""

@@ -49,6 +49,7 @@ from .clock import CampaignPace, Schedule
 from .disk import Disk
 from .excuses import LostTargets, fastest_hz
 from .physical import Bound, Watch, WatchedWorld
+from .switches import can_home, with_switches
 
 STATE = Path("/state/arm.json")
 FAST_RESTART_S = 0.12
@@ -63,9 +64,14 @@ RADII_MM = (10.0, 10.0, 10.0)
 
 
 @cache
-def config_of(name: str, variant: int) -> ArmConfig:
-    """Return the arm of a dialect; variants have other bursts, an obstacle, or frequent polls."""
+def config_of(name: str, variant: int, homes: bool = False) -> ArmConfig:
+    """Return the arm of a dialect; variants have other bursts, an obstacle, or frequent polls.
+
+    An arm that `homes` has switches; every other variant leaves their order to its device.
+    """
     config = simulated_config(name)
+    if homes:
+        config = with_switches(config, grouped=bool(variant & 1))
     motion, model = config.motion, config.model
     if variant & 1:
         motion = replace(motion, planned_burst_s=0.2)
@@ -164,11 +170,18 @@ class KillableLink(MemoryLink):
 
 
 class Stage:
-    """An arm with all around it. `arm` is the program that drives it now; None if there is none."""
+    """An arm with all around it. `arm` is the program that drives it now; None if there is none.
 
-    def __init__(self, name: str, draw: random.Random, variant: int | None = None) -> None:
+    An arm that `homes` does so by its switches, if its device can.
+    """
+
+    def __init__(
+        self, name: str, draw: random.Random, variant: int | None = None, *, homes: bool = False
+    ) -> None:
         variant = draw.randrange(variants_of(name)) if variant is None else variant
-        self.config = config_of(name, variant)
+        self.homes = homes and can_home(name, board_of(name, variant))
+        """Whether the arm homes by its switches."""
+        self.config = config_of(name, variant, self.homes)
         kind = simulated_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
         board = kind.make(self.config, self.world, chosen(kind.settings, board_of(name, variant)))
@@ -206,6 +219,8 @@ class Stage:
         """By when a program knows that MKS drives restarted."""
         self._restarted, self._restarts_fast = 0, False
         """How many these are, and whether they may obey an order from their new zeros."""
+        self.stuck_until_s: dict[int, float] = {}
+        """Until when the switch of a motor is stuck; motors count from 0."""
         self.no_hold_until_s: dict[int, float] = {}
         """Until when the driver cannot order a drive to hold, by its motor, counted from 0."""
         speeds = self.config.model.joint_speeds_rad_s

@@ -9,6 +9,9 @@ from amounts import amount
 
 from armdrive.arm.moving import Gripper
 from armdrive.connect.parts import TaskRunner
+from armdrive.dialects.bus import phases
+from armdrive.dialects.bus.phases import Phase, Signal
+from armdrive.dialects.mks import contact
 from armdrive.errors import OutOfBounds
 from armdrive.motion import execute as motion
 from armdrive.motion import gripper as gripping
@@ -21,6 +24,7 @@ from armdrive.registry import DIALECTS
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.overrides import SpeedOverride
 from armdrive.runtime.states import Belief
+from armdrive.runtime.stop_bounds import StopForecast
 from armdrive.sim.grbl.firmware import FIRMWARES
 from armdrive.status import Evidence
 from kinematics.paths.timing import MotionLimits
@@ -31,6 +35,7 @@ from .faults import FAULTS
 from .mission import Outcome, Result, run_mission
 from .run import main, story, table_of, tasks
 from .stage import Stage
+from .switches import SETTINGS
 
 SAMPLE = {"mks": 2, "cia402": 2, "teachmover": 8}
 """Missions of an everyday run; 4 of those that take neither so long nor so little."""
@@ -172,6 +177,7 @@ def test_a_grasp_that_does_nothing_is_found_out(monkeypatch):
 def only(monkeypatch, action):
     """Make missions draw one action only."""
     monkeypatch.setattr(mission, "ACTIONS", {action: ACTIONS[action]})
+    monkeypatch.setattr(mission, "HOMING_ACTIONS", {})
 
 
 def test_a_grasp_that_measures_wrongly_is_found_out(monkeypatch):
@@ -218,6 +224,47 @@ def test_a_hold_that_expires_late_or_never_is_found_out(monkeypatch, dialect, mo
 def test_a_stop_that_is_ignored_is_found_out(monkeypatch):
     monkeypatch.setattr(TaskRunner, "request_stop", lambda *_, **__: None)
     assert "stop" in found_by_the_campaign("grbl", first=3)
+
+
+def homing_only(monkeypatch):
+    """Make all arms of these missions home by their switches, and do nothing else."""
+    monkeypatch.setattr(mission, "HOMING_SHARE", 1.0)
+    monkeypatch.setattr(mission, "ACTIONS", {})
+
+
+@pytest.mark.parametrize("dialect", SETTINGS)
+def test_no_promise_is_broken_by_arms_that_home(monkeypatch, dialect):
+    homing_only(monkeypatch)
+    for seed in range(amount(SAMPLE.get(dialect, 4), 25)):
+        result = run_mission(dialect, seed)
+        assert result.outcome is not Outcome.VIOLATION, story(result)
+
+
+def test_a_driver_that_trusts_an_arm_whose_homing_failed_is_found_out(monkeypatch):
+    homing_only(monkeypatch)
+    ignoring(monkeypatch, Evidence.HOMING_FAILED)
+    assert "but the motors stand at" in found_by_the_campaign("mks")
+
+
+def test_a_bound_that_does_not_cover_homing_is_found_out(monkeypatch):
+    homing_only(monkeypatch)
+    monkeypatch.setattr(StopForecast, "home", lambda *_: None)
+    assert "the cable was pulled" in found_by_the_campaign("grbl")
+
+
+def test_homing_that_a_stop_does_not_end_is_found_out(monkeypatch):
+    homing_only(monkeypatch)
+    rows = {each: row for each, row in phases.TABLE.items() if each != (Phase.HOMING, Signal.STOP)}
+    monkeypatch.setattr(phases, "TABLE", rows)
+    assert "stop: it moved" in found_by_the_campaign("mks", first=2)
+
+
+def test_a_program_that_lets_drives_of_an_earlier_one_home_on_is_found_out(monkeypatch):
+    """Mission mks 710000137 found this in the driver."""
+    homing_only(monkeypatch)
+    end = phases.end_earlier_motion
+    monkeypatch.setattr(contact, "end_earlier_motion", lambda *words: end(*words[:3]))
+    assert "the program was killed: it moved" in found_by_the_campaign("mks", first=3)
 
 
 def test_a_pause_that_is_ignored_is_found_out(monkeypatch):

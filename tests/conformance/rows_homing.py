@@ -3,11 +3,13 @@
 Each switch is a little beyond the place where its motor begins.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
 from armdrive.arm import Arm
+from armdrive.dialects.controller import OVERTRAVEL
 from armdrive.errors import DeviceFault, LinkLost, Stopped
 from armdrive.status import State, Status, Trust
 from kinematics import Motors
@@ -19,38 +21,31 @@ from .observation import ON_THE_STEP, Observation, check
 from .rows_moving import check_moves
 from .rows_stopping import check_within_bound
 
-TRAVEL, SEARCH_S, TURN = 400, 2.0, 16384
-"""Drives reach their switches in one second. The search for a switch that never closes is longer,
-so that it is seen to end by its limit."""
+TRAVEL, TURN, CIA402_TURN = 400, 16384, 10_000
+"""Drives reach their switches in one second, at one turn a second."""
 
 
 @dataclass(frozen=True, slots=True)
 class Search:
     """How a controller seeks a switch, in motor steps.
 
-    `lines` are for the arm file. `ahead` is the distance of each motor from its switch, and `most`
-    how far a motor seeks a switch that never closes; it may be seen `tolerance` steps beyond that.
+    `lines` are for the arm file. `ahead` is the distance of each motor from its switch. `tolerance`
+    is how far a motor may be seen beyond the end of its search for a switch that never closes: the
+    end of its range, or `most`.
     """
 
     lines: str
     ahead: int
-    most: float
     tolerance: int
+    most: float = math.inf
 
 
 SEARCHES: Mapping[str, Search] = MappingProxyType(
     {
         # GRBL seeks one and a half times the travel, in steps, and backs off by two steps
-        "grbl": Search(f"homing = true\ntravel = {[TRAVEL] * 6}", 80, 1.5 * TRAVEL, 4),
-        # the drive itself seeks, at one turn per second
-        "mks": Search(f"homing_s = {SEARCH_S}", TURN, (SEARCH_S + 0.5) * TURN, 1),
-        # so do these, which count in other units
-        "cia402": Search(
-            f"homing_s = {SEARCH_S}\nhoming_methods = {[18] * 6}",
-            10_000,
-            (SEARCH_S + 0.5) * 10_000,
-            1,
-        ),
+        "grbl": Search(f"homing = true\ntravel = {[TRAVEL] * 6}", 80, 4, 1.5 * TRAVEL),
+        "mks": Search("", TURN, TURN),
+        "cia402": Search(f"homing_methods = {[18] * 6}", CIA402_TURN, CIA402_TURN),
     }
 )
 """The search of each dialect, which is also the name of its section in the arm file."""
@@ -132,12 +127,16 @@ def _make_homing_fail(bench: Bench, fault: str) -> tuple[Arm, Motors, Observatio
 
 
 def _check_recovery(bench: Bench, arm: Arm, goal: Motors, start: Observation) -> None:
-    """End the fault, move back a motor that ran past its switch, and home."""
+    """End the fault, move back a motor that ran to the end of its range, and home.
+
+    A drive that ran into a stop has switched its motor off.
+    """
     before = bench.look()
     bench.heal()
     arm.reset()
     bench.sleep(0.5)
     check(bench.look().motors == before.motors, "the reset moved the arm")
+    bench.switch_on(arm)
     back = start.motors - before.motors
     if back.largest > SEARCHES[bench.row.name].ahead:
         arm.move_motors(*back)
@@ -153,7 +152,8 @@ def a_switch_that_never_closes_ends_homing(bench: Bench) -> None:
     arm, _, start, after = _make_homing_fail(bench, "open")
     made = abs(after.motors[STUCK - 1] - start.motors[STUCK - 1])
     search = SEARCHES[bench.row.name]
-    most = search.most + search.tolerance
+    range_steps = OVERTRAVEL * arm.config.motor_ranges[STUCK - 1]
+    most = min(search.most, range_steps) + search.tolerance
     check(made <= most, f"it sought a switch for {made} steps, not {most:.0f}")
     bench.heal()
     arm.reset()

@@ -15,7 +15,7 @@ from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.observer import ObservedDrive
-from armdrive.dialects.controller import OVERTRAVEL
+from armdrive.dialects.controller import OVERTRAVEL, HomingTime
 from armdrive.dialects.exchange import ListenedTime, Script, ScriptIO
 from armdrive.tasks import Done, Reply, RequestRejected, Timeout, never
 
@@ -225,11 +225,14 @@ def end_earlier_motion(
     io: ScriptIO[H],
     turning: Callable[[], Script[Any, list[D]]],
     stop: Callable[[list[D]], Script[Any, None]],
+    homes: Callable[[D], bool] = lambda _drive: False,
 ) -> Script[Any, None]:
     """Wait for the end of a motion that an earlier program left running, then stop it.
 
-    A stop request ends the wait. `turning` returns the drives that turn, and takes the time between
-    two looks. Raises `Obstructed` if a drive still turns after its stop.
+    A stop request ends the wait. A drive that `homes` is stopped at once: on a silent bus its
+    watchdog would stop it in the announced time, and these questions feed the watchdog. `turning`
+    returns the drives that turn, and takes the time between two looks. Raises `Obstructed` if a
+    drive still turns after its stop.
     """
     began_s, stopped_s = io.listened.s, math.inf
     while drives := (yield from turning()):
@@ -239,7 +242,7 @@ def end_earlier_motion(
                 "switch the motors' supply off"
             )
         waited = io.stop_asked or io.listened.s > began_s + EARLIER_MOTION_S
-        if waited and math.isinf(stopped_s):
+        if (waited or any(map(homes, drives))) and math.isinf(stopped_s):
             yield from stop(drives)
             stopped_s = io.listened.s
 
@@ -256,14 +259,17 @@ Observed = TypeVar("Observed", bound=ObservedDrive)
 
 
 class HomingSearch(Generic[Observed]):
-    """The drives of one group that search for their switches, and what went wrong."""
+    """The drives of one group that search for their switches, and what went wrong.
+
+    `times` are how long each drive may search.
+    """
 
     def __init__(
         self,
         ranges: Mapping[Observed, float],
         tolerance: float,
         listened: ListenedTime,
-        timeout_s: float,
+        times: Mapping[Observed, HomingTime],
     ) -> None:
         self.left = list(ranges)
         """The drives that are still searching."""
@@ -271,7 +277,7 @@ class HomingSearch(Generic[Observed]):
         """What went wrong, in words."""
         self._starts = {drive: drive.count for drive in ranges}
         self._most = {drive: OVERTRAVEL * each + tolerance for drive, each in ranges.items()}
-        self._listened, self._given_up_s = listened, listened.s + timeout_s
+        self._listened, self._began_s, self._times = listened, listened.s, times
 
     def note(self, drive: Observed, status: HomingStatus) -> None:
         """Record what a drive reports. A search that has left the motor's range has failed."""
@@ -285,21 +291,34 @@ class HomingSearch(Generic[Observed]):
 
     def signal(self) -> Signal | None:
         """Return whether all have found their switches, or one never will."""
-        if not self.wrong and self.left and self._listened.s > self._given_up_s:
-            self.wrong = f"{self.left[0]} found no switch in time"
+        for drive in self.left:
+            time, searched_s = self._times[drive], self._listened.s - self._began_s
+            if searched_s > time.waited_s:
+                words = f"{drive} found no switch in time, after {searched_s:.0f} s{time.remedy}"
+                self.wrong = self.wrong or words
         if self.wrong:
             return Signal.TROUBLE
         return None if self.left else Signal.ARRIVED
 
 
+Groups: TypeAlias = tuple[tuple[int, ...], ...]
+"""The motors that home together, group after group; without groups, each by itself."""
+
+
+def homing_groups(groups: Groups, drives: Sequence[D]) -> list[tuple[D, ...]]:
+    """Return the drives that home together, group after group."""
+    motors = groups or tuple((motor,) for motor in range(len(drives)))
+    return [tuple(drives[motor] for motor in group) for group in motors]
+
+
 def home_in_groups(
-    groups: tuple[tuple[int, ...], ...],
+    groups: Groups,
     drives: Sequence[D],
     home_group: Callable[[tuple[D, ...]], Script[Any, Reply]],
 ) -> Script[Any, Reply]:
-    """Home group after group; without groups, one drive after the other."""
-    for group in groups or tuple((motor,) for motor in range(len(drives))):
-        reply = yield from home_group(tuple(drives[motor] for motor in group))
+    """Home group after group."""
+    for group in homing_groups(groups, drives):
+        reply = yield from home_group(group)
         if not isinstance(reply, Done):
             return reply
     return Done()

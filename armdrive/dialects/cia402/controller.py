@@ -23,7 +23,14 @@ from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.cia402.exchange import BEATS_LOST, Cia402Exchange, Script
 from armdrive.dialects.cia402.requests import Cia402Requests
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
-from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, Search, StopPart, Stopping
+from armdrive.dialects.controller import (
+    HOST_DELAY_S,
+    ScriptRunner,
+    Search,
+    StopPart,
+    Stopping,
+    in_turn,
+)
 from armdrive.errors import Refused
 from armdrive.tasks import (
     HomeDevice,
@@ -61,7 +68,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         )
         super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.bus, io)
         self.group = io.group
-        self._requests = Cia402Requests(io, limits, config.name)
+        self._requests = Cia402Requests(io, limits, config)
         self._silent_s = BEATS_LOST * settings.drive_heartbeat_ms / 1000.0
         self._choose()
 
@@ -182,13 +189,15 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             begun_s + ramp_s + confirm_cycles * self.limits.cycle_s,
         )
 
-    def search(self, request: HomeDevice) -> Search:  # noqa: ARG002
-        """Bound the drives' own homing: by their heartbeat watch, else by a group's time."""
+    def search(self, request: HomeDevice) -> Search:
+        """Bound the drives' own homing: by their heartbeat watch, else by their searches."""
+        times = self._requests.homing.times(request.groups)
+        lasts = in_turn(times)
         if not self.group.watches:
-            return Search(self.settings.homing_s)
-        rate_hz, silent_s = self._requests.homing.rate_hz, self._unwatched_s
+            return Search(max(times).s, lasts=lasts)
+        rate_hz, silent_s = self._requests.homing.rate_hz(request.groups), self._unwatched_s
         ramp_s = min(rate_hz / self.limits.fastest_hz, 1.0) * self.settings.quick_stop_s
-        return Search(silent_s + ramp_s, (silent_s + ramp_s / 2.0) * rate_hz)
+        return Search(silent_s + ramp_s, (silent_s + ramp_s / 2.0) * rate_hz, lasts)
 
     def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Bound each drive's deviation from the straight path, due to rounding in bursts."""

@@ -13,7 +13,15 @@ from dataclasses import dataclass
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
-from armdrive.dialects.bus.phases import HomingSearch, HomingStatus, Phase, Signal, home_in_groups
+from armdrive.dialects.bus.phases import (
+    Groups,
+    HomingSearch,
+    HomingStatus,
+    Phase,
+    Signal,
+    home_in_groups,
+    homing_groups,
+)
 from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, off_target_alert
 from armdrive.dialects.cia402.exchange import ENABLE, Cia402Exchange, Script, SetPoints
 from armdrive.dialects.cia402.leading import (
@@ -25,6 +33,7 @@ from armdrive.dialects.cia402.leading import (
     prepare,
 )
 from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
+from armdrive.dialects.controller import OVERTRAVEL, HomingTime
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply
 from firmware_protocol import canopen
 from firmware_protocol.canopen import OperationMode
@@ -336,6 +345,36 @@ STALE_CYCLES = 10
 after that the report is new. Simulated drives clear it in two cycles."""
 PROGRESS_CYCLES = 5
 """How often positions are reported while drives home: like `PROGRESS_S` at 100 cycles a second."""
+HOMING_OBJECTS = (
+    canopen.HOMING_METHOD,
+    canopen.HOMING_SPEED,
+    canopen.HOMING_CREEP,
+    canopen.HOMING_ACCELERATION,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class HomingSpeeds:
+    """How fast a drive searches for its switch and leaves it, in increments/s.
+
+    `ramp_s` is the time from rest to the higher of both; 0 if the drive does not report its ramp.
+    """
+
+    search_hz: float
+    creep_hz: float
+    ramp_s: float
+
+    def lasts_s(self, range_steps: float) -> float:
+        """Return how long a drive homes at most that turns through this range.
+
+        It searches there and back, since methods 7 to 14 and 23 to 30 of CiA 402 turn around at a
+        limit switch. Then it leaves its switch, which may be pressed in all of the part beyond the
+        limits, and by which it has run past while it braked. The index pulse, if it seeks that, is
+        no farther away. A ramp up and down makes each of these three ways longer by `ramp_s`.
+        """
+        beyond = (OVERTRAVEL - 1.0) * range_steps + self.search_hz * self.ramp_s / 2.0
+        search_s = 2.0 * OVERTRAVEL * range_steps / self.search_hz
+        return search_s + beyond / self.creep_hz + 3.0 * self.ramp_s
 
 
 class Cia402Homing:
@@ -343,25 +382,47 @@ class Cia402Homing:
 
     def __init__(self, io: Cia402Exchange, limits: DriveLimits) -> None:
         self._io, self._limits = io, limits
-        self.rate_hz = math.inf
-        """The fastest homing speed that was read from the drives, in increments a second."""
+        self._speeds: dict[Cia402Drive, HomingSpeeds] = {}
+        """The speeds of the drives that report them."""
 
-    def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[Reply]:
-        """Home group after group; without groups, one drive after the other."""
+    def rate_hz(self, groups: Groups) -> float:
+        """Return the fastest homing speed of some groups' drives; infinity if one is unknown."""
+        drives = [drive for group in self._together(groups) for drive in group]
+        if not all(drive in self._speeds for drive in drives):
+            return math.inf
+        found = [self._speeds[drive] for drive in drives]
+        return max(max(speeds.search_hz, speeds.creep_hz) for speeds in found)
+
+    def times(self, groups: Groups) -> list[HomingTime]:
+        """Return how long each group searches at most."""
+        return [max(map(self._time, group)) for group in self._together(groups)]
+
+    def _together(self, groups: Groups) -> list[tuple[Cia402Drive, ...]]:
+        return homing_groups(groups, self._io.drives)
+
+    def _time(self, drive: Cia402Drive) -> HomingTime:
+        speeds = self._speeds.get(drive)
+        if speeds is None:
+            return HomingTime(self._io.settings.homing_s, "cia402.homing_s")
+        return HomingTime(speeds.lasts_s(self._range(drive)))
+
+    def _range(self, drive: Cia402Drive) -> float:
+        return self._limits.ranges[self._io.drives.index(drive)]
+
+    def home(self, groups: Groups) -> Script[Reply]:
+        """Home group after group."""
         yield from prepare(self._io, self._io.group.resting_mode)
         return (yield from home_in_groups(groups, self._io.drives, self._home_group))
 
     def _home_group(self, group: Sequence[Cia402Drive]) -> Script[Reply]:
         io = self._io
         yield from io.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
-        yield from self._read_speeds(group)
+        yield from self.read_speeds(group)
         yield from io.states.take_mode(group, OperationMode.HOMING)
         io.last_command = "HOME"
-        ranges = dict(zip(io.drives, self._limits.ranges, strict=True))
-        listened, timeout_s = io.listened, io.settings.homing_s
-        search = HomingSearch(
-            {drive.shaft: ranges[drive] for drive in group}, 1.0, listened, timeout_s
-        )
+        ranges = {drive.shaft: self._range(drive) for drive in group}
+        times = {drive.shaft: self._time(drive) for drive in group}
+        search = HomingSearch(ranges, 1.0, io.listened, times)
         run = MotionRun(io, None)
         reply = yield from run.carry_out(Phase.HOMING, Searching(run, search, group))
         if isinstance(reply, Done):
@@ -382,15 +443,17 @@ class Cia402Homing:
                 jobs.append(canopen.Write(place, canopen.DataType.U32, drive.speed(speed)))
         return tuple(jobs)
 
-    def _read_speeds(self, group: Sequence[Cia402Drive]) -> Script[None]:
-        """Learn how fast drives home, from those that report it."""
-        places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
-        found = yield from self._io.transfers.obtain({drive.node: places for drive in group})
-        self.rate_hz = max(
-            found[drive.node].values.get(place, math.inf) * drive.speed_unit_hz
-            for drive in group
-            for place in places
-        )
+    def read_speeds(self, group: Sequence[Cia402Drive]) -> Script[None]:
+        """Learn how fast drives will home, from those that report it and whose units are known."""
+        known = [drive for drive in group if drive.speed_unit_hz]
+        found = yield from self._io.transfers.obtain({each.node: HOMING_OBJECTS for each in known})
+        for drive in known:
+            written = {each.place: each.value for each in self._jobs(drive)}
+            speeds = _speeds_of(drive, {**found[drive.node].values, **written})
+            if speeds is None:
+                self._speeds.pop(drive, None)
+            else:
+                self._speeds[drive] = speeds
 
 
 class Searching(CycleStage):
@@ -432,6 +495,20 @@ class Searching(CycleStage):
             return HomingStatus.SEARCHING
         fresh = drive not in self._stale or self._cycles > STALE_CYCLES
         return HomingStatus.FOUND if self._cycles > 1 and fresh else HomingStatus.SEARCHING
+
+
+def _speeds_of(drive: Cia402Drive, values: Mapping[canopen.Place, int]) -> HomingSpeeds | None:
+    """Return how fast a drive homes with these values of `HOMING_OBJECTS`; None if they miss.
+
+    A method of the maker's own has a negative number, and may have other speeds than those of 6099.
+    """
+    speeds = (values.get(place, 0) for place in (canopen.HOMING_SPEED, canopen.HOMING_CREEP))
+    search_hz, creep_hz = (speed * drive.speed_unit_hz for speed in speeds)
+    if not search_hz or not creep_hz or values.get(canopen.HOMING_METHOD, 0) < 0:
+        return None
+    slope_hz_s = values.get(canopen.HOMING_ACCELERATION, 0) * drive.ramp_unit_hz_s
+    ramp_s = max(search_hz, creep_hz) / slope_hz_s if slope_hz_s else 0.0
+    return HomingSpeeds(search_hz, creep_hz, ramp_s)
 
 
 def _at_home(drive: Cia402Drive) -> bool:

@@ -5,6 +5,7 @@ An obstacle is raised as `Obstructed`, with the reply.
 
 from __future__ import annotations
 
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.cia402.compare import compare, fix
 from armdrive.dialects.cia402.contact import Cia402Contact
@@ -31,10 +32,11 @@ from armdrive.tasks import (
 
 
 class Cia402Requests:
-    """Carries out the requests of one arm, named `arm`."""
+    """Carries out the requests of one arm."""
 
-    def __init__(self, io: Cia402Exchange, limits: DriveLimits, arm: str) -> None:
-        self._io, self._group, self._arm = io, io.group, arm
+    def __init__(self, io: Cia402Exchange, limits: DriveLimits, config: ArmConfig) -> None:
+        self._io, self._group = io, io.group
+        self._arm, self._homes = config.name, config.homing is not None
         self.contact = Cia402Contact(io, limits.quick_hz_s)
         self.cyclic = CyclicMotion(io, limits)
         self._profile = ProfileMotion(io, limits)
@@ -64,6 +66,8 @@ class Cia402Requests:
         contact, io = self.contact, self._io
         if not self._group.contacted:
             yield from contact.connect()
+            if self._homes:
+                yield from self.homing.read_speeds(io.drives)
         match request:
             case MoveBy() | MoveAlong() | HomeDevice():
                 return (yield from self._move(request))

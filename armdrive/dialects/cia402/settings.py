@@ -79,7 +79,9 @@ class Cia402Settings:
         low=0,
         high=10_000_000,
     )
-    homing_s: float = setting(60.0, "longest homing of one group", low=1.0, high=290.0)
+    homing_s: float = setting(
+        60.0, "longest homing of a drive that does not report its speeds", low=1.0, high=3600.0
+    )
 
     def __post_init__(self) -> None:
         check_settings(self, "cia402")

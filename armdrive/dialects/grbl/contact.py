@@ -31,8 +31,11 @@ TRIES = 3
 """Attempts to read the build information, to set the modes, and to confirm a surprising report."""
 CONFIRMING_REPORTS = 2
 """Reports that must show an output to be off; a report has no checksum, so one may be wrong."""
-CRITICAL_ALARMS = (1, 2)
-"""After these alarms a board accepts no line before a reset; grblHAL still sends reports."""
+RESET_ALARMS = (1, 2, 8, 9, 15)
+"""After these alarms a board is reset before it gets a line. After 1 and 2, at a limit, it accepts
+none; grblHAL still sends reports. After the others, of homing that failed, FluidNC would drive the
+next line from where its search was to end, not from where it stands (Homing.cpp, fail).
+"""
 LEFTOVER_MOTION_S = 1.0
 """Time allowed for a motion that an earlier program left running, before it is stopped."""
 READS_NO_LINES = (
@@ -167,8 +170,8 @@ class GrblContact:
 
     def _reads_lines(self, seen: bool) -> Script[HostEvent, bool]:
         """Get the board to read lines, if necessary by a reset; `seen` is whether it reports."""
-        critical = self.board.alarm is not None and self.board.alarm.code in CRITICAL_ALARMS
-        may_read = seen and not critical and self.board.state not in LINES_IGNORED
+        stale = self.board.alarm is not None and self.board.alarm.code in RESET_ALARMS
+        may_read = seen and not stale and self.board.state not in LINES_IGNORED
         if may_read and (yield from self.exchange.spoil()):
             return True
         return (yield from self.exchange.soft_reset())

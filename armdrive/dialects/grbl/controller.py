@@ -19,7 +19,15 @@ from dataclasses import replace
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, Search, StopPart, Stopping
+from armdrive.dialects.controller import (
+    HOST_DELAY_S,
+    HomingTime,
+    ScriptRunner,
+    Search,
+    StopPart,
+    Stopping,
+    in_turn,
+)
 from armdrive.dialects.exchange import Script
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.contact import GrblContact
@@ -58,6 +66,7 @@ from armdrive.tasks import (
 from firmware_protocol.grbl import (
     Acknowledged,
     Dialect,
+    Home,
     Host,
     Line,
     QuerySettings,
@@ -78,7 +87,7 @@ class GrblController(ScriptRunner[HostEvent]):
     """The driver's view of one GRBL board; it passes each request to a collaborator.
 
     `limits` are the limits of the axes: the arm file's until the board's settings have been read.
-    `searches_s` are how long each motor homes at most, in s, if these settings say so.
+    `searches_s` are how long each motor homes at most, in s; None if these settings do not say so.
     """
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
@@ -93,14 +102,16 @@ class GrblController(ScriptRunner[HostEvent]):
         self.settings = settings
         self.axes = axes
         self.limits = axes.expected(settings)
-        self.searches_s: tuple[float, ...] = ()
+        self.searches_s: tuple[float | None, ...] = (None,) * len(axes.letters)
         self.byte_s = BITS_A_BYTE / config.connection.baud
         self.board = board = BoardState(host, settings, axes)
         self.exchange = exchange = GrblExchange(self.io, host, board, settings, self.byte_s)
         self.outputs = GrblOutputs(exchange, settings, config.gripper.kind)
         self.stops = stops = GrblStops(self.io, exchange, board, self.outputs, settings)
         self.contact = GrblContact(self.io, exchange, board, stops, self.outputs, settings)
-        self.homing = GrblHoming(self.io, exchange, board, self.contact, settings, axes.letters)
+        self.homing = GrblHoming(
+            self.io, exchange, board, self.contact, settings, axes.letters, self.homing_time
+        )
 
     # -- what happens -------------------------------------------------------------------------
 
@@ -215,14 +226,17 @@ class GrblController(ScriptRunner[HostEvent]):
 
     def search(self, request: HomeDevice) -> Search:
         """Bound the homing command under way: it goes on to its end, whatever the host does."""
-        if not self.searches_s:
-            return Search(self.settings.homing_s)
-        letters = (command.axes for command in self.homing.commands(request.groups))
-        found = [
-            [self.searches_s[self.axes.letters.index(axis)] for axis in each] for each in letters
-        ]
-        # one axis after the other if a command names none
-        return Search(max(math.fsum(each or self.searches_s) for each in found) + HOST_DELAY_S)
+        times = list(map(self.homing_time, self.homing.commands(request.groups)))
+        return Search(max(times).s + HOST_DELAY_S, lasts=in_turn(times))
+
+    def homing_time(self, command: Home) -> HomingTime:
+        """Return how long a homing command lasts; without axes, one homes after the other."""
+        axes = command.axes or self.axes.letters
+        found = [self.searches_s[self.axes.letters.index(axis)] for axis in axes]
+        known_s = [search_s for search_s in found if search_s is not None]
+        if len(known_s) < len(found):
+            return HomingTime(self.settings.homing_s, "grbl.homing_s")
+        return HomingTime(math.fsum(known_s))
 
 
 DRIVER = Driver(GrblSettings, GrblController)

@@ -7,8 +7,10 @@ is free. A reported position off the lines that were sent ends the motion.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from armdrive.dialects.controller import HomingTime
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import HELD, BoardState
 from armdrive.dialects.grbl.contact import GrblContact
@@ -69,6 +71,9 @@ FILL_S = 0.1
 """After this, the first lines of a motion have filled the segment buffer and the planner."""
 MAX_LEAD_S = 0.1
 """A motion too slow for the board runs ahead of its schedule by up to this, then waits."""
+SHORTEST_HOMING_S = 0.05
+"""No board homes so fast: it backs off twice, with pauses ($26). An earlier ok is that of a line
+that was changed on the wire."""
 OVERRIDE_FACTOR = 12.0
 """The lowest feed override makes a motion take ten times as long; the rest is margin."""
 
@@ -327,6 +332,8 @@ class GrblHoming:
     contact: GrblContact
     settings: GrblSettings
     letters: str
+    time_of: Callable[[Home], HomingTime]
+    """How long a homing command lasts."""
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[HostEvent, Reply]:
         """Make the board home all motors at once, or one group after the other."""
@@ -339,7 +346,8 @@ class GrblHoming:
         before = self.board.alarm  # any other one is reported, and stays
         for command in self.commands(groups):
             self.exchange.speak(command)
-            message = yield from self._answer()
+            began_s = self.io.now_s
+            message = yield from self._answer(self.time_of(command))
             if message is None:
                 yield from self._end()
                 if not self.io.stop_hard:
@@ -347,6 +355,12 @@ class GrblHoming:
                 return Halted(kept=False)
             if not isinstance(message, Acknowledged):
                 return refusal(message, f"`{command.text}`", moved=True)
+            too_soon = self.io.now_s < began_s + SHORTEST_HOMING_S
+            if too_soon and self.board.alarm is before:
+                return RequestRejected(
+                    f"the board answered `{command.text}` at once, so it has not homed: the line "
+                    "was changed on the wire"
+                )
         yield from self.exchange.look(self.settings.answer_s)
         if self.board.state is State.ALARM and self.board.alarm is before:
             # FluidNC stays locked while an axis that could home has not: the arm file leaves it out
@@ -361,13 +375,19 @@ class GrblHoming:
         motors = groups or (range(len(self.letters)),)
         return [Home(self.letters[motor]) for group in motors for motor in group]
 
-    def _answer(self) -> Script[HostEvent, Answer | None]:
-        """Wait for the answer to a homing command; return None at a stop or at the timeout."""
-        end_s = self.io.now_s + self.settings.homing_s
-        while self.io.now_s < end_s and not self.io.stop_asked:
+    def _answer(self, lasts: HomingTime) -> Script[HostEvent, Answer | None]:
+        """Wait for the answer to a homing command; return None at a stop or at the timeout.
+
+        The board homes on while this program is suspended, so everything that has arrived meanwhile
+        is read before the deadline counts.
+        """
+        end_s = self.io.now_s + lasts.waited_s
+        while not self.io.stop_asked:
             message = yield from self.exchange.listen(end_s)
             if isinstance(message, Answer):
                 return message
+            if message is None and self.io.now_s >= end_s:
+                break
         return None
 
     def _end(self) -> Script[HostEvent, None]:

@@ -109,7 +109,9 @@ class GrblSettings:
         low=0.5,
         high=30.0,
     )
-    homing_s: float = setting(120.0, "timeout for homing", low=1.0, high=290.0)
+    homing_s: float = setting(
+        120.0, "longest homing, if the board does not report its speeds", low=1.0, high=3600.0
+    )
     segments: int | None = setting(
         None,
         "motion segments the board computes ahead; by default, its firmware's number",
@@ -434,29 +436,38 @@ class Comparison:
             junction=self.number(JUNCTION) or expected.junction,
         )
 
-    def searches_s(self) -> tuple[float, ...]:
-        """Return how long each motor homes at most, in s; nothing if the board does not say.
+    def searches_s(self) -> tuple[float | None, ...]:
+        """Return how long each motor homes at most, in s; None if the board does not say.
 
-        It seeks its switch, backs off, approaches it slowly, and backs off again; FluidNC backs off
-        slowly, and also first from a switch that is pressed. Sources: gnea/grbl grbl/limits.c
-        (limits_go_home), grblHAL/core machine_limits.c, whose approach is longer than GRBL's and
-        may be repeated ($43), FluidNC Homing.cpp and Cartesian.cpp (axesVector).
+        It seeks its switch, no faster than its axis's highest rate, backs off, approaches it
+        slowly, and backs off again; FluidNC backs off slowly, and also first from a switch that is
+        pressed. Sources: gnea/grbl grbl/limits.c (limits_go_home) and grbl/planner.c, grblHAL/core
+        machine_limits.c, whose approach is longer than GRBL's and may be repeated ($43), FluidNC
+        Homing.cpp and Cartesian.cpp (axesVector).
         """
-        found = []
+        limits = self.limits()
+        return tuple(
+            self._search_s(index, rate * 60.0, slope)
+            for index, (rate, slope) in enumerate(
+                zip(limits.rates, limits.accelerations, strict=True)
+            )
+        )
+
+    def _search_s(self, index: int, fastest: float, slope: float) -> float | None:
+        """Return how long a motor homes whose axis has this highest rate, in units a minute."""
         approaches = 1.0 + (self.number(LOCATIONS) or 1.0)
-        for index, slope in enumerate(self.limits().accelerations):
-            travel = self._of_axis(TRAVEL, index)
-            seek, feed, off, pause_ms, far, near = self._homing(index)
-            if not (travel and seek and feed and off and far and near):
-                return ()
-            seek_s = far * travel / seek * 60.0
-            near_s = (approaches - 1.0) * near * off / feed * 60.0
-            backs_off = seek if self.behaviour.paths is None else feed
-            off_s = (approaches + 1.0) * off / backs_off * 60.0
-            ramps_s = (2.0 * approaches + 1.0) * max(seek, feed) / 60.0 / slope
-            pauses_s = (2.0 * approaches + 1.0) * (pause_ms or 0.0) / 1000.0
-            found.append(seek_s + near_s + off_s + ramps_s + pauses_s)
-        return tuple(found)
+        travel = self._of_axis(TRAVEL, index)
+        seek, feed, off, pause_ms, far, near = self._homing(index)
+        if not (travel and seek and feed and off and far and near):
+            return None
+        seek, feed = min(seek, fastest), min(feed, fastest)
+        seek_s = far * travel / seek * 60.0
+        near_s = (approaches - 1.0) * near * off / feed * 60.0
+        backs_off = seek if self.behaviour.paths is None else feed
+        off_s = (approaches + 1.0) * off / backs_off * 60.0
+        ramps_s = (2.0 * approaches + 1.0) * max(seek, feed) / 60.0 / slope
+        pauses_s = (2.0 * approaches + 1.0) * (pause_ms or 0.0) / 1000.0
+        return seek_s + near_s + off_s + ramps_s + pauses_s
 
     def _homing(self, index: int) -> Iterator[float | None]:
         """Yield an axis's rates of seeking and approaching, pull-off, pause and scalers."""

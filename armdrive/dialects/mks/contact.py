@@ -198,6 +198,10 @@ REPLIES_OFF = (
     "(`armdrive doctor --fix`, or code 8C with 01 01)"
 )
 NO_SUCH_ORDER = "it may be in a mode in which it ignores motion commands: set SR_vFOC (Menu > Mode)"
+OWN_ID = (
+    "every drive ships with id 1. Unplug all but one and give each an id of its own, one at a time"
+)
+"""What to do about an id that more than one drive answers to."""
 TURNING = (
     MotorState.ACCELERATING,
     MotorState.DECELERATING,
@@ -259,10 +263,7 @@ class MksContact:
     def _shared_words(self) -> Words:
         """Wait for the answers of a second drive; return which ids two drives answer to."""
         yield from self._io.pause(self._io.now_s + self._io.settings.answer_s)
-        remedy = (
-            "every drive ships with id 1. Unplug all but one and give each an id of its own, one "
-        )
-        return shared_words(self._io.surplus.shared, "id", f"{remedy}at a time")
+        return shared_words(self._io.surplus.shared, "id", OWN_ID)
 
     def _recognise(self) -> MksScript[None]:
         """Learn the abilities that all drives have: those of the oldest firmware."""
@@ -280,7 +281,12 @@ class MksContact:
 
     def _end_earlier_motion(self) -> MksScript[None]:
         """Wait until all drives stand, and stop those that do not."""
-        return end_earlier_motion(self._io, self._turning, self._stops.halt)
+        return end_earlier_motion(
+            self._io,
+            self._turning,
+            self._stops.halt,
+            lambda drive: drive.state is MotorState.HOMING,
+        )
 
     def _turning(self) -> MksScript[list[MksDrive]]:
         """Return the drives that turn. Raises `Obstructed` if one calibrates its encoder.

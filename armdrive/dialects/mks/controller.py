@@ -15,7 +15,14 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
-from armdrive.dialects.controller import HOST_DELAY_S, ScriptRunner, Search, StopPart, Stopping
+from armdrive.dialects.controller import (
+    HOST_DELAY_S,
+    ScriptRunner,
+    Search,
+    StopPart,
+    Stopping,
+    in_turn,
+)
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, fix
 from armdrive.dialects.mks.contact import MksContact, MksInquiry
@@ -190,10 +197,12 @@ class MksController(ScriptRunner[Event]):
         """
         rate_hz = self._homing.rate_hz(request.groups)
         brakes_s = self.ramp_s if math.isinf(rate_hz) else max(self.ramp_s, rate_hz / self._slope)
+        times = self._homing.times(request.groups)
+        lasts = in_turn(times)
         if not self.watched:
-            return Search(self._homing.longest_s(request.groups) + brakes_s)
+            return Search(max(times).s + brakes_s, lasts=lasts)
         silent_s = self.settings.watchdog_s + HOST_DELAY_S
-        return Search(silent_s + brakes_s, (silent_s + brakes_s / 2.0) * rate_hz)
+        return Search(silent_s + brakes_s, (silent_s + brakes_s / 2.0) * rate_hz, lasts)
 
     def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound each drive's deviation from the straight path; steered drives stay on it."""

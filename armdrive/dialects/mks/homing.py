@@ -7,24 +7,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import TypeAlias
 
-from armdrive.dialects.bus.drives import NONE_HEARD, absent_words
+from armdrive.dialects.bus.drives import NONE_HEARD, absent_words, shared_words
 from armdrive.dialects.bus.observer import DriveFinding
 from armdrive.dialects.bus.phases import (
     Act,
+    Groups,
     HomingSearch,
     HomingStatus,
     Phase,
     Signal,
     Stages,
     home_in_groups,
+    homing_groups,
     run_phases,
 )
-from armdrive.dialects.controller import OVERTRAVEL
+from armdrive.dialects.controller import OVERTRAVEL, HomingTime
+from armdrive.dialects.mks.contact import OWN_ID
 from armdrive.dialects.mks.drive import MksDrive, setting_of
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.stops import MksStops
+from armdrive.dialects.mks.survey import is_shared
 from armdrive.tasks import Done, Halted, Progress, RequestRejected
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
@@ -45,8 +48,6 @@ from firmware_protocol.mks import (
 from firmware_protocol.mks import Done as Ended
 from kinematics.text import counted
 
-Groups: TypeAlias = tuple[tuple[int, ...], ...]
-"""The motors that home together, group after group; without groups, each by itself."""
 HOMING_POLL_S = 0.05
 ZERO_COUNTS = COUNTS_PER_TURN // 8
 """A drive that has homed counts from there, give or take what it turned as it braked."""
@@ -74,24 +75,26 @@ class MksHoming:
 
     def rate_hz(self, groups: Groups) -> float:
         """Return the fastest homing speed of some groups' drives; infinity if one is unknown."""
-        return max(self._rates_hz.get(drive, math.inf) for drive in self._homing(groups))
+        together = homing_groups(groups, self._io.drives)
+        return max(self._rates_hz.get(drive, math.inf) for group in together for drive in group)
 
-    def longest_s(self, groups: Groups) -> float:
-        """Return how long a drive turns until its switch at most, ramps excluded."""
-        homing_s = self._io.settings.homing_s
-        return max(
-            OVERTRAVEL * self._ranges[drive] / rate_hz if rate_hz else homing_s
-            for drive in self._homing(groups)
-            for rate_hz in (self._rates_hz.get(drive),)
-        )
+    def times(self, groups: Groups) -> list[HomingTime]:
+        """Return how long each group turns until its switches, ramps excluded."""
+        together = homing_groups(groups, self._io.drives)
+        return [max(map(self._time, group)) for group in together]
 
-    def _homing(self, groups: Groups) -> list[MksDrive]:
-        motors = {motor for group in groups for motor in group}
-        drives = self._io.drives
-        return [drive for motor, drive in enumerate(drives) if motor in motors or not motors]
+    def _time(self, drive: MksDrive) -> HomingTime:
+        """Return how long a drive turns through its range, at whose end its switch stands.
+
+        A drive that stands on its switch turns away and back, within the part beyond the limits.
+        """
+        rate_hz = self._rates_hz.get(drive)
+        if rate_hz is None:
+            return HomingTime(self._io.settings.homing_s, "mks.homing_s")
+        return HomingTime(OVERTRAVEL * self._ranges[drive] / rate_hz)
 
     def home(self, groups: Groups) -> Script:
-        """Home group after group; without groups, one drive after the other."""
+        """Home group after group."""
         return home_in_groups(groups, self._io.drives, self._home_group)
 
     def _home_group(self, drives: tuple[MksDrive, ...]) -> Script:
@@ -100,7 +103,8 @@ class MksHoming:
         io.observer.watch()
         answers = yield from io.ask(dict.fromkeys(drives, Home()), tries=1, text="HOME")
         ranges = {drive: self._ranges[drive] for drive in drives}
-        search = HomingSearch(ranges, COUNTS_PER_TURN, io.listened, io.settings.homing_s)
+        times = {drive: self._time(drive) for drive in drives}
+        search = HomingSearch(ranges, COUNTS_PER_TURN, io.listened, times)
         searching, braking = Searching(io, search, answers), self._stops.brake(())
 
         def stop() -> None:
@@ -118,16 +122,21 @@ class MksHoming:
         return (yield from self._verify_zeros(drives))
 
     def _verify_zeros(self, drives: Sequence[MksDrive]) -> Script:
-        """Check that drives which have found their switches count from zero there."""
+        """Check that drives which have found their switches count from zero there.
+
+        If another drive answers to the same id, the reading may be of that one.
+        """
         io = self._io
         for drive in drives:
             io.host.settle(drive.node)
             drive.moving = False
         yield from io.look(drives)
         off = [drive for drive in drives if abs(drive.count) > ZERO_COUNTS]
-        if off:
-            off[0].two_zeros = two_zeros_words(off[0])
-            return RequestRejected(off[0].two_zeros)
+        for drive in off:
+            if (yield from is_shared(io, drive.node)):
+                return RequestRejected(shared_words((drive.node,), "id", OWN_ID))
+            drive.two_zeros = two_zeros_words(drive)
+            return RequestRejected(drive.two_zeros)
         return Done()
 
     def read_speeds(self, drives: Collection[MksDrive]) -> MksScript[None]:

@@ -48,7 +48,9 @@ class MksSettings:
     following_error_counts: int = setting(
         1600, "following error allowed beyond the distance of 0.1 s", low=50, high=100_000
     )
-    homing_s: float = setting(60.0, "longest homing of one group", low=1.0, high=290.0)
+    homing_s: float = setting(
+        60.0, "longest homing of a drive that does not report its speed", low=1.0, high=3600.0
+    )
 
     def __post_init__(self) -> None:
         check_settings(self, "mks")

@@ -252,7 +252,8 @@ class Firmware:
     """
     failed_homing_restarts: bool = True
     """Whether the board restarts after homing that failed. Observed: FluidNC goes on, and answers
-    the line with ok.
+    the line with ok. By its source (Homing.cpp, fail) it does not learn where its axes stand then:
+    the next line begins where the search was to end, until the board is reset.
     """
 
     # jogs

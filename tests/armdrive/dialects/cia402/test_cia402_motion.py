@@ -1,12 +1,15 @@
 """CiA 402 drives in motion, paused and blocked."""
 
 import itertools
+from dataclasses import replace
 
 import pytest
 from cia402_rig import Rig, moving, steps
 from faults import arm_config, driven
 
+from armdrive.config.sections import HomingSettings
 from armdrive.dialects.bus.paths import PlannedPath
+from armdrive.dialects.cia402.controller import Cia402Controller
 from armdrive.errors import Refused
 from armdrive.status import State, Trust
 from armdrive.tasks import (
@@ -31,7 +34,7 @@ from firmware_protocol.canopen import (
     Service,
     cob_id,
 )
-from kinematics import Motors
+from kinematics import Joints, Motors
 
 PERIOD_S = 0.01
 LINE = (MoveBy(steps(6000, -3000), 20_000.0), MoveBy(steps(6000, -3000), 20_000.0))
@@ -302,6 +305,52 @@ def test_drives_that_missed_a_heartbeat_before_a_group_home_no_further(group):
     assert [node.motor.zero for node in rig.device.board.nodes] == zeros
     assert rig.do(ClearFault()) == Done()
     assert rig.do(HomeDevice(((group,),))) == Done()
+
+
+AT_SWITCH = {"homing_methods": (18,) * 6}
+BASE = HomeDevice(((0,),))
+
+
+def test_a_slow_drive_has_the_time_that_its_homing_speeds_give_for_its_range():
+    rig = Rig({**AT_SWITCH, "homing_speeds": (200, 50)}).ready()
+    rig.node(1).motor.switch.at = rig.positions[0] + 20_000
+    began_s = rig.now_s
+    assert rig.do(BASE, 400.0) == Done()
+    assert rig.now_s - began_s > 100.0
+
+
+@pytest.mark.parametrize(
+    ("options", "settings", "time_s"),
+    [
+        ({}, {}, None),
+        ({"missing": "6099"}, {}, 9.0),
+        ({"constant": "6098:00=-1"}, {"homing_methods": ()}, 9.0),  # a method of its maker's own
+    ],
+)
+def test_a_search_that_stands_ends_in_time_and_names_only_a_key_that_helps(
+    options, settings, time_s
+):
+    rig = Rig({**AT_SWITCH, "homing_s": 9.0, **settings}, **options).ready()
+    node = rig.node(1)
+    node.motion.home = lambda _now_s: None  # it stands, and reports neither success nor failure
+    began_s = rig.now_s
+    reply = rig.do(BASE, 400.0)
+    assert isinstance(reply, RequestRejected)
+    lasts = rig.controller.search(BASE).lasts
+    assert lasts.s == time_s if time_s else lasts.s > 9.0
+    assert rig.now_s - began_s <= lasts.waited_s + 1.0
+    assert "drive 1 (base) found no switch in time, after" in reply.reason
+    assert ("raise cia402.homing_s in the arm file" in reply.reason) is bool(time_s)
+
+
+def test_drives_that_watch_no_heartbeat_go_on_as_long_as_their_speeds_give():
+    config = replace(Rig(AT_SWITCH).config, homing=HomingSettings(Joints.of(0, 0, 0, 0, 0)))
+    rig = Rig(AT_SWITCH, missing="6007")
+    rig.controller = Cia402Controller(rig.controller.abilities, config)
+    rig.do(ReadPosition())
+    found = rig.controller.search(BASE)
+    assert found.time_s == found.lasts.s
+    assert found.time_s > config.motor_ranges[0] / 10_000.0
 
 
 def test_a_homing_that_fails_is_reported():

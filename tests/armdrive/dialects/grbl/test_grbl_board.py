@@ -284,7 +284,8 @@ def test_a_search_that_finds_no_switch_ends_within_the_time_that_the_boards_sett
 def test_homing_that_takes_too_long_names_the_key_that_allows_more():
     made = homing_config()
     arm = found(replace(made, device=replace(made.device, homing_s=5.0)))
-    with pytest.raises(DeviceFault, match=r"not ended after 6 s.* raise homing_s in the arm file"):
+    arm.parts.core.controller.searches_s = (None,) * 6  # the board does not report its speeds
+    with pytest.raises(DeviceFault, match=r"not ended after 11 s.* raise grbl.homing_s in the arm"):
         arm.home()
     assert not arm.twin.device.moving
 
@@ -300,6 +301,81 @@ def test_every_motor_homes_on_a_board_whose_own_homing_leaves_out_two():
     arm.reset()  # it boots locked
     arm.home()
     assert arm.twin.world.motors == arm.status.acknowledged
+
+
+@pytest.mark.parametrize(
+    ("firmware", "groups", "least_s"),
+    [
+        ("grbl", (), 40.0),
+        ("mega5x", ((3,), *ONE_BY_ONE), 100.0),
+        ("grblhal", ((3,), *ONE_BY_ONE), 300.0),
+        ("fluidnc", ((3,), *ONE_BY_ONE), 60.0),
+    ],
+)
+def test_a_board_that_homes_slowly_has_the_time_that_its_settings_give(firmware, groups, least_s):
+    made = homing_config(groups)
+    made = replace(made, device=replace(made.device, homing_s=1.0))
+    twin = simulate(made, firmware=firmware)
+    twin.board.settings.values[25] = 5.0 * 60.0  # steps a minute
+    arm = Arm(connect_simulated(made, twin=twin))
+    if arm.status.state is State.ERROR_STOP:  # it boots locked
+        arm.reset()
+    began_s = arm.status.time_s
+    arm.home()
+    assert arm.status.time_s - began_s > least_s
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_board_that_never_answers_the_homing_command_is_reset_after_the_time_that_it_needs():
+    arm = found(homing_config(((1,), *ONE_BY_ONE)))
+    arm.twin.link.back.append(Rule(rb"ok", lost, times=9))
+    search = arm.parts.core.controller.search(arm.config.homing.requests()[0])
+    began_s = arm.status.time_s
+    with pytest.raises(DeviceFault, match="not ended after") as caught:
+        arm.home()
+    assert arm.status.time_s - began_s <= search.lasts.waited_s + 3.0
+    assert "homing_s" not in str(caught.value)
+
+
+def test_a_homing_command_that_was_changed_on_the_wire_references_nothing():
+    """Mission grbl 710001090: the board answered what had become a comment with ok."""
+    arm = found(homing_config(((3,), *ONE_BY_ONE)))
+    arm.twin.link.to.append(Rule(rb"\$HY", becoming(lambda line: line.replace(b"$", b"("))))
+    with pytest.raises(DeviceFault, match=r"`.HY` at once, so it has not homed"):
+        arm.home()
+    assert arm.status.trust is not Trust.REFERENCED
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_after_homing_that_failed_the_next_motion_begins_where_the_arm_stands(firmware):
+    """Mission grbl 710001233: FluidNC drove on from where its search was to end."""
+    arm = found(homing_config(), firmware=firmware)
+    if arm.status.state is State.ERROR_STOP:  # it boots locked
+        arm.reset()
+    arm.twin.board.set_switch(0, SwitchState.OPEN)
+    with pytest.raises(DeviceFault, match="did not find the switch"):
+        arm.home()
+    arm.twin.board.set_switch(0, SwitchState.FREE)
+    arm.reset()
+    arm.twin.world.drive_to(arm.twin.world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
+    before = arm.twin.world.motors
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
+    arm.jog_j(base_deg=2.0)
+    turned = arm.twin.world.motors - before
+    assert abs(turned[0] - 2.0 * abs(arm.parts.core.transmission.matrix[0][0]) * 0.01745) < 2.0
+    assert not any(turned[1:])
+
+
+def test_an_axis_seeks_its_switch_no_faster_than_its_highest_rate():
+    arm = found(homing_config(((1,), *ONE_BY_ONE)))
+    controller, values = arm.parts.core.controller, arm.twin.board.settings.values
+    search = functools.partial(controller.search, arm.config.homing.requests()[0])
+    values[25] = values[110] / 2.0
+    run_blocking(arm.parts.runner.perform(compare_settings(arm.parts.context)))
+    slow_s = search().lasts.s
+    values[25], values[110] = 100.0 * values[110], values[110] / 2.0
+    run_blocking(arm.parts.runner.perform(compare_settings(arm.parts.context)))
+    assert search().lasts.s == pytest.approx(slow_s, rel=0.1)
 
 
 def test_homing_away_from_a_switch_is_named_beforehand_and_refused():

@@ -47,6 +47,7 @@ from firmware_protocol.mks import (
     Code,
     Enable,
     Home,
+    HomingState,
     Mode,
     MoveAbsoluteAxis,
     ReadStall,
@@ -112,12 +113,31 @@ def left_by_an_earlier_program(request_) -> MksBench:
 EARLIER = [RunAtSpeed(60, 236), Home()]
 
 
-@pytest.mark.parametrize("request_", EARLIER)
-def test_a_drive_that_an_earlier_program_left_turning_is_waited_for_and_then_stopped(request_):
-    bench = left_by_an_earlier_program(request_)
+def test_a_drive_that_an_earlier_program_left_turning_is_waited_for_and_then_stopped():
+    bench = left_by_an_earlier_program(RunAtSpeed(60, 236))
     assert isinstance(bench.do(ReadPosition()), Registers)
     assert 10_000 < bench.positions[0] < 40_000  # a second at a turn a second
     bench.check_stands()
+
+
+@pytest.mark.parametrize("silent_s", [0.05, 0.3, 0.49])
+def test_a_drive_that_an_earlier_program_left_homing_stands_in_the_announced_time(silent_s):
+    """Mission mks 710000137: the questions of the next program fed the drive's watchdog."""
+    bench = MksBench().ready()
+    announced_s = bench.controller.search(HomeDevice(((0,),))).time_s
+    bench.node(1).sim.motor.switch.at = 10**9
+    bench.begin(HomeDevice(((0,),)))
+    bench.run(0.5)
+    bench.dead, died_s = True, bench.now_s
+    bench.run(silent_s)
+    bench.controller = MksController(bench.controller.abilities, bench.config)
+    bench.dead = False
+    bench.begin(ReadPosition())
+    bench.run(announced_s - (bench.now_s - died_s))
+    there = bench.positions[0]
+    assert isinstance(bench.finish(), Registers)
+    bench.run(1.0)
+    assert bench.positions[0] == there
 
 
 @pytest.mark.parametrize("request_", EARLIER)
@@ -242,6 +262,25 @@ def test_homing_goes_group_by_group_and_sets_no_zero():
     assert bench.positions == Motors((0, 0, 0, *STARTS[3:]))
 
 
+def test_a_homed_drive_whose_id_another_one_takes_is_not_said_to_have_two_zeros():
+    """Mission mks 710000599: the new zero was read from the other drive."""
+    bench = MksBench(starts=(20_000, 0, 0, 0, 0, 0)).ready()
+    node = bench.node(3).sim
+
+    def takes(frame, host):
+        tells = not host and frame.can_id == 3 and frame.data[0] == Code.HOME
+        if tells and node.motion.homing is HomingState.DONE:
+            bench.device.board.set_id(0, 3)
+        return False
+
+    bench.loses = takes
+    assert "more than one drive answers to the id 3" in denied(bench.do(HomeDevice(((2,),))))
+    bench.loses = lambda _frame, _host: False
+    bench.device.board.set_id(0, 1)
+    assert bench.do(ClearFault()) == Done()
+    assert bench.do(HomeDevice(((2,),))) == Done()
+
+
 def test_a_stop_that_a_homing_drive_did_not_receive_is_repeated():
     bench = MksBench().ready()
     bench.node(1).sim.motor.switch.at = 10**9
@@ -305,16 +344,63 @@ def test_homing_on_a_bus_that_falls_silent_blames_no_drive(for_s, words):
 
 
 @pytest.mark.parametrize(
-    ("rpm", "homing_s", "words"),
-    [(HOMES_RPM, 1.0, "no switch in time"), (3000, 60.0, "no switch within its joints' limits")],
+    ("firmware", "rpm", "homing_s", "words"),
+    [
+        ((1, 0, 4), HOMES_RPM, 1.0, "no switch in time"),
+        (LATEST, 3000, 60.0, "no switch within its joints' limits"),
+        (LATEST, HOMES_RPM, 1.0, "no switch within its joints' limits"),
+    ],
 )
-def test_a_search_that_finds_no_switch_is_ended(rpm, homing_s, words):
-    bench = MksBench(settings={"homing_s": homing_s}).ready()
+def test_a_search_that_finds_no_switch_is_ended(firmware, rpm, homing_s, words):
+    bench = MksBench(firmware, settings={"homing_s": homing_s}).ready()
     drive = bench.node(5).sim
     drive.motor.switch.at = 10**9
     drive.flash.put(homing_at(rpm))
-    assert f"drive 5 (left wrist) found {words}" in denied(bench.do(HomeDevice(((4,),))))
+    reply = bench.do(HomeDevice(((4,),)), 100.0)
+    assert f"drive 5 (left wrist) found {words}" in denied(reply)
     bench.check_stands(1.0)
+
+
+def test_a_slow_drive_has_the_time_that_its_homing_speed_gives_for_its_range():
+    bench = MksBench(settings={"homing_s": 1.0}).ready()
+    drive, range_counts = bench.node(5).sim, bench.config.motor_ranges[4]
+    drive.motor.switch.at = round(range_counts)
+    began_s = bench.now_s
+    assert bench.do(HomeDevice(((4,),)), 100.0) == Done()
+    assert bench.now_s - began_s > 60.0
+
+
+@pytest.mark.parametrize(
+    ("firmware", "most_s", "remedy"),
+    [((1, 0, 4), 25.0, "raise mks.homing_s in the arm file"), (LATEST, 82.0, "")],
+)
+def test_a_search_that_stands_ends_in_time_and_names_only_a_key_that_helps(
+    firmware, most_s, remedy
+):
+    bench = MksBench(firmware, settings={"homing_s": 18.0}).ready()
+    bench.node(5).block()
+    began_s = bench.now_s
+    words = denied(bench.do(HomeDevice(((4,),)), 100.0))
+    assert bench.now_s - began_s < most_s
+    assert "drive 5 (left wrist) found no switch in time, after" in words
+    assert remedy in words
+    assert ("in the arm file" in words) is bool(remedy)
+    bench.check_stands(1.0)
+
+
+def test_homing_lasts_as_long_as_all_groups_and_a_silent_host_as_the_longest():
+    bench = MksBench((1, 0, 8))
+    for node, rpm in zip(bench.nodes, (60, 60, 60, 60, 60, 120), strict=True):
+        node.sim.flash.put(homing_at(rpm))
+    bench.do(ReadPosition())
+    wrist, other, both, each = (
+        bench.controller.search(HomeDevice(groups))
+        for groups in (((4,),), ((5,),), ((4, 5),), ((4,), (5,)))
+    )
+    assert wrist.lasts.s > other.lasts.s
+    assert both.lasts == wrist.lasts
+    assert each.lasts.s == wrist.lasts.s + other.lasts.s
+    assert each.time_s == both.time_s == wrist.time_s
 
 
 # -- A drive that is steered ends where it is sent, and does not run past that to come back --------
