@@ -249,7 +249,7 @@ def test_a_driver_that_trusts_an_arm_whose_homing_failed_is_found_out(monkeypatc
 def test_a_bound_that_does_not_cover_homing_is_found_out(monkeypatch):
     homing_only(monkeypatch)
     monkeypatch.setattr(StopForecast, "home", lambda *_: None)
-    assert "the cable was pulled" in found_by_the_campaign("grbl")
+    assert "it moved" in found_by_the_campaign("grbl")
 
 
 def test_homing_that_a_stop_does_not_end_is_found_out(monkeypatch):

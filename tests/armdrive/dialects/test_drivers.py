@@ -135,7 +135,7 @@ def test_fingers_that_feel_nothing_refuse_to_grasp(name):
 def test_a_simulated_arm_is_parked_and_then_switched_off(call):
     call("home", code=0)
     text = call("disable", code=0).out
-    assert text.index("parked: ") < text.index("the motors are off")
+    assert text.index("parked: ") < text.index("motor current off")
     view = call("status", "--json", code=0).json
     assert view["trust"] == "suspect"
     assert view["trust_code"] == "E715"
@@ -161,7 +161,7 @@ def test_a_person_is_asked_to_park_first_and_then_whether_the_arm_is_supported(
     call("home", code=0)
     done = call("disable", code=code)
     assert ("parked: " in done.out) == parked
-    assert ("the motors are off" in done.out) == (code == 0)
+    assert ("motor current off" in done.out) == (code == 0)
     assert ("[E204]" in done.err) == (code == 3)
     first, *others = answers[1]
     assert first == PARK

@@ -306,7 +306,6 @@ def test_every_motor_homes_on_a_board_whose_own_homing_leaves_out_two():
 @pytest.mark.parametrize(
     ("firmware", "groups", "least_s"),
     [
-        ("grbl", (), 40.0),
         ("mega5x", ((3,), *ONE_BY_ONE), 100.0),
         ("grblhal", ((3,), *ONE_BY_ONE), 300.0),
         ("fluidnc", ((3,), *ONE_BY_ONE), 60.0),
@@ -346,7 +345,7 @@ def test_a_homing_command_that_was_changed_on_the_wire_references_nothing():
     assert arm.status.trust is not Trust.REFERENCED
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
 def test_after_homing_that_failed_the_next_motion_begins_where_the_arm_stands(firmware):
     """Mission grbl 710001233: FluidNC drove on from where its search was to end."""
     arm = found(homing_config(), firmware=firmware)

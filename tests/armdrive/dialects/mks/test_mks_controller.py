@@ -270,13 +270,13 @@ def test_a_homed_drive_whose_id_another_one_takes_is_not_said_to_have_two_zeros(
     def takes(frame, host):
         tells = not host and frame.can_id == 3 and frame.data[0] == Code.HOME
         if tells and node.motion.homing is HomingState.DONE:
-            bench.device.board.set_id(0, 3)
+            bench.device.board.node(0).set_id(3, bench.now_s)
         return False
 
     bench.loses = takes
     assert "more than one drive answers to the id 3" in denied(bench.do(HomeDevice(((2,),))))
     bench.loses = lambda _frame, _host: False
-    bench.device.board.set_id(0, 1)
+    bench.device.board.node(0).set_id(1, bench.now_s)
     assert bench.do(ClearFault()) == Done()
     assert bench.do(HomeDevice(((2,),))) == Done()
 
