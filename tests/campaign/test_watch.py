@@ -255,6 +255,18 @@ def test_a_faster_command_may_run_on_into_the_next(runs_on_s, too_fast):
     assert any("degrees a second" in each for each in stage.watch.broken) is too_fast
 
 
+@pytest.mark.parametrize(("at_s", "unasked"), [(90.0, False), (101.0, True)])
+def test_what_an_earlier_command_has_sent_may_outlast_a_later_one(at_s, unasked):
+    """Mission grbl 710001049: a board homed on without its wire, after a jog that moved nothing."""
+    stage = a_stage("grbl")
+    stage.watch.begin(Command("home by its switches"))
+    stage.watch.end(10.0, 90.0)
+    stage.watch.begin(Command("a jog"))
+    stage.watch.end(11.0, 0.2)
+    stage.world.drive(steps(base=3), at_s)
+    assert any("without a command" in each for each in stage.watch.broken) is unasked
+
+
 def test_a_goal_is_missed_by_one_step_more_than_rounding():
     stage = a_stage()
     world, arm = stage.world, stage.config.model.arm
