@@ -30,8 +30,7 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp
 from tui.arm_view import SpaceView
-from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
-from tui.keys.layouts import keyboard_of
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, keyboard_of
 from tui.keys.table import STOP
 from tui.safety import (
     DOTS,

@@ -14,11 +14,13 @@ from pathlib import Path
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.drive.control_requests import ask
+from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts
 from armdrive.connect.control_socket import serve
-from armdrive.connect.target import state_file
+from armdrive.connect.target import find, state_file
 from armdrive.errors import StateFileError
 from armdrive.registry import simulate
 from armdrive.runtime.clock import PaceChoice
@@ -121,6 +123,17 @@ def connect_remembered(
     except BaseException:
         holding.release()
         raise
+
+
+def held_config(options: argparse.Namespace, name: str) -> ArmConfig:
+    """Return the arm of this name, which a program is driving.
+
+    Where the options do not name it, it may be named by its port, and have no file: that program
+    says which dialect it speaks.
+    """
+    if names_arm(options):
+        return chosen_target(options).config
+    return find(name, dialect_name=str(ask(name, "status")["dialect"])).config
 
 
 def _load(arm: str) -> object:

@@ -13,7 +13,8 @@ from kinematics.textbook.study import example_posture
 from kinematics.textbook.systems import MODEL_NAMES
 from kinematics.textbook.worked_example import ExampleSection, sections
 from tui.arm_view import SpaceView
-from tui.keys.layouts import LAYOUTS, keyboard_of
+from tui.keys.keyboard import keyboard_of
+from tui.keys.layouts import LAYOUTS
 from tui.keys.table import TABLE, pairs_of
 from tui.model_desk import COLUMN_WIDTH, NO_ARM, PLACE, ModelDesk, ModelHand, laid, model_keys
 from tui.widgets import PlainText

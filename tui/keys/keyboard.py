@@ -9,9 +9,10 @@ from types import MappingProxyType
 from typing import Any
 
 from textual.binding import Binding, BindingType
-from textual.keys import KEY_NAME_REPLACEMENTS, key_to_character
+from textual.keys import KEY_NAME_REPLACEMENTS, _character_to_key, key_to_character
 
 from armdrive.errors.actions import desk_words, presented
+from tui.keys.layouts import LAYOUTS, QWERTY
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair, titled, words
 
 KEYS_OFFERED = 12
@@ -161,6 +162,16 @@ def _line(row: DeskKey) -> str:
 
 DEFAULT_KEYS = Keyboard()
 """The table as it stands."""
+
+
+def keyboard_of(layout: str) -> Keyboard:
+    """Return the keyboard of a layout; that of the table where there is none of that name."""
+    upper, middle, more = LAYOUTS.get(layout, LAYOUTS[QWERTY])
+    keys = {row: (_character_to_key(key),) for row, key in more.items()}
+    for number, (plus, minus) in enumerate(zip(upper, middle, strict=True), 1):
+        keys[f"axis-{number}-plus"] = (_character_to_key(plus),)
+        keys[f"axis-{number}-minus"] = (_character_to_key(minus),)
+    return DEFAULT_KEYS.changed(keys)
 
 
 def as_rows(keyboard: Keyboard) -> list[dict[str, Any]]:

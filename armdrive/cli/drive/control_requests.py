@@ -5,16 +5,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Result
 from armdrive.errors import ArmError, BadRequest, HolderError
 from armdrive.storage.files import require_free, write_named
 from armdrive.storage.lock_client import ask_holder, held_arms
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 
 def chosen_holders(options: argparse.Namespace) -> list[str]:
@@ -41,20 +37,6 @@ def one_holder(options: argparse.Namespace) -> str:
             "`armdrive jog`"
         )
     raise BadRequest(f"several arms are being driven ({', '.join(names)}): name one with --arm")
-
-
-def held_config(options: argparse.Namespace, name: str) -> ArmConfig:
-    """Return the arm of this name, which a program is driving.
-
-    Where the options do not name it, it may be named by its port, and have no file: that program
-    says which dialect it speaks.
-    """
-    from armdrive.cli.arm_files import chosen_target  # heavy, as above
-    from armdrive.connect.target import find
-
-    if names_arm(options):
-        return chosen_target(options).config
-    return find(name, dialect_name=str(ask(name, "status")["dialect"])).config
 
 
 def ask(name: str, request: str, **words: object) -> Mapping[str, object]:

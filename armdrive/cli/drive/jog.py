@@ -22,8 +22,7 @@ from armdrive.status import State, coded
 from armdrive.storage import files as places
 from armdrive.text.reading import read_text
 from kinematics.textbook.systems import MODEL_NAMES, system
-from tui.keys.keyboard import Keyboard, as_rows, as_text
-from tui.keys.layouts import keyboard_of
+from tui.keys.keyboard import Keyboard, as_rows, as_text, keyboard_of
 from tui.model_desk import run_model
 from tui.settings import chosen_layout
 

@@ -17,8 +17,8 @@ from typing import Any
 
 import tui
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.drive.control_requests import ask, held_config, one_holder
+from armdrive.cli.chosen_arm import connect_chosen, held_config
+from armdrive.cli.drive.control_requests import ask, one_holder
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmInUse, SettingsDiffer, StateFileError

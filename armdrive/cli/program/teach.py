@@ -6,7 +6,8 @@ import argparse
 import re
 import time
 
-from armdrive.cli.drive.control_requests import held_config, one_holder
+from armdrive.cli.chosen_arm import held_config
+from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.errors import BadRequest, Refused
 from armdrive.errors.printable import command_line

@@ -19,8 +19,8 @@ from armdrive.status import State, status_view
 from kinematics.textbook.study import subject_of_system
 from kinematics.textbook.systems import system
 from tui.app import action_call
-from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, as_markdown, bindings, label
-from tui.keys.layouts import LAYOUTS, keyboard_of
+from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, as_markdown, bindings, keyboard_of, label
+from tui.keys.layouts import LAYOUTS
 from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, UrgentKeys
 from tui.keys.table import JOG_PAIRS, SCREENS, TABLE
 from tui.model_desk import ModelDesk, model_keys
