@@ -19,6 +19,7 @@ from armdrive.motion.jog import (
     check_increment,
     check_jog,
     jog_session,
+    require_bounds,
 )
 from armdrive.moves import ContinuousJog, IncrementalJog, Jog, JogMove, speed_fraction
 from armdrive.runtime.states import Event
@@ -68,9 +69,13 @@ class JogSessions:
             task = self._begin(nudge)
         return Handle(self._parts.runner, task, PATIENCE_S * 10)
 
-    def go_on(self, asked: ContinuousJog | IncrementalJog) -> None:
-        """Hand a jog to a session, and report a refusal in the status's notice."""
+    def go_on(self, asked: ContinuousJog | IncrementalJog, *, bounded: bool = False) -> None:
+        """Hand a jog to a session, and report a refusal in the status's notice.
+
+        `bounded`: it renews a hold that began with limits, and has to end if there are none now.
+        """
         try:
+            require_bounds(self._core, bounded=bounded)
             self._begin(asked, joins=True)
         except (Refused, LinkLost) as refusal:
             self._core.notify(str(refusal), refusal)
@@ -121,11 +126,14 @@ class Jogging(ArmPart):
         """When the latest hold expires, even if a stop has ended it."""
         self._held_stops = 0
         """The number of stops before the held jog."""
+        self._bounded = False
+        """Whether limits and guards end the held jog: its position was known when it began."""
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once.
 
-        After a stop, no `hold` moves the arm before `release` or the end of the latest `for_s`.
+        After a stop, no `hold` moves the arm before `release` or the end of the latest `for_s`; nor
+        once the position is no longer known, since no limit would end the jog.
         If the jog is refused, the status's `notice` says why until the next motion begins.
         """
         pace, runner = self._parts.pace, self._parts.runner
@@ -136,10 +144,10 @@ class Jogging(ArmPart):
             # has ended, was decided on after the stop.
             extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
             if not extended:
-                self._held_stops = runner.stops
+                self._held_stops, self._bounded = runner.stops, self._core.position_known
                 runner.know_of(runner.stops)
             if runner.stops == self._held_stops:
-                self._sessions.go_on(asked)
+                self._sessions.go_on(asked, bounded=self._bounded)
             else:
                 self._core.notify(LET_GO, Stopped())
         pace.wake()

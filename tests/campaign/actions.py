@@ -212,6 +212,8 @@ def _abandon(stage: Stage, then: Callable[[], None]) -> TypedError | None:
         with expected_expiry(stage, "an abandoned hold expired") as expires_in:
             for number in range(renewals + 1):
                 expires_in(min(for_s, MAX_HOLD_S))
+                if not arm.parts.core.position_known:  # then a new hold has no limits
+                    command.position_known = False
                 arm.jogging.hold(jog, speed=speed, for_s=for_s)
                 if number < renewals:
                     arm.sleep(draw.uniform(0.0, for_s))

@@ -27,13 +27,22 @@ ARM = CONFIG.model.arm
 class Driven:
     """An arm that is wherever its course has led."""
 
-    def __init__(self, joints=OVER_THE_TABLE, config=CONFIG, run_on_s=0.0, queued=True, hz=1e9):
+    def __init__(
+        self,
+        joints=OVER_THE_TABLE,
+        config=CONFIG,
+        run_on_s=0.0,
+        queued=True,
+        hz=1e9,
+        bounded=True,
+    ):
         model = config.model
         self.config = config
         self.speeds = SpeedLimits(
             model.joint_speeds_rad_s, model.gripper_speed_mm_s, hz, model.transmission
         )
-        self.course = JogCourse(config, self.speeds, Terms(RAMP_S, queued, run_on_s))
+        terms = Terms(RAMP_S, queued, run_on_s, bounded)
+        self.course = JogCourse(config, self.speeds, terms)
         self.here = ArmCoordinates(joints, 30.0)
         self.now_s = 0.0
         self.ended = None
@@ -42,8 +51,8 @@ class Driven:
     def pose(self):
         return self.config.model.arm.fk(self.here.joints)
 
-    def leg(self, jog, speed=1.0, known=True):
-        found = self.course.propose(Wish(jog, speed, known), self.here, LEG_S, self.now_s)
+    def leg(self, jog, speed=1.0):
+        found = self.course.propose(Wish(jog, speed), self.here, LEG_S, self.now_s)
         if isinstance(found, JogEnded):
             self.ended = found
             return None
@@ -281,8 +290,8 @@ def test_a_jog_with_no_direction_ends_at_once_without_a_note():
 
 
 def test_without_a_known_position_there_are_no_bounds():
-    arm = Driven(OVER_THE_TABLE.replace(base=math.radians(89.9)))
-    arm.hold(Jog.joint(base=1.0), legs=20, known=False)
+    arm = Driven(OVER_THE_TABLE.replace(base=math.radians(89.9)), bounded=False)
+    arm.hold(Jog.joint(base=1.0), legs=20)
     assert arm.here.joints.deg["base"] > 92.0
 
 

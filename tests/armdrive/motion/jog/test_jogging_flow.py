@@ -4,13 +4,13 @@ import math
 
 import pytest
 from amounts import amount, every_row
-from faults import ready_arm, sim_arm, stand_still_s
+from faults import OVER_THE_TABLE, arm_config, driven, ready_arm, sim_arm, stand_still_s
 from jog_bench import Ground, trials
 
 from armdrive import Arm, Jog
 from armdrive.errors import BadRequest, NotReferenced, OutOfBounds, WrongState
 from armdrive.moves import JogMove, JointMove
-from armdrive.status import State, Trust
+from armdrive.status import Evidence, State, Trust
 from kinematics import Joints
 
 
@@ -147,6 +147,26 @@ def test_joints_of_an_unknown_posture_are_jogged_slowly_and_without_limits():
         arm.twin.world.body.transmission.to_motors(Joints.of(80, 60, -90, 0, 0))
     )
     assert arm.jog_j(base_deg=12).note == ""
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+def test_a_jog_that_began_with_limits_never_goes_on_without_them(dialect):
+    """A held key would drive the arm on, into a guard, when its position is no longer trusted."""
+    arm = driven(arm_config(dialect), at=OVER_THE_TABLE)
+
+    def hold(times):
+        for _ in range(times):
+            arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.25)
+            arm.sleep(0.1)
+        return arm.twin.world.motors
+
+    hold(5)
+    arm.parts.core.learn(Evidence.READ_BACK_DIFFERS, arm.status.time_s)
+    stood = hold(5)
+    assert hold(10) == stood
+    assert "no limit would stop it" in arm.status.notice
+    arm.sleep(1.0)
+    assert hold(10) != stood
 
 
 def test_cartesian_jogging_of_an_unknown_posture_is_refused_in_a_sentence():
