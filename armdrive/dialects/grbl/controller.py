@@ -230,13 +230,11 @@ class GrblController(ScriptRunner[HostEvent]):
         return Search(max(times).s + HOST_DELAY_S, lasts=in_turn(times))
 
     def homing_time(self, command: Home) -> HomingTime:
-        """Return how long a homing command lasts; without axes, one homes after the other."""
-        axes = command.axes or self.axes.letters
-        found = [self.searches_s[self.axes.letters.index(axis)] for axis in axes]
-        known_s = [search_s for search_s in found if search_s is not None]
-        if len(known_s) < len(found):
+        """Return how long the homing of one axis lasts."""
+        search_s = self.searches_s[self.axes.letters.index(command.axes)]
+        if search_s is None:
             return HomingTime(self.settings.homing_s, "grbl.homing_s")
-        return HomingTime(math.fsum(known_s))
+        return HomingTime(search_s)
 
 
 DRIVER = Driver(GrblSettings, GrblController)
