@@ -250,8 +250,8 @@ async def home(
     if parts.config.homing is not None and reference.homes_by_switches:
         groups = reference.homing_groups
         search = parts.core.controller.search
-        lasts_s = in_turn(search(each).lasts for each in parts.config.homing.requests()).s
-        with parts.pace.lock:
+        with parts.pace.lock:  # the controller may be learning how fast its drives home
+            lasts_s = in_turn(search(each).lasts for each in parts.config.homing.requests()).s
             runner.require(Event.HOME)
             runner.require_no_stop(stops, BEFORE)
             body = reference_tasks.home_device(

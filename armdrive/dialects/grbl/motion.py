@@ -336,7 +336,7 @@ class GrblHoming:
     """How long a homing command lasts."""
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[HostEvent, Reply]:
-        """Make the board home all motors at once, or one group after the other."""
+        """Make the board home one motor after the other, in the order of `commands`."""
         yield from self.exchange.look(self.settings.answer_s)
         if self.board.state in HELD:
             return RequestRejected(

@@ -131,13 +131,13 @@ class MksHoming:
             io.host.settle(drive.node)
             drive.moving = False
         yield from io.look(drives)
-        off = [drive for drive in drives if abs(drive.count) > ZERO_COUNTS]
-        for drive in off:
-            if (yield from is_shared(io, drive.node)):
-                return RequestRejected(shared_words((drive.node,), "id", OWN_ID))
-            drive.two_zeros = two_zeros_words(drive)
-            return RequestRejected(drive.two_zeros)
-        return Done()
+        off = next((drive for drive in drives if abs(drive.count) > ZERO_COUNTS), None)
+        if off is None:
+            return Done()
+        if (yield from is_shared(io, off.node)):
+            return RequestRejected(shared_words((off.node,), "id", OWN_ID))
+        off.two_zeros = two_zeros_words(off)
+        return RequestRejected(off.two_zeros)
 
     def read_speeds(self, drives: Collection[MksDrive]) -> MksScript[None]:
         """Learn how fast drives home, from those that report their settings."""
