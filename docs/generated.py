@@ -31,6 +31,7 @@ from armdrive.sim.mks.quirks import ALWAYS as MKS_ALWAYS
 from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.text.toml import rule_of
 from armdrive.trace.entries import EntryKind
+from kinematics.spaces import POSE_FIELDS
 from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
 from tui.keys.table import SCREENS
 from tui.settings import LOOKS
@@ -168,7 +169,7 @@ def _functions() -> Iterator[tuple[str, str, str]]:
         "`joints(base 0, shoulder 40, elbow -60, wrist_pitch -70, wrist_roll 0)`",
     )
     yield "`here`", "The place where the arm stands.", "`above(here, 20)`"
-    parts = ", ".join(f"`.{name}`" for name in language.FIELDS)
+    parts = ", ".join(f"`.{name}`" for name in POSE_FIELDS)
     yield parts, "The parts of a place, mm and deg.", "`pick.z`"
 
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 import dataclasses
 import math
 import operator
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, SupportsIndex, TypedDict, Unpack
 
 from kinematics.errors import (
@@ -52,6 +53,11 @@ class Coordinates(TypedDict, total=False):
 
 COORDINATES = tuple(Coordinates.__annotations__)
 """The names of a pose's coordinates with their units, in order; most arms have no yaw."""
+
+POSE_FIELDS: Mapping[str, str] = MappingProxyType(
+    {key.partition("_")[0]: key for key in COORDINATES}
+)
+"""The same by their names without units, as a person types them: x, y, z, pitch, roll, yaw."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,7 @@ from armdrive.setup.draft import GRIPPER_MOTOR, Draft, as_typed, ratio, read_lin
 from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
 from armdrive.text.toml import Rule, TomlEntry, rule_of
 from armdrive.transports.address import CanAddress, is_can
-from kinematics.spaces import COORDINATES
+from kinematics.spaces import COORDINATES, POSE_FIELDS
 
 Fill = Callable[[Draft, str], str | None]
 """Returns a default, as the user would type it, from the answers and a name of the row's `each`."""
@@ -320,7 +320,7 @@ def _resets(draft: Draft) -> bool:
 PULLED_OFF_DEG = 2.0
 """The default distance from a limit at which a joint stands after homing."""
 
-POSTURE = tuple(key.partition("_")[0] for key in COORDINATES)
+POSTURE = tuple(POSE_FIELDS)
 """What a posture's numbers are called."""
 
 

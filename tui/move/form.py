@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 
 from textual import events
 from textual.content import Content
@@ -17,7 +16,7 @@ from textual.widgets import DataTable
 from armdrive.errors import BadRequest
 from armdrive.moves import BASE_FRAME, JointMove, LineMove, Motion, PoseMove
 from armdrive.status import pose_numbers
-from kinematics.spaces import COORDINATES, Joints, Pose
+from kinematics.spaces import POSE_FIELDS, Joints, Pose
 from kinematics.text import tenths
 from tui.app import TypedText
 from tui.keys.table import words
@@ -31,10 +30,6 @@ DIGITS = frozenset("0123456789.-")
 
 LONGEST = 9
 """Characters in a field: -1234.567 is more than any arm needs."""
-
-FIELDS: Mapping[str, str] = MappingProxyType({key.partition("_")[0]: key for key in COORDINATES})
-"""The fields of a pose, each with the coordinate that it gives."""
-
 
 Present = Callable[[], Mapping[str, float]]
 """Returns where the arm is, field by field of the present mode and frame."""
@@ -63,7 +58,7 @@ class GoalForm:
         self.step = 1.0
         self.at = 0
         self._joints = joints
-        self._axes = tuple(FIELDS)[: None if has_yaw else -1]
+        self._axes = tuple(POSE_FIELDS)[: None if has_yaw else -1]
         self._frames = frames
         self._present = present
         self._fields: dict[str, TypedText] = {}
@@ -96,7 +91,7 @@ class GoalForm:
 
     def unit(self, name: str) -> str:
         """Return the unit of a field."""
-        return "mm" if self.cartesian and FIELDS[name].endswith("_mm") else "°"
+        return "mm" if self.cartesian and POSE_FIELDS[name].endswith("_mm") else "°"
 
     # -- keys ---------------------------------------------------------------------------------
 
@@ -214,7 +209,7 @@ def of_pose(pose: Pose) -> dict[str, float]:
 
 def pose_of(values: Mapping[str, float]) -> Pose:
     """Return the pose of all fields."""
-    return Pose.of(**{FIELDS[name]: value for name, value in values.items()})
+    return Pose.of(**{POSE_FIELDS[name]: value for name, value in values.items()})
 
 
 COLUMNS = (("", 13), ("goal", 11), ("", 3), ("now", 9))

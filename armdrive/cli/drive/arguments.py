@@ -22,7 +22,7 @@ from armdrive.cli.options import (
 from armdrive.errors import BadRequest
 from armdrive.runtime.overrides import LEAST_OVERRIDE
 from armdrive.text.numbers import number, parse_speed
-from kinematics.spaces import COORDINATES, JOINT_NAMES
+from kinematics.spaces import JOINT_NAMES, POSE_FIELDS
 from tui.keys.layouts import LAYOUTS
 
 # --- options that several actions share
@@ -203,9 +203,6 @@ _AXIS_HELP: Mapping[str, str] = MappingProxyType(
     }
 )
 
-AXES = {key.partition("_")[0]: key for key in COORDINATES}
-"""The options of a pose, each with the coordinate that it gives."""
-
 
 def _move(parser: argparse.ArgumentParser) -> None:
     """Move an arm to a pose or to joint angles.
@@ -224,7 +221,7 @@ def _move(parser: argparse.ArgumentParser) -> None:
 
     """
     goal = parser.add_argument_group("to a pose")
-    for axis, key in AXES.items():
+    for axis, key in POSE_FIELDS.items():
         unit = key.partition("_")[2]
         goal.add_argument(f"--{axis}", type=number, metavar=unit.upper(), help=_AXIS_HELP[axis])
     goal.add_argument("--line", action="store_true", help="along a straight line")

@@ -12,7 +12,6 @@ from typing import Any
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_points, chosen_target
 from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.drive.arguments import AXES
 from armdrive.cli.presenter import Result
 from armdrive.cli.terminal_operator import confirm_simulated, ready_arm, settled_arm
 from armdrive.config.arm import ArmConfig
@@ -35,7 +34,7 @@ from armdrive.moves import (
 from armdrive.status import State, pose_numbers, status_view
 from armdrive.storage.points import check_name, point_view
 from kinematics.errors import suggestion
-from kinematics.spaces import JOINT_NAMES, NO_YAW, Pose
+from kinematics.spaces import JOINT_NAMES, NO_YAW, POSE_FIELDS, Pose
 
 
 def move(options: argparse.Namespace) -> Iterator[Result]:
@@ -72,7 +71,7 @@ def _previewed(
 
 
 def _names_pose(options: argparse.Namespace) -> bool:
-    return any(getattr(options, axis) is not None for axis in AXES)
+    return any(getattr(options, axis) is not None for axis in POSE_FIELDS)
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -153,7 +152,7 @@ def _here(arm: Arm, frame: str) -> Pose:
 
 
 def _goal(here: Pose, options: argparse.Namespace) -> Pose:
-    typed = {key: getattr(options, axis) for axis, key in AXES.items()}
+    typed = {key: getattr(options, axis) for axis, key in POSE_FIELDS.items()}
     given = {key: float(value) for key, value in typed.items() if value is not None}
     return Pose.of(**(pose_numbers(here) | given))
 

@@ -29,7 +29,6 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.values import OPERATORS, fewest, out_of_bounds, slot_of
 from armdrive.programs.language.words import (
-    FIELDS,
     FUNCTIONS,
     HERE,
     PLACE,
@@ -39,6 +38,7 @@ from armdrive.programs.language.words import (
 )
 from armdrive.programs.problems import Problem, SourceMark
 from kinematics.errors import suggestion
+from kinematics.spaces import POSE_FIELDS
 from kinematics.text import counted
 
 # The kind of every name of a program, inferred from the lines that set it.
@@ -259,8 +259,10 @@ class Fitting:
                 yield from self._binary(value)
             case FieldOf():
                 yield from self._value(value.value, PLACE)
-                if value.name not in FIELDS:
-                    yield Problem(value.mark, f"a place has {', '.join(FIELDS)}, no {value.name}")
+                if value.name not in POSE_FIELDS:
+                    yield Problem(
+                        value.mark, f"a place has {', '.join(POSE_FIELDS)}, no {value.name}"
+                    )
             case JointsOf():
                 names = [name for name, _ in value.angles]
                 for name, angle in value.angles:

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeAlias
 
-from armdrive.programs.language.words import FIELDS, SPEED, Slot, ValueKind
+from armdrive.programs.language.words import SPEED, Slot, ValueKind
 from armdrive.text.numbers import speed_refusal
-from kinematics.spaces import Pose
+from kinematics.spaces import POSE_FIELDS, Pose
 from kinematics.text import plain
 
 ForwardKinematics: TypeAlias = Callable[[Mapping[str, float]], Pose]
@@ -227,8 +227,8 @@ PLACING: Mapping[str, Callable[[Sequence[Value], ForwardKinematics | None], Plac
 
 
 def part_of(found: PlaceValue, name: str, fk: ForwardKinematics | None) -> float:
-    """Return a part of a place by its name of `FIELDS`: mm or deg."""
-    value = getattr(pose_of(found, fk), FIELDS[name])
+    """Return a part of a place by its name of `POSE_FIELDS`: mm or deg."""
+    value = getattr(pose_of(found, fk), POSE_FIELDS[name])
     if value is None:
         raise LineFailure("this arm has no yaw")
     return float(value)

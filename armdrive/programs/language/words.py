@@ -8,7 +8,6 @@ from enum import Enum
 from types import MappingProxyType
 
 from armdrive.errors.arguments import LONGEST_TIME_S
-from kinematics.spaces import COORDINATES
 
 
 class ValueKind(Enum):
@@ -267,9 +266,6 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
              "round(2.5)"),
 )})  # fmt: skip
 """Every function except `joints(base 0, ...)`, which has a form of its own."""
-
-FIELDS: Mapping[str, str] = MappingProxyType({key.partition("_")[0]: key for key in COORDINATES})
-"""The parts of a place, and their names in a `Pose`."""
 
 HERE = "here"
 """The name of the place where the arm stands."""

@@ -36,9 +36,10 @@ from armdrive.programs.language.syntax import (
     While,
     negative,
 )
-from armdrive.programs.language.words import FIELDS, FUNCTIONS, LINKS, RESERVED, WORDS
+from armdrive.programs.language.words import FUNCTIONS, LINKS, RESERVED, WORDS
 from armdrive.programs.language.writing import formatted, unparse
 from armdrive.programs.problems import ProgramError
+from kinematics.spaces import POSE_FIELDS
 
 names = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,6}", fullmatch=True).filter(
     lambda name: name.lower() not in RESERVED
@@ -62,7 +63,7 @@ def wider(inner):
         inner.map(lambda value: Unary("not", value)),
         inner.map(negative),
         st.builds(Binary, inner, st.sampled_from(SIGNS), inner),
-        st.builds(FieldOf, inner, st.sampled_from(sorted(FIELDS))),
+        st.builds(FieldOf, inner, st.sampled_from(sorted(POSE_FIELDS))),
         st.builds(Use, st.sampled_from(sorted(FUNCTIONS)), st.lists(inner, max_size=3).map(tuple)),
         st.builds(
             JointsOf,

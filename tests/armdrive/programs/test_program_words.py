@@ -17,8 +17,9 @@ from armdrive.programs.acts import (
     Say,
     act_name,
 )
-from armdrive.programs.language.words import FIELDS, FORMS, FUNCTIONS, WORDS
+from armdrive.programs.language.words import FORMS, FUNCTIONS, WORDS
 from armdrive.programs.program import read_program_file
+from kinematics.spaces import POSE_FIELDS
 
 PICK = BOOK["pick"]
 P = "point p = at(250, 0, 60, -90)\n"
@@ -124,7 +125,7 @@ def test_the_example_of_every_function_can_be_read(row):
     {"x": "1", "y": "2", "z": "3", "pitch": "-90", "roll": "10", "yaw": "20"}.items(),
 )
 def test_every_part_of_a_place(name, wanted):
-    assert name in FIELDS
+    assert name in POSE_FIELDS
     assert told(f"type at(1, 2, 3, -90, 10, 20).{name}") == [wanted]
 
 
