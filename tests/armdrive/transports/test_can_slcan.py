@@ -115,6 +115,17 @@ class TestOpening:
             link.write(pack(Frame(1)), 0.0)
             assert frames_of(link) == [Frame(2)]
 
+    @pytest.mark.parametrize("reply", [b"\r", b"\a", b"z\r"])
+    def test_an_adapter_without_a_version_is_known_by_its_other_replies(
+        self, tmp_path, monkeypatch, reply
+    ):
+        monkeypatch.setattr(can_slcan, "GREETING_S", 0.1)
+        with contextlib.closing(PtyServer(tmp_path / "plain")) as port:
+            answering = threading.Thread(target=answer_once, args=(port, reply))
+            answering.start()
+            open_link(f"can:slcan:{port.address}?bitrate=500000", 0).close()
+            answering.join(LONG_S)
+
     def test_a_device_that_is_no_adapter_is_recognised(self, tmp_path, monkeypatch):
         monkeypatch.setattr(can_slcan, "GREETING_S", 0.02)
         port = PtyServer(tmp_path / "other")
@@ -213,7 +224,10 @@ class TestLosses:
         open_link(served.server.can_addresses[0], 0).close()
         before = open_files()
         for _ in range(3):
-            open_link(served.server.can_addresses[0], 0).close()
+            with contextlib.closing(open_link(served.server.can_addresses[0], 0)):
+                for _ in range(3):
+                    with pytest.raises(PortInUse):
+                        open_link(served.server.can_addresses[0], 0)
         assert open_files() == before
 
 

@@ -4,6 +4,7 @@ import os
 import socket
 import sys
 import threading
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -16,6 +17,7 @@ from waiting import FOREVER_S, LONG_S, looks, returns, soon
 from armdrive.errors import BadRequest, LinkLost, NoConnection, NoSuchPort
 from armdrive.transports import ports, udp
 from armdrive.transports.address import host_and_port, scheme
+from armdrive.transports.link import AbsentLink
 from armdrive.transports.opening import open_link
 from armdrive.transports.ports import PortHolder, PortInfo, device_names, list_ports, owning_group
 from armdrive.transports.serial_port import SerialLink
@@ -185,6 +187,16 @@ def test_a_udp_link_sleeps_until_a_datagram_a_wake_or_its_time(peer):
     soon(peer.sendto, b"x", address)
     returns(lambda: link.wait(FOREVER_S))
     assert link.read(0.0) == b"x"
+    soon(link.wake)
+    returns(lambda: link.wait(FOREVER_S))
+    link.close()
+
+
+def test_a_link_that_is_gone_sleeps_until_its_time_or_a_wake():
+    link = AbsentLink("/dev/ttyGONE")
+    began_s = time.monotonic()
+    link.wait(0.02)
+    assert time.monotonic() - began_s >= 0.015
     soon(link.wake)
     returns(lambda: link.wait(FOREVER_S))
     link.close()
