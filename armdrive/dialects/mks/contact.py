@@ -7,7 +7,7 @@ whether it is alone, and why it does not move.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NoReturn, TypeAlias
 
 from armdrive.dialects.bus.drives import Obstructed, off_target_words, shared_words
@@ -313,10 +313,7 @@ class MksContact:
     def read(self) -> Script:
         """Read every encoder, and find out why a drive has moved that should hold its place."""
         io = self._io
-        began_s = io.now_s
-        if missing := (yield from io.look()):
-            absence = io.absence(missing, began_s)
-            return replace(absence, moved=True) if isinstance(absence, RequestRejected) else absence
+        yield from io.require_positions()
         for drive in io.drives:
             if not self.on or drive.moving or drive.is_near:
                 continue

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
+from armdrive.sim.mechanics.motors import LimitSwitch, switch_places, switch_ways
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.saved import Json
 from firmware_protocol.frames import Frame
@@ -35,14 +35,14 @@ def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
 class NodeMotor:
     """One motor of the arm as its drive sees it. Counts are those of its encoder."""
 
-    def __init__(self, shafts: ShaftDrive, index: int, switch_at: int) -> None:
+    def __init__(self, shafts: ShaftDrive, index: int, switch_at: int, way: int = 1) -> None:
         self.index = index
         self.point = shafts.rack.each[index]
         """Its set-point."""
         self._shafts = shafts
         self.zero = self.shaft
         """The shaft position at which the drive counts zero."""
-        self.switch = LimitSwitch(lambda: self.shaft, switch_at)
+        self.switch = LimitSwitch(lambda: self.shaft, switch_at, way)
 
     @property
     def shaft(self) -> int:
@@ -86,11 +86,15 @@ class NodeMotor:
         self._shafts.world.energised = all(self._shafts.holding)
 
 
-def motors_of(config: ArmConfig, shafts: ShaftDrive, *, behind: int = 0) -> list[NodeMotor]:
-    """Return the motors, with switches `behind` counts beyond where homing ends by the arm file."""
+def motors_of(config: ArmConfig, shafts: ShaftDrive, *, beyond: int = 0) -> list[NodeMotor]:
+    """Return the motors, with switches `beyond` counts after the end of homing by the arm file."""
     turning = shafts.world.body.transmission
-    places = switch_places(config, turning, (behind,) * len(turning.motors))
-    return [NodeMotor(shafts, index, at) for index, at in enumerate(places)]
+    places = switch_places(config, turning, (beyond,) * len(turning.motors))
+    ways = switch_ways(config, turning)
+    return [
+        NodeMotor(shafts, index, at, way)
+        for index, (at, way) in enumerate(zip(places, ways, strict=True))
+    ]
 
 
 # --- The drive -----------------------------------------------------------------------------------

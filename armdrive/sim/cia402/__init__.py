@@ -58,7 +58,7 @@ class Cia402Board(DrivesBoard[Cia402Node]):
 def _make(config: ArmConfig, world: World, quirks: Cia402Quirks) -> Cia402Board:
     objects = _objects(quirks)
     shafts = ShaftDrive(world, _top_rate(objects))
-    motors, modes = motors_of(config, shafts, behind=1), _modes(quirks)
+    motors, modes = motors_of(config, shafts, beyond=1), _modes(quirks)
     nodes = [
         Cia402Node(motor, number, objects, modes, quirks)
         for motor, number in zip(motors, _numbers(config, len(motors)), strict=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from enum import Enum
+from types import MappingProxyType
 
 from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.cia402.objects import DriveObjects
@@ -15,11 +16,12 @@ from armdrive.sim.cia402.quirks import Cia402Quirks
 from firmware_protocol import canopen
 from firmware_protocol.canopen import Place, SetPoint
 
-AT_UPPER_SWITCH = 18
+TO_SWITCH = MappingProxyType({17: -1, 18: 1})
 IN_PLACE = (35, 37)
-METHODS = frozenset((0, AT_UPPER_SWITCH, *IN_PLACE))
-"""Homing methods (6098): 18 goes up to the limit switch and slowly back until it opens; 35 and 37
-take the present position as home. The position at home then is the offset in 607C."""
+METHODS = frozenset((0, *TO_SWITCH, *IN_PLACE))
+"""Homing methods (6098): 17 goes down to the negative limit switch, 18 up to the positive one, and
+slowly back until it opens; 35 and 37 take the present position as home. The position at home then
+is the offset in 607C. A motor has one limit switch: a search for the other one finds nothing."""
 _USUAL_SLOPE, _USUAL_SPEED, _USUAL_WINDOW = 100_000, 1000, 10
 _MS_POWER = -3
 _SHORTEST_S = 1e-4
@@ -56,6 +58,7 @@ class Cia402Motion:
     def forget(self) -> None:
         """Reset to the state after power-on."""
         self.homing = Homing.NONE
+        self._way = 0  # the direction of the switch that homing searches for
         self.goal = 0
         """The target of the last set-point, in the drive's own counts."""
         self.limited = False
@@ -172,7 +175,7 @@ class Cia402Motion:
         self.switch_s = self._passes_switch_s(now_s) if self._quirks.limits else math.inf
 
     def _passes_switch_s(self, now_s: float) -> float:
-        return self._point.passes_s(self._switch.at, 1, now_s)
+        return self._point.passes_s(self._switch.at, self._switch.way, now_s)
 
     def _within(self, target: int) -> int:
         """Return a target, limited to the software range."""
@@ -189,13 +192,15 @@ class Cia402Motion:
         method = self._objects.number_of(canopen.HOMING_METHOD, 0)
         if method in IN_PLACE:
             self._found(self._motor.shaft)
-        elif method != AT_UPPER_SWITCH:
+        elif method not in TO_SWITCH:
             self.homing = Homing.FAILED
-        elif self._switch.pressed:
-            self._leave_switch(now_s)
         else:
-            self.homing = Homing.SEEKING
-            self._search(1, canopen.HOMING_SPEED, self._switch.at, now_s)
+            self._way = TO_SWITCH[method]
+            if self._at_switch:
+                self._leave_switch(now_s)
+            else:
+                self.homing = Homing.SEEKING
+                self._search(self._way, canopen.HOMING_SPEED, now_s)
 
     def spoil_homing(self) -> None:
         """Forget a search, or that it failed; a drive that is home stays home."""
@@ -213,22 +218,29 @@ class Cia402Motion:
             self.switch_s = math.inf
         if not self.homing.searches:
             minds = self._quirks.limits and self._switch.pressed
-            return minds and self._point.rate(now_s) > 0.0
-        if self.homing is Homing.SEEKING and self._switch.pressed:
+            return minds and self._point.rate(now_s) * self._switch.way > 0.0
+        if self.homing is Homing.SEEKING and self._at_switch:
             self._leave_switch(now_s)
-        elif self.homing is Homing.LEAVING and not self._switch.pressed:
+        elif self.homing is Homing.LEAVING and not self._at_switch:
             self._found(self._point.at(now_s))
         return False
 
     def _leave_switch(self, now_s: float) -> None:
         self.homing = Homing.LEAVING
-        self._search(-1, canopen.HOMING_CREEP, self._switch.at - 1, now_s)
+        self._search(-self._way, canopen.HOMING_CREEP, now_s)
 
-    def _search(self, way: int, speed: Place, at: int, now_s: float) -> None:
-        """Move towards the position where the switch changes."""
+    @property
+    def _at_switch(self) -> bool:
+        """Whether the limit switch in the direction of the search is pressed."""
+        return self._switch.way == self._way and self._switch.pressed
+
+    def _search(self, way: int, speed: Place, now_s: float) -> None:
+        """Move until the switch changes, if that is in this direction."""
         rate = max(self._objects.number_of(speed, _USUAL_SPEED), 1) * self._speed_unit_hz
         self._point.go_at(way * rate, self.slope(canopen.HOMING_ACCELERATION), now_s)
         self.ends = False
+        switch = self._switch
+        at = switch.at if way == switch.way else switch.opens_at
         self.switch_s = self._point.passes_s(at, way, now_s)
 
     def _found(self, at: int) -> None:

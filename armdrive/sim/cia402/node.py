@@ -390,8 +390,8 @@ class SavedCia402Drive:
 # The EDS gives each object's type and access. A row adds the values that it may have, what a write
 # causes, and what a read measures.
 
-_UPPER_SWITCH = 1
-"""The bit of the upper limit switch in 60FD."""
+_LIMIT_BITS = MappingProxyType({-1: 0, 1: 1})
+"""The bit of the limit switch in 60FD: the negative one is bit 0, the positive one bit 1."""
 _WRAP = 1 << 32
 _ABOVE_ZERO = range(1, 1 << 32)
 
@@ -439,7 +439,7 @@ OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType({
         node.motor.point.demand(now_s) - node.motor.zero)),
     canopen.VELOCITY: ObjectRow(tells=lambda node, now_s: round(node.motor.point.rate(now_s))),
     canopen.DIGITAL_INPUTS: ObjectRow(
-        tells=lambda node, _: node.motor.switch.pressed << _UPPER_SWITCH),
+        tells=lambda node, _: node.motor.switch.pressed << _LIMIT_BITS[node.motor.switch.way]),
 })
 # fmt: on
 """Objects that arrive together act in this order: the mode before the controlword."""

@@ -47,10 +47,9 @@ from armdrive.sim.grbl.firmware import (
 )
 from armdrive.sim.grbl.hardware import BoardBuild, OutputWiring, Switches
 from armdrive.sim.grbl.orders import ROUTINES
-from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
+from armdrive.sim.mechanics.motors import LimitSwitch, switch_places, switch_ways
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
-from armdrive.sim.world.body import ArmBody
 from armdrive.text.toml import setting
 from firmware_protocol.grbl import AXIS_LETTERS
 from kinematics.text import counted
@@ -156,7 +155,7 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
         HOMING: float(device.homing),
         HOMING_DIRECTIONS: 0.0,
     }
-    ways = _ways(config)
+    ways = switch_ways(config, turning)
     for motor, letter in enumerate(letters):
         axis, per = axes.index(letter), per_unit[motor]
         values[HOMING_DIRECTIONS] += (ways[motor] < 0) << axis
@@ -182,13 +181,11 @@ def switches(
 
     If the arm file states no such posture, they are at the upper end of each motor's travel.
     """
-    turned, ways = [axes.index(letter) for letter in letters], _ways(config)
-    backs = [
-        way * round(values[PULL_OFF] * values[STEPS + axis])
-        for axis, way in zip(turned, ways, strict=True)
-    ]
+    turned, turning = [axes.index(letter) for letter in letters], _transmission(config)
+    ways = switch_ways(config, turning)
+    pull_offs = [round(values[PULL_OFF] * values[STEPS + axis]) for axis in turned]
     found: dict[int, LimitSwitch] = {}
-    for motor, home in enumerate(switch_places(config, _transmission(config), backs)):
+    for motor, home in enumerate(switch_places(config, turning, pull_offs)):
         if not abs(home) < FARTHEST_STEPS:
             raise ArmFileError(
                 f"motor {motor + 1} would stand at {home:g} steps at its limit switch, farther "
@@ -196,19 +193,6 @@ def switches(
             )
         found[turned[motor]] = LimitSwitch(partial(_stands_at, world, motor), home, ways[motor])
     return Switches(found)
-
-
-def _ways(config: ArmConfig) -> list[int]:
-    """Return which way each motor turns to its switch, from the posture in which the arm is found.
-
-    Only then can homing end where the arm file says: on the other way, the motor would move away
-    from its switch, or find it pressed all along.
-    """
-    if config.homing is None:
-        return [1] * len(_transmission(config).motors)
-    homed = _transmission(config).to_motors(config.homing.joints, config.homing.opening_mm)
-    found = World(ArmBody.of_preset(config.model)).motors
-    return [1 if there >= here else -1 for here, there in zip(found, homed, strict=True)]
 
 
 def _stands_at(world: World, motor: int) -> int:

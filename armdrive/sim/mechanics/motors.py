@@ -14,6 +14,7 @@ from typing import Generic, Protocol, TypeVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.sim.world import World
+from armdrive.sim.world.body import ArmBody
 from kinematics.spaces import Motors
 from kinematics.transmission import Transmission
 
@@ -292,8 +293,14 @@ class LimitSwitch:
 
     def __init__(self, position: Callable[[], int], at: int, way: int = 1) -> None:
         self.at, self.way = at, way
+        """The first position that presses it, and the direction of those beyond: 1 or -1."""
         self.state = SwitchState.FREE
         self._position = position
+
+    @property
+    def opens_at(self) -> int:
+        """The position nearest to the switch that does not press it."""
+        return self.at - self.way
 
     @property
     def pressed(self) -> bool:
@@ -310,17 +317,31 @@ class LimitSwitch:
         return missing if missing > 0 and self.state is SwitchState.FREE else None
 
 
+def switch_ways(config: ArmConfig, turning: Transmission) -> tuple[int, ...]:
+    """Return which way each motor turns to its switch, 1 or -1: from where it is found to its home.
+
+    The posture in which a new arm is found thus presses no switch, and homing can end where the
+    arm file says. If that does not say where homing ends, all switches are on the upper side.
+    """
+    if config.homing is None:
+        return (1,) * len(turning.motors)
+    homed = turning.to_motors(config.homing.joints, config.homing.opening_mm)
+    found = World(ArmBody.of_preset(config.model)).motors
+    return tuple(1 if there >= here else -1 for here, there in zip(found, homed, strict=True))
+
+
 def switch_places(
-    config: ArmConfig, turning: Transmission, behind: Sequence[int]
+    config: ArmConfig, turning: Transmission, beyond: Sequence[int]
 ) -> tuple[int, ...]:
-    """Return where each motor meets its switch: `behind` steps beyond where homing ends.
+    """Return where each motor meets its switch: `beyond` steps after the end of homing.
 
     If the arm file does not say where homing ends, the switches are at the upper end of each
     motor's travel.
     """
     if config.homing is not None:
         homed = turning.to_motors(config.homing.joints, config.homing.opening_mm)
-        return tuple(at + steps for at, steps in zip(homed, behind, strict=True))
+        ways = switch_ways(config, turning)
+        return tuple(at + way * steps for at, way, steps in zip(homed, ways, beyond, strict=True))
     bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
     bounds.append(config.model.gripper_range_mm)
     highest = (

@@ -6,13 +6,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus import DrivesBoard
-from armdrive.sim.bus.node import motors_of, node_ids
+from armdrive.sim.bus.node import NodeMotor, motors_of, node_ids
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks.motion import MAKES_UP, Flash
 from armdrive.sim.mks.node import MksNode, SavedMksDrive
@@ -44,34 +45,28 @@ class MksBoard(DrivesBoard[MksNode]):
 def _make(config: ArmConfig, world: World, quirks: MksQuirks) -> MksBoard:
     count, bits_s = len(world.motors), quirks.bitrate
     versions = _versions(quirks.firmware, config, count)
-    settings = _settings(config, count, BITRATES[bits_s], quirks)
     shafts = ShaftDrive(world, MAKES_UP)
+    motors = motors_of(config, shafts)
+    settings = _settings(config, motors, BITRATES[bits_s], quirks)
     nodes = [
         MksNode(motor, version, Flash(own), quirks, bits_s)
-        for motor, version, own in zip(motors_of(config, shafts), versions, settings, strict=True)
+        for motor, version, own in zip(motors, versions, settings, strict=True)
     ]
     return MksBoard(world, shafts, nodes, bits_s)
 
 
 def _settings(
-    config: ArmConfig, count: int, bitrate: mks.Bitrate, quirks: MksQuirks
+    config: ArmConfig, motors: Sequence[NodeMotor], bitrate: mks.Bitrate, quirks: MksQuirks
 ) -> list[list[mks.Setting]]:
     """Return the settings of each drive as set up for this arm; of new ones, the speed.
 
     The arm file's own section is read without the driver's class. The driver's figures stay its
-    own, so that a difference shows.
+    own, so that a difference shows. Each drive searches in the direction of its switch.
     """
     device: Any = config.device
-    ids = node_ids(getattr(device, "ids", ()), count)
+    ids = node_ids(getattr(device, "ids", ()), len(motors))
     if quirks.factory:
         return [[mks.SetBitrate(bitrate)] for _ in ids]
-    homing = mks.SetHoming(
-        active_high=False,
-        counter_clockwise=True,
-        speed_rpm=HOMING_RPM,
-        limits=quirks.limits,
-        method=0,
-    )
     try:
         return [
             [
@@ -81,9 +76,15 @@ def _settings(
                 mks.SetCurrent(getattr(device, "current_ma", 0) or USUAL_MA),
                 mks.SetMicrosteps(getattr(device, "microsteps", 0) or USUAL_MICROSTEPS),
                 mks.SetStallProtection(quirks.stall_protection),
-                homing,
+                mks.SetHoming(
+                    active_high=False,
+                    counter_clockwise=motor.switch.way > 0,
+                    speed_rpm=HOMING_RPM,
+                    limits=quirks.limits,
+                    method=0,
+                ),
             ]
-            for node in ids
+            for node, motor in zip(ids, motors, strict=True)
         ]
     except BadField as error:
         raise BadRequest(str(error)) from None

@@ -338,10 +338,10 @@ class MksMotion:
         if not self._seeking and not self._flash.homing.limits:
             return math.inf
         if self._seeking and self._backing:
-            return self._point.passes_s(switch.at - 1, -1, now_s)
+            return self._point.passes_s(switch.opens_at, -switch.way, now_s)
         if switch.pressed:
             return now_s
-        return self._point.passes_s(switch.at, 1, now_s)
+        return self._point.passes_s(switch.at, switch.way, now_s)
 
     def _watch_silence(self, now_s: float) -> None:
         """Stop if the bus has been silent for too long; the drive does not report that."""
@@ -412,7 +412,7 @@ class MksMotion:
     def _limit(self, asked: mks.Asked, now_s: float) -> None:
         """End a motion into the switch; one away from it continues."""
         rate = self._point.rate(now_s) or self._point.rate(now_s + 1e-6)
-        if rate > 0.0:
+        if rate * self._switch.way > 0.0:
             self._point.hold(self._point.at(now_s))
             searches, self.under_way = self.searching, None
             self.ignores_next = self._quirks.deaf_after_limit

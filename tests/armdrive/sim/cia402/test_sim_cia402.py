@@ -303,11 +303,12 @@ class TestHoming:
         joints, opening_mm = probe.world.body.transmission.to_joints(goal)
         bench = Bench(config=arm_config(HomingSettings(joints, opening_mm)), **settings)
         bench.enable(1, mode=HOMING)
-        bench.write(1, METHOD, 18)
+        bench.write(1, METHOD, 18 if ahead > 0 else 17)
         return bench, bench.world.motors[0] + ahead
 
-    def test_the_switch_is_sought_left_and_called_home(self):
-        bench, goal = self.fitted()
+    @pytest.mark.parametrize("ahead", [AHEAD, -AHEAD])
+    def test_the_switch_is_sought_left_and_called_home(self, ahead):
+        bench, goal = self.fitted(ahead)
         bench.write(1, OFFSET, 1234)
         bench.write(1, canopen.CONTROLWORD, ENABLE | canopen.ControlBit.NEW_SET_POINT)
         assert not bench.state(1).value & HOMED
@@ -316,13 +317,30 @@ class TestHoming:
         assert bench.world.motors[0] == goal
         assert bench.count(1) == 1234
 
-    def test_a_search_that_begins_at_the_switch_leaves_it(self):
-        bench, goal = self.fitted(ahead=-500)
+    @pytest.mark.parametrize("ahead", [AHEAD, -AHEAD])
+    def test_a_search_that_begins_at_the_switch_leaves_it(self, ahead):
+        bench, goal = self.fitted(ahead)
+        bench.write(1, canopen.MODE, PP)
+        hand_over(bench, ahead + (500 if ahead > 0 else -500))
+        bench.run(20.0)
         assert bench.device.inputs & 1
+        assert bench.read(1, canopen.DIGITAL_INPUTS) == (2 if ahead > 0 else 1)
+        bench.write(1, canopen.MODE, HOMING)
         bench.write(1, canopen.CONTROLWORD, ENABLE | canopen.ControlBit.NEW_SET_POINT)
         bench.run(3.0)
         assert bench.world.motors[0] == goal
         assert bench.count(1) == 0
+
+    @pytest.mark.parametrize("ahead", [AHEAD, -AHEAD])
+    def test_a_search_for_the_other_switch_runs_away_from_this_one(self, ahead):
+        bench, _ = self.fitted(ahead)
+        bench.write(1, METHOD, 17 if ahead > 0 else 18)
+        began = bench.world.motors[0]
+        bench.write(1, canopen.CONTROLWORD, ENABLE | canopen.ControlBit.NEW_SET_POINT)
+        bench.run(3.0)
+        assert not bench.state(1).has(canopen.StatusBit.ACKNOWLEDGED)
+        assert (bench.world.motors[0] - began) * ahead < 0
+        assert bench.device.moving
 
     @pytest.mark.parametrize("state", [SwitchState.OPEN, SwitchState.CLOSED])
     def test_a_switch_that_sticks_is_never_found(self, state):

@@ -284,10 +284,35 @@ class TestSwitches:
         assert bench.world.motors == there
 
     def test_from_a_pressed_switch_it_backs_off_first(self):
-        homed = HomingSettings(Joints.of(-10, 70, -95, -35, 0), 20.0)
+        homed = HomingSettings(Joints.of(10, 70, -95, -35, 0), 20.0)
         bench = Bench(config=arm_config(homed))
+        bench.ask(1, mks.MoveAbsoluteAxis(4 * TURN, 600, 240), 2.0)
+        assert bench.world.joints.deg["base"] > 15.0
+        assert bench.ask(1, mks.ReadInputs())[0].answer.levels == 1
         assert said(bench.ask(1, mks.Home(), 10.0)) == CARRIED_OUT
-        assert bench.world.joints.deg["base"] == pytest.approx(-10.0, abs=0.01)
+        assert bench.world.joints.deg["base"] == pytest.approx(10.0, abs=0.01)
+
+    def test_a_switch_below_is_found_left_and_minded_from_its_own_side(self):
+        homed = HomingSettings(Joints.of(-10, 70, -95, -35, 0), 20.0)
+        bench = Bench(config=arm_config(homed), limits=True)
+        assert bench.ask(1, mks.ReadInputs())[0].answer.levels == 0
+        for _ in range(2):  # the second time, it begins at its switch
+            assert said(bench.ask(1, mks.Home(), 10.0)) == CARRIED_OUT
+            assert bench.world.joints.deg["base"] == pytest.approx(-10.0, abs=0.01)
+            assert bench.counts(1) == 0
+        assert bench.ask(1, mks.ReadInputs())[0].answer.levels == 1
+        heard = bench.ask(1, mks.MoveAbsoluteAxis(-TURN, 60, 0), 2.0)
+        assert said(heard) == [mks.Started, mks.LimitStop]
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 2.0)) == CARRIED_OUT
+
+    @pytest.mark.parametrize("base_deg", [10, -10])
+    def test_a_search_away_from_the_switch_ends_at_the_stop(self, base_deg):
+        homed = HomingSettings(Joints.of(base_deg, 70, -95, -35, 0), 20.0)
+        bench = Bench(config=arm_config(homed))
+        wrong = mks.SetHoming(False, base_deg < 0, 60, False, 0)
+        bench.ask(1, wrong)
+        assert said(bench.ask(1, mks.Home(), 60.0)) == GIVEN_UP
+        assert bench.world.joints.deg["base"] * base_deg < 0
 
     def test_a_stopped_search_has_failed(self, bench):
         bench.ask(1, mks.Home(), 0.5)
