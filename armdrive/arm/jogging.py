@@ -5,7 +5,6 @@ Programs wait for the end of a jog; the desk does not.
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 from armdrive.arm.arguments import RULES
@@ -16,10 +15,8 @@ from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion.jog import (
     Jogged,
     check_duration,
-    check_increment,
-    check_jog,
     jog_session,
-    require_bounds,
+    require_allowed,
 )
 from armdrive.moves import ContinuousJog, IncrementalJog, Jog, JogMove, speed_fraction
 from armdrive.runtime.states import Event
@@ -51,7 +48,8 @@ class JogSessions:
             self._parts.runner.require_no_stop(None, BEFORE)
             if not finite("duration_s", duration_s) > 0.0:
                 raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
-            hold = ContinuousJog(jog, fraction, self._parts.pace.now_s() + duration_s)
+            until_s, bounded = self._parts.pace.now_s() + duration_s, self._core.position_known
+            hold = ContinuousJog(jog, fraction, until_s, bounded)
             self._require(hold)
             check_duration(self._core, self._parts.speeds, hold, duration_s)
             task = self._begin(hold)
@@ -61,7 +59,7 @@ class JogSessions:
         """Start an increment. Raises `WrongState` while another one waits."""
         with self._parts.pace.lock:
             self._parts.runner.require_no_stop(stops, BEFORE)
-            nudge = IncrementalJog(move.jog, move.speed)
+            nudge = IncrementalJog(move.jog, move.speed, bounded=self._core.position_known)
             # Only one may wait: more would move the arm after the operator's last press.
             if self._core.nudges:
                 self._require(nudge)  # what is wrong with the jog itself matters more
@@ -69,13 +67,9 @@ class JogSessions:
             task = self._begin(nudge)
         return Handle(self._parts.runner, task, PATIENCE_S * 10)
 
-    def go_on(self, asked: ContinuousJog | IncrementalJog, *, bounded: bool = False) -> None:
-        """Hand a jog to a session, and report a refusal in the status's notice.
-
-        `bounded`: it renews a hold that began with limits, and has to end if there are none now.
-        """
+    def go_on(self, asked: ContinuousJog | IncrementalJog) -> None:
+        """Hand a jog to a session, and report a refusal in the status's notice."""
         try:
-            require_bounds(self._core, bounded=bounded)
             self._begin(asked, joins=True)
         except (Refused, LinkLost) as refusal:
             self._core.notify(str(refusal), refusal)
@@ -84,10 +78,7 @@ class JogSessions:
         """Raise if a jog may not start now; with `joins`, it may extend the running session."""
         core, runner = self._core, self._parts.runner
         runner.require_link()
-        if isinstance(asked, IncrementalJog):
-            check_increment(core, asked.jog)
-        else:
-            check_jog(core, asked.jog)
+        require_allowed(core, asked)
         # a running session has passed the state machine already, and MOVING would refuse it now
         alive = joins and self._session is not None and not self._session.done
         if not alive and core.state is not State.HOMING:
@@ -122,12 +113,10 @@ class Jogging(ArmPart):
     def __init__(self, parts: Parts, sessions: JogSessions) -> None:
         super().__init__(parts)
         self._sessions = sessions
-        self._held_until_s = -math.inf
-        """When the latest hold expires, even if a stop has ended it."""
+        self._held: ContinuousJog | None = None
+        """The latest hold until its `release`, even if a stop has ended it."""
         self._held_stops = 0
-        """The number of stops before the held jog."""
-        self._bounded = False
-        """Whether limits and guards end the held jog: its position was known when it began."""
+        """The number of stops before the held jog began."""
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once.
@@ -138,16 +127,18 @@ class Jogging(ArmPart):
         """
         pace, runner = self._parts.pace, self._parts.runner
         with pace.lock:
-            now_s = pace.now_s()
-            asked = ContinuousJog(jog, speed_fraction(speed), now_s + min(for_s, LONGEST_LEASE_S))
-            # Renewing a hold must not revive it after a stop. A new hold, begun after the old one
-            # has ended, was decided on after the stop.
-            extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
-            if not extended:
-                self._held_stops, self._bounded = runner.stops, self._core.position_known
+            now_s, before = pace.now_s(), self._held
+            # Renewing a hold must not revive it after a stop, nor take away its limits. A new hold,
+            # begun after the old one has ended, was decided on after that.
+            if before is not None and now_s < before.until_s:
+                bounded = before.bounded
+            else:
+                bounded, self._held_stops = self._core.position_known, runner.stops
                 runner.know_of(runner.stops)
+            until_s = now_s + min(for_s, LONGEST_LEASE_S)
+            self._held = asked = ContinuousJog(jog, speed_fraction(speed), until_s, bounded)
             if runner.stops == self._held_stops:
-                self._sessions.go_on(asked, bounded=self._bounded)
+                self._sessions.go_on(asked)
             else:
                 self._core.notify(LET_GO, Stopped())
         pace.wake()
@@ -160,12 +151,13 @@ class Jogging(ArmPart):
         pace = self._parts.pace
         with pace.lock:
             self._parts.runner.know_of(self._parts.runner.stops)
-            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
+            until_s, bounded = pace.now_s() + LATEST_START_S, self._core.position_known
+            nudge = IncrementalJog(jog, speed_fraction(speed), until_s, bounded)
             if not self._core.nudges:
                 self._sessions.go_on(nudge)
         pace.wake()
 
     def release(self) -> None:
         """End a held jog: the current burst is the last, and queued segments are dropped."""
-        self._core.hold, self._held_until_s = None, -math.inf
+        self._core.hold = self._held = None
         self._parts.pace.wake()
