@@ -9,7 +9,8 @@ from dataclasses import replace
 
 from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
-from armdrive.connect.parts import PATIENCE_S, Parts
+from armdrive.connect.parts import Parts
+from armdrive.connect.runner import PATIENCE_S
 from armdrive.errors import BadRequest, LinkLost, Refused, Stopped, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion.jog import (
