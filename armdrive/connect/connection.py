@@ -48,6 +48,7 @@ class ArmConnection:
         self.reconnector = reconnector
         self._runner = weakref.ref(runner)
         self._guarded = False
+        self._closing: ClosingThread | None = None
 
     @property
     def runner(self) -> TaskRunner:
@@ -121,17 +122,20 @@ class ArmConnection:
             return
         self._guarded = True
         lost = weakref.finalize(runner, self._lost)
-        lost.atexit = False  # it would be called only after `_close_now`
-        atexit.register(self._close_now)
+        lost.atexit = False  # at the end of the program there is `_close_at_exit`
+        atexit.register(self._close_at_exit)
 
         def unguard() -> None:
             lost.detach()
-            atexit.unregister(self._close_now)
+            atexit.unregister(self._close_at_exit)
 
         self.closers.append(unguard)
 
-    def _close_now(self) -> None:
-        run_blocking(self.close())
+    def _close_at_exit(self) -> None:
+        if self._closing is None:
+            run_blocking(self.close())
+        else:
+            self._closing.join()
 
     def _lost(self) -> None:
         """Close an arm that the program has lost, in a thread.
@@ -140,8 +144,10 @@ class ArmConnection:
         """
         if self.closed or self.engine.forked:
             return
+        closing = ClosingThread(lambda: run_blocking(self.close()))
         with contextlib.suppress(RuntimeError):  # no thread is left: closed at the program's end
-            ClosingThread(self._close_now).start()
+            closing.start()
+            self._closing = closing
         warnings.warn(
             f"{self.core.config.name} was not closed, and is stopped and closed now: use the arm "
             "in a `with` statement, or call `close`",
@@ -151,10 +157,10 @@ class ArmConnection:
 
 
 class ClosingThread(threading.Thread):
-    """Closes a lost arm. No daemon, so that the program ends only after that."""
+    """Closes a lost arm. As a daemon, it starts without a lock that its starter may hold."""
 
     def __init__(self, close: Callable[[], None]) -> None:
-        super().__init__(target=close, name="armdrive-lost", daemon=False)
+        super().__init__(target=close, name="armdrive-lost", daemon=True)
 
 
 def hold_arm(*names: str) -> ArmLock:

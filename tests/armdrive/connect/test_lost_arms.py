@@ -1,6 +1,7 @@
 """An arm that its program has lost without closing it is stopped and closed, as a lost file is."""
 
 import gc
+import subprocess
 import sys
 import threading
 import warnings
@@ -99,6 +100,30 @@ def test_a_handle_keeps_the_arm_open_and_within_reach_of_others(there):
         del handle
     closed()
     assert held_arms() == []
+
+
+LOSES = """
+import sys
+from armdrive import Arm
+
+def begin():
+    arm = Arm.connect(sys.argv[1], dialect="teachmover")
+    arm.reference.confirm()
+    arm.move_j(base_deg=60, speed=0.2, wait=False)
+    while arm.joints.base_deg < 2.0:
+        pass
+
+begin()
+"""
+
+
+def test_a_program_that_ends_just_after_losing_an_arm_saves_its_position(there):
+    program = [sys.executable, "-c", LOSES, there.port]
+    ended = subprocess.run(program, capture_output=True, text=True, check=True)
+    assert ended.stderr == ""
+    with Arm.connect(there.port, dialect="teachmover", allow_restored=True) as again:
+        assert again.status.trust.value == "restored"
+        assert 2.0 <= again.joints.base_deg < 30.0
 
 
 def test_connecting_waits_for_a_lost_arm_to_be_closed(there):
