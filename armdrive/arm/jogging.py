@@ -5,7 +5,8 @@ Programs wait for the end of a jog; the desk does not.
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
 
 from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
@@ -105,6 +106,19 @@ class JogSessions:
         return self._session
 
 
+@dataclass(frozen=True, slots=True)
+class Press:
+    """One press of a key, from its tap to its release; its jogs come until `until_s`.
+
+    A stop after the first `stops` ends it, and so does the loss of the position if it is `bounded`:
+    limits and guards would end its jogs when it began.
+    """
+
+    stops: int
+    bounded: bool
+    until_s: float = -math.inf
+
+
 @known_attributes
 @traced("jogging")
 @checked_calls(RULES)
@@ -114,31 +128,26 @@ class Jogging(ArmPart):
     def __init__(self, parts: Parts, sessions: JogSessions) -> None:
         super().__init__(parts)
         self._sessions = sessions
-        self._held: ContinuousJog | None = None
-        """The latest hold until its `release`, even if a stop has ended it."""
-        self._held_stops = 0
-        """The number of stops before the held jog began."""
+        self._press: Press | None = None
+        """The latest press of a key, until its `release`, even if a stop has ended its jog."""
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once.
 
-        After a stop, no `hold` moves the arm before `release` or the end of the latest `for_s`; nor
+        A `hold` within a second of a `nudge` is taken for the same press of a key. After a stop, no
+        `hold` of that press moves the arm before `release` or the end of the latest `for_s`; nor
         once the position is no longer known, since no limit would end the jog.
         If the jog is refused, the status's `notice` says why until the next motion begins.
         """
         pace, runner = self._parts.pace, self._parts.runner
         with pace.lock:
-            now_s, before = pace.now_s(), self._held
-            # Renewing a hold must not revive it after a stop, nor take away its limits. A new hold,
-            # begun after the old one has ended, was decided on after that.
-            if before is not None and now_s < before.until_s:
-                bounded = before.bounded
-            else:
-                bounded, self._held_stops = self._core.position_known, runner.stops
-                runner.know_of(runner.stops)
-            until_s = now_s + min(for_s, LONGEST_LEASE_S)
-            self._held = asked = ContinuousJog(jog, speed_fraction(speed), until_s, bounded)
-            if runner.stops == self._held_stops:
+            now_s, press = pace.now_s(), self._press
+            if press is None or now_s >= press.until_s:
+                press = self._pressed()
+            press = replace(press, until_s=now_s + min(for_s, LONGEST_LEASE_S))
+            asked = ContinuousJog(jog, speed_fraction(speed), press.until_s, press.bounded)
+            self._press = press
+            if runner.stops == press.stops:
                 self._sessions.go_on(asked)
             else:
                 self._core.notify(LET_GO, Stopped())
@@ -151,14 +160,19 @@ class Jogging(ArmPart):
         """
         pace = self._parts.pace
         with pace.lock:
-            self._parts.runner.know_of(self._parts.runner.stops)
-            until_s, bounded = pace.now_s() + LATEST_START_S, self._core.position_known
-            nudge = IncrementalJog(jog, speed_fraction(speed), until_s, bounded)
+            press = self._press = replace(self._pressed(), until_s=pace.now_s() + LATEST_START_S)
+            nudge = IncrementalJog(jog, speed_fraction(speed), press.until_s, press.bounded)
             if not self._core.nudges:
                 self._sessions.go_on(nudge)
         pace.wake()
 
+    def _pressed(self) -> Press:
+        """Return a press that begins now: it was decided on after every stop so far."""
+        runner = self._parts.runner
+        runner.know_of(runner.stops)
+        return Press(runner.stops, self._core.position_known)
+
     def release(self) -> None:
         """End a held jog: the current burst is the last, and queued segments are dropped."""
-        self._core.hold = self._held = None
+        self._core.hold = self._press = None
         self._parts.pace.wake()

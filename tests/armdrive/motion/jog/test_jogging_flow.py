@@ -190,6 +190,33 @@ def test_a_new_press_jogs_without_limits_while_the_arm_still_stops_from_the_last
 
 
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+@pytest.mark.parametrize("ended", ["position lost", "stopped"])
+def test_a_tap_that_becomes_a_hold_is_the_same_press(dialect, ended):
+    """A keyboard repeats a key only half a second after its press: much may happen meanwhile."""
+    arm = driven(arm_config(dialect), at=OVER_THE_TABLE)
+
+    def hold():
+        for _ in range(10):
+            arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.25)
+            arm.sleep(0.1)
+        return arm.twin.world.motors
+
+    arm.jogging.nudge(Jog.joint(base=1.0), speed=1.0)
+    arm.sleep(0.4)
+    if ended == "stopped":
+        arm.request_stop()
+        arm.parts.runner.know_of(arm.stops)
+    else:
+        arm.parts.core.learn(Evidence.READ_BACK_DIFFERS, arm.status.time_s)
+    stood = arm.twin.world.motors
+    assert hold() == stood
+    assert "let go, then jog again" in arm.status.notice.lower()
+    arm.sleep(1.0)
+    arm.jogging.nudge(Jog.joint(base=1.0), speed=1.0)
+    assert hold() != stood
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 @pytest.mark.parametrize("lost_first", [False, True])
 def test_a_tap_that_waits_is_made_only_with_the_limits_it_was_given(dialect, lost_first):
     arm = driven(arm_config(dialect), at=OVER_THE_TABLE)
