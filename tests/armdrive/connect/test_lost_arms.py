@@ -198,6 +198,9 @@ def test_a_closed_arm_is_lost_without_a_word(there, ended):
 async def test_a_lost_async_arm_is_closed_too(there):
     arm = await AsyncArm.connect(there.port, dialect="teachmover")
     await arm.enable()
+    for each in threading.enumerate():
+        if each.name == "armdrive call":  # the end of the thread that has connected
+            each.join()
     with pytest.warns(ResourceWarning):
         del arm
     closed()
