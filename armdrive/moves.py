@@ -151,11 +151,16 @@ class Jog:
 
 @dataclass(frozen=True, slots=True)
 class ContinuousJog:
-    """A held jog, its speed and the time at which it expires."""
+    """A held jog, its speed and the time at which it expires.
+
+    `bounded`: its operator began it while limits and guards would end it. It ends if they no longer
+    would, because the position is lost.
+    """
 
     jog: Jog
     speed: float
     until_s: float
+    bounded: bool = True
 
     def __post_init__(self) -> None:
         for name, share in self.jog.axes:
@@ -167,12 +172,14 @@ class ContinuousJog:
 class IncrementalJog:
     """One increment of a jog, its speed and the latest time at which it may start.
 
-    `holds` counts the held jogs before it: a later one shows that its key is held.
+    `bounded` is as in `ContinuousJog`, from the moment of the request: it may have to wait. `holds`
+    counts the held jogs before it: a later one shows that its key is held.
     """
 
     jog: Jog
     speed: float
     until_s: float = math.inf
+    bounded: bool = True
     holds: int = 0
 
 

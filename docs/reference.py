@@ -28,7 +28,7 @@ SCHEMA = FOLDER / "armdrive.schema.json"
 
 INNER: Mapping[type, frozenset[str]] = MappingProxyType(
     {
-        armdrive.Arm: frozenset(("abilities", "closed", "parts", "reconnects")),
+        armdrive.Arm: frozenset(("abilities", "closed", "parts", "program", "reconnects")),
         ArmReference: frozenset(
             ("homes_by_switches", "homing_groups", "homing_words", "request", "unconfirmed")
         ),

@@ -12,6 +12,7 @@ from armdrive.arm.jogging import Jogging
 from armdrive.arm.moving import Gripper, Place
 from armdrive.arm.reference import Accept, ArmReference, GroupReport
 from armdrive.config.arm import ArmConfig
+from armdrive.connect.connection import ProgramView
 from armdrive.connect.parts import Parts
 from armdrive.dialog import Operator, PostureRequest
 from armdrive.motion.device import RowReport
@@ -178,6 +179,11 @@ class AsyncArm(AsyncConnection):
     @property
     def reconnects(self) -> bool:
         """Whether a lost connection is restored automatically."""
+    @property
+    def program(self) -> ProgramView | None:
+        """Describes the running program to other processes; None if none is running."""
+    @program.setter
+    def program(self, program: ProgramView | None) -> None: ...
     async def enable(self) -> None:
         """Switch the motors on, if the device has a switch for them, and allow motion."""
     async def disable(self) -> None:

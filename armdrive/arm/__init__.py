@@ -4,7 +4,7 @@
     jogging     jogs that a call waits for, and `arm.jogging`: held jogs and their lease
     reference   home, and `arm.reference`: declaring, confirming and verifying
     device      `arm.io`: inputs and outputs; `arm.controller`: its program and its settings
-    connected   closing, reconnecting, `arm.recorder`, handles of motions, the base of the parts
+    connected   `arm.recorder`, handles of motions, the base of the parts
     arguments   the checks of arguments, by annotation
 
 Every call is safe from any thread; `stop`, `estop` and `status` also work while another call waits.
@@ -15,16 +15,17 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Self, Unpack, overload
+from typing import TYPE_CHECKING, Literal, Self, Unpack, overload
 
 from armdrive.abilities import Abilities
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import Connection, Handle, Recorder, finished
+from armdrive.arm.connected import Handle, Recorder, finished
 from armdrive.arm.device import ControllerMemory, InputsOutputs
 from armdrive.arm.jogging import Jogging, JogSessions
 from armdrive.arm.moving import Gripper, Moving, Place, move_to_place
 from armdrive.arm.reference import ArmReference, GroupReport, home
 from armdrive.blocking import blocking, coroutine_of, run_blocking
+from armdrive.connect.connection import ProgramView
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import ConnectOptions, Parts, connect
 from armdrive.connect.target import DEFAULT_TARGET
@@ -86,9 +87,6 @@ class Arm:
     arm between two such calls, the next one raises `Stopped`.
     """
 
-    program: Callable[[], dict[str, Any]] | None = None
-    """Describes the running program to other processes, as plain data; None if none is running."""
-
     def __init__(self, parts: Parts) -> None:
         """Assemble an arm from the parts that `Arm.connect` makes."""
         made_of(Parts, "the parts of a connection", f'Arm.connect("{DEFAULT_TARGET}")')(
@@ -99,17 +97,16 @@ class Arm:
         self.simulated = parts.simulated
         self.twin = parts.twin
         self._parts = parts
-        self._connection = Connection(parts)
+        self._connection = parts.connection
         try:
             self._jogs = JogSessions(parts)
             self._moving = Moving(parts, self._jogs)
             self._jogging = Jogging(parts, self._jogs)
-            self._reference = ArmReference(self, parts)
             self._io = InputsOutputs(parts)
             self._controller = ControllerMemory(parts)
             self._recorder = Recorder(parts)
-            self._gripper = Gripper(self, parts)
             if parts.lock is not None:  # what moves must be within reach of `armdrive stop`
+                self._connection.guard()
                 serve(parts.lock, self)
         except BaseException:  # the caller gets no arm that could be closed
             run_blocking(self._connection.close())
@@ -205,6 +202,15 @@ class Arm:
         """Whether a lost connection is restored automatically."""
         return self._connection.reconnects
 
+    @property
+    def program(self) -> ProgramView | None:
+        """Describes the running program to other processes; None if none is running."""
+        return self._connection.program
+
+    @program.setter
+    def program(self, program: ProgramView | None) -> None:
+        self._connection.program = program
+
     # -- switching on and off -------------------------------------------------------------------
 
     @blocking
@@ -257,12 +263,12 @@ class Arm:
         program.
         """
         asked = operator or self.operator
-        return await home(self._parts, self._reference, asked, report, stops)
+        return await home(self._parts, self.reference, asked, report, stops)
 
     @property
     def reference(self) -> ArmReference:
         """What the position rests on: `reference.declare(...)`, `reference.verify()`."""
-        return self._reference
+        return ArmReference(self, self._parts)  # not kept, because it keeps the arm
 
     # -- moving ---------------------------------------------------------------------------------
 
@@ -494,7 +500,7 @@ class Arm:
     @property
     def gripper(self) -> Gripper:
         """The fingers: `gripper.open()`, `gripper.grasp()`."""
-        return self._gripper
+        return Gripper(self, self._parts)  # not kept, because it keeps the arm
 
     @property
     def points(self) -> Points:
@@ -610,13 +616,11 @@ class Arm:
         and new jogs are refused. A controller's own homing and a servo's motion can only be
         stopped.
         """
-        self._parts.core.speed_override.pause()
-        self._parts.pace.wake()
+        self._parts.runner.pause()
 
     def resume(self) -> None:
         """Resume a paused arm. A motion ended by an error, a stop or a lost link stays ended."""
-        self._parts.core.speed_override.end_pause()
-        self._parts.pace.wake()
+        self._parts.runner.resume()
 
     @property
     def speed_override(self) -> float:

@@ -79,6 +79,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
             lambda value: hasattr(value, "rows") and hasattr(value, "require_origin"),
         ),
         "Place": _PLACE,
+        "ProgramView": call,
         "Pose": made_of(Pose, "a pose", POSE_EXAMPLE),
         "RowReport": call,
         "Sequence[PathPart]": PARTS,

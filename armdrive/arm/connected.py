@@ -1,19 +1,16 @@
-"""A connected arm's connection, its parts, its flight recorder, and the handles of motions."""
+"""The base of an arm's parts, its flight recorder, and the handles of motions."""
 
 from __future__ import annotations
 
-import atexit
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from armdrive.arm.arguments import RULES
-from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
-from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
-from armdrive.errors import NoAnswer, WaitTimeout, WrongState
+from armdrive.blocking import blocking, coroutine_of
+from armdrive.connect.parts import Parts
+from armdrive.connect.runner import TaskRunner
+from armdrive.errors import WaitTimeout
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
-from armdrive.runtime.engine import closed_for_good
-from armdrive.runtime.states import Event
-from armdrive.status import State
 from armdrive.storage.files import require_free
 from armdrive.tasks import Task
 
@@ -24,71 +21,6 @@ T = TypeVar("T")
 
 BEFORE = "before the motion started"
 """When a stop was requested that keeps a motion from starting."""
-
-
-class Connection:
-    """The open connection of an arm: restored when it is lost, and closed once."""
-
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-        self.closed = False
-        if parts.lock is not None:
-            self._close_at_exit()
-
-    @property
-    def reconnects(self) -> bool:
-        """Whether a lost connection is restored automatically."""
-        return self._parts.reconnector is not None and self._parts.reconnector.automatic
-
-    async def reconnect(self) -> None:
-        """Try once to restore a lost connection; see `Arm.reconnect`."""
-        parts, reconnector = self._parts, self._parts.reconnector
-        with parts.pace.lock:
-            if parts.engine.broken is None:
-                raise WrongState("the arm is connected: there is nothing to reconnect")
-            if reconnector is None or self.closed:
-                raise closed_for_good()
-            before = reconnector.ask(parts.pace.now_s())
-        parts.pace.wake()
-        if not await Wait(parts.pace, lambda: reconnector.tries > before, PATIENCE_S):
-            raise NoAnswer("the result of reconnecting is not known yet: reconnect again")
-        if parts.core.state is State.DISCONNECTED and reconnector.trouble is not None:
-            raise reconnector.trouble
-
-    async def close(self) -> None:
-        """Stop, save the position, and release the port. Closing twice is no error."""
-        parts = self._parts
-        if parts.engine.forked:  # the port, the record and the lock are the parent's
-            self.closed = True
-            return
-        try:
-            if parts.core.state is not State.DISCONNECTED:
-                await parts.runner.stop()
-                with parts.pace.lock:
-                    if parts.engine.broken is None:  # after a lost link the motion mark must stay
-                        parts.core.mark_still()
-        finally:
-            with parts.pace.lock:
-                self.closed = True
-                if parts.reconnector is not None:
-                    parts.reconnector.close()
-                parts.core.happen(Event.LOST)
-                parts.engine.close()
-            self._release()
-
-    def _close_at_exit(self) -> None:
-        """Close the arm when its program ends without doing so."""
-
-        def close() -> None:
-            run_blocking(self.close())
-
-        atexit.register(close)
-        self._parts.closers.append(lambda: atexit.unregister(close))
-
-    def _release(self) -> None:
-        self._parts.release()
-        while self._parts.closers:
-            self._parts.closers.pop(0)()
 
 
 class ArmPart:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import ArmPart
 from armdrive.blocking import blocking, coroutine_of
-from armdrive.connect.parts import PATIENCE_S
+from armdrive.connect.runner import PATIENCE_S
 from armdrive.errors import BadRequest, InputTimeout
 from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion import device as device_tasks

@@ -6,20 +6,19 @@ Programs wait for the end of a jog; the desk does not.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
-from armdrive.connect.parts import PATIENCE_S, Parts
+from armdrive.connect.parts import Parts
+from armdrive.connect.runner import PATIENCE_S
 from armdrive.errors import BadRequest, LinkLost, Refused, Stopped, WrongState
 from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion.jog import (
     Jogged,
     check_duration,
-    check_increment,
-    check_jog,
     jog_session,
-    require_bounds,
+    require_allowed,
 )
 from armdrive.moves import ContinuousJog, IncrementalJog, Jog, JogMove, speed_fraction
 from armdrive.runtime.states import Event
@@ -51,7 +50,8 @@ class JogSessions:
             self._parts.runner.require_no_stop(None, BEFORE)
             if not finite("duration_s", duration_s) > 0.0:
                 raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
-            hold = ContinuousJog(jog, fraction, self._parts.pace.now_s() + duration_s)
+            until_s, bounded = self._parts.pace.now_s() + duration_s, self._core.position_known
+            hold = ContinuousJog(jog, fraction, until_s, bounded)
             self._require(hold)
             check_duration(self._core, self._parts.speeds, hold, duration_s)
             task = self._begin(hold)
@@ -61,7 +61,7 @@ class JogSessions:
         """Start an increment. Raises `WrongState` while another one waits."""
         with self._parts.pace.lock:
             self._parts.runner.require_no_stop(stops, BEFORE)
-            nudge = IncrementalJog(move.jog, move.speed)
+            nudge = IncrementalJog(move.jog, move.speed, bounded=self._core.position_known)
             # Only one may wait: more would move the arm after the operator's last press.
             if self._core.nudges:
                 self._require(nudge)  # what is wrong with the jog itself matters more
@@ -69,13 +69,9 @@ class JogSessions:
             task = self._begin(nudge)
         return Handle(self._parts.runner, task, PATIENCE_S * 10)
 
-    def go_on(self, asked: ContinuousJog | IncrementalJog, *, bounded: bool = False) -> None:
-        """Hand a jog to a session, and report a refusal in the status's notice.
-
-        `bounded`: it renews a hold that began with limits, and has to end if there are none now.
-        """
+    def go_on(self, asked: ContinuousJog | IncrementalJog) -> None:
+        """Hand a jog to a session, and report a refusal in the status's notice."""
         try:
-            require_bounds(self._core, bounded=bounded)
             self._begin(asked, joins=True)
         except (Refused, LinkLost) as refusal:
             self._core.notify(str(refusal), refusal)
@@ -84,10 +80,7 @@ class JogSessions:
         """Raise if a jog may not start now; with `joins`, it may extend the running session."""
         core, runner = self._core, self._parts.runner
         runner.require_link()
-        if isinstance(asked, IncrementalJog):
-            check_increment(core, asked.jog)
-        else:
-            check_jog(core, asked.jog)
+        require_allowed(core, asked)
         # a running session has passed the state machine already, and MOVING would refuse it now
         alive = joins and self._session is not None and not self._session.done
         if not alive and core.state is not State.HOMING:
@@ -113,6 +106,19 @@ class JogSessions:
         return self._session
 
 
+@dataclass(frozen=True, slots=True)
+class Press:
+    """One press of a key, from its tap to its release; its jogs come until `until_s`.
+
+    A stop after the first `stops` ends it, and so does the loss of the position if it is `bounded`:
+    limits and guards would end its jogs when it began.
+    """
+
+    stops: int
+    bounded: bool
+    until_s: float = -math.inf
+
+
 @known_attributes
 @traced("jogging")
 @checked_calls(RULES)
@@ -122,32 +128,27 @@ class Jogging(ArmPart):
     def __init__(self, parts: Parts, sessions: JogSessions) -> None:
         super().__init__(parts)
         self._sessions = sessions
-        self._held_until_s = -math.inf
-        """When the latest hold expires, even if a stop has ended it."""
-        self._held_stops = 0
-        """The number of stops before the held jog."""
-        self._bounded = False
-        """Whether limits and guards end the held jog: its position was known when it began."""
+        self._press: Press | None = None
+        """The latest press of a key, until its `release`, even if a stop has ended its jog."""
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds (at most 1) unless another `hold` extends it; return at once.
 
-        After a stop, no `hold` moves the arm before `release` or the end of the latest `for_s`; nor
+        A `hold` within a second of a `nudge` is taken for the same press of a key. After a stop, no
+        `hold` of that press moves the arm before `release` or the end of the latest `for_s`; nor
         once the position is no longer known, since no limit would end the jog.
         If the jog is refused, the status's `notice` says why until the next motion begins.
         """
         pace, runner = self._parts.pace, self._parts.runner
         with pace.lock:
-            now_s = pace.now_s()
-            asked = ContinuousJog(jog, speed_fraction(speed), now_s + min(for_s, LONGEST_LEASE_S))
-            # Renewing a hold must not revive it after a stop. A new hold, begun after the old one
-            # has ended, was decided on after the stop.
-            extended, self._held_until_s = now_s < self._held_until_s, asked.until_s
-            if not extended:
-                self._held_stops, self._bounded = runner.stops, self._core.position_known
-                runner.know_of(runner.stops)
-            if runner.stops == self._held_stops:
-                self._sessions.go_on(asked, bounded=self._bounded)
+            now_s, press = pace.now_s(), self._press
+            if press is None or now_s >= press.until_s:
+                press = self._pressed()
+            press = replace(press, until_s=now_s + min(for_s, LONGEST_LEASE_S))
+            asked = ContinuousJog(jog, speed_fraction(speed), press.until_s, press.bounded)
+            self._press = press
+            if runner.stops == press.stops:
+                self._sessions.go_on(asked)
             else:
                 self._core.notify(LET_GO, Stopped())
         pace.wake()
@@ -159,13 +160,19 @@ class Jogging(ArmPart):
         """
         pace = self._parts.pace
         with pace.lock:
-            self._parts.runner.know_of(self._parts.runner.stops)
-            nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LATEST_START_S)
+            press = self._press = replace(self._pressed(), until_s=pace.now_s() + LATEST_START_S)
+            nudge = IncrementalJog(jog, speed_fraction(speed), press.until_s, press.bounded)
             if not self._core.nudges:
                 self._sessions.go_on(nudge)
         pace.wake()
 
+    def _pressed(self) -> Press:
+        """Return a press that begins now: it was decided on after every stop so far."""
+        runner = self._parts.runner
+        runner.know_of(runner.stops)
+        return Press(runner.stops, self._core.position_known)
+
     def release(self) -> None:
         """End a held jog: the current burst is the last, and queued segments are dropped."""
-        self._core.hold, self._held_until_s = None, -math.inf
+        self._core.hold = self._press = None
         self._parts.pace.wake()

@@ -8,12 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from datetime import datetime
+from functools import partial
 from typing import Any, Protocol, overload
 
 from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
 from armdrive.arm.jogging import JogSessions
 from armdrive.blocking import blocking
-from armdrive.connect.parts import PATIENCE_S, Parts
+from armdrive.connect.parts import Parts
+from armdrive.connect.runner import PATIENCE_S
 from armdrive.errors import BadRequest, LinkLost, Refused
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.motion import execute as motion
@@ -140,6 +142,14 @@ def ground_of(parts: Parts, points: Points, here: ArmCoordinates | None = None) 
     )
 
 
+def current_point(parts: Parts) -> Point:
+    """Return an arm's current position, on whole steps. Raises `NotReferenced`."""
+    status = parts.status
+    parts.core.require_reference()
+    now = datetime.now().replace(microsecond=0)
+    return Point(parts.known(status.joints), status.gripper_mm, taught=now)
+
+
 class Moving:
     """The planned motions of one arm, and the named points that they lead to."""
 
@@ -147,14 +157,8 @@ class Moving:
         self._parts = parts
         self._jogs = jogs
         self._core = parts.core
-        self.points = points_of(parts.config.name, parts.config.model.arm, self._here)
-
-    def _here(self) -> Point:
-        """Return the current position, on whole steps. Raises `NotReferenced`."""
-        status = self._parts.status
-        self._core.require_reference()
-        now = datetime.now().replace(microsecond=0)
-        return Point(self._parts.known(status.joints), status.gripper_mm, taught=now)
+        here = partial(current_point, parts)  # no method: an arm in a cycle would be lost late
+        self.points = points_of(parts.config.name, parts.config.model.arm, here)
 
     @overload
     def start(self, move: Motion, stops: int | None = None) -> Handle[Moved]: ...

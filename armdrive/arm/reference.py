@@ -11,7 +11,8 @@ from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
 from armdrive.arm.moving import PATIENCE
 from armdrive.blocking import blocking
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.parts import PATIENCE_S, Parts
+from armdrive.connect.parts import Parts
+from armdrive.connect.runner import PATIENCE_S
 from armdrive.dialects.controller import in_turn
 from armdrive.dialog import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped

@@ -117,9 +117,9 @@ def connect_remembered(
             tracer=FlightRecorder(places.recordings()),
         )
         # the lock last: only then may another command read the world
-        closers = [lambda: _save(config.name, twin.save()), holding.release]
-        logbook = logbook_file(config.name)
-        return Arm(replace(simulated, logbook=logbook, lock=holding, closers=closers))
+        closers = (lambda: _save(config.name, twin.save()), holding.release)
+        simulated.connection.closers.extend(closers)
+        return Arm(replace(simulated, logbook=logbook_file(config.name), lock=holding))
     except BaseException:
         holding.release()
         raise

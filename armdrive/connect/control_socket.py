@@ -13,60 +13,28 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol, TypeGuard
 
+from armdrive.connect.connection import ArmConnection
 from armdrive.connect.parts import Parts
 from armdrive.errors import ArmError, BadRequest
-from armdrive.status import Status, status_view
+from armdrive.status import status_view
 from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import TRAFFIC, TraceEntry
 from kinematics.errors import KinematicsError
 
 
-class SavingRecorder(Protocol):
-    """A flight recorder."""
-
-    def save(self) -> Path:
-        """Write its memory to a file, and return the file's path."""
-
-
-class ControlledArm(Protocol):
-    """The part of a held arm that other programs may see and use."""
+class ServedArm(Protocol):
+    """An arm that other programs may see and stop."""
 
     @property
     def parts(self) -> Parts:
         """The parts of its connection."""
 
-    @property
-    def recorder(self) -> SavingRecorder:
-        """Its flight recorder."""
 
-    @property
-    def closed(self) -> bool:
-        """Whether the connection is closed."""
-
-    program: Callable[[], Json] | None
-    """Returns the progress of the program that the arm runs; None if it runs none."""
-    speed_override: float
-
-    @property
-    def status(self) -> Status:
-        """A frozen picture of this moment."""
-
-    def pause(self) -> None:
-        """Pause the arm after its next burst or segment."""
-
-    def resume(self) -> None:
-        """Continue a paused arm."""
-
-    def close(self) -> None:
-        """Stop, and close the port."""
-
-
-Answers = Callable[[ControlledArm, Json], Iterator[Json]]
+Answers = Callable[[ArmConnection, Json], Iterator[Json]]
 """Carries out a request; yields one answer, or a stream of them until either side ends."""
 
 WATCH_RANGE_S = (0.02, 3600.0)
@@ -76,13 +44,13 @@ PASSING = ("trust_for_s", "percent", "left_s")
 PERCENT_RANGE = (1, 100)
 
 
-def serve(lock: ArmLock, arm: ControlledArm) -> None:
+def serve(lock: ArmLock, arm: ServedArm) -> None:
     """Answer other programs about an arm, over the socket of its lock.
 
     Raises `StateFileError` if no program could find the socket.
     """
     arm.parts.core.speed_override.others = True  # `armdrive resume` reaches it from now on
-    lock.serve(partial(answered, arm))
+    lock.serve(partial(answered, arm.parts.connection))
 
 
 def serve_stop(lock: ArmLock, doing: str) -> None:
@@ -110,49 +78,50 @@ def _interrupt_main_thread() -> None:
         _thread.interrupt_main()
 
 
-def _status(arm: ControlledArm, _: Json) -> Iterator[Json]:
+def _status(arm: ArmConnection, _: Json) -> Iterator[Json]:
     yield _view(arm)
 
 
-def _stop(arm: ControlledArm, _: Json) -> Iterator[Json]:
-    arm.parts.runner.request_stop(elsewhere=True)
-    arm.parts.runner.require_stoppable()
+def _stop(arm: ArmConnection, _: Json) -> Iterator[Json]:
+    runner = arm.runner
+    runner.request_stop(elsewhere=True)
+    runner.require_stoppable()
     yield {"done": "stop"}
 
 
-def _pause(arm: ControlledArm, _: Json) -> Iterator[Json]:
-    arm.pause()
+def _pause(arm: ArmConnection, _: Json) -> Iterator[Json]:
+    arm.runner.pause()
     yield {"done": "pause"}
 
 
-def _resume(arm: ControlledArm, _: Json) -> Iterator[Json]:
-    arm.resume()
+def _resume(arm: ArmConnection, _: Json) -> Iterator[Json]:
+    arm.runner.resume()
     yield {"done": "resume"}
 
 
-def _slow(arm: ControlledArm, words: Json) -> Iterator[Json]:
+def _slow(arm: ArmConnection, words: Json) -> Iterator[Json]:
     percent, (low, high) = words.get("percent"), PERCENT_RANGE
     if not _is_number(percent) or not low <= percent <= high:
         raise BadRequest(f"percent is a number from {low} to {high}, not {percent!r:.40}")
-    arm.speed_override = percent / 100.0
+    arm.core.speed_override.set_override(percent / 100.0)
     yield {"done": "slow", "percent": percent}
 
 
-def _record(arm: ControlledArm, _: Json) -> Iterator[Json]:
+def _record(arm: ArmConnection, _: Json) -> Iterator[Json]:
     """Make the flight recorder write into its own folder, which no caller can change."""
-    yield {"recording": str(arm.recorder.save())}
+    yield {"recording": str(arm.core.tracer.snapshot("on request")(None))}
 
 
-def _watch(arm: ControlledArm, words: Json) -> Iterator[Json]:
+def _watch(arm: ArmConnection, words: Json) -> Iterator[Json]:
     return _changes(arm, words, _lasting)
 
 
-def _follow(arm: ControlledArm, words: Json) -> Iterator[Json]:
+def _follow(arm: ArmConnection, words: Json) -> Iterator[Json]:
     """Yield the status as `_watch` does, and also whenever a program has made progress."""
     return _changes(arm, words, _shown)
 
 
-def _changes(arm: ControlledArm, words: Json, seen: Callable[[Json], Json]) -> Iterator[Json]:
+def _changes(arm: ArmConnection, words: Json, seen: Callable[[Json], Json]) -> Iterator[Json]:
     """Yield the status whenever it has changed, and once more when the arm is closed.
 
     An empty object says that nothing has changed; sending it shows whether the caller still reads.
@@ -171,11 +140,11 @@ def _changes(arm: ControlledArm, words: Json, seen: Callable[[Json], Json]) -> I
         time.sleep(every_s)
 
 
-def _wire(arm: ControlledArm, words: Json) -> Iterator[Json]:
+def _wire(arm: ArmConnection, words: Json) -> Iterator[Json]:
     return traffic(arm, _every_s(words))
 
 
-def _view(arm: ControlledArm) -> Json:
+def _view(arm: ArmConnection) -> Json:
     view = status_view(arm.status)
     return view if arm.program is None else {**view, "program": arm.program()}
 
@@ -228,17 +197,17 @@ MESSAGE_BYTES = 8192  # an eighth of what a caller accepts (`lock_client.LARGEST
 Piece = tuple[float, str, str]
 
 
-def traffic(arm: ControlledArm, every_s: float) -> Iterator[Json]:
+def traffic(arm: ArmConnection, every_s: float) -> Iterator[Json]:
     """Yield an arm's traffic from now on, polled every `every_s`, until the arm is closed."""
-    number, _ = arm.parts.tracer.since(0, 0, 0)
+    number, _ = arm.core.tracer.since(0, 0, 0)
     missed = 0
     while True:
         ended = arm.closed
-        first, entries = arm.parts.tracer.since(number, TAP_MOST, TAP_BACK)
+        first, entries = arm.core.tracer.since(number, TAP_MOST, TAP_BACK)
         missed, number = missed + first - number, first + len(entries)
         pieces = [piece for entry in entries if entry.kind in TRAFFIC for piece in _pieces(entry)]
         for message in _messages(pieces):
-            yield {"wire": message, "missed": missed, "now_s": arm.parts.pace.now_s()}
+            yield {"wire": message, "missed": missed, "now_s": arm.pace.now_s()}
             missed = 0
         if len(entries) == TAP_MOST:
             continue
@@ -287,7 +256,7 @@ REQUESTS: Mapping[str, tuple[Answering, Answers]] = MappingProxyType(
 """Every request by its name: in which order it is answered, and how."""
 
 
-def answered(arm: ControlledArm, words: Json) -> tuple[Answering, Iterator[Json]]:
+def answered(arm: ArmConnection, words: Json) -> tuple[Answering, Iterator[Json]]:
     """Return in which order a request is answered, and the answers."""
     name = words.get("request")
     if not isinstance(name, str) or name not in REQUESTS:
@@ -297,7 +266,7 @@ def answered(arm: ControlledArm, words: Json) -> tuple[Answering, Iterator[Json]
     return way, _guarded(answers, arm, words)
 
 
-def _guarded(answers: Answers, arm: ControlledArm, words: Json) -> Iterator[Json]:
+def _guarded(answers: Answers, arm: ArmConnection, words: Json) -> Iterator[Json]:
     """Yield the answers. A fault in this code goes to the caller, and the arm drives on."""
     try:
         yield from answers(arm, words)

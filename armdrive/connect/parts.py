@@ -1,4 +1,4 @@
-"""The parts of a connected arm: its state, engine and clock, and the runner of its tasks.
+"""The parts of a connected arm: its state, engine and clock, its connection and its runner.
 
 `connect` opens the link to an arm or to its simulated twin. `assemble` puts the parts together on
 an open link and connects. `Arm(parts)` adds the public calls.
@@ -7,18 +7,19 @@ an open link and connects. `Arm(parts)` adds the public calls.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from armdrive.blocking import Wait, blocking, coroutine_of
+from armdrive.blocking import blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
+from armdrive.connect.connection import ArmConnection, hold_arm
 from armdrive.connect.port import NewLink, Reconnector
+from armdrive.connect.runner import TaskRunner
 from armdrive.connect.target import DEFAULT_TARGET, find, require_real_ports, state_file
 from armdrive.dialog import Operator
-from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, Stopped
+from armdrive.errors import BadRequest, LinkLost, NotReferenced, Stopped
 from armdrive.motion import connecting
 from armdrive.motion.context import MotionContext
 from armdrive.motion.plan import SpeedLimits
@@ -26,13 +27,12 @@ from armdrive.registry import dialect, simulate
 from armdrive.runtime.arm_state import Core, alerted
 from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
 from armdrive.runtime.engine import Engine, Received, call_limit_s
-from armdrive.runtime.overrides import given_up
-from armdrive.runtime.states import Event, after
+from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage import files as places
-from armdrive.storage.arm_lock import ArmLock, hold
+from armdrive.storage.arm_lock import ArmLock
 from armdrive.storage.record import RecordFile, RecordInMemory, RecordStore, logbook_file
-from armdrive.tasks import Alert, Progress, Task, TaskBody
+from armdrive.tasks import Alert, Progress, TaskBody
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.link import Link
 from kinematics.spaces import Joints, Pose
@@ -40,206 +40,12 @@ from kinematics.spaces import Joints, Pose
 if TYPE_CHECKING:  # a real arm loads no simulation
     from armdrive.sim.simulated_arm import SimulatedArm
 
-PATIENCE_S = 60.0
-"""A call that should take no time fails after this long."""
-
-CLOSING_S = 10.0
-"""Closing waits at most this long for the disk to record the arm's position."""
-
 T = TypeVar("T")
-
-
-class TaskRunner:
-    """Submits tasks to one arm's engine, waits for their end, and stops them.
-
-    The methods that wait are coroutines that await `Wait` objects; see blocking.py.
-    """
-
-    def __init__(self, core: Core, engine: Engine, pace: Pace) -> None:
-        self.core = core
-        self.engine = engine
-        self.pace = pace
-        self.stops = 0
-        """The number of stops requested so far."""
-        self.known_stops = 0
-        """The number that this program knows of: its own, those that `Stopped` has reported, and
-        those that its user knew of when deciding on a call."""
-
-    # -- stopping -----------------------------------------------------------------------------
-
-    def request_stop(self, *, hard: bool = False, elsewhere: bool = False) -> None:
-        """Request a stop and return at once. Takes no lock: a signal handler may call this.
-
-        `elsewhere`: for another program, so that this one does not know of it yet.
-        """
-        self.stops += 1
-        if elsewhere:
-            self.engine.stop_why = ": another program asked for it"
-        else:
-            self.known_stops += 1
-        self.core.hold = None
-        self.engine.stop_hard = self.engine.stop_hard or hard
-        self.engine.stop_asked = True
-        self.pace.wake()
-
-    async def stop(self) -> None:
-        """Stop, and wait until the arm stands. Raises `NoAnswer` if it does not confirm that."""
-        if not await self.stand_still():
-            raise NoAnswer("the arm did not confirm that it has stopped: look at it")
-
-    async def stand_still(self) -> bool:
-        """Stop; return whether the arm confirms that it stands."""
-        self.request_stop()
-        # the engine must have handled the stop, or it would stop the next motion
-        return await Wait(self.pace, lambda: self.engine.at_rest, PATIENCE_S)
-
-    # -- running ------------------------------------------------------------------------------
-
-    def submit(
-        self, body: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
-    ) -> Task[T]:
-        """Submit a task to the engine. Raises `WrongState` while another task is waiting there.
-
-        With `alone`, also raises while a task is running: a motion never waits for its turn. A task
-        that takes longer than `within_s` ends with `NoAnswer`.
-        """
-        with self.pace.lock:
-            task = self.engine.start(body, alone=alone, within_s=within_s)
-        self.pace.wake()
-        return task
-
-    async def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
-        """Wait for `done()`; return False after a timeout. An exception meanwhile stops the arm."""
-        try:
-            return await Wait(self.pace, done, timeout_s)
-        except BaseException:
-            await self.stand_still()
-            raise
-
-    async def wait_unpaused(self, done: Callable[[], bool], timeout_s: float) -> bool:
-        """Wait like `wait`, not counting the time for which the arm is paused.
-
-        Raises `WrongState` if the pause lasts too long.
-        """
-        override = self.core.speed_override
-        simulated = not isinstance(self.pace, RealPace)
-
-        def resumed() -> bool:
-            if simulated and override.paused and not done():
-                override.breathe()
-            return done() or not override.paused
-
-        while timeout_s >= 0.0:
-            began_s = self.pace.now_s()
-            if not await self.wait(lambda: done() or override.paused, timeout_s):
-                return False
-            if done():
-                return True
-            timeout_s -= self.pace.now_s() - began_s
-            if not await self.wait(resumed, override.longest_s):
-                raise given_up(override.longest_s)
-        return done()
-
-    async def finish(self, task: Task[T], timeout_s: float) -> T:
-        """Wait for a task to end."""
-        if not await self._waited(task, timeout_s):
-            await self.stand_still()
-            raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
-        return self.result(task)
-
-    def result(self, task: Task[T]) -> T:
-        """Return the result of a task that has ended, or raise its error."""
-        if isinstance(task.error, Stopped):
-            self.know_of(self.stops)
-        return task.result()
-
-    async def perform(self, body: TaskBody[T], within_s: float | None = None) -> T:
-        """Run a task that moves nothing, and return its result.
-
-        The task takes at most `within_s`, by default `call_limit_s`. If a motion is running, it
-        first waits up to a minute for the end of the motion.
-        """
-        limit_s = self.engine.call_limit_s if within_s is None else within_s
-        return await self.finish(self.submit(body, within_s=limit_s), limit_s + PATIENCE_S)
-
-    async def _waited(self, task: Task[Any], timeout_s: float) -> bool:
-        """Wait for a task to end; pauses and the speed override extend the timeout."""
-        speed_override = self.core.speed_override
-        simulated, delay_s = not isinstance(self.pace, RealPace), speed_override.delay_s
-        waited_s = -speed_override.waited_s  # pauses of earlier motions do not count
-
-        def ended() -> bool:
-            if simulated and not task.done:
-                speed_override.nap(waited_s + speed_override.waited_s)
-            return task.done
-
-        while not await self.wait(ended, timeout_s):
-            timeout_s, delay_s = speed_override.delay_s - delay_s, speed_override.delay_s
-            if timeout_s <= 0.0:
-                return False
-        return True
-
-    # -- requirements of a call ---------------------------------------------------------------
-
-    def require(self, event: Event, action: str = "") -> None:
-        """Raise unless the arm may do this now: as `require_link` does, or `WrongState`.
-
-        `action` names the call in the error, if it differs from the event.
-        """
-        self.require_link()
-        after(self.core.state, event, action)
-
-    def require_link(self) -> None:
-        """Raise `LinkLost` if the connection was lost, and `WrongState` if it was closed."""
-        if (broken := self.engine.broken) is not None:
-            raise type(broken)(str(broken))
-
-    def require_stoppable(self) -> None:
-        """Raise `LinkLost` if a stop cannot reach the arm."""
-        broken = self.engine.broken
-        if isinstance(broken, LinkLost):
-            raise LinkLost(
-                f"the stop did not reach the arm ({broken}): look at the arm, and stop it at its "
-                "own switch"
-            )
-
-    def require_no_stop(self, since: int | None, when: str) -> None:
-        """Raise `Stopped` if a stop was requested since `stops` had the value `since`.
-
-        None stands for the last stop that this program knows of.
-        """
-        if since is not None:
-            self.know_of(since)
-        if self.stops != (self.known_stops if since is None else since):
-            by = " by another program" if self.stops != self.known_stops else ""
-            self.know_of(self.stops)
-            raise Stopped(f"a stop was requested{by} {when}")
-
-    def know_of(self, stops: int) -> None:
-        """Note that what follows was decided on when there had been this many stops."""
-        self.known_stops = max(self.known_stops, stops)
-
-    def absences(self) -> int:
-        """Return how often this program or its computer was suspended."""
-        with self.pace.lock:
-            return self.engine.suspend_count
-
-    def interrupted(self, stops: int, absences: int) -> bool:
-        """Return whether a stop or a suspension has come since these counts were taken."""
-        return self.stops != stops or self.absences() != absences
-
-    def require_present(self, absences: int) -> None:
-        """Raise `Stopped` if this program was suspended since that count was taken."""
-        if self.absences() != absences:
-            raise Stopped(
-                "this program or its computer was suspended: after a suspension, nothing continues "
-                "by itself"
-            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parts:
-    """The parts of a connected arm. Call `release` to close them."""
+    """The parts of a connected arm."""
 
     config: ArmConfig
     pace: Pace
@@ -247,7 +53,7 @@ class Parts:
     engine: Engine
     context: MotionContext
     runner: TaskRunner
-    reconnector: Reconnector | None
+    connection: ArmConnection
     tracer: FlightRecorder
     operator: Operator | None
     simulated: bool
@@ -257,17 +63,13 @@ class Parts:
     """The file of verifications; None for a simulated arm that is not recorded."""
     lock: ArmLock | None = None
     """Keeps other programs off the arm and answers them; None if no program can reach the arm."""
-    closers: list[Callable[[], None]] = field(default_factory=list)
-    """Functions to call, in this order, once the arm is closed."""
 
     # -- status -------------------------------------------------------------------------------
 
     @property
     def status(self) -> Status:
         """A frozen snapshot of the arm."""
-        with self.pace.lock:
-            jitter = self.pace.lateness.view()
-            return self.core.status(self.engine, simulated=self.simulated, scheduling_jitter=jitter)
+        return self.connection.status
 
     @property
     def joints(self) -> Joints:
@@ -305,15 +107,6 @@ class Parts:
         """Read the device's registers and inputs now."""
         await self.runner.perform(self.context.look())
 
-    # -- closing ------------------------------------------------------------------------------
-
-    def release(self) -> None:
-        """Stop the engine, close the link, and finish pending writes."""
-        self.pace.close()
-        self.engine.link.close()
-        self.core.memory.finish(CLOSING_S)
-        self.tracer.close()
-
 
 @blocking
 async def assemble(
@@ -344,11 +137,14 @@ async def assemble(
         core.geometry_known |= simulated  # a simulated arm has the lengths that its file states
         driven = _Driven(core, link, rewiring)
         runner = TaskRunner(core, driven.engine, pace)
+        connection = ArmConnection(runner, driven.reconnector, simulated=simulated)
+        opened.callback(connection.release)
+        if isinstance(pace, RealPace):  # its thread would drive the arm on
+            connection.guard()
         parts = Parts(
-            config, pace, core, driven.engine, driven.context, runner, driven.reconnector, tracer,
+            config, pace, core, driven.engine, driven.context, runner, connection, tracer,
             operator, simulated,
         )  # fmt: skip
-        opened.callback(parts.release)
         tracer.begin(config, link.description, pace.now_s, core.condition, pace.lock)
         pace.start(driven.engine)  # from here on another thread may call the engine
         await runner.perform(connecting.connect(driven.context))
@@ -484,7 +280,7 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
     require_real_ports()
     wiring = PortOpening(config)
     with ExitStack() as opened:
-        lock = opened.enter_context(hold(config.name, wiring.find()))
+        lock = opened.enter_context(hold_arm(config.name, wiring.find()))
         recorder = FlightRecorder(places.recordings())
         with explaining(recorder.ring.entries, config.connection):
             parts = await coroutine_of(assemble)(
@@ -498,9 +294,9 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
                 tracer=recorder,
                 rewiring=NewLink(wiring.open, _wanted(options.reconnect, config), in_thread=True),
             )
-        opened.callback(parts.release)
-        logbook = logbook_file(config.name)
-        held = replace(parts, logbook=logbook, lock=lock, closers=[lock.release])
+        opened.callback(parts.connection.release)
+        parts.connection.closers.append(lock.release)
+        held = replace(parts, logbook=logbook_file(config.name), lock=lock)
         opened.pop_all()
     return held
 

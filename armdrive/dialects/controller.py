@@ -167,7 +167,7 @@ class ScriptRunner(ABC, Generic[H]):
         self.io.notify(ProtocolWarning(plain(message)))
 
     def give_up(self) -> None:
-        """Make the codec forget open questions and half-received messages."""
+        """Stop waiting for answers, and drop half-received messages: a part of `abandon`."""
 
     @abstractmethod
     def usable_rate_hz(self, rate_hz: float) -> float:
@@ -212,9 +212,9 @@ class ScriptRunner(ABC, Generic[H]):
         """End the present motion as soon as possible; `hard` may cost the position."""
         self._loop.stop(hard=hard)
 
-    def forget(self) -> None:
-        """Give up the unanswered request and half-received messages."""
-        self._loop.forget()
+    def abandon(self) -> None:
+        """End the request that is being carried out without a reply."""
+        self._loop.abandon()
         self.io.out.clear()
         self.give_up()
 

@@ -251,8 +251,8 @@ class ScriptLoop(Generic[H]):
         self.io.stop_asked, self.io.stop_hard = True, hard
         self._until_s = -math.inf  # whatever it waits for, it is due now
 
-    def forget(self) -> None:
-        """Abandon the script and its unsent bytes; bytes that it sends while it closes remain."""
+    def abandon(self) -> None:
+        """End the script and drop its unsent bytes; bytes that it sends while it closes remain."""
         self.io.out.clear()
         if self._script is not None:
             self._script.close()

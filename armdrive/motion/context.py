@@ -143,7 +143,7 @@ class MotionContext:
             if self.stopping:
                 break
             yield SleepUntil(end_s)
-        self.engine.controller.forget()
+        self.engine.controller.abandon()
 
     def _quiet_from_s(self, since_s: float) -> float:
         return since_s if self._beats else max(since_s, self.engine.received_s)

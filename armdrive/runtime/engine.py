@@ -447,7 +447,7 @@ class Engine:
         error = self._no_answer(Timeout(self.controller.last_said, 0.0, self.controller.look_at))
         if self._asked:  # its answer would otherwise pass for the answer to the next request
             self._asked = False
-            self.controller.forget()
+            self.controller.abandon()
         for _ in range(LAST_STEPS):  # the task may clean up, and may even get more time
             self._resume(error)
             if self._task is not task or self.now_s < task.until_s:

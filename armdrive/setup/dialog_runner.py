@@ -95,13 +95,13 @@ def carry_out(
 
 def _stopped(executor: Executor, link: Link, clock: Clock, *, hard: bool) -> Any:
     if isinstance(executor, ScriptLoop):
-        executor.forget()
+        executor.abandon()
         link.write(executor.advance(clock.now_s()), clock.now_s())
         return None
     executor.stop(hard=hard)
     reply = _led(executor, link, clock, clock.now_s() + STOP_S)
     if executor.busy:
-        executor.forget()
+        executor.abandon()
     return reply
 
 

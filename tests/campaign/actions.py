@@ -9,7 +9,7 @@ from typing import Any
 from armdrive.arm import Arm
 from armdrive.arm.connected import Handle
 from armdrive.arm.moving import PATIENCE
-from armdrive.connect.parts import PATIENCE_S
+from armdrive.connect.runner import PATIENCE_S
 from armdrive.dialects.controller import HOMING_MARGIN_S, in_turn
 from armdrive.errors import Stopped
 from armdrive.motion.execute import Moved

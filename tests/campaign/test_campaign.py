@@ -8,7 +8,7 @@ import pytest
 from amounts import amount
 
 from armdrive.arm.moving import Gripper
-from armdrive.connect.parts import TaskRunner
+from armdrive.connect.runner import TaskRunner
 from armdrive.dialects.bus import phases
 from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.mks import contact

@@ -142,7 +142,7 @@ class _RunningScript:
         """Slow an arm down as the person asked, and keep its recording."""
         slow_down(arm, self._options)
         self._display.run.use(arm)
-        arm.parts.closers.append(lambda: keep_recording(arm, self._options))
+        arm.parts.connection.closers.append(lambda: keep_recording(arm, self._options))
 
     def called(self, arm: Arm, call: ScriptCall) -> None:
         """Show a call, and wait for the person before a motion if that is wanted."""

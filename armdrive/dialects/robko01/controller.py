@@ -112,12 +112,6 @@ class RobkoController(ScriptRunner[HostEvent]):
 
     # -- what the engine calls ----------------------------------------------------------------
 
-    def begin(self, request: Request, now_s: float) -> None:
-        """Begin a request; stop waiting for the answer to a ping that feeds the watchdog."""
-        if not self.busy:
-            self._exchange.forget()
-        super().begin(request, now_s)
-
     def advance(self, now_s: float) -> bytes:
         """Advance the current request; between requests, keep the watchdog fed."""
         data = super().advance(now_s)

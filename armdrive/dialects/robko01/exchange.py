@@ -104,10 +104,6 @@ class RobkoExchange:
         self.host.discard()
         self._out_of_step = True
 
-    def forget(self) -> None:
-        """Stop waiting for the answer to a ping that feeds the watchdog."""
-        self.host.forget()
-
     def feed(self) -> bytes:
         """Return the bytes of a ping that feeds the watchdog between two requests."""
         self.host.forget()

@@ -171,14 +171,18 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         self._contacted = not settings.careful_contact
 
     def script(self, request: Request) -> Script[HostEvent, Reply]:
-        """Send one line and wait for its answer, for as long as its motion may last."""
-        command = None if isinstance(request, ReadProgram) else self._command(request)
+        """Send one line and wait for its answer."""
+        command = self._command(request)
         if isinstance(command, Reply):
             return command
         if not self._contacted:
             yield from self._make_contact()
-        if command is None:
+        if isinstance(command, QDump):
             return (yield from self._dump())
+        return (yield from self._answered(command))
+
+    def _answered(self, command: Command) -> Script[HostEvent, Reply]:
+        """Send a command and wait for its one answer, for as long as its motion may last."""
         data = self._host.send(command)
         began_s = self.io.now_s
         self.io.write(data, data.decode("ascii").strip())
@@ -253,6 +257,8 @@ class TeachMoverController(ScriptRunner[HostEvent]):
                 return step
             case DropCurrent():
                 return Reset()
+            case ReadProgram():
+                return QDump()
             case WriteRow(words):
                 return QWrite(ProgramRow.from_words(words))
             case _:  # the next motion switches its motors on

@@ -1,7 +1,7 @@
 """Jog sessions: serving increments and a held jog until both have ended.
 
-This file decides who may jog and how fast while the position is unknown (`capped`), and runs the
-session. Each leg of a held jog is decided by
+This file decides who may jog (`require_allowed`) and how fast while the position is unknown
+(`capped`), and runs the session. Each leg of a held jog is decided by
 
     course   the next leg, from all of the following, or why the jog ends
     rates    how quickly a speed changes, what share of it can still brake in time, the full speed
@@ -79,6 +79,24 @@ def check_increment(core: Core, jog: Jog) -> None:
     _require_range(core, jog, amounts_of(core.config, jog))
 
 
+def require_allowed(core: Core, asked: ContinuousJog | IncrementalJog) -> None:
+    """Raise unless a jog that was asked for may begin or go on: called before each of its legs.
+
+    Raises like `check_jog` or `check_increment`, and `NotReferenced` for a jog that was asked for
+    with limits and would now have none.
+    """
+    if asked.bounded and not core.position_known:
+        raise NotReferenced(
+            f"the jog has ended, because the position is {core.belief.trust.value} now "
+            f"({core.belief.reason}): no limit would stop it. Let go, then jog again, slowly and "
+            "without limits, or reference the arm (`home()`)"
+        )
+    if isinstance(asked, IncrementalJog):
+        check_increment(core, asked.jog)
+    else:
+        check_jog(core, asked.jog)
+
+
 def check_duration(core: Core, speeds: SpeedLimits, hold: ContinuousJog, duration_s: float) -> None:
     """Raise for a held jog that would take an axis further than its whole range."""
     full = Scale(core.config, speeds).full(hold.jog.space)
@@ -120,27 +138,20 @@ def capped(core: Core, speed: float) -> float:
 
 
 def wish_of(core: Core, hold: ContinuousJog) -> Wish:
-    """Return the wish of a held jog, for the present state of the arm. Raises like `check_jog`."""
-    check_jog(core, hold.jog)
+    """Return the wish of a held jog, for the present state of the arm.
+
+    Raises like `require_allowed`.
+    """
+    require_allowed(core, hold)
     speed = capped(core, hold.speed) * core.speed_override.override
-    return Wish(hold.jog, speed)
+    return Wish(hold.jog, speed, core.position_known)
 
 
 def course_of(core: Core, speeds: SpeedLimits) -> JogCourse:
     """Return the course of a new jog."""
     queued = bool(core.controller.abilities.queued_segments)
-    terms = Terms(core.config.motion.jog_ramp_s, queued, runs_on_s(core), core.position_known)
+    terms = Terms(core.config.motion.jog_ramp_s, queued, runs_on_s(core))
     return JogCourse(core.config, speeds, terms)
-
-
-def require_bounds(core: Core, *, bounded: bool) -> None:
-    """Raise `NotReferenced` if a jog that began with limits (`bounded`) has none any more."""
-    if bounded and not core.position_known:
-        raise NotReferenced(
-            f"the jog has ended, because the position is {core.belief.trust.value} now "
-            f"({core.belief.reason}): no limit would stop it. Let go, then jog again, slowly and "
-            "without limits, or reference the arm (`home()`)"
-        )
 
 
 def runs_on_s(core: Core) -> float:
@@ -247,7 +258,6 @@ def _proposed(
     """Return the next leg of the held jog; None if it ends, with the reason in the notice."""
     core = context.core
     try:
-        require_bounds(core, bounded=course.terms.bounded)
         found = course.propose(wish_of(core, hold), start, time_s, context.now_s)
         if isinstance(found, JogEnded):
             show_end(context, found)
@@ -283,8 +293,8 @@ def _give_up(context: MotionContext, hold: ContinuousJog) -> None:
 # A held jog expires unless its owner renews it; its last burst begins before it expires. An
 # increment expires too if it cannot begin in time. A jog stops at limits and guards without an
 # error, and moving away from a bound that has been passed is always allowed. While the position is
-# unknown, joints may be jogged slowly and without limits. A jog that began with limits ends if the
-# position is no longer known.
+# unknown, joints may be jogged slowly and without limits. A jog that was asked for with limits ends
+# if the position is no longer known.
 
 PAUSED = "the jog has ended because the arm is paused"
 TOO_LATE = "a jog increment was dropped because it had to wait too long"
@@ -329,7 +339,7 @@ def _serve(context: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
             _give_up_paused(core)
         if core.nudges:  # before the hold: an increment is what the key asked for first
             course.stand()
-            yield from _increment(context, speeds, course, core.nudges.pop(0))
+            yield from _increment(context, speeds, core.nudges.pop(0))
         elif not (is_held(context) and (yield from held(context, course))):
             yield from context.verify()  # another jog may be requested meanwhile
             if not core.nudges and not is_held(context):
@@ -345,7 +355,7 @@ def _give_up_paused(core: Core) -> None:
 
 
 def _increment(
-    context: MotionContext, speeds: SpeedLimits, course: JogCourse, nudge: IncrementalJog
+    context: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog
 ) -> TaskBody[None]:
     """Move by a fixed distance, in bursts of jogging length, as far as the bounds allow.
 
@@ -355,13 +365,10 @@ def _increment(
     if context.now_s > nudge.until_s:
         core.notify(TOO_LATE)
         return
-    speed, known = capped(core, nudge.speed), course.terms.bounded
+    speed, known, start = capped(core, nudge.speed), core.position_known, core.position.coordinates
     try:
-        require_bounds(core, bounded=course.terms.bounded)
-        check_increment(core, nudge.jog)
-        found = stride(
-            core.config, speeds, nudge.jog, speed, core.position.coordinates, known=known
-        )
+        require_allowed(core, nudge)
+        found = stride(core.config, speeds, nudge.jog, speed, start, known=known)
         require_audit(core, *found.legs)
     except (ArmError, KinematicsError) as refusal:
         core.notify(str(refusal), refusal)

@@ -43,10 +43,14 @@ TOUCHING = 1e-6  # an axis limited to this share of its speed has reached its li
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """The jog that the operator wants now; `speed` is a share of the limits."""
+    """The jog that the operator wants now; `speed` is a share of the limits.
+
+    `bounded` is false while the position is unknown: then no limits and guards end the jog.
+    """
 
     jog: Jog
     speed: float
+    bounded: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,14 +58,12 @@ class Terms:
     """What holds for a whole jog, and does not change with the wishes of its operator.
 
     `ramp_s` is the longest time to full speed; `queued` is true if the speed carries over from leg
-    to leg; `run_on_s` is how long the arm may run on after a stop. `bounded`: limits and guards end
-    the jog, because its position was known when it began.
+    to leg; `run_on_s` is how long the arm may run on after a stop.
     """
 
     ramp_s: float
     queued: bool
     run_on_s: float
-    bounded: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +91,7 @@ class JogCourse:
 
     def __init__(self, config: ArmConfig, speeds: SpeedLimits, terms: Terms) -> None:
         self.note = ""
-        self.terms = terms
+        self._terms = terms
         self._config = config
         self._speeds = speeds
         self._pacer = Pacer(terms.ramp_s, carries=terms.queued)
@@ -111,7 +113,7 @@ class JogCourse:
         paced = self._pacer.paced(kind, goal, time_s, now_s)
         if not any(paced.mean) and not any(paced.end):
             return JogEnded("")
-        if not self.terms.bounded:
+        if not wish.bounded:
             return self._proposal(self._way(kind, start, paced.mean), start, paced, time_s, time_s)
         return self._bounded(paced, start, time_s)
 
@@ -156,7 +158,7 @@ class JogCourse:
             return JogEnded(note)
         way = self._way(paced.kind, start, paced.mean, spans)
         # an even ramp down to rest covers half the way that its time would at the mean speed
-        look_s = time_s + max(paced.ramp_s / 2.0, self.terms.run_on_s)
+        look_s = time_s + max(paced.ramp_s / 2.0, self._terms.run_on_s)
         free = self._bounds.free(way, start.joints, look_s)
         if free.free_s >= look_s:
             return self._proposal(way, start, paced, time_s, time_s, note)
@@ -184,7 +186,7 @@ class JogCourse:
         """
         share = min(braking_share(each_s, time_s, ramp_s) for each_s in (reach_s, clear_s))
         if clear_s < reach_s:
-            share = min(share, clear_s / (time_s + self.terms.run_on_s))
+            share = min(share, clear_s / (time_s + self._terms.run_on_s))
         return share
 
     def _apart(

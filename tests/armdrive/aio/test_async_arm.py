@@ -9,7 +9,7 @@ import pytest
 from amounts import amount
 
 from armdrive import AsyncArm, LinkLost, OutOfBounds, Pose, SimulatedClock, State, Stopped
-from armdrive.connect.parts import TaskRunner
+from armdrive.connect.runner import TaskRunner
 from armdrive.errors import ArmFileError, OperatorNeeded, WrongState
 from armdrive.moves import JointMove, PoseMove
 

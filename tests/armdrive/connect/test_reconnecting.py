@@ -136,7 +136,7 @@ def test_another_program_learns_that_its_stop_did_not_reach_the_arm(connected, d
     arm = connected(dialect)
     arm.twin.faults.add("unplug")
     arm.sleep(0.5)
-    _, answers = answered(arm, {"request": "stop"})
+    _, answers = answered(arm.parts.connection, {"request": "stop"})
     assert "did not reach the arm" in next(answers)["error"]
     assert arm.parts.runner.stops
 
@@ -224,7 +224,7 @@ def test_reconnecting_goes_on_while_no_arm_answers(connected):
     assert arm.status.notice_code == "E502"
     assert "but the arm is not ready" in arm.status.error
     assert "then call `reset()`" not in arm.status.error + arm.status.notice
-    assert arm.parts.reconnector.tries > 1
+    assert arm.parts.connection.reconnector.tries > 1
     arm.twin.faults.end()
     arm.sleep(RECONNECTS_S)
     assert arm.status.state is State.ERROR_STOP
@@ -236,7 +236,7 @@ def test_the_pauses_between_tries_grow(connected):
     unplug(arm)
     arm.sleep(60.0)
     early = len(PAUSES_S)
-    assert early < arm.parts.reconnector.tries <= early + 60.0 / PAUSES_S[-1]
+    assert early < arm.parts.connection.reconnector.tries <= early + 60.0 / PAUSES_S[-1]
 
 
 def test_an_arm_that_was_disabled_stays_disabled(connected):
@@ -314,7 +314,7 @@ def test_a_manual_reconnect_tries_once(connected):
         arm.reconnect()
     unplug(arm)
     arm.sleep(10.0)
-    assert arm.parts.reconnector.tries == 0  # nobody asked for it
+    assert arm.parts.connection.reconnector.tries == 0  # nobody asked for it
     with pytest.raises(PortUnavailable, match="plug it in"):
         arm.reconnect()
     replug_mute(arm)
@@ -335,10 +335,10 @@ def test_a_closed_arm_is_not_looked_for(connected):
     arm.close()
     with pytest.raises(WrongState, match="closed for good"):
         arm.reconnect()
-    before = arm.parts.reconnector.tries
+    before = arm.parts.connection.reconnector.tries
     replug(arm)
     arm.parts.engine.advance(arm.parts.pace.now_s() + 100.0)
-    assert arm.parts.reconnector.tries == before
+    assert arm.parts.connection.reconnector.tries == before
 
 
 def test_a_wire_that_is_back_under_its_name_is_not_named_again(connected):
@@ -594,7 +594,7 @@ class TestPty:
             arm = Arm.connect(str(path), dialect="teachmover", reconnect=True)
             thread = arm.parts.pace._thread
             there.tell("unplug")
-            until(lambda: arm.parts.reconnector.tries > 0)
+            until(lambda: arm.parts.connection.reconnector.tries > 0)
             arm.close()
             assert not thread.is_alive()
             there.tell("replug")

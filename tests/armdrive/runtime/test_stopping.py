@@ -446,7 +446,7 @@ SCRIPTED = {
 
 def stopped_elsewhere(arm):
     """Stop an arm as `armdrive stop` does from another terminal."""
-    _, answers = answered(arm, {"request": "stop"})
+    _, answers = answered(arm.parts.connection, {"request": "stop"})
     assert list(answers) == [{"done": "stop"}]
 
 

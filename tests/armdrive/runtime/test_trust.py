@@ -9,7 +9,7 @@ from pages import page_path
 
 from armdrive import Arm
 from armdrive.blocking import run_blocking
-from armdrive.connect.parts import CLOSING_S
+from armdrive.connect.connection import CLOSING_S
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
 from armdrive.motion.context import LONGEST_S
 from armdrive.motion.reference import confirmed_posture, take_reference

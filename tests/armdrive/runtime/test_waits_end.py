@@ -470,16 +470,18 @@ def referenced(pace) -> Arm:
     return as_it_stands(Arm(connect_simulated(simulated_config("teachmover"), pace=pace)))
 
 
+@pytest.fixture
 def noted(monkeypatch):
     """Return a connected arm, and its pace, which notes how long it is waited for."""
     made = SimulatedRealPace()
     monkeypatch.setattr("armdrive.connect.parts.pace_of", lambda _: made)
-    return referenced(None), made
+    with contextlib.closing(referenced(None)) as arm:
+        yield arm, made
 
 
 @pytest.mark.parametrize("call", CALLS)
-def test_every_wait_of_a_call_has_an_end(monkeypatch, call):
-    arm, pace = noted(monkeypatch)
+def test_every_wait_of_a_call_has_an_end(noted, call):
+    arm, pace = noted
     pace.waits.clear()
     with contextlib.suppress(ArmError):
         CALLS[call](arm)
@@ -487,8 +489,8 @@ def test_every_wait_of_a_call_has_an_end(monkeypatch, call):
     assert all(math.isfinite(each) and each <= LONGEST_WAIT_S for each in pace.waits)
 
 
-def test_only_a_wait_for_an_input_without_a_deadline_is_for_as_long_as_that_takes(monkeypatch):
-    arm, pace = noted(monkeypatch)
+def test_only_a_wait_for_an_input_without_a_deadline_is_for_as_long_as_that_takes(noted):
+    arm, pace = noted
     arm.twin.device.at(pace.now_s() + 30.0, arm.request_stop)
     pace.waits.clear()
     with pytest.raises(ArmError, match="stop"):
@@ -497,8 +499,8 @@ def test_only_a_wait_for_an_input_without_a_deadline_is_for_as_long_as_that_take
     assert pace.now_s() >= 30.0
 
 
-def test_a_pause_in_real_time_costs_a_waiting_call_nothing(monkeypatch):
-    arm, pace = noted(monkeypatch)
+def test_a_pause_in_real_time_costs_a_waiting_call_nothing(noted):
+    arm, pace = noted
     arm.pause()
     arm.twin.device.at(pace.now_s() + 400.0, arm.resume)
     handle = arm.move_j(base_deg=5.0, wait=False)
@@ -508,9 +510,9 @@ def test_a_pause_in_real_time_costs_a_waiting_call_nothing(monkeypatch):
     assert pace.now_s() > 400.0
 
 
-def test_an_endless_pause_in_real_time_gives_up_the_motion_and_stays_paused(monkeypatch):
+def test_an_endless_pause_in_real_time_gives_up_the_motion_and_stays_paused(monkeypatch, noted):
     monkeypatch.setattr(pausing, "LONGEST_PAUSE_S", 300.0)
-    arm, pace = noted(monkeypatch)
+    arm, pace = noted
     arm.pause()
     began_s, stood = pace.now_s(), arm.twin.world.motors
     with pytest.raises(WrongState, match=r"paused for 300 s.*`resume\(\)`.*`armdrive resume`"):

@@ -16,7 +16,7 @@ from served import Served
 from waiting import LONG_S, returns
 
 from armdrive import Arm
-from armdrive.connect import parts
+from armdrive.connect import connection
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import ArmError, StateFileError, Stopped
@@ -171,7 +171,7 @@ def test_the_wires_thread_never_writes(bench):
 def test_a_disk_that_is_stuck_at_the_end_is_given_up_and_puts_nothing_in_place_later(
     bench, monkeypatch
 ):
-    monkeypatch.setattr(parts, "CLOSING_S", 0.05)
+    monkeypatch.setattr(connection, "CLOSING_S", 0.05)
     monkeypatch.setattr(persistence, "STILL_S", math.inf)
     bench.arm.move_j(base_deg=2.0)
     marked = bench.path.read_bytes()

@@ -247,7 +247,7 @@ def test_closing_an_arm_gives_it_back():
     arm = Arm.connect("sim:teachmover")
     holding = hold("bench")
     serve(holding, arm)
-    arm.parts.closers.append(holding.release)
+    arm.parts.connection.closers.append(holding.release)
     arm.close()
     hold("bench").release()
 

@@ -432,7 +432,7 @@ def held():
     ring = EntryRing()
     ring.seal()
     return ring, SimpleNamespace(
-        parts=SimpleNamespace(tracer=ring, pace=SimpleNamespace(now_s=lambda: 7.0)), closed=False
+        core=SimpleNamespace(tracer=ring), pace=SimpleNamespace(now_s=lambda: 7.0), closed=False
     )
 
 

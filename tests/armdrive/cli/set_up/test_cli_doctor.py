@@ -34,6 +34,7 @@ from armdrive.errors import PortUnavailable
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.setup import prober as carrying
 from armdrive.setup import prober as probing
+from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports import ports as system
@@ -100,7 +101,7 @@ def test_a_port_in_use_names_who_has_it(call, port):
 
 def test_a_port_that_another_armdrive_program_holds_is_not_opened(call, port, lead_to):
     opened = lead_to(made("teachmover"))
-    holding = parts.hold(str(port))
+    holding = hold(str(port))
     try:
         assert "is held by" in call.refused("doctor", str(port), "--yes", code=4)
     finally:

@@ -41,7 +41,8 @@ class Driven:
         self.speeds = SpeedLimits(
             model.joint_speeds_rad_s, model.gripper_speed_mm_s, hz, model.transmission
         )
-        terms = Terms(RAMP_S, queued, run_on_s, bounded)
+        terms = Terms(RAMP_S, queued, run_on_s)
+        self.bounded = bounded
         self.course = JogCourse(config, self.speeds, terms)
         self.here = ArmCoordinates(joints, 30.0)
         self.now_s = 0.0
@@ -52,7 +53,7 @@ class Driven:
         return self.config.model.arm.fk(self.here.joints)
 
     def leg(self, jog, speed=1.0):
-        found = self.course.propose(Wish(jog, speed), self.here, LEG_S, self.now_s)
+        found = self.course.propose(Wish(jog, speed, self.bounded), self.here, LEG_S, self.now_s)
         if isinstance(found, JogEnded):
             self.ended = found
             return None

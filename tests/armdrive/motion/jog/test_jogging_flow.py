@@ -169,6 +169,71 @@ def test_a_jog_that_began_with_limits_never_goes_on_without_them(dialect):
     assert hold(10) != stood
 
 
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+def test_a_new_press_jogs_without_limits_while_the_arm_still_stops_from_the_last(dialect):
+    """It was decided on after the loss of the position, whichever motion is still under way."""
+    arm = driven(arm_config(dialect), at=OVER_THE_TABLE)
+    for _ in range(5):
+        arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.25)
+        arm.sleep(0.1)
+    arm.parts.core.learn(Evidence.READ_BACK_DIFFERS, arm.status.time_s)
+    arm.jogging.release()
+    assert arm.status.state is State.MOVING
+    for _ in range(20):
+        arm.jogging.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.25)
+        arm.sleep(0.1)
+        assert "no limit" not in arm.status.notice
+    turned_deg = arm.twin.world.joints.deg["base"]
+    arm.jogging.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.25)
+    arm.sleep(0.5)
+    assert arm.twin.world.joints.deg["base"] < turned_deg - 0.5
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+@pytest.mark.parametrize("ended", ["position lost", "stopped"])
+def test_a_tap_that_becomes_a_hold_is_the_same_press(dialect, ended):
+    """A keyboard repeats a key only half a second after its press: much may happen meanwhile."""
+    arm = driven(arm_config(dialect), at=OVER_THE_TABLE)
+
+    def hold():
+        for _ in range(10):
+            arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.25)
+            arm.sleep(0.1)
+        return arm.twin.world.motors
+
+    arm.jogging.nudge(Jog.joint(base=1.0), speed=1.0)
+    arm.sleep(0.4)
+    if ended == "stopped":
+        arm.request_stop()
+        arm.parts.runner.know_of(arm.stops)
+    else:
+        arm.parts.core.learn(Evidence.READ_BACK_DIFFERS, arm.status.time_s)
+    stood = arm.twin.world.motors
+    assert hold() == stood
+    assert "let go, then jog again" in arm.status.notice.lower()
+    arm.sleep(1.0)
+    arm.jogging.nudge(Jog.joint(base=1.0), speed=1.0)
+    assert hold() != stood
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+@pytest.mark.parametrize("lost_first", [False, True])
+def test_a_tap_that_waits_is_made_only_with_the_limits_it_was_given(dialect, lost_first):
+    arm = driven(arm_config(dialect), at=OVER_THE_TABLE)
+    before_deg = arm.twin.world.joints.deg["base"]
+    arm.jogging.nudge(Jog.joint(base=6.0), speed=0.5)
+    wait_for_motion(arm)
+    if lost_first:
+        arm.parts.core.learn(Evidence.READ_BACK_DIFFERS, arm.status.time_s)
+    arm.jogging.nudge(Jog.joint(base=2.0), speed=0.5)
+    if not lost_first:
+        arm.parts.core.learn(Evidence.READ_BACK_DIFFERS, arm.status.time_s)
+    arm.sleep(10.0)
+    turned_deg = arm.twin.world.joints.deg["base"] - before_deg
+    assert turned_deg == pytest.approx(8.0 if lost_first else 6.0, abs=0.5)
+    assert ("no limit would stop it" in arm.status.notice) is not lost_first
+
+
 def test_cartesian_jogging_of_an_unknown_posture_is_refused_in_a_sentence():
     arm = sim_arm()
     with pytest.raises(NotReferenced, match="joint by joint"):
