@@ -292,11 +292,7 @@ async def _guided(
         _have_confirmed(parts, operator, request)
         return await conclude()
     except BaseException:
-        try:  # the operator may have left a motion running
-            await parts.runner.stand_still()
-        finally:
-            with parts.pace.lock:
-                parts.core.settle()
+        await parts.runner.stand_still()  # the operator may have left a motion running
         raise
 
 

@@ -194,7 +194,6 @@ class _Driven:
 
     def _lost(self, lost: LinkLost) -> None:
         self._core.lose(lost)
-        self._core.remember()
         if self.reconnector is not None:
             self.reconnector.lost(self.engine.now_s)
 
