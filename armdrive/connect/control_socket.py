@@ -90,7 +90,9 @@ def _stop(arm: ArmConnection, _: Json) -> Iterator[Json]:
 
 
 def _pause(arm: ArmConnection, _: Json) -> Iterator[Json]:
-    arm.runner.pause()
+    runner = arm.runner
+    runner.pause()
+    runner.require_stoppable("pause")
     yield {"done": "pause"}
 
 

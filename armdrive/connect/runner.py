@@ -181,13 +181,13 @@ class TaskRunner:
         if (broken := self.engine.broken) is not None:
             raise type(broken)(str(broken))
 
-    def require_stoppable(self) -> None:
-        """Raise `LinkLost` if a stop cannot reach the arm."""
+    def require_stoppable(self, request: str = "stop") -> None:
+        """Raise `LinkLost` if a stop, or a pause, cannot reach the arm."""
         broken = self.engine.broken
         if isinstance(broken, LinkLost):
             raise LinkLost(
-                f"the stop did not reach the arm ({broken}): look at the arm, and stop it at its "
-                "own switch"
+                f"the {request} did not reach the arm ({broken}): look at the arm, and stop it at "
+                "its own switch"
             )
 
     def require_no_stop(self, since: int | None, when: str) -> None:

@@ -412,7 +412,7 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
 
 def hold(*names: str) -> ArmLock:
     """Lock an arm under all its names."""
-    holding = ArmLock(names_of(*filter(None, names)))
+    holding = ArmLock(names_of(*names))
     holding.take()
     return holding
 

@@ -39,11 +39,13 @@ WATCH_EVERY_S = 0.2  # how often the holder looks for changes, unless the watche
 def names_of(*names: str) -> list[str]:
     """Return the names by which an arm is locked: its own, and the ports that links lead to.
 
+    An empty name is left out: a simulated arm has no port.
+
     All links to a port share the port's name. Their own stay when the cable was pulled and a link
     leads nowhere, or to another port once it is back.
     """
     ports = (os.path.realpath(name) for name in names if name.startswith("/"))
-    return list(dict.fromkeys((*names, *ports)))
+    return list(dict.fromkeys(filter(None, (*names, *ports))))
 
 
 def notice_path(name: str, ending: str) -> Path:
@@ -73,14 +75,43 @@ def address_of(name: str) -> str:
     return rf"\\.\pipe\armdrive-{places.file_name(name)}"
 
 
-def notice_of(name: str) -> dict[str, Any] | None:
-    """Return the notice that an arm's holder has written, or None."""
-    for each in reversed(names_of(name)):  # who holds the port now comes first
+def notice_of(*names: str) -> dict[str, Any] | None:
+    """Return the notice that an arm's holder has written under one of its names, or None.
+
+    The notice of a program that was killed counts only if no program holds the arm now.
+    """
+    notices = [*_notices(names_of(*names))]
+    if len(notices) > 1:
+        notices.sort(key=was_killed)
+    return notices[0] if notices else None
+
+
+def _notices(names: list[str]) -> Iterator[dict[str, Any]]:
+    for each in reversed(names):  # who holds the port now comes first
         with contextlib.suppress(OSError, ValueError, RecursionError):
             notice = json.loads(DISK.read_own(notice_path(each, "holder"), LARGEST_BYTES))
             if isinstance(notice, dict) and "address" in notice:
-                return notice
-    return None
+                yield notice
+
+
+def was_killed(notice: dict[str, Any]) -> bool:
+    """Return whether nothing listens at a notice's address; a suspended program still does."""
+    try:
+        knock(str(notice["address"]))
+    except (ConnectionRefusedError, FileNotFoundError, ValueError):  # or it is no address at all
+        return True
+    except (OSError, EOFError):  # the program has no time to answer
+        return False
+    return False
+
+
+def name_held(*names: str) -> str:
+    """Return the name by which a program holds an arm: the first of these if none holds it.
+
+    A program that was started with the arm's port knows the arm by that port alone.
+    """
+    notice = notice_of(*names)
+    return names[0] if notice is None else str(notice.get("arm", names[0]))
 
 
 def holder_words(name: str) -> str:
@@ -233,10 +264,8 @@ def held_arms() -> list[str]:
     found: dict[str, str] = {}
     for path in sorted(places.states().glob("*.holder")):
         name = path.name.removesuffix(".holder")
-        notice = notice_of(name) or {}
-        address = str(notice.get("address"))
-        with contextlib.suppress(OSError, EOFError):  # the notice of a program that was killed
-            knock(address)
+        notice = notice_of(name)
+        if notice is not None and not was_killed(notice):
             # an arm has two notices, by its name and by its port, with one address
-            found[address] = str(notice.get("arm", name))
+            found[str(notice["address"])] = str(notice.get("arm", name))
     return list(found.values())

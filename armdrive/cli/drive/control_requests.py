@@ -10,7 +10,7 @@ from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Result
 from armdrive.errors import ArmError, BadRequest, HolderError
 from armdrive.storage.files import require_free, write_named
-from armdrive.storage.lock_client import ask_holder, held_arms
+from armdrive.storage.lock_client import ask_holder, held_arms, name_held
 
 
 def chosen_holders(options: argparse.Namespace) -> list[str]:
@@ -18,9 +18,9 @@ def chosen_holders(options: argparse.Namespace) -> list[str]:
     if not names_arm(options):
         return held_arms()
     # loads everything that drives an arm; `armdrive stop` without a name does not wait for that
-    from armdrive.cli.arm_files import chosen_target
+    from armdrive.cli.arm_files import chosen_names
 
-    return [chosen_target(options).config.name]
+    return [name_held(*chosen_names(options))]
 
 
 def one_holder(options: argparse.Namespace) -> str:

@@ -39,7 +39,7 @@ from armdrive.status import (
     status_view,
     which_arm,
 )
-from armdrive.storage.lock_client import holder_words, notice_of, watch_holder
+from armdrive.storage.lock_client import holder_words, notice_of, was_killed, watch_holder
 from kinematics.text import mm_text, sentence, tenths
 
 
@@ -51,7 +51,8 @@ def status(options: argparse.Namespace) -> Result:
     except (ArmInUse, StateFileError):
         name = chosen_target(options).config.name
         # on a disk that has become read-only, a program may drive the arm all the same
-        if notice_of(name) is None:
+        notice = notice_of(name)
+        if notice is None or was_killed(notice):
             raise  # perhaps its port is in use, for another arm
         view = ask(name, "status")
         held = f"{holder_words(name)} is driving this arm."

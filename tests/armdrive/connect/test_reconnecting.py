@@ -132,13 +132,17 @@ def test_a_stop_that_cannot_reach_the_arm_does_not_end_well(connected, dialect, 
 
 
 @two_kinds
-def test_another_program_learns_that_its_stop_did_not_reach_the_arm(connected, dialect):
+@pytest.mark.parametrize("word", ["stop", "pause"])
+def test_another_program_learns_that_its_stop_did_not_reach_the_arm(connected, dialect, word):
     arm = connected(dialect)
     arm.twin.faults.add("unplug")
     arm.sleep(0.5)
-    _, answers = answered(arm.parts.connection, {"request": "stop"})
-    assert "did not reach the arm" in next(answers)["error"]
-    assert arm.parts.runner.stops
+    _, answers = answered(arm.parts.connection, {"request": word})
+    assert f"the {word} did not reach the arm" in next(answers)["error"]
+    assert (arm.parts.runner.stops > 0, arm.status.paused) == (
+        word == "stop",
+        word == "pause",
+    )
 
 
 @pytest.mark.parametrize("reconnect", [False, True])

@@ -24,6 +24,7 @@ from armdrive.storage.lock_client import (
     ask_holder,
     follow_holder,
     held_arms,
+    name_held,
     notice_of,
     watch_holder,
 )
@@ -60,6 +61,53 @@ def test_the_next_holder_is_not_taken_for_one_that_was_killed():
     path.write_text(json.dumps(notice))
     with hold("bench"), pytest.raises(ArmInUse, match="takes no requests"):
         ask_holder("bench", "stop")
+
+
+def leave_notice(name):
+    """Leave the notice of a program that was killed while it held an arm of this name."""
+    path = holder.notice_path(name, "holder")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    notice = {"arm": name, "pid": 1, "program": "dead", "address": "/nowhere"}
+    path.write_text(json.dumps(notice))
+
+
+def test_a_killed_program_does_not_hide_the_one_that_holds_the_arm_by_another_name(tmp_path):
+    before, after, link = tmp_path / "ttyUSB0", tmp_path / "ttyUSB1", tmp_path / "by-id"
+    before.touch()
+    link.symlink_to(before)
+    leave_notice(str(after))
+    with hold(str(link)) as lock:
+        serve_stop(lock, "drives")
+        link.unlink()
+        link.symlink_to(after)  # the cable was pulled and plugged in again
+        assert notice_of(str(link))["pid"] == os.getpid()
+        assert "can only be stopped" in ask_holder(str(link), "pause")["error"]
+        assert held_arms() == [str(link)]
+        with pytest.raises(ArmInUse, match="is held by this program"):
+            hold(str(link))
+    with pytest.raises(HolderError, match="killed before it could release"):
+        ask_holder(str(link), "stop")
+
+
+@pytest.mark.parametrize("was_killed", [False, True])
+def test_an_arm_is_found_by_the_port_when_a_program_was_started_with_that(was_killed):
+    if was_killed:
+        leave_notice("bench")
+    names = ("bench", "/dev/ttyUSB0")
+    assert name_held(*names) == "bench"
+    with hold("/dev/ttyUSB0") as lock:
+        serve_stop(lock, "drives")
+        assert name_held(*names) == "/dev/ttyUSB0"
+    assert name_held("sim:teachmover", "") == "sim:teachmover"
+
+
+def test_a_suspended_program_whose_queue_is_full_still_holds_its_arm(holding, monkeypatch):
+    def busy(_address):
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(holder, "called", busy)
+        assert held_arms() == ["bench"]
 
 
 def test_a_program_without_a_connected_arm_is_stopped_as_by_ctrl_c():

@@ -18,6 +18,7 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.look import status
 from armdrive.cli.look.status import INKS, Watched, next_step, status_lines
 from armdrive.cli.presenter import Inked
+from armdrive.connect.control_socket import serve
 from armdrive.connect.target import simulated_config
 from armdrive.moves import Move
 from armdrive.runtime.engine import Engine
@@ -49,6 +50,15 @@ def test_the_status_of_an_arm_whose_port_another_arm_holds_names_the_port(call):
     write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/ttyACM9"\n')
     with arm_lock.hold("other", "/dev/ttyACM9"):
         assert "/dev/ttyACM9 is held" in call.refused("status", "--arm", "bench", code=4)
+
+
+def test_an_arm_that_another_program_drives_by_its_port_is_stopped_by_its_name(call, arm):
+    port = "/dev/ttyACM9"
+    write_arm_file("bench", f'model = "teachmover"\n[connection]\nport = "{port}"\n')
+    with arm_lock.hold(port) as lock:
+        serve(lock, arm)
+        assert f"asked {port} to stop" in call("stop", "--arm", "bench", code=0).out
+    assert "no program holds bench" in call("stop", "--arm", "bench", code=1).out
 
 
 def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):
