@@ -24,6 +24,11 @@ class Torque:
     power_loss: str
     closed_port: str
 
+    @property
+    def disable_warning(self) -> str:
+        """The line that is shown before the motors are switched off."""
+        return f"after `disable`, the arm {self.disable}"
+
 
 # The length of bursts and segments: a compromise between the wire's rate and the stopping time.
 #

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from armdrive.abilities import Torque
 from armdrive.errors.table import code_of_name
 from kinematics.spaces import Joints, Motors, Pose
-from kinematics.text import counted, deg_text, mm_text
+from kinematics.text import counted, deg_text, mm_text, shown_name
 
 # Bounds: they are rounded up, because less was not promised.
 
@@ -580,7 +580,7 @@ def _conduct(view: Mapping[str, Any]) -> str:
 
 def _joint_rows(joints: Mapping[str, float]) -> Iterator[StatusRow]:
     """Yield a row for each joint, the angles below each other."""
-    names = [key.removesuffix("_deg").replace("_", " ") for key in joints]
+    names = [shown_name(key.removesuffix("_deg")) for key in joints]
     width = max(map(len, names), default=0)
     for at, (name, angle) in enumerate(zip(names, joints.values(), strict=True)):
         yield StatusRow("" if at else "joints", f"{name:<{width}}{deg_text(angle):>9}")

@@ -20,7 +20,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
-from kinematics.text import beyond, joint_text
+from kinematics.text import beyond, joint_text, shown_name
 
 RaisedError = TypeVar("RaisedError", bound=BaseException)
 
@@ -161,7 +161,7 @@ class OutOfReach(KinematicsError):
 
 def limit_sentence(joint: str, value: float, bound: float, unit: str = "rad") -> str:
     """Say by how much a joint would pass its limit: in degrees, or of a sliding joint in mm."""
-    name, at = joint.replace("_", " "), joint_text(value, unit)
+    name, at = shown_name(joint), joint_text(value, unit)
     return f"the {name} would have to be at {at}, {beyond(value, bound, unit)}"
 
 

@@ -23,7 +23,7 @@ from kinematics.errors import (
     require,
     suggestion,
 )
-from kinematics.text import counted, deg_text, mm_text, tenths
+from kinematics.text import counted, deg_text, mm_text, shown_name, tenths
 
 _UNITS = ("deg", "rad")
 """The endings of a joint's name that state the unit of its angle."""
@@ -286,7 +286,9 @@ class Joints:
         )
 
     def __str__(self) -> str:
-        return ", ".join(f"{name} {deg_text(angle)}" for name, angle in self.deg.items())
+        return ", ".join(
+            f"{shown_name(name)} {deg_text(angle)}" for name, angle in self.deg.items()
+        )
 
 
 def angles_of(joints: Joints, names: tuple[str, ...]) -> tuple[float, ...]:

@@ -16,6 +16,11 @@ def counted(count: int, one: str, several: str = "") -> str:
     return f"{count} {one if count == 1 else several or f'{one}s'}"
 
 
+def shown_name(name: str) -> str:
+    """Return the name of a joint or an axis as people read it: `wrist_pitch` is `wrist pitch`."""
+    return name.replace("_", " ")
+
+
 def sentence(words: str) -> str:
     """Return words as a sentence, with a capital letter and a full stop."""
     return f"{words[0].upper()}{words[1:].rstrip('.')}."

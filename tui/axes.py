@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from textual import events
 
-from kinematics.text import tenths
-from tui.keys.table import JogPair, words
+from kinematics.text import shown_name, tenths
+from tui.keys.table import JogPair
 from tui.widgets import PlainText, Span
 
 NAME_WIDTH = 11
@@ -138,7 +138,10 @@ class AxisTable(PlainText):
     def _row(self, row: AxisRow, width: int, caps: int) -> Iterator[Span]:
         yield from self._caps(row.pair, caps)
         style = MOVING_STYLE if row.moving else ""
-        yield f" {'>' if row.moving else ' '}{words(row.name)[:NAME_WIDTH]:<{NAME_WIDTH}}", style
+        yield (
+            f" {'>' if row.moving else ' '}{shown_name(row.name)[:NAME_WIDTH]:<{NAME_WIDTH}}",
+            style,
+        )
         yield f"{row.value_text:>{VALUE_WIDTH}}", MARK_STYLES[row.sign] if row.sign else "bold"
         yield f"{row.sign:<2}", MARK_STYLES[row.sign]
         if row.limits is None:

@@ -21,7 +21,7 @@ from armdrive.render.figure import ChainFigure, DrawnChain
 from armdrive.render.scene import Moment
 from kinematics.chains.links import JointKind
 from kinematics.presets import ArmModel
-from kinematics.text import deg_text, folded, tenths
+from kinematics.text import deg_text, folded, shown_name, tenths
 from kinematics.textbook.stepping import coordinates_of, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
 from kinematics.textbook.systems.named import frame_coordinates
@@ -30,7 +30,7 @@ from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import bar
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
-from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, spoken, words
+from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, spoken
 from tui.settings import INCREMENTS, memory_file, neighbour, recall
 from tui.widgets import PlainText, fill_frame, framed, text_of
 
@@ -53,7 +53,7 @@ class ModelKeyboard(Keyboard):
         for pair in pairs:
             keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
             hand = f"of the hand: {pair.cartesian}" if pair.cartesian else ""
-            joint = f"joint {words(pair.joint)}" if pair.joint else ""
+            joint = f"joint {shown_name(pair.joint)}" if pair.joint else ""
             yield f"{keys:<17} {', '.join(filter(None, (joint, hand)))}, + and -"
 
 
@@ -345,7 +345,7 @@ SHORTEST_BAR, LONGEST_BAR = 7, 22
 def joint_rows(of: Study, width: int, keys: Keyboard | None, pairs: Sequence[JogPair]) -> str:
     """List the joints: keys if these move them, value, and the place between its limits."""
     chain = of.subject.chain
-    names = [words(name)[:NAME_WIDTH] for name in chain.joint_names]
+    names = [shown_name(name)[:NAME_WIDTH] for name in chain.joint_names]
     longest = max(map(len, names))
     letters = [_keys(keys, pairs, name, cartesian=False) for name in chain.joint_names]
     room = width - (longest + VALUE_WIDTH + 2) - (len(letters[0]) + 1 if keys else 0)

@@ -39,6 +39,7 @@ from kinematics.limits import SAME_POSTURE_RAD
 from kinematics.paths.curves import straight_line
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
+from kinematics.text import shown_name
 
 # Measures of a plan: its postures, joint margins and duration.
 
@@ -453,7 +454,7 @@ def duration_words(preview: Preview) -> str:
 def margin_words(margin: Margin) -> str:
     """Return a line about a joint's margin."""
     away, bound = math.degrees(margin.margin_rad), math.degrees(margin.bound_rad)
-    name = margin.joint.replace("_", " ")
+    name = shown_name(margin.joint)
     return f"{name} stays {away:.1f}° from its limit of {bound:.1f}°"
 
 

@@ -274,7 +274,7 @@ def _enable(shell: Shell, _: str) -> Answers:
 
 
 def _disable(shell: Shell, rest: str) -> Answers:
-    what = f"after disable the arm {dialect(shell.arm.status.dialect).torque.disable}"
+    what = dialect(shell.arm.status.dialect).torque.disable_warning
     yield Reply({"event": "warning", "text": what}, what)
     question = "Park it first with `ready`, or support it. Switch the motors off now? Type yes: "
     if rest.lower() != "yes" and not (shell.typing and shell.agreed(question)):

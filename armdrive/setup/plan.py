@@ -22,7 +22,7 @@ from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import is_there, read_json
 from armdrive.text.toml import FORMAT, FORMAT_KEY, Problems, TomlTable, require_format
-from kinematics.text import counted
+from kinematics.text import counted, shown_name
 
 DEGREES, MM = "°", "mm"
 
@@ -135,7 +135,7 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
         # behind cables a motor moves several joints: the person watches the one that moves most
         most = max(range(len(turning)), key=lambda at: abs(turning[at]))
         if turning[most]:
-            moves, unit = transmission.joint_names[most].replace("_", " "), DEGREES
+            moves, unit = shown_name(transmission.joint_names[most]), DEGREES
             per_step = math.degrees(turning[most])
         else:
             moves, unit, per_step = "fingers", MM, column[-1]

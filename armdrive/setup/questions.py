@@ -37,6 +37,7 @@ from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
 from armdrive.text.toml import Rule, TomlEntry, rule_of
 from armdrive.transports.address import CanAddress, is_can
 from kinematics.spaces import COORDINATES, POSE_FIELDS
+from kinematics.text import shown_name
 
 Fill = Callable[[Draft, str], str | None]
 """Returns a default, as the user would type it, from the answers and a name of the row's `each`."""
@@ -78,7 +79,7 @@ class ArmRow:
         for one in self.each(draft) if self.when(draft) else ():
             key, default = self.key.replace("{one}", one), self.default
             usual = default(draft, one) if callable(default) else default
-            words = self.words.replace("{one}", one.replace("_", " "))
+            words = self.words.replace("{one}", shown_name(one))
             yield Question(
                 words or asked(declared(draft, self.place)[1].help),
                 self.why,

@@ -35,6 +35,7 @@ from kinematics.limits import (
 )
 from kinematics.paths.curves import LEAP_RAD, NearFollower, largest_turn, leap_sentence
 from kinematics.spaces import Joints, Pose, angles_of
+from kinematics.text import shown_name
 
 STARTS = 16
 """Postures tried before a pose is called out of reach: a person is waiting for the answer."""
@@ -282,7 +283,7 @@ def _moving(chain: Chain) -> tuple[tuple[str, ...], tuple[int, ...]]:
         ends_at_tip = index == len(chain) and norm(position_of(chain.tool)) <= LENGTH_MM
         if apart and not ends_at_tip:
             after = chain.joint_names[index:] if standard else chain.joint_names[index - 1 :]
-            names.append(after[0].replace("_", " ") if after else "flange")
+            names.append(shown_name(after[0]) if after else "flange")
             shown.append(index)
     return (*names, "tip"), tuple(shown)
 

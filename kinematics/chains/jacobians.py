@@ -21,6 +21,7 @@ from kinematics.frames.matrices import singular, transposed
 from kinematics.frames.transforms import position_of
 from kinematics.frames.vectors import norm
 from kinematics.spaces import Jacobian
+from kinematics.text import shown_name
 
 POSITION_ROWS = (0, 1, 2)
 """The rows of a geometric Jacobian that concern the tip's position."""
@@ -150,7 +151,7 @@ def _sentence(
         return f"the tip moves as easily in every direction: all singular values are {smallest:.3g}"
     is_singular, is_near = smallest < SINGULAR, smallest < NEARLY_SINGULAR
     joints = _named(
-        [(name.replace("_", " "), part) for name, part in zip(chain.joint_names, idle, strict=True)]
+        [(shown_name(name), part) for name, part in zip(chain.joint_names, idle, strict=True)]
     )
     parts = []
     if len(rows) <= len(chain):

@@ -16,11 +16,11 @@ from armdrive.status import LinkStats, State, Status, Trust, pose_numbers
 from kinematics.guards import Reading
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
-from kinematics.text import deg_text, mm_text
+from kinematics.text import deg_text, mm_text, shown_name
 from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
 from tui.desk import Desk
 from tui.jog.jogging import DeskJogging
-from tui.keys.table import MM_AXES, JogPair, Needs, words
+from tui.keys.table import MM_AXES, JogPair, Needs
 from tui.safety import bound_text
 from tui.settings import JogSettings
 from tui.widgets import Span
@@ -179,7 +179,7 @@ def _near_limit(joints: Sequence[AxisRow]) -> Iterator[Span]:
         low, high = nearest.limits
         margin = min(nearest.value - low, high - nearest.value)
         style = {"": "", "!": "$text-warning", "!!": "$text-error"}[nearest.sign]
-        yield f"{words(nearest.name)} {deg_text(margin)} from its limit", style
+        yield f"{shown_name(nearest.name)} {deg_text(margin)} from its limit", style
 
 
 def _near_guards(pose: Pose, model: ArmModel) -> Iterator[Span]:
@@ -405,7 +405,7 @@ def _tip_title(frame: str) -> str:
 def _arrows(settings: JogSettings) -> str:
     """Say what the arrow keys move."""
     axes = {
-        pair.plus: words(pair.axis(cartesian=settings.cartesian))
+        pair.plus: shown_name(pair.axis(cartesian=settings.cartesian))
         for pair in settings.pairs
         if pair.is_arrow
     }

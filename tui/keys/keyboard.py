@@ -12,8 +12,9 @@ from textual.binding import Binding, BindingType
 from textual.keys import KEY_NAME_REPLACEMENTS, _character_to_key, key_to_character
 
 from armdrive.errors.actions import desk_words, presented
+from kinematics.text import shown_name
 from tui.keys.layouts import LAYOUTS, QWERTY
-from tui.keys.table import STOP, TABLE, DeskKey, JogPair, titled, words
+from tui.keys.table import STOP, TABLE, DeskKey, JogPair, titled
 
 KEYS_OFFERED = 12
 """The line of keys offers no more rows than this; the help has all."""
@@ -150,7 +151,7 @@ class Keyboard:
         yield ""
         yield "Jog keys, while armed: the first moves by +, the second by -."
         for pair in pairs:
-            moves = f"{words(pair.joint)} (Cartesian mode: {pair.cartesian})"
+            moves = f"{shown_name(pair.joint)} (Cartesian mode: {pair.cartesian})"
             keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
             yield f"{keys:<{KEYS_WIDTH - 1}} {moves}"
 

@@ -13,6 +13,7 @@ from itertools import zip_longest
 
 from armdrive.trace.entries import Topic
 from kinematics.spaces import JOINT_NAMES
+from kinematics.text import shown_name
 
 
 class Needs(IntEnum):
@@ -568,13 +569,8 @@ TABLE = (
 """Every key of the desk. Layouts and the line of keys go by the ids."""
 
 
-def words(axis: str) -> str:
-    """Return an axis as people write it."""
-    return axis.replace("_", " ")
-
-
 def spoken(text: str, axes: Sequence[str]) -> str:
     """Return a sentence with these axes as people write them; `wrist_pitch_deg` is left alone."""
     for axis in (each for each in axes if "_" in each):
-        text = re.sub(rf"\b{re.escape(axis)}\b", words(axis), text)
+        text = re.sub(rf"\b{re.escape(axis)}\b", shown_name(axis), text)
     return text

@@ -17,9 +17,8 @@ from armdrive.errors import BadRequest
 from armdrive.moves import BASE_FRAME, JointMove, LineMove, Motion, PoseMove
 from armdrive.status import pose_numbers
 from kinematics.spaces import POSE_FIELDS, Joints, Pose
-from kinematics.text import tenths
+from kinematics.text import shown_name, tenths
 from tui.app import TypedText
-from tui.keys.table import words
 from tui.settings import MoveSettings, neighbour
 
 STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)
@@ -267,5 +266,5 @@ def _cells(form: GoalForm, name: str, present: Mapping[str, float]) -> Cells:
     chosen = name == form.name
     now = tenths(present[name]) if name in present else "?"
     text = form.shown(name) + "_" * chosen
-    return (f"{'>' if chosen else ' '} {words(name)}", f"{text:>11}", f" {form.unit(name)}",
+    return (f"{'>' if chosen else ' '} {shown_name(name)}", f"{text:>11}", f" {form.unit(name)}",
             f"{now:>9}")  # fmt: skip

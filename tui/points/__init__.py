@@ -19,7 +19,7 @@ from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.table import DeskKey, Needs, words
+from tui.keys.table import DeskKey, Needs
 from tui.move.planned import PlannedMove, short_text
 from tui.points.edit import PointEdits, PointMotion, TaughtProgram
 from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
@@ -50,7 +50,7 @@ def _tip(point: Point, arm: ArmGeometry) -> str:
 
 def point_text(point: Point) -> str:
     """Say all that is known of a point."""
-    lines = [words(str(point.joints))]
+    lines = [str(point.joints)]
     if point.opening_mm is not None:
         lines.append(f"gripper {mm_text(point.opening_mm)} (unchanged)")
     taught = "" if point.taught is None else f"taught {point.taught:%Y-%m-%d %H:%M}"

@@ -36,7 +36,7 @@ def reset(options: argparse.Namespace) -> Result:
 def disable(options: argparse.Namespace) -> Result:
     """Park if wanted, switch the motors off, and say what that does to the arm."""
     with opened_arm(options) as arm:
-        tell(options, f"after disable the arm {dialect(arm.status.dialect).torque.disable}")
+        tell(options, dialect(arm.status.dialect).torque.disable_warning)
         if not options.no_park and _wants_to_park(arm, options):
             _park(arm, options)
         arm.disable()

@@ -11,7 +11,7 @@ from armdrive.cli.presenter import Ink, Inked, Line
 from armdrive.errors import BadRequest
 from kinematics.frames.orientations import solve_rpy
 from kinematics.frames.transforms import Transform, position_of, rotation_of
-from kinematics.text import counted
+from kinematics.text import counted, shown_name
 
 
 def require_values(joint_names: Sequence[str], typed: Sequence[object]) -> None:
@@ -36,7 +36,7 @@ def branch_table(joint_names: Sequence[str], rows: Sequence[BranchRow]) -> Itera
     """Yield the heading and the rows; a solution that violates a limit is faint and says which."""
     if not rows:
         return
-    names = [name.replace("_", " ") for name in joint_names]
+    names = [shown_name(name) for name in joint_names]
     columns = zip(*(row.values for row in rows), strict=True)
     widths = [
         max(len(name), len("-180.0°"), *map(len, values)) + 2
