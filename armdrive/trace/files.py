@@ -193,7 +193,7 @@ def parse_recording(data: bytes) -> Recording:
     if not data:
         raise RecordingError("the file is empty")
     lines = io.BytesIO(data)  # line by line: a huge file of empty lines is refused at once
-    header = _header(_object(lines.readline(LONGEST_HEADER).removesuffix(b"\n"), 1))
+    header = _header(lines.readline(LONGEST_HEADER).removesuffix(b"\n"))
     entries = tuple(_entries(lines))
     return Recording(header, entries, cut_off=not data.endswith(b"\n"))
 
@@ -208,7 +208,11 @@ def _object(line: bytes, number: int) -> Mapping[str, Any]:
     return found
 
 
-def _header(found: Mapping[str, Any]) -> Header:
+def _header(line: bytes) -> Header:
+    try:
+        found = _object(line, 1)
+    except RecordingError as error:
+        raise RecordingError(f"the file is not a flight recording: {error}") from None
     known = found.get(MARK)
     if known is None:
         raise RecordingError("the file is not a flight recording")

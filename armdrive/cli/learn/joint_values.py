@@ -19,7 +19,7 @@ def require_values(joint_names: Sequence[str], typed: Sequence[object]) -> None:
     if len(typed) != len(joint_names):
         raise BadRequest(
             f"{counted(len(joint_names), 'joint value is', 'joint values are')} required "
-            f"({', '.join(joint_names)}), not {len(typed)}"
+            f"({', '.join(map(shown_name, joint_names))}), not {len(typed)}"
         )
 
 

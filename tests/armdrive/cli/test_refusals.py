@@ -64,7 +64,9 @@ REFUSED = [
     ("jog --model puma", 2, "armdrive explain"),  # works without a terminal
     # mathematics
     ("fk 0 0 0 0 0 --model teachmoover", 2, "did you mean 'teachmover'"),
+    ("fk 1 2", 2, "are required (base, shoulder, elbow, wrist pitch, wrist roll), not 2"),
     ("fk 1 2", 2, "5 joint values are required"),
+    ("plot nope", 2, "WHAT: 'nope' is not workspace; type"),
     ("fk --model puma 1 2", 2, "6 joint values are required"),
     ("fk --model pumo 1", 2, "did you mean 'puma'"),
     ("ik --x 1 --y 2 --z 3", 2, "--pitch is needed"),

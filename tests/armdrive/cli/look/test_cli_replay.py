@@ -76,6 +76,10 @@ def test_a_broken_file_is_one_sentence(call, tmp_path):
     assert "not a flight recording" in call.refused(
         "replay", str(tmp_path / "broken.jsonl"), code=2
     )
+    (tmp_path / "picture.png").write_bytes(b"\x89PNG\r\n\x00\xff")
+    for word in ("log", "replay"):
+        said = call.refused(word, str(tmp_path / "picture.png"), code=2)
+        assert "not a flight recording: line 1 is not JSON" in said
     assert "cannot be read" in call.refused("replay", str(tmp_path / "none.jsonl"), code=2)
 
 
