@@ -312,7 +312,7 @@ def test_a_jog_that_loses_its_axis_word_is_taken_by_the_board_and_noticed(firmwa
     arm = ready(firmware=firmware)
     bare = becoming(lambda line: re.sub(rb"X[-+0-9]+", b"", line))
     arm.twin.link.to.append(Rule(rb"\$J=G91F[0-9.]+X", bare))
-    with pytest.raises(DeviceFault, match="off the path|registers differ"):
+    with pytest.raises(DeviceFault, match=r"off the path|registers differ"):
         arm.jog_j(base_deg=2)
     assert arm.twin.world.motors == arm.status.read_back
     assert arm.status.trust is Trust.SUSPECT
