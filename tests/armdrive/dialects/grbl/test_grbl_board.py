@@ -34,10 +34,12 @@ from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
 from armdrive.motion.device import compare_settings
 from armdrive.motion.reference import home_device
 from armdrive.registry import simulate
+from armdrive.runtime.arm_state import alerted
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.sim.grbl.board import HARD_LIMIT
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.status import State, Trust
+from armdrive.tasks import Alert, AlertKind
 from firmware_protocol.grbl.answers import Ok
 from kinematics import Joints
 
@@ -82,6 +84,16 @@ def test_a_board_that_starts_locked_is_in_standby_with_a_notice_until_it_is_home
     leave(arm)
     assert (arm.status.state, arm.status.notice) == (State.STANDBY, "")
     arm.move_motors(1, 0, 0, 0, 0, 0)
+
+
+def test_a_board_that_was_asleep_when_its_link_came_back_is_unlocked_as_the_arm_is_enabled():
+    arm = ready(firmware="mega5x")
+    arm.disable()
+    locked = Alert(AlertKind.LOCKED, "the board is locked by an alarm")
+    alerted(arm.parts.core, locked, arm.status.time_s)
+    assert (arm.status.state, arm.status.notice_code) == (State.DISABLED, "E506")
+    arm.enable()
+    assert (arm.status.state, arm.status.notice) == (State.STANDBY, "")
 
 
 def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
