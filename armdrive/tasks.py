@@ -388,11 +388,15 @@ class AlertKind(Enum):
     ALARM_LOST = "the controller is in alarm, and its position is lost"
     SWITCHED_OFF = "the controller switched the motors off"
     OFF_PATH = "the arm is not on the path that was sent"
+    LOCKED = "the controller was found locked, and moves nothing until it is reset"
 
 
 @dataclass(frozen=True, slots=True)
 class Alert:
-    """A message that ends trust or motion; `text` says what happened and what to do."""
+    """A message that ends trust or motion, or says that none is possible.
+
+    `text` says what happened and what to do.
+    """
 
     kind: AlertKind
     text: str

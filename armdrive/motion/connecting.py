@@ -24,7 +24,7 @@ from armdrive.motion.context import (
     without_reset,
 )
 from armdrive.motion.device import compare_again, compare_settings
-from armdrive.runtime.arm_state import RECONNECTED, Core, Message
+from armdrive.runtime.arm_state import LOCKED, RECONNECTED, Core, Message
 from armdrive.runtime.states import Belief, Event, after
 from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
@@ -152,6 +152,8 @@ def enable(context: MotionContext) -> TaskBody[None]:
             words = f"the controller did not switch the motors on: {reply}"
             raise context.fault(DeviceFault(words))
         context.require_no_fault()  # the arm may have sagged before the device answered
+        if core.notice.code == LOCKED:
+            core.notify("")  # switching on has unlocked the device
         if able is Switching.BOTH:
             core.readings.current = Current.HELD
     yield from compare_again(context)

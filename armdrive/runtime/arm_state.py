@@ -62,6 +62,7 @@ EMERGENCY_STOP = named("EMERGENCY_STOP").code
 WRONG_STATE = named("WrongState").code
 RECONNECTED = named("RECONNECTED").code
 ALARM_VOUCHED = named("ALARM_VOUCHED").code
+LOCKED = named("LOCKED").code
 
 
 def code_of(cause: BaseException | Evidence) -> str:
@@ -233,10 +234,12 @@ class Core:
             return position.read_back
         return position.acknowledged
 
-    def notify(self, words: str, cause: BaseException | Evidence | None = None) -> None:
-        """Set the notice, with the code of its cause if it reports a problem."""
+    def notify(
+        self, words: str, cause: BaseException | Evidence | None = None, code: str = ""
+    ) -> None:
+        """Set the notice, with its code, or that of its cause, if it reports a problem."""
         self.notices += 1
-        self.notice = Message(words, "" if cause is None else code_of(cause))
+        self.notice = Message(words, code if cause is None else code_of(cause))
 
     def clear_messages(self) -> None:
         """Clear error and notice at a reference; report backlash that the reference left open."""
@@ -355,7 +358,14 @@ class Core:
 
 
 def alerted(core: Core, alert: Alert, now_s: float) -> None:
-    """Latch error-stop with the device's message, and apply its evidence to the position."""
+    """Latch error-stop with the device's message, and apply its evidence to the position.
+
+    That a device was found locked is only a notice: it is no fault of this session, the device
+    refuses any motion, and some devices start locked each time.
+    """
+    if alert.kind is AlertKind.LOCKED:
+        core.notify(alert.text, code=LOCKED)
+        return
     evidence = ALERTED[alert.kind]
     if evidence is not None:
         core.learn(evidence, now_s, alert.text)

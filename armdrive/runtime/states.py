@@ -59,7 +59,7 @@ def _table() -> Mapping[tuple[State, Event], State]:
         (s.HOMING, e.STOP): s.STOPPING,
         (s.ERROR_STOP, e.RESET): s.STANDBY,
         (s.ERROR_STOP, e.RESET_SWITCHED): s.DISABLED,
-        # a device may be locked since before this program started, which shows at the first motion
+        # a device may be locked since before this program started, which latches no error
         (s.STANDBY, e.RESET): s.STANDBY,
         (s.STANDBY, e.RESET_SWITCHED): s.DISABLED,
         (s.DISABLED, e.RESET): s.DISABLED,
@@ -136,6 +136,7 @@ ALERTED: Mapping[AlertKind, Evidence | None] = MappingProxyType(
         AlertKind.ALARM_LOST: Evidence.ALARM,
         AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,
         AlertKind.OFF_PATH: Evidence.OFF_THE_PATH,
+        AlertKind.LOCKED: None,
     }
 )
 """The evidence of each alert about the position; None if the device still guarantees it."""

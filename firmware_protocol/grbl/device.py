@@ -65,6 +65,7 @@ class LineReader:
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self._max_line = dialect.max_line
         self._named_settings = dialect.named_settings
+        self._drops_brackets = dialect.drops_brackets
         self._each_end_counts = dialect.crlf_answers_twice
         self._waiting: deque[str | Unusable] = deque()
         self.discard()
@@ -118,7 +119,7 @@ class LineReader:
                 self._comment = b""
         elif sign in (b"(", b";"):
             self._comment = sign
-        elif sign == b")" and self._named_settings:
+        elif sign == b")" and self._drops_brackets:
             return
         elif byte > _SPACE and (sign != b"/" or self._in_path):
             self._too_long = len(self._kept) >= self._max_line

@@ -167,8 +167,10 @@ class Dialect:
     overlong: int = 11
     """The error of a line that is too long. FluidNC's error 11 means something else."""
     named_settings: bool = False
-    """Whether settings have names with slashes. Observed on FluidNC, which also drops a closing
-    bracket that ends no comment (GCode.cpp, collapseGCode).
+    """Whether settings have names with slashes. Observed on FluidNC."""
+    drops_brackets: bool = False
+    """Whether a closing bracket that ends no comment is dropped; GRBL refuses it as a word without
+    a letter. Observed on grblHAL and FluidNC.
     """
     no_setting: int = 2
     """The error of a `$` before a letter of no command, which GRBL takes for an unreadable number.
@@ -194,6 +196,7 @@ GRBLHAL = Dialect(
     outputs=True,
     single_axis_homing=True,
     crlf_answers_twice=False,
+    drops_brackets=True,
     no_setting=3,
 )
 FLUIDNC = Dialect(
@@ -205,5 +208,6 @@ FLUIDNC = Dialect(
     single_axis_homing=True,
     overlong=14,
     named_settings=True,
+    drops_brackets=True,
     no_setting=3,
 )

@@ -364,12 +364,10 @@ def _check_leftovers(block: Block, modes: Modal) -> None:
 
 
 def _check_jog(block: Block) -> None:
-    """Admit distance, units and G53 in a jog, and ask for an axis.
+    """Admit distance, units and G53 in a jog.
 
-    That a jog without an axis word is refused follows doc/markdown/jogging.md; the sources of
-    GRBL do not check it.
+    A jog without an axis word is accepted and moves nothing: observed on grbl-Mega-5X, grblHAL and
+    FluidNC, although doc/markdown/jogging.md says that it is refused.
     """
     if block.commands.keys() - JOG_GROUPS or block.commands.get(Group.NON_MODAL, "G53") != "G53":
         raise GcodeError(16)
-    if not block.axes:
-        raise GcodeError(26)

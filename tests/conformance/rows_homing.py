@@ -71,8 +71,6 @@ def arm_with_switches(
         f"[homing.joints_deg]\n{angles}"
     )
     arm = bench.connect()
-    if arm.status.state is State.ERROR_STOP:  # the board is locked after it boots
-        arm.reset()
     if arm.status.state is State.DISABLED:
         arm.enable()
     return arm, goal

@@ -23,7 +23,7 @@ from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, sho
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmInUse, SettingsDiffer, StateFileError
 from armdrive.errors.actions import COMMAND_LINE, presented
-from armdrive.errors.table import by_code
+from armdrive.errors.table import by_code, named
 from armdrive.status import (
     IMMOBILE,
     IN_MOTION,
@@ -121,6 +121,10 @@ def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
     yield str(StatusRow("next", next_words))
 
 
+_BLOCKED = (SettingsDiffer.code, named("LOCKED").code)
+"""The codes of notices that say why nothing moves."""
+
+
 def _remedy(code: str, state: State) -> str:
     """Return what to do about an error; another program's may have a code unknown here."""
     row = by_code(code)
@@ -132,8 +136,8 @@ def next_step(view: View) -> str:
     state, trust, paused = State(view["state"]), Trust(view["trust"]), view["paused"]
     if state in (State.ERROR_STOP, State.DISCONNECTED):
         return _remedy(view["error_code"] or view["trust_code"], state)
-    if view["notice_code"] == SettingsDiffer.code:
-        return _remedy(SettingsDiffer.code, state)
+    if view["notice_code"] in _BLOCKED:
+        return _remedy(view["notice_code"], state)
     if trust is Trust.SUSPECT and not view["error_code"]:
         return sentence(WAYS_TO_TRUST[trust])  # after the reset that the remedy begins with
     if paused:

@@ -298,14 +298,19 @@ class BoardState:
         if self.alarm is None:
             bits = self._settings.limit_inputs.items()
             pressed = ", ".join(axis for axis, bit in bits if self.inputs >> bit & 1)
-            # GRBL 1.1 and grbl-Mega-5X start locked then, with $21=1
-            why = f", and a limit switch is pressed ({pressed})" if pressed else ""
-            return f"the board is locked by an alarm{why}"
+            if pressed:  # GRBL 1.1 and grbl-Mega-5X start locked then, with $21=1
+                return f"the board is locked by an alarm, and a limit switch is pressed ({pressed})"
+            homes = ", as after each start until it has homed" if self._settings.homing else ""
+            return f"the board is locked by an alarm{homes}"
         number = "" if self.alarm.code is None else f" {self.alarm.code}"
         return (
             f"the board is in alarm{number} ({self.alarm.meaning}): {self.alarm.remedy}. Until "
             "then the board may not answer, even if the cable is fine"
         )
+
+    def locked_words(self) -> str:
+        """Return that the board is locked by its alarm, and what unlocks it."""
+        return f"{self.alarm_words()}. Look at the arm, then call `reset()` to unlock it"
 
     def registers(self) -> Registers:
         """Return the position from the latest report."""

@@ -13,7 +13,7 @@ from armdrive.dialects.grbl.exchange import (
 )
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
-from armdrive.tasks import Done, Reply, RequestRejected, Timeout
+from armdrive.tasks import Alert, AlertKind, Done, Reply, RequestRejected, Timeout
 from firmware_protocol.grbl import (
     Acknowledged,
     Modes,
@@ -80,6 +80,8 @@ class GrblContact:
             return RequestRejected(self._lacking_words(), moved=False)
         self.exchange.press(Realtime.FEED_100)
         self.board.contacted = True
+        if self.board.state is State.ALARM:
+            self.io.notify(Alert(AlertKind.LOCKED, self.board.locked_words()))
         return None
 
     def _recognise(self) -> Script[HostEvent, None]:
@@ -191,7 +193,7 @@ class GrblContact:
                 break
             seen = board.state, board.position
         if board.state is State.ALARM:
-            return RequestRejected(f"{board.alarm_words()}. `reset()` unlocks it", moved=False)
+            return RequestRejected(board.locked_words(), moved=False)
         if board.state is not State.IDLE:
             return RequestRejected(
                 f"the board's state is {board.state}; `reset()` leaves it", moved=False

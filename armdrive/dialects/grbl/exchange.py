@@ -39,9 +39,9 @@ REPORTS_TO_OFFSET = 40
 """Reports after which one has contained the work offset: at least one in thirty does."""
 SPOILER = "))GG"
 """Completes whatever is in the board's input line, a half line or a stray character, so that every
-board refuses it. The first bracket ends a comment. GRBL and grblHAL refuse the second one, which is
-not a letter; FluidNC drops it. All refuse a letter without a number (gnea/grbl grbl/protocol.c and
-gcode.c).
+board refuses it. The first bracket ends a comment. GRBL refuses the second one, which is not a
+letter; grblHAL and FluidNC drop it. All refuse a letter without a number (gnea/grbl grbl/protocol.c
+and gcode.c).
 """
 SPOILERS = 3
 ECHO_OFF = b"\f"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import date
 
@@ -222,12 +222,9 @@ class BoardAxes:
         return cls(
             settings.axes[:count],
             per_unit,
-            tuple(map(math.fsum, turned)),
+            transmission.most_steps(speeds),
             max(map(max, turned)),
-            tuple(
-                steps / per
-                for steps, per in zip(_spans(config, transmission), per_unit, strict=True)
-            ),
+            tuple(steps / per for steps, per in zip(config.motor_ranges, per_unit, strict=True)),
             _seeks(config, transmission),
         )
 
@@ -282,18 +279,6 @@ class BoardAxes:
         ]
 
 
-def _ranges(config: ArmConfig, transmission: Transmission) -> list[tuple[float, float]]:
-    """Return the ends of each joint's range, in rad, and of the fingers', in mm."""
-    model = config.model
-    fingers = [model.gripper_range_mm] if transmission.has_gripper else []
-    return [*((one.low_rad, one.high_rad) for one in model.arm.limits), *fingers]
-
-
-def _spans(config: ArmConfig, transmission: Transmission) -> Sequence[float]:
-    """Return how many steps each motor turns within the joints' limits."""
-    return transmission.most_steps([high - low for low, high in _ranges(config, transmission)])
-
-
 def _seeks(config: ArmConfig, transmission: Transmission) -> tuple[int, ...]:
     """Return which way each motor has to turn to its switch, as far as the arm file shows it.
 
@@ -304,18 +289,14 @@ def _seeks(config: ArmConfig, transmission: Transmission) -> tuple[int, ...]:
     count = len(transmission.motors)
     if homing is None:
         return (0,) * count
-    ranges = _ranges(config, transmission)
-    middles = [(low + high) / 2.0 for low, high in ranges]
-    halves = [span / 2.0 for span in _spans(config, transmission)]
-    joints = len(model.arm.limits)
-    middle = transmission.to_exact(
-        Joints(tuple(middles[:joints]), model.arm.joint_names), math.fsum(middles[joints:])
-    )
+    angles = tuple((one.low_rad + one.high_rad) / 2.0 for one in model.arm.limits)
+    opening_mm = math.fsum(model.gripper_range_mm) / 2.0
+    middle = transmission.to_exact(Joints(angles, model.arm.joint_names), opening_mm)
     ends = transmission.to_exact(homing.joints, homing.opening_mm)
     homes = {motor - 1 for group in homing.groups for motor in group} or range(count)
     return tuple(
-        (end - at > half / 2.0) - (at - end > half / 2.0) if motor in homes else 0
-        for motor, (end, at, half) in enumerate(zip(ends, middle, halves, strict=True))
+        (end - at > span / 4.0) - (at - end > span / 4.0) if motor in homes else 0
+        for motor, (end, at, span) in enumerate(zip(ends, middle, config.motor_ranges, strict=True))
     )
 
 

@@ -249,7 +249,7 @@ class GrblStops:
                 self.press_brake()
                 hold_s = math.inf  # once: if it is lost too, `hold` below repeats it
             elif self.board.standing:
-                if (yield from self.exchange.spoil()) and (yield from self._still_idle()):
+                if (yield from self._reads_and_stands()):
                     return True
                 break
             elif self.board.state in (*LINES_IGNORED, State.ALARM, State.RUN):
@@ -268,11 +268,10 @@ class GrblStops:
             elif message is None and self.io.now_s >= lines.oldest_sent_s + OK_TIMEOUT_S:
                 break
 
-    def _still_idle(self) -> Script[HostEvent, bool]:
-        """Query whether the board stands, after all lines that were sent."""
-        self.exchange.forget_lines()
-        seen = yield from self.exchange.look(REPORT_TIMEOUT_S)
-        return seen and self.board.standing
+    def _reads_and_stands(self) -> Script[HostEvent, bool]:
+        """Return whether the board reads lines, and stands after all that were sent."""
+        reads = yield from self.exchange.spoil()
+        return reads and (yield from self.exchange.look(REPORT_TIMEOUT_S)) and self.board.standing
 
     def free(self) -> Script[HostEvent, bool]:
         """Reset an Idle board that reads no lines; return whether it reads them now.

@@ -38,7 +38,7 @@ from tui.keys.keyboard import DEFAULT_KEYS
 NAMES = {row.name for row in ENTRIES}
 NO_ERRORS = {
     "OSError", "KeyboardInterrupt", "CommandEnded", "Unexpected",
-    "EMERGENCY_STOP", "RECONNECTED", "ALARM_VOUCHED",
+    "EMERGENCY_STOP", "RECONNECTED", "ALARM_VOUCHED", "LOCKED",
 }  # fmt: skip
 """Rows of what is neither an error of ours nor evidence."""
 

@@ -268,7 +268,7 @@ MODAL_REFUSED = [
 ]
 
 JOGS_REFUSED = [
-    *(("X1", 22), ("G91F1", 26), ("X1F1S1", 36), ("G1X1F1", 16), ("G54X1F1", 16), ("M3X1F1", 16)),
+    *(("X1", 22), ("X1F1S1", 36), ("G1X1F1", 16), ("G54X1F1", 16), ("M3X1F1", 16)),
     *(("G92X1F1", 16), ("X1F0", 22), ("G0X1F1", 16)),
 ]
 
@@ -292,6 +292,20 @@ def test_jogs_that_are_not_admitted_carry_their_code(text, code):
     with pytest.raises(grbl.GcodeError) as caught:
         grbl.Modal().after(grbl.parse_line(f"$J={text}", SIX_AXES))
     assert caught.value.code == code
+
+
+@every_row("text", ["G91F1", "G20G91F1", "F1"])
+def test_a_jog_without_an_axis_word_is_admitted_and_changes_nothing(text):
+    """Observed on grbl-Mega-5X, grblHAL and FluidNC."""
+    assert grbl.Modal().after(grbl.parse_line(f"$J={text}", SIX_AXES)) == grbl.Modal()
+
+
+@every_row("dialect, codes", [(SIX_AXES, (1, 1)), (grbl.GRBLHAL, (0, 2)), (grbl.FLUIDNC, (0, 2))])
+def test_a_bracket_that_ends_no_comment_is_refused_or_dropped(dialect, codes):
+    device = grbl.Device(dialect)
+    device.receive_data(b"))\n))GG\n")
+    contents = [device.next_event().content for _ in codes]
+    assert tuple(getattr(each, "code", 0) for each in contents) == codes
 
 
 def test_a_lost_line_end_gives_the_error_that_was_seen():

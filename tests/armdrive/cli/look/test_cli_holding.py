@@ -351,6 +351,7 @@ def test_a_pause_hides_no_lost_link(view):
         ({"trust": "suspect", "trust_code": "E707"}, "Look at the arm, then call `home()`"),
         ({"trust": "unknown", "trust_code": "E701"}, "Call `home()`."),
         ({"trust": "suspect", "notice_code": "E206"}, "`armdrive doctor --fix`"),
+        ({"trust": "suspect", "notice_code": "E506"}, "Look at the arm, then call `reset()`."),
         ({"trust": "restored", "trust_code": "E702"}, "a simulated arm confirms its position"),
         (
             {"trust": "restored", "trust_code": "E702", "simulated": False},

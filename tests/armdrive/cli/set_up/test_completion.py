@@ -75,7 +75,7 @@ def test_bash_completes_commands_options_names_and_files(call, tmp_path):
         "armdrive status --sim ": " ".join(DIALECTS),
         "armdrive points g": "go",
         "armdrive status --arm b": "bench",
-        "armdrive errors E50": "E501 E502 E503 E504 E505",
+        "armdrive errors E50": "E501 E502 E503 E504 E505 E506",
         "armdrive run st": "stack.arm",
         "armdrive help verif": "verify",
     }

@@ -3,6 +3,7 @@
 import functools
 import itertools
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -33,10 +34,12 @@ from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
 from armdrive.motion.device import compare_settings
 from armdrive.motion.reference import home_device
 from armdrive.registry import simulate
+from armdrive.runtime.arm_state import alerted
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.sim.grbl.board import HARD_LIMIT
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.status import State, Trust
+from armdrive.tasks import Alert, AlertKind
 from firmware_protocol.grbl.answers import Ok
 from kinematics import Joints
 
@@ -57,12 +60,40 @@ def test_a_board_that_starts_locked_because_a_switch_is_pressed_says_which():
     twin = simulate(made, firmware="mega5x")
     twin.board.set_switch(1, SwitchState.CLOSED)
     arm = Arm(connect_simulated(made, twin=twin))
+    locked = r"locked.*limit switch is pressed \(Y\).*`reset\(\)`"
+    assert re.search(locked, arm.status.notice)
     arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
-    with pytest.raises(DeviceFault, match=r"locked.*limit switch is pressed \(Y\).*`reset\(\)`"):
+    with pytest.raises(DeviceFault, match=locked):
         arm.move_j(base_deg=3)
     arm.reset()
+    assert not arm.status.notice
     arm.move_j(base_deg=3)
     assert arm.status.joints.deg["base"] == pytest.approx(3, abs=0.1)
+
+
+@pytest.mark.parametrize("leave", [Arm.home, Arm.reset])
+@pytest.mark.parametrize("firmware", ["mega5x", "fluidnc"])
+def test_a_board_that_starts_locked_is_in_standby_with_a_notice_until_it_is_homed_or_reset(
+    firmware, leave
+):
+    arm = found(homing_config(), firmware=firmware)
+    assert (arm.status.state, arm.status.notice_code) == (State.STANDBY, "E506")
+    assert "until it has homed" in arm.status.notice
+    arm.enable()
+    assert arm.status.notice_code == "E506"
+    leave(arm)
+    assert (arm.status.state, arm.status.notice) == (State.STANDBY, "")
+    arm.move_motors(1, 0, 0, 0, 0, 0)
+
+
+def test_a_board_that_was_asleep_when_its_link_came_back_is_unlocked_as_the_arm_is_enabled():
+    arm = ready(firmware="mega5x")
+    arm.disable()
+    locked = Alert(AlertKind.LOCKED, "the board is locked by an alarm")
+    alerted(arm.parts.core, locked, arm.status.time_s)
+    assert (arm.status.state, arm.status.notice_code) == (State.DISABLED, "E506")
+    arm.enable()
+    assert (arm.status.state, arm.status.notice) == (State.STANDBY, "")
 
 
 def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
@@ -251,8 +282,6 @@ def homing_config(groups=()):
 )
 def test_homing_ends_where_the_arm_file_says(firmware, groups):
     arm = found(homing_config(groups), firmware=firmware)
-    if arm.status.state is State.ERROR_STOP:  # it boots locked
-        arm.reset()
     arm.home()
     assert arm.status.trust is Trust.REFERENCED
     if not groups:
@@ -269,8 +298,6 @@ def test_a_search_that_finds_no_switch_ends_within_the_time_that_the_boards_sett
     made = homing_config()
     made = replace(made, device=replace(made.device, homing_s=290.0))
     arm = found(made, firmware=firmware)
-    if arm.status.state is State.ERROR_STOP:  # it boots locked
-        arm.reset()
     controller = arm.parts.core.controller
     announced_s = controller.search(made.homing.requests()[0]).time_s
     assert announced_s != made.device.homing_s  # what is assumed of a board that says nothing
@@ -317,8 +344,6 @@ def test_a_board_that_homes_slowly_has_the_time_that_its_settings_give(firmware,
     twin = simulate(made, firmware=firmware)
     twin.board.settings.values[25] = 5.0 * 60.0  # steps a minute
     arm = Arm(connect_simulated(made, twin=twin))
-    if arm.status.state is State.ERROR_STOP:  # it boots locked
-        arm.reset()
     began_s = arm.status.time_s
     arm.home()
     assert arm.status.time_s - began_s > least_s
@@ -349,8 +374,6 @@ def test_a_homing_command_that_was_changed_on_the_wire_references_nothing():
 def test_after_homing_that_failed_the_next_motion_begins_where_the_arm_stands(firmware):
     """Mission grbl 710001233: FluidNC drove on from where its search was to end."""
     arm = found(homing_config(), firmware=firmware)
-    if arm.status.state is State.ERROR_STOP:  # it boots locked
-        arm.reset()
     arm.twin.board.set_switch(0, SwitchState.OPEN)
     with pytest.raises(DeviceFault, match="did not find the switch"):
         arm.home()

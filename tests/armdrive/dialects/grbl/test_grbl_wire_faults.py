@@ -306,6 +306,18 @@ def test_nor_a_jog_an_output_or_a_servo(to):
     assert arm.status.state is State.STANDBY
 
 
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_jog_that_loses_its_axis_word_is_taken_by_the_board_and_noticed(firmware):
+    """The boards answer `$J=G91F3000` with ok, and move nothing."""
+    arm = ready(firmware=firmware)
+    bare = becoming(lambda line: re.sub(rb"X[-+0-9]+", b"", line))
+    arm.twin.link.to.append(Rule(rb"\$J=G91F[0-9.]+X", bare))
+    with pytest.raises(DeviceFault, match=r"off the path|registers differ"):
+        arm.jog_j(base_deg=2)
+    assert arm.twin.world.motors == arm.status.read_back
+    assert arm.status.trust is Trust.SUSPECT
+
+
 def test_on_a_wire_that_is_well_nothing_more_is_said():
     arm = ready()
     for _ in range(3):
