@@ -186,7 +186,9 @@ class Firmware:
     out after the banner. Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
     """
     answers_dropped: bool = True
-    """Whether a reset answers the line being executed with ok. Observed: not on FluidNC."""
+    """Whether a reset answers the line being executed with ok. Observed: not on FluidNC, and not on
+    grblHAL if homing fails or is reset.
+    """
     wakes_with_alarm: bool = False
     """Whether a reset out of sleep raises ALARM:3. Observed on FluidNC."""
 
@@ -290,7 +292,9 @@ class Firmware:
     the version of 4 January 2021 and later.
     """
     silent_in_homing: bool = True
-    """Whether `?` is unanswered while homing is under way."""
+    """Whether `?` is unanswered while homing is under way. Observed on grblHAL, which sends one
+    report as homing begins. Bit 12 of its $10 enables more; neither is built in here.
+    """
     explains: bool = False
     """Whether messages say how important they are, refusals and alarms come with words, and homing
     names its axes. Observed on FluidNC; the words are not its own.
@@ -366,6 +370,7 @@ _FIRMWARES = (
         reads_while_braking=False,
         killed=Killed.NEVER,
         resets_kept=1,
+        answers_dropped=False,
         homing=3.0,
         single_axis_bits=2,
         checks_limits=False,
@@ -380,7 +385,6 @@ _FIRMWARES = (
         report_bits=_EVERYTHING,
         empty_accessories=True,
         mute_in_critical=False,
-        silent_in_homing=False,
         factory=MappingProxyType(
             {REPORT: _EVERYTHING, SLEEP_ENABLE: 0.0}
             | dict(zip(HOMING_CYCLES, (4.0, 3.0, 0.0, 0.0, 0.0, 0.0), strict=True))

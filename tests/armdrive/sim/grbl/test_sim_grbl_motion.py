@@ -447,9 +447,12 @@ def test_the_board_is_silent_while_it_homes():
     assert bench.ask() is None
     bench.wait(10.0)
     assert bench.heard[-2] == "ok"
-    newer = Bench({**HOMING}, firmware="grblhal")
-    newer.say("$H", 0.5)
-    assert newer.ask().state is State.HOME
+    silent = Bench({**HOMING, 22: 3.0}, firmware="grblhal")
+    silent.say("$H", 0.5)
+    assert silent.ask() is None
+    reporting = Bench({**HOMING}, firmware="fluidnc")
+    reporting.say("$H", 0.5)
+    assert reporting.ask().state is State.HOME
 
 
 def test_a_switch_that_is_stuck_open_is_not_found():
