@@ -275,8 +275,8 @@ class Mission:
     def _bring_back(self) -> None:
         """Home; if the switches do not help, a person brings the arm to where it was found."""
         stage = self.stage
-        error = self._act("home", home)
-        if error is not None and stage.homes and not stage.twin.device.moving:
+        error, device = self._act("home", home), stage.twin.device
+        if error is not None and stage.homes and device.powered and not device.moving:
             self._note("  brought back by hand")
             stage.place_by_hand(*self._found_at)
 
