@@ -226,7 +226,8 @@ def drives(monkeypatch):
     link = twin.link
     monkeypatch.setattr(link, "close", lambda: None)
     monkeypatch.setattr("armdrive.transports.opening.open_link", lambda port, baud: link)
-    monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", DialogClock)
+    clock = DialogClock()  # one for all calls, as the drives' time goes on between them
+    monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", lambda: clock)
     person = SimulatedPerson(twin, print)
     person.unplug_all(len(plan_of(config).drives))
     answer = person.answer
