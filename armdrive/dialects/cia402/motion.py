@@ -67,8 +67,12 @@ class CyclicTrip:
         """Whether the arm is paused and stands on the path until the pause ends."""
         self.late_cycles = 0
         """How many cycles came late, or slowed down for a silent drive."""
-        self._rate, self._full_s = 1.0, 0.0
+        self._rate = 1.0
+        """The present share of the path's planned speed."""
+        self._full_s = 0.0
+        """How long slowing down from all of that speed takes."""
         self._held = False
+        """Whether the arm was paused at the last cycle."""
 
     @property
     def underruns(self) -> int:
