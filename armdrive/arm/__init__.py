@@ -567,7 +567,7 @@ class Arm:
         await self._parts.runner.stop()
         if stopped is not None and isinstance(stopped.error, NoAnswer):
             raise stopped.error
-        self._parts.runner.require_stoppable()
+        self._parts.runner.require_reachable()
 
     def estop(self) -> None:
         """Stop, latch error-stop, and return at once. Only `reset` leaves error-stop.
@@ -583,7 +583,7 @@ class Arm:
                 "emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP
             )
             self.request_stop(hard=True)
-        self._parts.runner.require_stoppable()
+        self._parts.runner.require_reachable()
 
     def request_stop(self, *, hard: bool = False) -> None:
         """Request a stop and return at once. A signal handler may call nothing but this."""

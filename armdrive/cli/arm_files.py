@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.connect.target import DEFAULT_TARGET, SIM, Target, find
-from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
+from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry.arm_files import ENDING, arm_path, arm_paths
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
@@ -98,18 +97,6 @@ def chosen_target(options: argparse.Namespace) -> Target:
     if options.sim:
         return find(f"{SIM}{options.sim}")
     return find(options.arm or default_arm())
-
-
-def chosen_names(options: argparse.Namespace) -> list[str]:
-    """Return the names under which a program may hold the arm that the options name."""
-    target = chosen_target(options)
-    names = [target.config.name]
-    if not target.simulated:
-        from armdrive.connect.port import PortOpening  # a simulated arm has no port
-
-        with contextlib.suppress(PortUnavailable):  # the arm itself may still be held
-            names.append(PortOpening(target.config).find())
-    return names
 
 
 def chosen_points(options: argparse.Namespace) -> tuple[ArmConfig, Points]:

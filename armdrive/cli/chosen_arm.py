@@ -14,7 +14,7 @@ from pathlib import Path
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.drive.control_requests import ask
+from armdrive.cli.holders import ask
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import tell
 from armdrive.config.arm import ArmConfig

@@ -85,19 +85,21 @@ def _status(arm: ArmConnection, _: Json) -> Iterator[Json]:
 def _stop(arm: ArmConnection, _: Json) -> Iterator[Json]:
     runner = arm.runner
     runner.request_stop(elsewhere=True)
-    runner.require_stoppable()
+    runner.require_reachable()
     yield {"done": "stop"}
 
 
 def _pause(arm: ArmConnection, _: Json) -> Iterator[Json]:
     runner = arm.runner
     runner.pause()
-    runner.require_stoppable("pause")
+    runner.require_reachable("pause")
     yield {"done": "pause"}
 
 
 def _resume(arm: ArmConnection, _: Json) -> Iterator[Json]:
-    arm.runner.resume()
+    runner = arm.runner
+    runner.resume()
+    runner.require_reachable("resume")
     yield {"done": "resume"}
 
 

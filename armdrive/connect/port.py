@@ -76,6 +76,14 @@ class PortOpening:
         return port if address.ids else str(replace(address, ids=frozenset(self._ids)))
 
 
+def lock_names(config: ArmConfig) -> tuple[str, ...]:
+    """Return the names under which a program may hold a real arm: its own, and that of its port."""
+    try:
+        return config.name, PortOpening(config).find()
+    except PortUnavailable:  # a program may hold the arm whose adapter has been pulled out
+        return (config.name,)
+
+
 # Explaining a failed connection: which device answered instead of the expected one.
 
 MOST_BYTES = 4096  # received bytes that are examined

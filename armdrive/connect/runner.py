@@ -181,8 +181,8 @@ class TaskRunner:
         if (broken := self.engine.broken) is not None:
             raise type(broken)(str(broken))
 
-    def require_stoppable(self, request: str = "stop") -> None:
-        """Raise `LinkLost` if a stop, or a pause, cannot reach the arm."""
+    def require_reachable(self, request: str = "stop") -> None:
+        """Raise `LinkLost` if a request of this kind cannot reach the arm."""
         broken = self.engine.broken
         if isinstance(broken, LinkLost):
             raise LinkLost(

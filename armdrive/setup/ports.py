@@ -15,7 +15,7 @@ from armdrive.dialog import Finding, Grade, note, ok, parted, problem
 from armdrive.errors import ArmError, NoSuchPort, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry.arm_files import arm_paths, load_arm
-from armdrive.storage.lock_client import ask_holder
+from armdrive.storage.lock_client import is_held, name_held
 from armdrive.text.reading import is_there
 from armdrive.text.toml import value as toml
 from armdrive.transports import ports as system
@@ -82,16 +82,6 @@ def same_port(one: str, other: str) -> bool:
     if "://" in one or "://" in other:
         return one == other
     return os.path.realpath(one) == os.path.realpath(other)
-
-
-def held_by_armdrive(port: str, arms: Iterable[str] = ()) -> str:
-    """Return the name of the arm for which an armdrive program holds a port, or an empty text."""
-    # a program listens under the name that it was given: the port, its real name, or an arm's
-    for name in (*((port, os.path.realpath(port)) if port else ()), *arms):
-        with contextlib.suppress(ArmError):
-            status = ask_holder(name, "status")
-            return str(status.get("arm") or name)
-    return ""
 
 
 # A port that is looked at, and not opened.
@@ -187,7 +177,8 @@ def look_at(
         return ClosedPort(port, (_refused(port, absent),), openable=False)
     info = info_of(port, system.list_ports() if listed is None else listed)
     free = info.readable and info.holder is None
-    driven = held_by_armdrive(port, known.arms) if info.holder is not None else ""
+    arm = name_held(*known.arms, port)
+    driven = arm if info.holder is not None and is_held(arm) else ""
     openable = ", and you may open it" if free else ""
     found = [ok(f"{port} is there{_described(info)}{openable}"), *known.findings]
     if not info.readable:
@@ -244,10 +235,13 @@ def _in_use(port: str, arm: str) -> Finding:
     """Return the finding for a port that a program has open, perhaps to drive an arm."""
     if not arm:
         return _refused(port, OSError(errno.EBUSY, os.strerror(errno.EBUSY)))
-    status = command_line("status", "--arm", arm)
+    # a program that was given the port itself knows no other name
+    by_port = same_port(arm, port)
+    drives = "an arm" if by_port else arm
+    asks = "" if by_port else f"`{command_line('status', '--arm', arm)}` asks it, "
     return problem(
-        f"{port} is in use: an armdrive program drives {arm} on it",
-        f"end that program; `{status}` asks it, `armdrive stop` stops it",
+        f"{port} is in use: an armdrive program drives {drives} on it",
+        f"end that program; {asks}`armdrive stop` stops it",
     )
 
 

@@ -114,6 +114,12 @@ def name_held(*names: str) -> str:
     return names[0] if notice is None else str(notice.get("arm", names[0]))
 
 
+def is_held(name: str) -> bool:
+    """Return whether a program holds an arm by this name and takes requests, if perhaps slowly."""
+    notice = notice_of(name)
+    return notice is not None and not was_killed(notice)
+
+
 def holder_words(name: str) -> str:
     """Describe the program that holds an arm."""
     notice = notice_of(name)

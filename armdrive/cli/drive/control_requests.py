@@ -3,48 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from pathlib import Path
 
-from armdrive.cli.options import names_arm
+from armdrive.cli.holders import ask, chosen_holders
 from armdrive.cli.presenter import Result
 from armdrive.errors import ArmError, BadRequest, HolderError
 from armdrive.storage.files import require_free, write_named
-from armdrive.storage.lock_client import ask_holder, held_arms, name_held
-
-
-def chosen_holders(options: argparse.Namespace) -> list[str]:
-    """Return the arm that the options name, or else every arm that a program is driving."""
-    if not names_arm(options):
-        return held_arms()
-    # loads everything that drives an arm; `armdrive stop` without a name does not wait for that
-    from armdrive.cli.arm_files import chosen_names
-
-    return [name_held(*chosen_names(options))]
-
-
-def one_holder(options: argparse.Namespace) -> str:
-    """Return the one arm that is being driven.
-
-    Raises `HolderError` if there is none, and `BadRequest` if there are several.
-    """
-    names = chosen_holders(options)
-    if len(names) == 1:
-        return names[0]
-    if not names:
-        raise HolderError(
-            "no program of yours is driving an arm: start one in another terminal, such as "
-            "`armdrive jog`"
-        )
-    raise BadRequest(f"several arms are being driven ({', '.join(names)}): name one with --arm")
-
-
-def ask(name: str, request: str, **words: object) -> Mapping[str, object]:
-    """Send a request to the program that drives an arm. Raises `HolderError` if it refuses."""
-    answer = ask_holder(name, request, **words)
-    if "error" in answer and "state" not in answer:
-        raise HolderError(str(answer["error"]))
-    return answer
+from armdrive.storage.lock_client import ask_holder
 
 
 def _ask_all(

@@ -9,6 +9,7 @@ from pathlib import Path
 import tui
 from armdrive.cli.arm_files import chosen_target, default_arm
 from armdrive.cli.chosen_arm import connect_chosen, switch_on_settled
+from armdrive.cli.holders import held_name
 from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.options import names_arm
@@ -20,6 +21,7 @@ from armdrive.programs.language import ENDING
 from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
 from armdrive.storage import files as places
+from armdrive.storage.lock_client import is_held
 from armdrive.text.reading import read_text
 from kinematics.textbook.systems import MODEL_NAMES, system
 from tui.keys.keyboard import Keyboard, as_rows, as_text, keyboard_of
@@ -95,8 +97,14 @@ def _hint(options: argparse.Namespace, keys: Keyboard) -> str:
 
 
 def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
-    """Watch an arm that another program drives: that moves nothing, and needs no question."""
-    end = watch_on_screen(chosen_target(options).config, ascii_only=options.ascii)
+    """Watch an arm that another program drives: that moves nothing, and needs no question.
+
+    Raises the error if that program cannot be asked, as while it is connecting.
+    """
+    name = held_name(options)
+    if not is_held(name):
+        raise error
+    end = watch_on_screen(name, chosen_target(options).config, ascii_only=options.ascii)
     say(f"the arm was watched, not driven: {error}")
     return end
 

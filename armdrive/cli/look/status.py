@@ -18,7 +18,7 @@ from typing import Any
 import tui
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen, held_config
-from armdrive.cli.drive.control_requests import ask, one_holder
+from armdrive.cli.holders import ask, held_name, one_holder
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmInUse, SettingsDiffer, StateFileError
@@ -39,7 +39,7 @@ from armdrive.status import (
     status_view,
     which_arm,
 )
-from armdrive.storage.lock_client import holder_words, notice_of, was_killed, watch_holder
+from armdrive.storage.lock_client import holder_words, is_held, watch_holder
 from kinematics.text import mm_text, sentence, tenths
 
 
@@ -49,13 +49,13 @@ def status(options: argparse.Namespace) -> Result:
         with contextlib.closing(connect_chosen(options, reads=True)) as arm:
             view: Mapping[str, Any] = status_view(arm.status)
     except (ArmInUse, StateFileError):
-        name = chosen_target(options).config.name
         # on a disk that has become read-only, a program may drive the arm all the same
-        notice = notice_of(name)
-        if notice is None or was_killed(notice):
-            raise  # perhaps its port is in use, for another arm
+        name, own = held_name(options), chosen_target(options).config.name
+        if not is_held(name):
+            raise
         view = ask(name, "status")
-        held = f"{holder_words(name)} is driving this arm."
+        which = "this arm" if name == own else f"{name}, the port of {own}"
+        held = f"{holder_words(name)} is driving {which}."
         return Result(view, itertools.chain((held, ""), status_lines(view, options)))
     return Result(view, status_lines(view, options))
 
@@ -64,7 +64,7 @@ def watch(options: argparse.Namespace) -> int:
     """Print a line whenever something changes in an arm that another program drives."""
     name = one_holder(options)
     if options.screen:
-        return watch_on_screen(held_config(options, name))
+        return watch_on_screen(name, held_config(options, name))
     lines = Watched()
     tell(options, f"watching {name}; Ctrl-C ends this command and does not stop the arm")
     with contextlib.suppress(KeyboardInterrupt):
@@ -73,10 +73,13 @@ def watch(options: argparse.Namespace) -> int:
     return 0
 
 
-def watch_on_screen(config: ArmConfig, *, ascii_only: bool = False) -> int:
-    """Draw an arm that another program drives until the user leaves; return the exit code."""
+def watch_on_screen(name: str, config: ArmConfig, *, ascii_only: bool = False) -> int:
+    """Draw an arm that another program holds by a name, until the user leaves.
+
+    Return the exit code.
+    """
     require_screen("watching on a screen", "leave out --screen for lines of text")
-    return tui.run_watch(config.name, config.model, ascii_only=ascii_only)
+    return tui.run_watch(name, config.model, ascii_only=ascii_only)
 
 
 # A status in words.

@@ -7,7 +7,7 @@ import re
 import time
 
 from armdrive.cli.chosen_arm import held_config
-from armdrive.cli.drive.control_requests import one_holder
+from armdrive.cli.holders import one_holder
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.errors import BadRequest, Refused
 from armdrive.errors.printable import command_line

@@ -28,7 +28,7 @@ from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.control_socket import serve_stop
-from armdrive.connect.port import PortOpening
+from armdrive.connect.port import PortOpening, lock_names
 from armdrive.connect.target import find, require_real_ports, simulation_forced
 from armdrive.dialects import Language
 from armdrive.dialects.bus.tools import BusTools, UnitKeys
@@ -50,12 +50,11 @@ from armdrive.setup.commissioning import CommissioningOutcome, measure_units, wa
 from armdrive.setup.dialog_runner import DialogClock, RealClock, drive_dialog
 from armdrive.setup.filing import after_writing, propose_drives, propose_keys, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
-from armdrive.setup.ports import held_by_armdrive
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import kept_aside, require_writable
-from armdrive.storage.lock_client import holder_words, tap_holder
+from armdrive.storage.lock_client import holder_words, is_held, name_held, tap_holder
 from armdrive.tasks import MeasuredUnits
 from armdrive.text.reading import is_there
 from armdrive.transports import opening, ports
@@ -81,9 +80,8 @@ def monitor(options: argparse.Namespace) -> int:
     try:
         link = opening.open_link(str(address), 0)
     except PortInUse as error:
-        arms = () if config is None else (config.name,)
-        name = held_by_armdrive(options.port or "", arms)
-        if not name:
+        name = name_held(*((options.port,) if config is None else lock_names(config)))
+        if not is_held(name):
             raise PortInUse(f"{error}. {ONE_PROGRAM}") from None
         frames = held_frames(name, options.seconds, _passed_over)
         tell(options, f"{holder_words(name)} holds {name}: these are its frames")

@@ -132,8 +132,8 @@ def test_a_stop_that_cannot_reach_the_arm_does_not_end_well(connected, dialect, 
 
 
 @two_kinds
-@pytest.mark.parametrize("word", ["stop", "pause"])
-def test_another_program_learns_that_its_stop_did_not_reach_the_arm(connected, dialect, word):
+@pytest.mark.parametrize("word", ["stop", "pause", "resume"])
+def test_another_program_learns_that_its_request_did_not_reach_the_arm(connected, dialect, word):
     arm = connected(dialect)
     arm.twin.faults.add("unplug")
     arm.sleep(0.5)

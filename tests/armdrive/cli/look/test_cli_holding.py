@@ -9,12 +9,14 @@ from itertools import count
 
 import pytest
 from amounts import every_row
-from cli_calls import write_arm_file
+from cli_calls import write_bench
 from waiting import FOREVER_S, soon, until
 
+import tui
 from armdrive import Stopped
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_remembered
+from armdrive.cli.drive import jog
 from armdrive.cli.look import status
 from armdrive.cli.look.status import INKS, Watched, next_step, status_lines
 from armdrive.cli.presenter import Inked
@@ -47,18 +49,46 @@ def test_commands_that_need_the_arm_name_its_holder(call, held, monkeypatch):
 
 
 def test_the_status_of_an_arm_whose_port_another_arm_holds_names_the_port(call):
-    write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/ttyACM9"\n')
+    write_bench("/dev/ttyACM9")
     with arm_lock.hold("other", "/dev/ttyACM9"):
         assert "/dev/ttyACM9 is held" in call.refused("status", "--arm", "bench", code=4)
 
 
-def test_an_arm_that_another_program_drives_by_its_port_is_stopped_by_its_name(call, arm):
+@pytest.fixture
+def held_by_port(arm):
+    """The port of the arm file "bench", which another program was given by its name."""
     port = "/dev/ttyACM9"
-    write_arm_file("bench", f'model = "teachmover"\n[connection]\nport = "{port}"\n')
+    write_bench(port)
     with arm_lock.hold(port) as lock:
         serve(lock, arm)
-        assert f"asked {port} to stop" in call("stop", "--arm", "bench", code=0).out
+        yield port
+
+
+def test_every_command_finds_the_program_that_holds_the_port_of_a_named_arm(
+    call, held_by_port, monkeypatch
+):
+    assert f"asked {held_by_port} to stop" in call("stop", "--arm", "bench", code=0).out
+    said = call("status", "--arm", "bench", code=0).out
+    assert f"is driving {held_by_port}, the port of bench" in said
+    watched = []
+    monkeypatch.setattr(jog, "require_screen", lambda *_: None)
+    monkeypatch.setattr(status, "require_screen", lambda *_: None)
+    monkeypatch.setattr(tui, "run_watch", lambda name, *_, **__: watched.append(name) or 0)
+    for words in (("jog",), ("watch", "--screen")):
+        call(*words, "--arm", "bench", code=0)
+    assert watched == [held_by_port, held_by_port]
+
+
+def test_an_arm_whose_port_was_given_back_is_held_by_no_program(call):
+    write_bench("/dev/ttyACM9")
     assert "no program holds bench" in call("stop", "--arm", "bench", code=1).out
+
+
+def test_an_arm_that_is_only_being_connected_is_not_watched(call, monkeypatch):
+    write_bench("/dev/ttyACM9")
+    monkeypatch.setattr(jog, "require_screen", lambda *_: None)
+    with arm_lock.hold("/dev/ttyACM9"):
+        assert "/dev/ttyACM9 is held" in call.refused("jog", "--arm", "bench", code=4)
 
 
 def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):

@@ -202,7 +202,7 @@ def test_a_busy_adapter_is_reported_with_an_alternative(call, bus):
 @needs_pty
 def test_the_notice_of_a_killed_program_holds_no_bus(call, bus):
     left = notice_path(bus.beside, "holder")
-    replace_file(left, json.dumps({"address": f"{left}.gone"}))
+    replace_file(left, json.dumps({"address": str(left.with_name("gone"))}))
     with contextlib.closing(open_link(bus.beside, 0)):
         assert "a second adapter" in call.refused("can", "monitor", bus.beside, code=4)
 

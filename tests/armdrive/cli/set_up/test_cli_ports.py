@@ -2,6 +2,7 @@
 
 import os
 import sys
+from dataclasses import replace
 
 import pytest
 import serial
@@ -62,14 +63,23 @@ def test_the_holder_of_a_port_is_named(call, adapter):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
 def test_an_arm_that_armdrive_drives_on_a_port_is_named(call, adapter):
-    from dataclasses import replace
-
     write_bench(adapter)
     config = replace(simulated_config("teachmover"), name="bench")
     with adapter.open(), connect_remembered(config, pace="real"):
         (seen,) = call("ports", "--json", code=0).json["ports"]
         assert seen["holder"]["arm"] == "bench"
-        assert "an armdrive program drives bench on it" in call("ports", code=0).out
+        said = call("ports", code=0).out
+    assert "an armdrive program drives bench on it" in said
+    assert "`armdrive status --arm bench` asks it" in said
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+def test_a_program_that_was_given_the_port_itself_is_not_asked_by_an_arms_name(call, adapter):
+    config = replace(simulated_config("teachmover"), name=str(adapter))
+    with adapter.open(), connect_remembered(config, pace="real"):
+        said = call("ports", code=0).out
+    assert "an armdrive program drives an arm on it" in said
+    assert "--arm" not in said
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
