@@ -14,12 +14,13 @@ import threading
 import warnings
 import weakref
 from collections.abc import Callable
+from logging import getLogger
 from typing import Any
 
 from armdrive.blocking import Wait, run_blocking
 from armdrive.connect.port import Reconnector
 from armdrive.connect.runner import PATIENCE_S, TaskRunner
-from armdrive.errors import ArmInUse, NoAnswer, WrongState
+from armdrive.errors import ArmError, ArmInUse, NoAnswer, WrongState
 from armdrive.runtime.engine import closed_for_good
 from armdrive.runtime.states import Event
 from armdrive.status import State, Status
@@ -27,6 +28,9 @@ from armdrive.storage.arm_lock import ArmLock, hold
 
 ProgramView = Callable[[], dict[str, Any]]
 """Returns the progress of a running program, as plain data."""
+
+LOGGER = "armdrive"
+"""The log of what no call can report."""
 
 CLOSING_S = 10.0
 """Closing waits at most this long for the disk to record the arm's position."""
@@ -133,9 +137,19 @@ class ArmConnection:
 
     def _close_at_exit(self) -> None:
         if self._closing is None:
-            run_blocking(self.close())
+            self._close_uncalled()
         else:
             self._closing.join()
+
+    def _close_uncalled(self) -> None:
+        """Close an arm that its program did not close; what goes wrong is a line of the log.
+
+        Without a handler for the log, Python prints such a line on the error output.
+        """
+        try:
+            run_blocking(self.close())
+        except ArmError as error:
+            getLogger(LOGGER).critical("armdrive: closing %s: %s", self.core.config.name, error)
 
     def _lost(self) -> None:
         """Close an arm that the program has lost, in a thread.
@@ -144,7 +158,7 @@ class ArmConnection:
         """
         if self.closed or self.engine.forked:
             return
-        closing = ClosingThread(lambda: run_blocking(self.close()))
+        closing = ClosingThread(self._close_uncalled)
         with contextlib.suppress(RuntimeError):  # no thread is left: closed at the program's end
             closing.start()
             self._closing = closing

@@ -7,7 +7,7 @@ an open link and connects. `Arm(parts)` adds the public calls.
 from __future__ import annotations
 
 import math
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -123,10 +123,11 @@ async def assemble(
 ) -> Parts:
     """Connect over an open link; moves nothing. Raises `NoAnswer` if the arm does not answer.
 
+    A link of which no arm comes is closed by its opener.
+
     Without a `record_store`, the position is forgotten at the end of the program.
     """
     with ExitStack() as opened:  # of an arm that does not connect, nothing stays open
-        opened.callback(link.close)
         controller = dialect(config.connection.dialect).controller(config)
         # in simulated time a disk takes no time: the record is written at once
         wake = pace.wake if isinstance(pace, RealPace) and record_store is not None else None
@@ -280,11 +281,12 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
     wiring = PortOpening(config)
     with ExitStack() as opened:
         lock = opened.enter_context(hold_arm(config.name, wiring.find()))
+        link = opened.enter_context(closing(wiring.open()))
         recorder = FlightRecorder(places.recordings())
         with explaining(recorder.ring.entries, config.connection):
             parts = await coroutine_of(assemble)(
                 config,
-                wiring.open(),
+                link,
                 RealPace(),
                 simulated=False,
                 record_store=RecordFile(state_file(config.name)),

@@ -58,14 +58,15 @@ class PortOpening:
     def open(self) -> Link:
         """Open the port under its present name; sends nothing. Raises `PortUnavailable`."""
         port = self.find()
+        known = self._serial_number
+        serial_number = known or ("" if scheme(port) else ports.serial_number_of(port))
         link = opening.open_link(
             self._filtered(port),
             self._connection.baud,
             raise_dtr=self._connection.raise_dtr,
             keep_dtr_on_close=self._connection.keep_dtr_on_close,
         )
-        if not self._serial_number and not scheme(port):
-            self._serial_number = ports.serial_number_of(port)
+        self._serial_number = serial_number
         return link
 
     def _filtered(self, port: str) -> str:

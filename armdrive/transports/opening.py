@@ -56,7 +56,11 @@ def open_can_link(port: str) -> CanLink:
     """Open `can:INTERFACE:CHANNEL?...`, or raise `PortUnavailable` or `BadRequest`."""
     address = CanAddress.parse(port)
     bus, name = open_bus(address)
-    return CanLink(bus, name, address.ids)
+    try:
+        return CanLink(bus, name, address.ids)
+    except BaseException:  # as Ctrl-C: the threads of a driver would outlive this program
+        bus.shutdown()
+        raise
 
 
 def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:

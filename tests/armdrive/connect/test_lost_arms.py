@@ -15,6 +15,8 @@ from armdrive.connect.connection import ClosingThread
 from armdrive.errors import ArmInUse
 from armdrive.status import State
 from armdrive.storage.lock_client import ask_holder, held_arms, watch_holder
+from armdrive.transports import opening
+from armdrive.transports.link import AbsentLink
 
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
@@ -126,6 +128,29 @@ def test_a_program_that_ends_just_after_losing_an_arm_saves_its_position(there):
         assert 2.0 <= again.joints.base_deg < 30.0
 
 
+UNCONFIRMED = """
+import sys
+from armdrive import Arm, NoAnswer
+from armdrive.connect.runner import TaskRunner
+
+async def unconfirmed(runner):
+    raise NoAnswer("the arm did not confirm that it has stopped: look at it")
+
+TaskRunner.stop = unconfirmed
+arm = Arm.connect(sys.argv[1], dialect="teachmover")
+if sys.argv[2] == "loses it":
+    del arm
+"""
+
+
+@pytest.mark.parametrize("program", ["loses it", "ends with it"])
+def test_a_stop_that_an_unclosed_arm_does_not_confirm_is_told_in_one_sentence(there, program):
+    words = [sys.executable, "-c", UNCONFIRMED, there.port, program]
+    ended = subprocess.run(words, capture_output=True, text=True, check=True)
+    did_not = "the arm did not confirm that it has stopped: look at it"
+    assert ended.stderr == f"armdrive: closing {there.port}: {did_not}\n"
+
+
 def test_connecting_waits_for_a_lost_arm_to_be_closed(there):
     arm = connect(there)
     with pytest.warns(ResourceWarning):
@@ -226,6 +251,22 @@ def test_ctrl_c_between_the_open_port_and_the_arm_closes_the_port(there, monkeyp
         else:
             pytest.fail("it was not interrupted")
     Arm.connect(there.port, dialect="teachmover").close()
+
+
+@pytest.mark.parametrize("gap", ["parts.assemble", "parts.Core", "port.ports.serial_number_of"])
+def test_ctrl_c_after_the_opening_of_a_link_leaves_none_open(monkeypatch, gap):
+    opened, closed = [], []
+    link = AbsentLink("a link")
+    monkeypatch.setattr(link, "close", lambda: closed.append(link))
+    monkeypatch.setattr(opening, "open_link", lambda *_, **__: opened.append(link) or link)
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(f"armdrive.connect.{gap}", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        Arm.connect("/dev/none", dialect="teachmover")
+    assert closed == opened
 
 
 def test_a_warning_that_raises_closes_a_lost_arm_nevertheless(there, monkeypatch):

@@ -23,7 +23,7 @@ from armdrive.errors import (
     PortInUse,
     PortUnavailable,
 )
-from armdrive.transports import can_link, ports
+from armdrive.transports import can_link, opening, ports
 from armdrive.transports.address import CanAddress, is_can, scheme
 from armdrive.transports.can_health import BusState
 from armdrive.transports.opening import _filters, open_link
@@ -289,6 +289,20 @@ CASES = [
     ("can:pcan:X", RuntimeError(), PortUnavailable, "RuntimeError"),
     ("can:slcan:/dev/ttyACM0", os_error(errno.EBUSY), PortInUse, "is in use"),
 ]  # fmt: skip
+
+
+def test_ctrl_c_between_the_bus_and_its_link_shuts_the_bus_down(monkeypatch):
+    def interrupted(bus, *_):
+        buses.append(bus)
+        raise KeyboardInterrupt
+
+    buses = []
+    monkeypatch.setattr(opening, "CanLink", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        open_link("can:virtual:interrupted", 0)
+    (bus,) = buses
+    with pytest.raises(can.CanOperationError):
+        bus.recv(0.0)
 
 
 def test_an_interface_that_returns_a_programs_own_frames_is_refused():
