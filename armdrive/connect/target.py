@@ -12,7 +12,14 @@ from armdrive.config.sections import Connection
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry import DEFAULT, DIALECTS, dialect
-from armdrive.registry.arm_files import ENDING, arm_path, arm_paths, load_arm, preset_arm
+from armdrive.registry.arm_files import (
+    ENDING,
+    arm_path,
+    arm_paths,
+    ending_hint,
+    load_arm,
+    preset_arm,
+)
 from armdrive.storage import files as places
 from armdrive.text.reading import is_there
 from armdrive.transports.address import is_can
@@ -53,7 +60,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
         raise BadRequest(
             f"which dialect does the arm on {name} speak? Give dialect= (or --dialect), one of "
             f"{', '.join(DIALECTS)}; `{command_line('doctor', name)}` finds it out without moving "
-            "anything"
+            f"anything{ending_hint(name)}"
         )
     row = dialect(dialect_name)
     connection = Connection(row.name, name, baud or row.baud, row.raise_dtr)
@@ -139,5 +146,5 @@ def _unknown(name: str) -> str:
     hint = suggestion(name, known)
     return (
         f"no arm is called {name!r}: known are {', '.join(known)}{hint}. Arm files are looked for "
-        f"in {folder}; a port is written in full, for example /dev/ttyUSB0"
+        f"in {folder}; a port is written in full, for example /dev/ttyUSB0{ending_hint(name)}"
     )

@@ -25,6 +25,20 @@ def test_an_arm_file_is_chosen_by_name_and_by_path(call, tmp_path):
     assert "other names no port" in sentence
 
 
+@pytest.mark.parametrize("there", [True, False])
+@pytest.mark.parametrize("name", ["./j.json", "j.json"])
+def test_a_file_with_another_ending_is_told_how_arm_files_end(
+    call, tmp_path, monkeypatch, name, there
+):
+    monkeypatch.chdir(tmp_path)
+    if there:
+        (tmp_path / name).write_text("{}")
+    for words in (("status", "--arm"), ("config", "show"), ("config", "set-default")):
+        assert "arm files end in .toml" in call.refused(*words, name, code=2)
+    assert "arm files end in .toml" in call("config", "check", name, code=2).out
+    assert "end in .toml" not in call.refused("status", "--arm", "/dev/ttyUSB0", code=2)
+
+
 def test_of_several_defaults_the_nearest_is_used_and_an_option_before_them_all(call, monkeypatch):
     write_bench(name="default")
     assert "/dev/none" in call.refused("status", code=4)
