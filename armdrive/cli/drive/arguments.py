@@ -45,6 +45,14 @@ def _again(action: argparse.ArgumentParser) -> None:
     add_switches(action, {"--again": "overwrite a point of that name"})
 
 
+def _how_it_moves(action: argparse.ArgumentParser) -> None:
+    action.add_argument("--speed", type=parse_speed, default=1.0, help=SPEED_HELP)
+    add_switches(
+        action, {"--preview": "show the motion with its solutions and margins; moves nothing"}
+    )
+    add_allow_restored(action)
+
+
 # --- disable
 
 
@@ -246,12 +254,7 @@ def _move(parser: argparse.ArgumentParser) -> None:
         "--gripper", type=number, metavar="MM", help="open or close the gripper to this width"
     )
     add_switches(parser, {"--park": "go to the park posture"})
-    parser.add_argument("--speed", type=parse_speed, default=1.0, help=SPEED_HELP)
-    add_switches(
-        parser,
-        {"--preview": "show the motion with its solutions and margins; moves nothing"},
-    )
-    add_allow_restored(parser)
+    _how_it_moves(parser)
     add_arm_options(parser)
 
 
@@ -352,16 +355,14 @@ def _pendant(parser: argparse.ArgumentParser) -> None:
 
 
 def _point_go(action: argparse.ArgumentParser) -> None:
-    add_allow_restored(action)
     add_switches(action, {"--line": "along a straight line"})
-    action.add_argument("--speed", type=parse_speed, default=1.0, help=SPEED_HELP)
-    add_switches(action, {"--preview": "show the motion; moves nothing"})
+    _how_it_moves(action)
 
 
 def _point_save(action: argparse.ArgumentParser) -> None:
-    add_allow_restored(action)
     action.add_argument("--note", default="", help="what the point is for")
-    add_switches(action, {"--again": "overwrite a point of that name"})
+    _again(action)
+    add_allow_restored(action)
 
 
 def _offset(action: argparse.ArgumentParser) -> None:
