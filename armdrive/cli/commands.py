@@ -27,7 +27,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
         "run": ("program.run:run", "run or check a program"),
         "teach": ("program.teach:record", "record a taught program"),
         "shell": ("program.shell:run", "type program words"),
-        "pendant": ("drive", "copy the arm's program"),
+        "pendant": ("program", "copy the arm's program"),
         "demo": ("program.demo:run", "watch blocks being stacked"),
     },
     "Set up": {

@@ -284,6 +284,19 @@ def _add_choice(parser: argparse.ArgumentParser, otherwise: str) -> argparse._Ar
     return group
 
 
+def naming(*words: str, more: Declare | None = None) -> Declare:
+    """Return a function that declares names, the action's own options, and the arm."""
+
+    def declare(action: argparse.ArgumentParser) -> None:
+        for word in words:
+            action.add_argument(word, metavar=word.upper())
+        if more is not None:
+            more(action)
+        add_arm_options(action)
+
+    return declare
+
+
 EVERY_DRIVEN = "every arm that your programs are driving"
 ONLY_DRIVEN = "the only arm that your programs are driving"
 

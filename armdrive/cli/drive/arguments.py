@@ -18,6 +18,7 @@ from armdrive.cli.options import (
     add_driven_arm_options,
     add_force_option,
     add_switches,
+    naming,
 )
 from armdrive.errors import BadRequest
 from armdrive.runtime.overrides import LEAST_OVERRIDE
@@ -26,19 +27,6 @@ from kinematics.spaces import JOINT_NAMES, POSE_FIELDS
 from tui.keys.layouts import LAYOUTS
 
 # --- options that several actions share
-
-
-def _naming(*words: str, more: Declare | None = None) -> Declare:
-    """Return a function that declares names, the action's own options, and the arm."""
-
-    def declare(action: argparse.ArgumentParser) -> None:
-        for word in words:
-            action.add_argument(word, metavar=word.upper())
-        if more is not None:
-            more(action)
-        add_arm_options(action)
-
-    return declare
 
 
 def _again(action: argparse.ArgumentParser) -> None:
@@ -290,67 +278,6 @@ def _pause(parser: argparse.ArgumentParser) -> None:
     add_driven_arm_options(parser, EVERY_DRIVEN)
 
 
-# --- pendant
-
-
-def _into_file(action: argparse.ArgumentParser) -> None:
-    add_force_option(action)
-    add_allow_restored(action)
-
-
-def _into_arm(action: argparse.ArgumentParser) -> None:
-    add_switches(
-        action,
-        {
-            "--yes": "do not ask before writing",
-            "--leave-others": "keep rows that are not in the file",
-        },
-    )
-    add_switches(
-        action.add_mutually_exclusive_group(),
-        {
-            "--shift": "change the numbers, so that rows lead to the same places as before",
-            "--as-is": "write the numbers as they are, wherever they lead now",
-        },
-    )
-    add_allow_restored(action)
-
-
-PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType({
-    "show": Action("print the program in the arm, row by row",
-                   "program.pendant:show", _naming(more=add_allow_restored)),
-    "read": Action("copy the program from the arm to a file",
-                   "program.pendant:read", _naming("file", more=_into_file)),
-    "write": Action("copy a file to the arm, and check it by reading it back",
-                    "program.pendant:write", _naming("file", more=_into_arm)),
-    "program": Action("make a program and its points from a file",
-                      "program.pendant:make_program",
-                      _naming("file", "program", more=add_force_option)),
-    "make": Action("make a file from a program of joint motions",
-                   "program.pendant:make_rows", _naming("program", "file", more=_into_file)),
-})  # fmt: skip
-"""Every action of `pendant`."""
-
-
-def _pendant(parser: argparse.ArgumentParser) -> None:
-    """Copy the program in the arm's own memory to a file and back.
-
-    Nothing moves. The file is text, which you can read, compare and edit.
-
-    Examples:
-      armdrive pendant make stack.arm stack.pendant      make a file from a program
-      armdrive pendant write stack.pendant               copy the file to the arm
-      armdrive pendant show                              print the program in the arm
-      armdrive pendant read monday.pendant               copy the program to a file
-      armdrive pendant write monday.pendant --shift      and back, after the arm was homed again
-      armdrive pendant program monday.pendant tower.arm  as a program and its points
-
-    Every action prints JSON with --json.
-
-    """
-    add_actions(parser, PENDANT_ACTIONS)
-
-
 # --- points
 
 
@@ -386,23 +313,23 @@ def _offset(action: argparse.ArgumentParser) -> None:
 
 POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "list": Action("list the points, and the file they are in",
-                   "drive.points:list_points", _naming()),
+                   "drive.points:list_points", naming()),
     "show": Action("show a point",
-                   "drive.points:show", _naming("name")),
+                   "drive.points:show", naming("name")),
     "save": Action("save the arm's present place under a name; moves nothing",
-                   "drive.move:save_point", _naming("name", more=_point_save)),
+                   "drive.move:save_point", naming("name", more=_point_save)),
     "go": Action("move the arm to a point",
-                 "drive.move:go_to_point", _naming("name", more=_point_go)),
+                 "drive.move:go_to_point", naming("name", more=_point_go)),
     "rename": Action("rename a point",
-                     "drive.points:rename", _naming("name", "new")),
+                     "drive.points:rename", naming("name", "new")),
     "delete": Action("delete a point",
-                     "drive.points:delete", _naming("name")),
+                     "drive.points:delete", naming("name")),
     "copy": Action("copy a point",
-                   "drive.move:derive_point", _naming("name", "new", more=_again)),
+                   "drive.point_copies:derive", naming("name", "new", more=_again)),
     "mirror": Action("copy a point with left and right exchanged",
-                     "drive.move:derive_point", _naming("name", "new", more=_again)),
+                     "drive.point_copies:derive", naming("name", "new", more=_again)),
     "offset": Action("copy a point to another place",
-                     "drive.move:derive_point", _naming("name", "new", more=_offset)),
+                     "drive.point_copies:derive", naming("name", "new", more=_offset)),
 })  # fmt: skip
 """Every action of `points`."""
 
@@ -567,7 +494,6 @@ ARGUMENTS: Mapping[str, Declare] = MappingProxyType(
         "jog": _jog,
         "move": _move,
         "pause": _pause,
-        "pendant": _pendant,
         "points": _points,
         "record": _record,
         "reset": _reset,

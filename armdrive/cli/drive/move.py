@@ -1,12 +1,10 @@
-"""Planned motion: `armdrive move`, and the actions of `armdrive points` that make new ones."""
+"""Planned motion: `armdrive move` and `points go`; and `points save`, which connects as they do."""
 
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from armdrive.arm import Arm
@@ -14,11 +12,9 @@ from armdrive.cli.arm_files import chosen_points, chosen_target
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import Result
 from armdrive.cli.terminal_operator import confirm_simulated, ready_arm, settled_arm
-from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, WrongState
 from armdrive.motion.frames import require_frame
 from armdrive.motion.preview import preview_lines, preview_view
-from armdrive.motion.shape import Offset, Shape, derived, mirrored, offset
 from armdrive.moves import (
     BASE_FRAME,
     TOOL_FRAME,
@@ -157,7 +153,7 @@ def _goal(here: Pose, options: argparse.Namespace) -> Pose:
     return Pose.of(**(pose_numbers(here) | given))
 
 
-# Saved points.
+# Saved points, as far as an arm is needed.
 
 
 def save_point(options: argparse.Namespace) -> Result:
@@ -174,23 +170,3 @@ def go_to_point(options: argparse.Namespace) -> Iterator[Result]:
     book[options.name]  # refused before anything is opened
     kind = LineMove if options.line else PoseMove
     return _moved(options, lambda _: kind(options.name, options.speed))
-
-
-def derive_point(options: argparse.Namespace) -> Result:
-    """Copy, mirror or offset a point; the new one is checked before it is written."""
-    config, book = chosen_points(options)
-    new = check_name(options.new)
-    shape, note = _shape(options, config)
-    made = derived(config, options.name, book[options.name], shape, note)
-    book.put_all({new: made}, again=options.again)
-    return Result({"name": new, **point_view(made)}, f"{new}: {made.joints}")
-
-
-def _shape(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]:
-    """Return what an action makes of a posture, and the note about it."""
-    if options.action == "copy":
-        return lambda joints: joints, ""
-    if options.action == "mirror":
-        return partial(mirrored, config), f"{options.name} mirrored"
-    by = Offset(options.x, options.y, options.z, math.radians(options.turn))
-    return partial(offset, config, by=by), f"{options.name} offset by {by}"

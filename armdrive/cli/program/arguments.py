@@ -1,4 +1,4 @@
-"""What may be typed after `armdrive run`, `shell`, `teach` and `demo`, and their help."""
+"""The options of the commands that run and make programs, and their help."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from types import MappingProxyType
 
 from armdrive.cli.options import (
     ONLY_DRIVEN,
+    Action,
     Declare,
+    add_actions,
     add_allow_restored,
     add_arm_options,
     add_driven_arm_options,
@@ -18,6 +20,7 @@ from armdrive.cli.options import (
     add_pace_option,
     add_switches,
     duration,
+    naming,
     positive,
 )
 from armdrive.errors import BadRequest
@@ -54,6 +57,67 @@ def _demo(parser: argparse.ArgumentParser) -> None:
     }
     add_switches(parser, switches)
     add_json_option(parser)
+
+
+# --- pendant
+
+
+def _into_file(action: argparse.ArgumentParser) -> None:
+    add_force_option(action)
+    add_allow_restored(action)
+
+
+def _into_arm(action: argparse.ArgumentParser) -> None:
+    add_switches(
+        action,
+        {
+            "--yes": "do not ask before writing",
+            "--leave-others": "keep rows that are not in the file",
+        },
+    )
+    add_switches(
+        action.add_mutually_exclusive_group(),
+        {
+            "--shift": "change the numbers, so that rows lead to the same places as before",
+            "--as-is": "write the numbers as they are, wherever they lead now",
+        },
+    )
+    add_allow_restored(action)
+
+
+PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType({
+    "show": Action("print the program in the arm, row by row",
+                   "program.pendant:show", naming(more=add_allow_restored)),
+    "read": Action("copy the program from the arm to a file",
+                   "program.pendant:read", naming("file", more=_into_file)),
+    "write": Action("copy a file to the arm, and check it by reading it back",
+                    "program.pendant:write", naming("file", more=_into_arm)),
+    "program": Action("make a program and its points from a file",
+                      "program.pendant:make_program",
+                      naming("file", "program", more=add_force_option)),
+    "make": Action("make a file from a program of joint motions",
+                   "program.pendant:make_rows", naming("program", "file", more=_into_file)),
+})  # fmt: skip
+"""Every action of `pendant`."""
+
+
+def _pendant(parser: argparse.ArgumentParser) -> None:
+    """Copy the program in the arm's own memory to a file and back.
+
+    Nothing moves. The file is text, which you can read, compare and edit.
+
+    Examples:
+      armdrive pendant make stack.arm stack.pendant      make a file from a program
+      armdrive pendant write stack.pendant               copy the file to the arm
+      armdrive pendant show                              print the program in the arm
+      armdrive pendant read monday.pendant               copy the program to a file
+      armdrive pendant write monday.pendant --shift      and back, after the arm was homed again
+      armdrive pendant program monday.pendant tower.arm  as a program and its points
+
+    Every action prints JSON with --json.
+
+    """
+    add_actions(parser, PENDANT_ACTIONS)
 
 
 # --- run
@@ -218,6 +282,7 @@ def _teach(parser: argparse.ArgumentParser) -> None:
 ARGUMENTS: Mapping[str, Declare] = MappingProxyType(
     {
         "demo": _demo,
+        "pendant": _pendant,
         "run": _run,
         "shell": _shell,
         "teach": _teach,

@@ -1,4 +1,4 @@
-"""What may be typed after `armdrive config`, `can`, `doctor`, `ports` and `sim`, and their help."""
+"""The options of the commands that set an arm up, and their help."""
 
 from __future__ import annotations
 

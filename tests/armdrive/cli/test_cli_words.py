@@ -19,6 +19,7 @@ from armdrive.cli import main, options, runner
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.commands import COMMANDS, EXIT_CODES, GROUPS, INSTEAD, ROWS
 from armdrive.cli.drive import arguments as drive_arguments
+from armdrive.cli.program import arguments as program_arguments
 from armdrive.cli.runner import command_at, command_parser
 from armdrive.cli.set_up import arguments as set_up_arguments
 from armdrive.connect.target import simulated_config
@@ -33,7 +34,7 @@ LOADED_TO_RUN = {
 WITH_ACTIONS = {
     "can": set_up_arguments.CAN_ACTIONS,
     "config": set_up_arguments.CONFIG_ACTIONS,
-    "pendant": drive_arguments.PENDANT_ACTIONS,
+    "pendant": program_arguments.PENDANT_ACTIONS,
     "points": drive_arguments.POINT_ACTIONS,
 }
 """The commands each of whose actions has a function of its own."""
