@@ -2,10 +2,14 @@
 
 Which file decides what:
 
-    config, config_new   arm files: list, check, create, complete
-    ports, doctor        what is known about a port, the consent to open it, and what is behind it
-    can                  the traffic of a bus in words; commissioning drives
-    sim                  a simulated arm in a separate process
-    completion           the shell's completion
-    arguments            the options of all of them, and the text of their help
+    config          arm files: list, show, check; the default arm
+    config_new      a new arm file, from an interview
+    arm_trials      the directions of an arm's motors, and its limit switches
+    ports, doctor   what is known about a port, the consent to open it, and what is behind it
+    can_monitor     the traffic of a bus in words
+    can_setup       commissioning drives
+    attendance      who takes part in a dialog: the person at the terminal, or a simulated one
+    sim             a simulated arm in a separate process
+    completion      the shell's completion
+    arguments       the options of all of them, and the text of their help
 """

@@ -105,12 +105,12 @@ CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType(
         "new": Action("ask questions and write an arm file", "set_up.config_new:new", _config_new),
         "signs": Action(
             "turn each motor a little to find its direction",
-            "set_up.config_new:signs",
+            "set_up.arm_trials:signs",
             _config_signs,
         ),
         "limits": Action(
             "check that each limit switch raises an alarm",
-            "set_up.config_new:limits",
+            "set_up.arm_trials:limits",
             _config_limits,
         ),
         "list": Action("list the arm files", "set_up.config:list_arms", add_json_option),
@@ -243,12 +243,12 @@ CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
         "setup": Action(
             "commission new drives, or measure their units, and write the arm file",
-            "set_up.can:set_up",
+            "set_up.can_setup:set_up",
             _can_setup,
         ),
         "monitor": Action(
             "show what passes on a bus in words; sends nothing",
-            "set_up.can:monitor",
+            "set_up.can_monitor:monitor",
             _can_monitor,
         ),
     }

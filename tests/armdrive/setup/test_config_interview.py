@@ -9,13 +9,12 @@ from amounts import every_row
 from pages import blocks, page
 
 from armdrive import Arm
-from armdrive.cli.set_up.config_new import write
 from armdrive.connect.parts import connect_simulated
 from armdrive.dialog import WrongAnswer
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.draft import Surroundings
-from armdrive.setup.filing import after_writing, checked, files_of
+from armdrive.setup.filing import after_writing, checked, files_of, write
 from armdrive.setup.interview import Interview
 from armdrive.setup.questions import homing_order
 from armdrive.setup.templates import TEMPLATES, available

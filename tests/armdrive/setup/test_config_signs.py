@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armdrive import Arm
-from armdrive.cli.set_up.config_new import write
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialog import Dialog, WrongAnswer
@@ -33,7 +32,7 @@ from armdrive.setup.directions import (
     trials,
 )
 from armdrive.setup.draft import Surroundings
-from armdrive.setup.filing import files_of, propose
+from armdrive.setup.filing import files_of, propose, write
 from armdrive.setup.interview import Interview
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture

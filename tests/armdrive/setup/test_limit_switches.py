@@ -8,7 +8,8 @@ import pytest
 from grbl_arm import config, found, ready
 
 from armdrive import Arm
-from armdrive.cli.set_up import config_new
+from armdrive.cli.set_up import arm_trials
+from armdrive.cli.set_up.attendance import Attendance
 from armdrive.config.arm import limit_remarks
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
@@ -183,16 +184,18 @@ def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
     person = Person()
     person.count = 0
 
-    def opened(made, *, simulated, alone, wanted):
-        assert not alone
+    def opened(made, *, simulated):
+        assert not simulated
         twin = simulate(made, firmware="grbl")
         person.arm = Arm(connect_simulated(made, twin=twin))
         person.arm.simulated = False
         return person.arm
 
     noon = SimpleNamespace(now=lambda zone: datetime(2026, 5, 4, 12, tzinfo=zone))
-    monkeypatch.setattr(config_new, "datetime", noon)
-    monkeypatch.setattr(config_new, "_connected", opened)
+    monkeypatch.setattr(arm_trials, "datetime", noon)
+    monkeypatch.setattr(arm_trials, "trial_arm", opened)
+    attended = Attendance(simulated=False, alone=False, tell=print)
+    monkeypatch.setattr(arm_trials, "attendance", lambda *_: attended)
     monkeypatch.setattr("sys.stdin", person)
     said = call("config", "limits", "bench", code=0).out
     assert "Press the limit switch of base (X) by hand" in said

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from waiting import LONG_S, at_last
 
 from armdrive import Arm
-from armdrive.cli.set_up import can
+from armdrive.cli.set_up import can_setup
 from armdrive.dialects.bus.words import FrameCheck, FrameKind
 from armdrive.dialects.mks.words import MksFrameDescriber
 from armdrive.dialog import About
@@ -241,7 +241,7 @@ def drives(monkeypatch):
         return answer(asked)
 
     person.answer = told
-    monkeypatch.setattr(can, "TerminalPerson", lambda name: person)
+    monkeypatch.setattr(can_setup, "TerminalPerson", lambda name: person)
     return seen
 
 
@@ -311,13 +311,13 @@ def untold(monkeypatch):
     clock = DialogClock()  # one for all calls, as the drives' time goes on between them
     monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", lambda: clock)
     person = SimulatedPerson(twin, print)
-    monkeypatch.setattr(can, "TerminalPerson", lambda name: person)
+    monkeypatch.setattr(can_setup, "TerminalPerson", lambda name: person)
     return SimpleNamespace(twin=twin, person=person, path=config.source.folder / "bench.toml")
 
 
 def test_units_are_written_once_that_is_agreed_to(call, untold, monkeypatch):
     found = (MeasuredUnits(RPM_HZ, RPM_HZ, reported=False, words="rpm"),) * 6
-    monkeypatch.setattr(can, "measure_units", lambda *_: found)
+    monkeypatch.setattr(can_setup, "measure_units", lambda *_: found)
     practised = call("can", "setup", "bench", "--sim", "--json", code=0).json
     assert practised["units"] == {name: [RPM_HZ] * 6 for name in ("speed_units", "ramp_units")}
     type_in(monkeypatch, "no")

@@ -12,8 +12,9 @@ from cli_calls import Caller, typed, write_arm_file
 from pages import blocks, page
 
 from armdrive import Arm
-from armdrive.cli.set_up import config_new
+from armdrive.cli.set_up import arm_trials
 from armdrive.cli.set_up.arguments import CONFIG_ACTIONS
+from armdrive.cli.set_up.attendance import Attendance
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate
@@ -195,10 +196,13 @@ def test_directions_are_found_on_a_twin_whose_motors_are_reversed(call, typing, 
     }
 
 
+AT_A_REAL_ARM = Attendance(simulated=False, alone=False, tell=print)
+
+
 def test_a_reversed_motor_is_shown_as_a_change_and_written_only_for_a_real_arm(
     call, typing, monkeypatch
 ):
-    path, find = write_arm_file("bench", PLAIN), config_new._found_signs
+    path = write_arm_file("bench", PLAIN)
 
     @contextlib.contextmanager
     def connected(config, **_):
@@ -207,17 +211,12 @@ def test_a_reversed_motor_is_shown_as_a_change_and_written_only_for_a_real_arm(
         with Arm(connect_simulated(config, twin=twin)) as arm:
             yield arm
 
-    def found_on_a_real_arm(arm, *, alone):
-        signs = find(arm, alone=alone)
-        arm.simulated = False
-        return signs
-
-    monkeypatch.setattr(config_new, "_connected", connected)
+    monkeypatch.setattr(arm_trials, "trial_arm", connected)
     found = call("config", "signs", "bench", "--sim", "--json", code=0).json
     assert found["reversed_motors"] == ["elbow"]
     assert any(line.startswith("+elbow = -1") for line in found["lines"])
     assert path.read_text(encoding="utf-8") == PLAIN
-    monkeypatch.setattr(config_new, "_found_signs", found_on_a_real_arm)
+    monkeypatch.setattr(arm_trials, "attendance", lambda *_: AT_A_REAL_ARM)
     motors = ["", ""] * 4 + ["", "", ""] * 2
     typing("yes", *motors, "yes")
     assert f"written: {path}" in call("config", "signs", "bench", code=0).out
@@ -232,8 +231,8 @@ def test_nothing_is_connected_for_a_file_that_cannot_be_written(call, monkeypatc
         raise OSError(30, "Read-only file system", str(words[-1]))
 
     monkeypatch.setattr(StateFiles, "create", refused)
-    monkeypatch.setattr(config_new, "switches_of", lambda config: ())
-    monkeypatch.setattr(config_new, "_connected", None)
+    monkeypatch.setattr(arm_trials, "switches_of", lambda config: ())
+    monkeypatch.setattr(arm_trials, "trial_arm", None)
     said = call.refused(*words, "bench", code=1)
     assert said.startswith(f"armdrive: [E002] {path.parent} cannot be used (Read-only")
 

@@ -1,0 +1,50 @@
+"""Who takes part in a dialog about an arm: the person at the terminal, or a simulated person."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from armdrive.cli.presenter import as_json, tell
+from armdrive.cli.questions import TerminalPerson
+from armdrive.connect.target import simulation_forced
+from armdrive.errors import OperatorNeeded
+from armdrive.setup.simulated_person import SimulatedPerson
+from armdrive.sim.simulated_arm import SimulatedArm
+
+
+@dataclass(frozen=True, slots=True)
+class Attendance:
+    """Whether the arm is `simulated`, and whether its simulated person answers `alone`."""
+
+    simulated: bool
+    alone: bool
+    tell: Callable[[str], None]
+
+    def simulated_person(self, twin: SimulatedArm, terminal: TerminalPerson) -> SimulatedPerson:
+        """Return who handles and watches a simulated arm, and answers or asks at the terminal."""
+        return SimulatedPerson(twin, self.tell, None if self.alone else terminal.answer)
+
+
+def is_simulated(options: argparse.Namespace) -> bool:
+    """Return whether a dialog is about a simulated arm, so that nothing is written."""
+    return options.sim or simulation_forced()
+
+
+def attendance(options: argparse.Namespace, needed: str) -> Attendance:
+    """Return who takes part, as the options say.
+
+    Raises `OperatorNeeded` for a real arm without a person at a terminal, who is `needed` there.
+    """
+    simulated = is_simulated(options)
+    answered = getattr(options, "answers", None) is not None
+    alone = options.yes or answered or as_json(options)
+    if not simulated and (alone or not sys.stdin.isatty()):
+        raise OperatorNeeded(
+            f"you have to {needed}: run this in a terminal, or give --sim (with --yes or --json it "
+            "asks no questions)"
+        )
+    return Attendance(simulated, alone, partial(tell, options))
