@@ -79,6 +79,11 @@ class Connection:
         return BITS_A_BYTE / self.baud
 
     @property
+    def names_port(self) -> bool:
+        """Whether a port is named, by its own name or by its adapter's serial number."""
+        return bool(self.port or self.usb_serial)
+
+    @property
     def keeps_dtr(self) -> bool:
         """Whether later opens of the port do not reset a board that resets on DTR."""
         return self.raise_dtr and self.keep_dtr_on_close

@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
+from armdrive.connect.target import FORCE_SIM
 from armdrive.dialects.recognition import Recogniser, comes_back, says_something_readable
 from armdrive.errors import ArmError, DeviceFault, LinkLost, PortUnavailable
 from armdrive.errors.printable import command_line, reason_of
@@ -38,21 +39,11 @@ class PortOpening:
         self._port = config.connection.port
         self._serial_number = config.connection.usb_serial
         self._ids = dialect(config.connection.dialect).driver().frame_ids(config.device)
-        if not (self._port or self._serial_number):
-            raise PortUnavailable(
-                f'the arm file of {config.name} names no port: write port (such as "/dev/ttyUSB0") '
-                "or usb_serial under [connection]"
-            )
-        if is_can(self._port) and DIALECTS[self._connection.dialect].bus is None:
-            raise PortUnavailable(
-                f"{self._port} is a CAN bus, but a controller that speaks "
-                f"{self._connection.dialect} is not on a bus: correct the port or the dialect"
-            )
+        require_port(config)
 
     def find(self) -> str:
         """Return the port's present name. Raises `NoSuchPort` if no port has the serial number."""
-        if self._serial_number:
-            self._port = ports.device_of(self._serial_number, self._port)
+        self._port = ports.device_of(self._serial_number, self._port)
         return self._port
 
     def open(self) -> Link:
@@ -75,6 +66,22 @@ class PortOpening:
             return port
         address = CanAddress.parse(port)
         return port if address.ids else str(replace(address, ids=frozenset(self._ids)))
+
+
+def require_port(config: ArmConfig) -> None:
+    """Raise `PortUnavailable` if an arm names no port, or a bus that its controller is not on."""
+    connection = config.connection
+    if not connection.names_port:
+        raise PortUnavailable(
+            f'the arm file of {config.name} names no port: write port (such as "/dev/ttyUSB0") '
+            f"or usb_serial under [connection]; `armdrive ports` lists the ports, and with "
+            f"{FORCE_SIM}=1 in the environment the arm is simulated"
+        )
+    if is_can(connection.port) and DIALECTS[connection.dialect].bus is None:
+        raise PortUnavailable(
+            f"{connection.port} is a CAN bus, but a controller that speaks "
+            f"{connection.dialect} is not on a bus: correct the port or the dialect"
+        )
 
 
 def lock_names(config: ArmConfig) -> tuple[str, ...]:

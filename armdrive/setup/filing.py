@@ -290,7 +290,7 @@ def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
     twin = f"ARMDRIVE_FORCE_SIM=1 {command_line('home', '--arm', name)}"
     check = command_line("config", "check", name)
     lines = [(check, "problems and notes; opens nothing"), (twin, "its simulated twin")]
-    if config.connection.port:
+    if config.connection.names_port:
         on_port = {
             "doctor --arm": "checks what is connected to its port; moves nothing",
             "status --arm": "connects; moves nothing",

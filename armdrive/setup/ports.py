@@ -39,7 +39,7 @@ class PortNaming:
 
     def find(self) -> str:
         """Return the present name of the arm's port. Raises `NoSuchPort` as connecting would."""
-        return system.device_of(self.usb_serial, self.port) if self.usb_serial else self.port
+        return system.device_of(self.usb_serial, self.port)
 
     def __str__(self) -> str:
         by = f" (by the USB serial number {self.usb_serial})" if self.usb_serial else ""

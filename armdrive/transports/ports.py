@@ -189,11 +189,13 @@ def serial_number_of(device: str) -> str:
 
 
 def device_of(serial_number: str, before: str = "") -> str:
-    """Return the present name of the port with a USB serial number. Raises `NoSuchPort`.
+    """Return the present name of the port with a USB serial number; `before` without a number.
 
     Some adapters are all sold with the same number; the former name `before` then decides. If
-    `before` is a CAN bus, return its address with the adapter's present port.
+    `before` is a CAN bus, return its address with the adapter's present port. Raises `NoSuchPort`.
     """
+    if not serial_number:
+        return before
     if is_can(before):
         address = CanAddress.parse(before)
         return str(address.at(device_of(serial_number, address.device)))

@@ -123,8 +123,7 @@ def _port_of(config: ArmConfig, options: argparse.Namespace) -> str:
 
 
 def _known_port(config: ArmConfig) -> str:
-    connection = config.connection
-    return PortOpening(config).find() if connection.port or connection.usb_serial else ""
+    return PortOpening(config).find() if config.connection.names_port else ""
 
 
 def _person(config: ArmConfig, *more: str) -> TerminalPerson:

@@ -11,10 +11,10 @@ from types import MappingProxyType, ModuleType
 
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, put_error, say, tell
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.port import PortOpening
+from armdrive.connect.port import PortOpening, require_port
 from armdrive.connect.target import find, require_real_ports
 from armdrive.dialog import Finding
-from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
+from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
 from armdrive.setup.ports import look_at, port_of
 from armdrive.setup.survey import (
@@ -92,8 +92,8 @@ def _what_next(report: Report) -> Iterator[str]:
 def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
     """Survey the CAN bus that is meant."""
     deeper = _deeper()
-    own = PortOpening(config) if config is not None else None
-    port = own.find() if own is not None and not options.can else _named_port(options)
+    own = None if options.can or config is None else PortOpening(config).find()
+    port = own or _named_port(options)
     if not is_can(port):
         raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
     report = _report(port, options)
@@ -144,12 +144,7 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
     )
     if target.simulated:
         raise BadRequest(f"{options.arm} is simulated: there is no port to look at")
-    connection = target.config.connection
-    if not (connection.port or connection.usb_serial):
-        raise PortUnavailable(
-            f"the arm file of {options.arm} names no port: write port or usb_serial under "
-            "[connection]; `armdrive ports` lists those there are"
-        )
+    require_port(target.config)
     return target.config
 
 
