@@ -337,6 +337,7 @@ def _sim(parser: argparse.ArgumentParser) -> None:
       armdrive jog --port /tmp/arm --dialect teachmover   in another terminal
       armdrive sim teachmover --tcp 127.0.0.1:4001        as socket://127.0.0.1:4001
       armdrive sim mks --slcan /tmp/can0                  as can:slcan:/tmp/can0?bitrate=500000
+      armdrive sim --arm bench --pty /tmp/arm             the arm of a file
       armdrive sim teachmover --pty /tmp/arm \
           --fault drop:0.01,from=host --fault unplug@20
       armdrive sim --list                                 every dialect, its settings and its faults
@@ -351,6 +352,9 @@ def _sim(parser: argparse.ArgumentParser) -> None:
         choices=list(DIALECTS),
         metavar="DIALECT",
         help=f"its dialect: {', '.join(DIALECTS)}",
+    )
+    parser.add_argument(
+        "--arm", metavar="NAME", type=name, help="instead: the arm of an arm file, by name or path"
     )
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")

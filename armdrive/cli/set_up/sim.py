@@ -9,7 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from armdrive.cli.presenter import put_error, say, say_lines
-from armdrive.connect.target import simulated_config
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.target import find, simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulate_device, simulated_kind
 from armdrive.sim.bus import DrivesBoard
@@ -17,6 +18,7 @@ from armdrive.sim.device import parse_settings, settings_of
 from armdrive.sim.faults import FAULT_NOTE, check_faults, faults_of, parse_option
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.text.toml import Rule, rule_of
+from armdrive.text.toml import value as toml
 from armdrive.transports.address import BITRATE
 
 
@@ -26,34 +28,41 @@ def sim(options: argparse.Namespace) -> int:
         names = [options.dialect] if options.dialect else list(DIALECTS)
         say_lines(_listing({name: simulated_kind(name) for name in names}))
         return 0
-    if options.dialect is None:
-        raise BadRequest(f"a dialect is required, one of {', '.join(DIALECTS)}")
-    _check_door(options)
-    return _serve(options)
+    config = _config(options)
+    _check_wire(options, config.connection.dialect)
+    return _serve(options, config)
 
 
-def _check_door(options: argparse.Namespace) -> None:
+def _config(options: argparse.Namespace) -> ArmConfig:
+    """Return the arm whose device is simulated: that of a file, or the usual one of a dialect."""
+    if bool(options.dialect) == bool(options.arm):
+        raise BadRequest(f"a dialect is required, or an arm file with --arm: {', '.join(DIALECTS)}")
+    config = find(options.arm).config if options.arm else simulated_config(options.dialect)
+    if options.baud is None:
+        return config
+    return replace(config, connection=replace(config.connection, baud=options.baud))
+
+
+def _check_wire(options: argparse.Namespace, dialect: str) -> None:
     """Raise `BadRequest` unless the options offer the device over a wire of its kind."""
-    on_bus = DIALECTS[options.dialect].can
+    on_bus = DIALECTS[dialect].can
     if on_bus and not options.slcan:
-        raise BadRequest(f"{options.dialect} is spoken on a CAN bus: --slcan PATH is required")
+        raise BadRequest(f"{dialect} is spoken on a CAN bus: --slcan PATH is required")
     if options.listener and not options.slcan:
         raise BadRequest("--listener PATH is a second adapter on a bus: --slcan PATH is the first")
     if options.slcan and not on_bus:
-        raise BadRequest(f"{options.dialect} is not spoken on a CAN bus: --pty PATH offers it")
+        raise BadRequest(f"{dialect} is not spoken on a CAN bus: --pty PATH offers it")
     if not (on_bus or options.pty or options.tcp or options.udp):
         raise BadRequest("one of --pty PATH, --tcp HOST:PORT, --udp HOST:PORT is required")
 
 
-def _serve(options: argparse.Namespace) -> int:
+def _serve(options: argparse.Namespace, config: ArmConfig) -> int:
     # they load python-can, which a list of the dialects does not need
     from armdrive.sim import serving
     from armdrive.sim.serving import servers
 
-    config = simulated_config(options.dialect)
-    if options.baud is not None:
-        config = replace(config, connection=replace(config.connection, baud=options.baud))
-    settings = parse_settings(simulated_kind(options.dialect).settings, options.set)
+    dialect = config.connection.dialect
+    settings = parse_settings(simulated_kind(dialect).settings, options.set)
     device = simulate_device(config, play=options.play, settings=settings)
     board = device.board
     faults = [parse_option(text) for text in options.fault]
@@ -70,9 +79,11 @@ def _serve(options: argparse.Namespace) -> int:
     if isinstance(server, servers.SlcanServer):
         where = server.can_addresses[0]
     say(
-        f"a simulated {config.title} speaks {options.dialect} at {where}; "
+        f"a simulated {config.title} speaks {dialect} at {where}; "
         "Ctrl-C ends it, help lists commands"
     )
+    if options.arm and config.connection.port != where:
+        say(f"connect with port = {toml(where)} in the arm file")
     warning = servers.beyond_this_computer(options.tcp or options.udp or ":0")
     if warning:
         put_error(f"armdrive: {warning}\n")
