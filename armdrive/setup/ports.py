@@ -19,7 +19,7 @@ from armdrive.storage.lock_client import is_held, name_held
 from armdrive.text.reading import is_there
 from armdrive.text.toml import value as toml
 from armdrive.transports import ports as system
-from armdrive.transports.address import is_can, scheme
+from armdrive.transports.address import CanAddress, is_can, scheme
 from armdrive.transports.ports import PSEUDO_TERMINALS, PortInfo, holder, owning_group, refusal
 
 # Which arm files a port belongs to, and which armdrive program has it open.
@@ -40,6 +40,17 @@ class PortNaming:
     def find(self) -> str:
         """Return the present name of the arm's port. Raises `NoSuchPort` as connecting would."""
         return system.device_of(self.usb_serial, self.port)
+
+    def missing(self, listed: Iterable[PortInfo]) -> str:
+        """Return why the arm's port is missing; empty if it is there or cannot be looked for."""
+        try:
+            port = serial_device(self.find())
+        except NoSuchPort as error:
+            return str(error)
+        elsewhere = not port or "://" in port or is_can(port)
+        if elsewhere or is_there(Path(port)) or any(same_port(port, i.device) for i in listed):
+            return ""
+        return f"its port {port} is missing: check the cable and the name"
 
     def __str__(self) -> str:
         by = f" (by the USB serial number {self.usb_serial})" if self.usb_serial else ""
@@ -77,8 +88,14 @@ def strangers_to(port: str, namings: Iterable[PortNaming]) -> tuple[PortNaming, 
     return tuple(each for each in namings if same_port(each.port, port) and each not in owners)
 
 
+def serial_device(port: str) -> str:
+    """Return the serial port that is a CAN adapter; any other port unchanged."""
+    return (CanAddress.parse(port).device if is_can(port) else "") or port
+
+
 def same_port(one: str, other: str) -> bool:
-    """Return whether two names lead to the same port."""
+    """Return whether two names lead to the same port, such as a CAN adapter's serial port."""
+    one, other = serial_device(one), serial_device(other)
     if "://" in one or "://" in other:
         return one == other
     return os.path.realpath(one) == os.path.realpath(other)

@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, replace
-from pathlib import Path
+from dataclasses import asdict
 from typing import Any
 
 from armdrive.cli.presenter import Result
-from armdrive.errors import NoSuchPort
 from armdrive.setup.ports import (
     ClosedPort,
     PortNaming,
     arm_files,
     look_at,
-    same_port,
 )
-from armdrive.text.reading import is_there
-from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
 
 
 def ports(options: argparse.Namespace) -> Result:
     """List the ports."""
-    files = tuple(map(_by_device, arm_files()))
+    files = arm_files()
     found = list_ports()
     closed = tuple(look_at(info.device, files, found) for info in found)
     adapters = [*list_can_ports(found), *(ask_drivers() if options.can else ())]
@@ -58,12 +53,6 @@ def _lines(found: tuple[ClosedPort, ...], view: Mapping[str, Any]) -> Iterator[s
         yield "`armdrive doctor PORT` finds out what a port leads to, without moving anything"
 
 
-def _by_device(naming: PortNaming) -> PortNaming:
-    """Return an arm file's naming, with the serial port of its CAN adapter if it has one."""
-    address = CanAddress.parse(naming.port) if is_can(naming.port) else CanAddress()
-    return replace(naming, port=address.device) if address.device else naming
-
-
 def _view(port: ClosedPort) -> dict[str, Any]:
     info, holder = port.info, None
     if info.holder is not None:
@@ -86,25 +75,9 @@ def _view(port: ClosedPort) -> dict[str, Any]:
 
 def _absent(ports: tuple[PortInfo, ...], files: tuple[PortNaming, ...]) -> list[dict[str, str]]:
     """Return the arm files whose port is missing, and why."""
-    found = [(each, _missing(each, ports)) for each in files]
+    found = [(each, each.missing(ports)) for each in files]
     return [
         {"arm": each.arm, "port": each.port, "usb_serial": each.usb_serial, "why": why}
         for each, why in found
         if why
     ]
-
-
-def _missing(naming: PortNaming, ports: tuple[PortInfo, ...]) -> str:
-    """Return why the port of an arm file is missing; empty if it is there."""
-    try:
-        port = naming.find()
-    except NoSuchPort as error:
-        return str(error)
-    there = (
-        not port
-        or "://" in port
-        or is_can(port)
-        or is_there(Path(port))
-        or any(same_port(port, info.device) for info in ports)
-    )
-    return "" if there else f"its port {port} is missing: check the cable and the name"
