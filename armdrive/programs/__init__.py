@@ -16,6 +16,7 @@ Which file decides what:
     scripts           Python scripts on the chosen arm; `script_rehearsal` on its twin
     teaching/         places of the arm written as lines of a program
     problems          mistakes in a program, shown below their line
+    demonstration     blocks that are stacked: the program behind `armdrive demo`
 """
 
 TYPE_CHECKING = False  # as typing's

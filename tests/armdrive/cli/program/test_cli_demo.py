@@ -10,7 +10,8 @@ from cli_calls import Terminal
 
 from armdrive.cli import main
 from armdrive.cli.program import demo
-from armdrive.cli.program.demo import CURSOR_OFF, CURSOR_ON, JOBS, NEAR_ENOUGH_MM, blocks_of
+from armdrive.cli.program.demo import CURSOR_OFF, CURSOR_ON, blocks_of
+from armdrive.programs.demonstration import JOBS, NEAR_ENOUGH_MM
 
 PACE = "100"
 """Deadlines are in the arm's seconds: much faster, and a busy computer would miss them."""
