@@ -60,7 +60,7 @@ def ask_value(question: Question, *, resumed_by: str = "") -> Any:
             ) from ended
 
 
-def agree(words: str, why: str, default: str = "no") -> bool:
+def ask_yes_no(words: str, why: str, default: str = "no") -> bool:
     """Ask a question whose answer is yes or no."""
     return bool(ask_value(Question(words, why, yes_or_no, default)))
 

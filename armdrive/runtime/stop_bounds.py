@@ -124,11 +124,9 @@ def homing_bound(config: ArmConfig, controller: Controller) -> StopBound | None:
     return StopBound(*(max(each) for each in zip(*map(astuple, found), strict=True)))
 
 
-def stop_bound(
-    config: ArmConfig, controller: Controller, joints: Joints | None, burst_s: float
-) -> StopBound:
-    """Return the bound for any command; for the worst posture if `joints` is None."""
-    return run_on(config, controller, burst_s).bound(config, joints)
+def stop_bound(config: ArmConfig, controller: Controller, burst_s: float) -> StopBound:
+    """Return the bound for any command, in any posture."""
+    return run_on(config, controller, burst_s).bound(config, None)
 
 
 class StopForecast:

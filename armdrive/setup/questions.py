@@ -168,8 +168,9 @@ def _is_preset(draft: Draft) -> bool:
     return draft.preset is not None and draft.measured
 
 
-def _corrects(what: str, draft: Draft) -> bool:
-    return draft.get(f"{what}.keep") is False
+def _keeps(what: str, draft: Draft) -> bool:
+    """Return whether the known values are kept; where there are none, that is not asked."""
+    return bool(draft.get(f"{what}.keep", False))
 
 
 def _length(draft: Draft, one: str) -> str | None:
@@ -515,7 +516,7 @@ ROWS = (
     ArmRow(
         "lengths.{one}", "Length {one}?", "Measured between axes, in mm.", POSITIVE_LENGTH,
         _preset_length, each=lambda _draft: LENGTHS,
-        when=lambda draft: _is_preset(draft) and draft.get("lengths.keep", False) is False,
+        when=lambda draft: _is_preset(draft) and not _keeps("lengths", draft),
         place="lengths.{one}",
     ),
     ArmRow(
@@ -582,7 +583,7 @@ ROWS = (
     ArmRow(
         "limits.{one}", "Limits of {one}, lowest and highest in degrees?",
         "A few degrees before its mechanical stops.", fixed(bounds), _limits,
-        when=lambda draft: not _known_limits(draft) or _corrects("limits", draft),
+        when=lambda draft: not _keeps("limits", draft),
         each=lambda draft: draft.joints, place="limits_deg.{one}",
     ),
     ArmRow(
@@ -594,7 +595,7 @@ ROWS = (
         "speeds.{one}", "Highest speed of {one}, in degrees a second?",
         "Begin low: a stepper that loses steps gives no sign of it.",
         fixed(number(0.01, 3600.0)), _speed,
-        when=lambda draft: draft.get("speeds.keep", False) is False,
+        when=lambda draft: not _keeps("speeds", draft),
         each=lambda draft: draft.joints, place="speeds_deg_s.{one}",
     ),
     ArmRow(

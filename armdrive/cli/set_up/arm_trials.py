@@ -11,7 +11,7 @@ from pathlib import Path
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import read
 from armdrive.cli.presenter import Result, as_json, say
-from armdrive.cli.questions import TerminalPerson, agree
+from armdrive.cli.questions import TerminalPerson, ask_yes_no
 from armdrive.cli.set_up.attendance import Attendance, attendance, is_simulated
 from armdrive.cli.terminal_operator import posture_pictures
 from armdrive.config.arm import ArmConfig, limit_remarks
@@ -125,6 +125,6 @@ def _write_down(proposal: FileProposal, options: argparse.Namespace, attended: A
     """Write a change that was shown, if the user agrees; for a simulated arm nothing is written."""
     if attended.simulated or as_json(options) or not proposal.differs:
         return
-    if agree(f"Write this to {proposal.path}?", "no leaves the file unchanged.", "yes"):
+    if ask_yes_no(f"Write this to {proposal.path}?", "no leaves the file unchanged.", "yes"):
         proposal.write()
         say(f"written: {proposal.path}")

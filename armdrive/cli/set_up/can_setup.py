@@ -18,7 +18,7 @@ from armdrive.cli.presenter import (
     say_lines,
     tell,
 )
-from armdrive.cli.questions import TerminalPerson, agree, ask_value
+from armdrive.cli.questions import TerminalPerson, ask_value, ask_yes_no
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.cli.set_up.attendance import Attendance, attendance
 from armdrive.config.arm import ArmConfig
@@ -185,7 +185,7 @@ def _measure(
         "\n".join(proposal.difference)
         or "Nothing to write: the arm file or the drives say so already."
     )
-    if proposal.differs and agree(f"Write this to {path}?", "no leaves it unchanged.", "yes"):
+    if proposal.differs and ask_yes_no(f"Write this to {path}?", "no leaves it unchanged.", "yes"):
         proposal.write()
         say(f"written: {path}")
     return DONE
@@ -227,7 +227,9 @@ def _end(
     old = f" (the old text is kept as {kept_aside(path).name})" if proposal.before else ""
     if not proposal.differs:
         say(f"{path} contains all this already.")
-    elif agree(f"Write this to {path}{old}?", "no leaves the file unchanged; the notes are kept."):
+    elif ask_yes_no(
+        f"Write this to {path}{old}?", "no leaves the file unchanged; the notes are kept."
+    ):
         proposal.write(keep_old=True)
         found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
         kept.write(plan.name, arm.calibration, found)

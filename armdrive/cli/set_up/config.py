@@ -210,8 +210,8 @@ def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
     """Return the stop bounds with the arm stretched out: jogging, moving as planned, homing."""
     controller, motion = dialect(config.connection.dialect).controller(config), config.motion
     found = {
-        "jog": stop_bound(config, controller, None, motion.jog_burst_s),
-        "planned": stop_bound(config, controller, None, motion.planned_burst_s),
+        "jog": stop_bound(config, controller, motion.jog_burst_s),
+        "planned": stop_bound(config, controller, motion.planned_burst_s),
     }
     if (homing := homing_bound(config, controller)) is not None:
         found["homing"] = homing

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.cli.presenter import Result, as_json, say, tell
-from armdrive.cli.questions import Back, agree, ask
+from armdrive.cli.questions import Back, ask, ask_yes_no
 from armdrive.cli.set_up.arm_trials import WATCHED, found_signs, trial_arm
 from armdrive.cli.set_up.attendance import attendance
 from armdrive.dialog import Question, WrongAnswer
@@ -127,5 +127,5 @@ def _with_signs(draft: Draft, options: argparse.Namespace, *, silent: bool) -> D
 
 def _agreed(path: Path, *, force: bool) -> bool:
     if path.exists() and not force:
-        return agree(f"{path} exists. Overwrite it?", "Its contents will be lost.")
-    return agree(f"Write this to {path}?", "no writes nothing.", "yes")
+        return ask_yes_no(f"{path} exists. Overwrite it?", "Its contents will be lost.")
+    return ask_yes_no(f"Write this to {path}?", "no writes nothing.", "yes")

@@ -53,7 +53,7 @@ def doctor(options: argparse.Namespace) -> Result:
     if not closed.openable:
         return _result(report, Diagnosis.CLOSED)
     report.add([of_jitter(measured_jitter())])
-    _agree(closed.port, options)
+    _require_consent(closed.port, options)
 
     def compare(config: ArmConfig, report: Report) -> None:
         _deeper().compare_settings(config, report, _fixing(options))
@@ -113,7 +113,7 @@ def _named_port(options: argparse.Namespace) -> str:
 def _fixing(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | None:
     """Return what asks whether to write settings; None without --fix."""
 
-    def agree(settings: DeviceSettings) -> bool:
+    def may_write(settings: DeviceSettings) -> bool:
         if options.yes or as_json(options):
             return bool(options.yes)
         for each in settings.differences:
@@ -121,7 +121,7 @@ def _fixing(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | N
         these = counted(len(settings.differences), "setting")
         return agreed(f"Write {these} to the controller? Type yes: ")
 
-    return agree if options.fix else None
+    return may_write if options.fix else None
 
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
@@ -148,7 +148,8 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
     return target.config
 
 
-def _agree(port: str, options: argparse.Namespace) -> None:
+def _require_consent(port: str, options: argparse.Namespace) -> None:
+    """Ask whether the port may be opened; raise `OperatorNeeded` if not."""
     if options.yes:
         return
     if as_json(options) or not sys.stdin.isatty():
