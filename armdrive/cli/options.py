@@ -127,8 +127,7 @@ class CommandParser(argparse.ArgumentParser):
             words += _nearest(word, self._option_string_actions)
         elif found := re.fullmatch(_CHOICE, words):
             known = [word.strip("'") for word in found[3].split(", ")]
-            are = "is none of" if len(known) > 1 else "is not"
-            words = f"{found[1]}: {found[2]!r} {are} {', '.join(known)}"
+            words = f"{found[1]}: {found[2]!r} is none of {', '.join(known)}"
             words += _nearest(found[2], known)
         elif found := re.fullmatch(_REQUIRED, words):
             missing = found[1] or found[2]

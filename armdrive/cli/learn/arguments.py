@@ -180,18 +180,10 @@ def _plot(parser: argparse.ArgumentParser) -> None:
     that its tool reached, from the side and from above, or of a planar arm in its plane.
 
     Examples:
-      armdrive plot workspace --pitch -90
-      armdrive plot workspace --model puma --ascii
+      armdrive plot --pitch -90
+      armdrive plot --model puma --ascii
 
     """
-    parser.add_argument(
-        "what",
-        choices=["workspace"],
-        nargs="?",
-        default="workspace",
-        metavar="WHAT",
-        help="workspace, which may be left out",
-    )
     _add_model(parser)
     parser.add_argument(
         "--pitch",

@@ -30,7 +30,7 @@ def held():
 @pytest.mark.parametrize(
     ("file", "words", "needed"),
     [
-        ("reach.svg", ["plot", "workspace", "--output"], "matplotlib"),
+        ("reach.svg", ["plot", "--output"], "matplotlib"),
         ("path.svg", ["run", PROGRAM, "--plot"], "matplotlib"),
         ("it.jsonl", ["run", PROGRAM, "--record"], "homed"),
         ("it.jsonl", ["record", "--output"], "held"),

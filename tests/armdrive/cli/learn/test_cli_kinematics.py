@@ -259,7 +259,7 @@ def test_an_arm_file_is_a_model_with_its_corrections_and_its_tool(call, tmp_path
     found = call("ik", "--model", str(path), *goal, pitch, "--json", code=0).json
     assert found["ok"]
     assert find_subject(str(path)).chain.joint_names == arm.joint_names
-    assert call("plot", "workspace", "--model", str(path), "--ascii", code=0).out
+    assert call("plot", "--model", str(path), "--ascii", code=0).out
 
 
 def test_a_wrong_arm_file_is_answered_by_its_own_problem(call, tmp_path):
@@ -282,7 +282,7 @@ def test_a_model_file_is_read_once(kind, tmp_path, monkeypatch):
 # `armdrive plot`: what an arm reaches, in characters and in files.
 
 
-WORKSPACE = ("plot", "workspace")
+WORKSPACE = ("plot",)
 
 
 @pytest.mark.parametrize("key", PRESETS)

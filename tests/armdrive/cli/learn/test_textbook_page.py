@@ -23,7 +23,7 @@ COMMANDS = [
     for span in SPANS
     if span.startswith("armdrive ")
     and not any(word in span for word in PLACEHOLDERS)
-    and span != "armdrive plot workspace"
+    and span != "armdrive plot"
     and "jog" not in span  # needs a terminal
 ]
 
