@@ -177,7 +177,7 @@ def look_at(
     namings: Sequence[PortNaming] | None = None,
     listed: Iterable[PortInfo] | None = None,
 ) -> ClosedPort:
-    """Look at a port without opening it; of a network address only its arm files are known.
+    """Look at a port without opening it; of a network address the system knows nothing.
 
     `listed` are the ports that the system knows, if they have been asked for already.
     """
@@ -187,15 +187,18 @@ def look_at(
     owners, strangers = owners_of(port, namings), strangers_to(port, namings)
     known = ClosedPort(port, tuple(_belonging(port, owners, strangers)), True, PortInfo(port))
     known = replace(known, owners=owners, strangers=strangers)
+    arm = name_held(*known.arms, port)
+    driven = arm if is_held(arm) else ""  # the system does not know who opened a pseudo-terminal
     if scheme(port):
-        return known
+        taken = (_in_use(port, driven),) if driven else ()
+        return replace(
+            known, findings=(*known.findings, *taken), openable=not driven, driven=driven
+        )
     if not is_there(Path(port)) and os.name == "posix":
         absent = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
         return ClosedPort(port, (_refused(port, absent),), openable=False)
     info = info_of(port, system.list_ports() if listed is None else listed)
-    free = info.readable and info.holder is None
-    arm = name_held(*known.arms, port)
-    driven = arm if info.holder is not None and is_held(arm) else ""
+    free = info.readable and info.holder is None and not driven
     openable = ", and you may open it" if free else ""
     found = [ok(f"{port} is there{_described(info)}{openable}"), *known.findings]
     if not info.readable:

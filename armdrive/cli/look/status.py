@@ -54,7 +54,7 @@ def status(options: argparse.Namespace) -> Result:
         if not is_held(name):
             raise
         view = ask(name, "status")
-        which = "this arm" if name == own else f"{name}, the port of {own}"
+        which = "this arm" if name == own else f"{name} on the port of {own}"
         held = f"{holder_words(name)} is driving {which}."
         return Result(view, itertools.chain((held, ""), status_lines(view, options)))
     return Result(view, status_lines(view, options))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from pages import page
 
 from armdrive.config.sections import Connection
+from armdrive.connect.control_socket import serve_stop
 from armdrive.dialects.recognition import Identity
 from armdrive.dialog import Grade, WrongAnswer, any_problem
 from armdrive.errors import PortUnavailable
@@ -26,6 +27,7 @@ from armdrive.setup.interview import Describing
 from armdrive.setup.ports import closed_ports, latency, look_at
 from armdrive.setup.prober import Examination, ProbeReply
 from armdrive.setup.survey import of_settings
+from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.transports import opening, ports
 from armdrive.transports.can_health import BusHealth
@@ -270,6 +272,18 @@ def test_a_port_that_is_not_there_is_said_before_anything_is_opened():
     known = look_at("/dev/nothing-here")
     assert not known.openable
     assert "/dev/nothing-here" in known.lines[0]
+
+
+@pytest.mark.parametrize("kind", ["network", "terminal"])
+def test_a_port_that_an_armdrive_program_holds_is_in_use_whatever_the_system_knows(tmp_path, kind):
+    (tmp_path / "tty").touch()
+    port = "socket://127.0.0.1:4001" if kind == "network" else str(tmp_path / "tty")
+    with hold(port) as lock:
+        serve_stop(lock, "drives")
+        known = look_at(port)
+    assert (known.openable, known.driven) == (False, port)
+    assert "an armdrive program drives an arm on it" in known.lines[-1]
+    assert look_at(port).openable
 
 
 class TwinBus:

@@ -69,7 +69,7 @@ def test_every_command_finds_the_program_that_holds_the_port_of_a_named_arm(
 ):
     assert f"asked {held_by_port} to stop" in call("stop", "--arm", "bench", code=0).out
     said = call("status", "--arm", "bench", code=0).out
-    assert f"is driving {held_by_port}, the port of bench" in said
+    assert f"is driving {held_by_port} on the port of bench" in said
     watched = []
     monkeypatch.setattr(jog, "require_screen", lambda *_: None)
     monkeypatch.setattr(status, "require_screen", lambda *_: None)
