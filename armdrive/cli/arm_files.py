@@ -40,7 +40,7 @@ def path_of(name: str) -> Path:
     known = [each.stem for each in arm_paths()]
     hint = suggestion(name.removesuffix(ENDING), known)
     there = f"known: {', '.join(known)}" if known else "there is none yet: armdrive config new"
-    raise ArmFileError(f"no arm file is called {name!r} ({there}){hint}{ending_hint(name)}")
+    raise ArmFileError(f"no arm file is called {name!r} ({there}){ending_hint(name)}{hint}")
 
 
 def read(name: str) -> ArmText:

@@ -143,8 +143,8 @@ def _unknown(name: str) -> str:
         *(path.stem for path in arm_paths()),
         *(f"{SIM}{each}" for each in DIALECTS),
     ]
-    hint = suggestion(name, known)
     return (
-        f"no arm is called {name!r}: known are {', '.join(known)}{hint}. Arm files are looked for "
-        f"in {folder}; a port is written in full, for example /dev/ttyUSB0{ending_hint(name)}"
+        f"no arm is called {name!r}: known are {', '.join(known)}. Arm files are looked for in "
+        f"{folder}; a port is written in full, for example /dev/ttyUSB0{ending_hint(name)}"
+        f"{suggestion(name, known)}"
     )

@@ -39,6 +39,11 @@ def test_a_file_with_another_ending_is_told_how_arm_files_end(
     assert "end in .toml" not in call.refused("status", "--arm", "/dev/ttyUSB0", code=2)
 
 
+def test_an_unknown_arm_is_asked_back_at_the_end(call):
+    write_bench()
+    assert call.refused("status", "--arm", "benhc", code=2).endswith("did you mean 'bench'?")
+
+
 def test_of_several_defaults_the_nearest_is_used_and_an_option_before_them_all(call, monkeypatch):
     write_bench(name="default")
     assert "/dev/none" in call.refused("status", code=4)
