@@ -46,10 +46,9 @@ def trial_arm(config: ArmConfig, *, simulated: bool) -> Iterator[Arm]:
 
 def _dialog(arm: Arm, attended: Attendance) -> Dialog:
     """Return the dialog with the person who handles and watches an arm."""
-    terminal = TerminalPerson()
     if arm.twin is None or not arm.simulated:
-        return Dialog(terminal)
-    return Dialog(attended.simulated_person(arm.twin, terminal))
+        return Dialog(TerminalPerson())
+    return Dialog(attended.simulated_person(arm.twin))
 
 
 def found_signs(arm: Arm, attended: Attendance) -> Signs:

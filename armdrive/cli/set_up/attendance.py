@@ -24,9 +24,10 @@ class Attendance:
     alone: bool
     tell: Callable[[str], None]
 
-    def simulated_person(self, twin: SimulatedArm, terminal: TerminalPerson) -> SimulatedPerson:
+    def simulated_person(self, twin: SimulatedArm) -> SimulatedPerson:
         """Return who handles and watches a simulated arm, and answers or asks at the terminal."""
-        return SimulatedPerson(twin, self.tell, None if self.alone else terminal.answer)
+        # no command continues from a question: nothing is kept of a simulated arm
+        return SimulatedPerson(twin, self.tell, None if self.alone else TerminalPerson().answer)
 
 
 def is_simulated(options: argparse.Namespace) -> bool:

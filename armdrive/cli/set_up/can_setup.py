@@ -126,15 +126,15 @@ def _known_port(config: ArmConfig) -> str:
     return PortOpening(config).find() if config.connection.names_port else ""
 
 
-def _person(config: ArmConfig, *more: str) -> TerminalPerson:
-    return TerminalPerson(command_line("can", "setup", config.name, *more))
+def _person(config: ArmConfig) -> TerminalPerson:
+    return TerminalPerson(command_line("can", "setup", config.name))
 
 
 def _new_drives(config: ArmConfig, attended: Attendance) -> tuple[SimulatedArm, SimulatedPerson]:
     """Return simulated drives as they are shipped, and who handles them."""
     twin = simulate(config, factory=True)
     attended.tell("These drives are simulated, and new; nothing is written.")
-    return twin, attended.simulated_person(twin, _person(config, "--sim"))
+    return twin, attended.simulated_person(twin)
 
 
 def _practise(
