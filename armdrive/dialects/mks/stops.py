@@ -83,7 +83,6 @@ class MksBrakes:
         self._began_s = self._due_s = io.now_s
         for drive in drives:
             drive.state = None
-            drive.ledger.braking = True  # drives that stand are not asked
 
     def step(self, left: Sequence[MksDrive], now_s: float) -> float:
         """Send the stop to drives that do not brake, and ask all that do not stand."""
