@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from armdrive.abilities import Abilities, Switching
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
+from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, deviation_steps
 from armdrive.dialects.controller import (
     HOST_DELAY_S,
@@ -23,7 +23,7 @@ from armdrive.dialects.controller import (
     Stopping,
     answer_without_device,
 )
-from armdrive.dialects.exchange import Script, ScriptIO, T
+from armdrive.dialects.exchange import TRIES, Script, ScriptIO, T
 from armdrive.tasks import (
     Alert,
     AlertKind,

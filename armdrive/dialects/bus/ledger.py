@@ -15,6 +15,8 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 
+from armdrive.dialects.exchange import TRIES as TRIES
+
 REPLY_TIMEOUT_S = 0.3
 """A question that is still open after this long counts as lost. The slowest reply observed on an
 overloaded computer took 0.18 s."""
@@ -27,8 +29,6 @@ RECENT_REPLIES = 15
 USUAL_WAITS = 2.0
 """A reply that is later than this many times the median is missed: on a link that delays every
 message by a random time, the slowest takes twice as long as the mean."""
-TRIES = 3
-"""How often a request that is safe to repeat is sent: a bad bus loses one frame in ten."""
 LAST_TRY_S = 0.25
 """How much longer the last reply is waited for: a frame may wait that long in the computer or the
 adapter (see `transports/can_link.py`)."""

@@ -13,8 +13,8 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
 from armdrive.dialects import DeviceTools
-from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
+from armdrive.dialects.exchange import TRIES
 from armdrive.dialects.mks.compare import value_words, wanted_settings
 from armdrive.dialects.mks.contact import series_words
 from armdrive.dialects.mks.drive import MksDrive

@@ -10,10 +10,10 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import NoReturn, TypeAlias
 
-from armdrive.dialects.bus.drives import Obstructed, off_target_words, shared_words
-from armdrive.dialects.bus.ledger import TRIES
+from armdrive.dialects.bus.drives import off_target_words, shared_words
 from armdrive.dialects.bus.observer import DriveFinding, Verdict
 from armdrive.dialects.bus.phases import end_earlier_motion
+from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.drive import MksDrive, obeys_bus, setting_of
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.stops import MksStops, pushing_words, restarted_words

@@ -13,7 +13,7 @@ from dataclasses import replace
 from armdrive.abilities import SEGMENTS_AHEAD, Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
+from armdrive.dialects.bus.drives import BUS_REQUESTS, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.controller import (
     HOST_DELAY_S,
@@ -103,27 +103,24 @@ class MksController(ScriptRunner[Event]):
             raise Refused(f"MKS drives do not support {type(request).__name__}")
         self.give_up()
         contact = self._contact
-        try:
-            if not contact.connected:
-                yield from contact.connect()
-                yield from self._homing.read_speeds(self._exchange.drives)
-            match request:
-                case MoveBy() | MoveAlong() | HomeDevice():
-                    return (yield from self._move(request))
-                case ReadPosition():
-                    return (yield from contact.read())
-                case ReadSettings():
-                    return (yield from compare(self._exchange, contact.firmware))
-                case FixSetting(line):
-                    return (yield from fix(self._exchange, line))
-                case SwitchOn():
-                    return (yield from contact.switch_on())
-                case DropCurrent():
-                    return (yield from contact.switch_off())
-                case _:
-                    return (yield from contact.clear())
-        except Obstructed as obstructed:
-            return obstructed.reply
+        if not contact.connected:
+            yield from contact.connect()
+            yield from self._homing.read_speeds(self._exchange.drives)
+        match request:
+            case MoveBy() | MoveAlong() | HomeDevice():
+                return (yield from self._move(request))
+            case ReadPosition():
+                return (yield from contact.read())
+            case ReadSettings():
+                return (yield from compare(self._exchange, contact.firmware))
+            case FixSetting(line):
+                return (yield from fix(self._exchange, line))
+            case SwitchOn():
+                return (yield from contact.switch_on())
+            case DropCurrent():
+                return (yield from contact.switch_off())
+            case _:
+                return (yield from contact.clear())
 
     def _move(self, request: MoveBy | MoveAlong | HomeDevice) -> Script:
         yield from self._motion.prepare(held=self._contact.on)

@@ -13,10 +13,9 @@ from typing import TypeAlias
 from armdrive.dialects.bus.drives import (
     NONE_HEARD,
     SLOW_BUS,
-    Obstructed,
     not_heard_words,
 )
-from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S, TRIES
+from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
     DriveFinding,
@@ -25,6 +24,7 @@ from armdrive.dialects.bus.observer import (
 from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.controller import FRESH_POSITION_S
+from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script

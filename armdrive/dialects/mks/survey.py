@@ -10,9 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
-from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.tools import Answers, SeenNodes, Survey
-from armdrive.dialects.exchange import ScriptLoop
+from armdrive.dialects.exchange import TRIES, ScriptLoop
 from armdrive.dialects.mks.contact import UNKNOWN_FIRMWARE, Firmware, firmware_of, series_words
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings

@@ -135,7 +135,7 @@ class RobkoMotion:
                 return Halted()
             way.began_s = self.io.now_s
             # one try: whether it may be repeated depends on whether the motors have moved
-            answer = yield from self.exchange.ask(message, tries=1, text=text, may_break=True)
+            answer = yield from self.exchange.ask_once(message, text)
             if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
                 return self._disabled()
             if self.io.stop_asked:  # received or not, the motors may be moving
@@ -143,8 +143,6 @@ class RobkoMotion:
             if answer is not None:
                 return (yield from self._paced(way, rate_hz))
             seen, moving = (yield from self.exchange.look()), (yield from self.exchange.mask())
-            if seen is None or moving is None:
-                return self.io.silence(began_s)
             if moving or seen != start:
                 return (yield from self._paced(way, rate_hz))
         return self.io.silence(began_s)
@@ -168,13 +166,11 @@ class RobkoMotion:
 
         The driver waits for a busy board, and frees a hanging axis once.
         """
-        began_s = self.io.now_s
-        until_s, first, freed = began_s + BUSY_S, None, False
+        until_s, first, freed = self.io.now_s + BUSY_S, None, False
         while not self.io.stop_asked and not released():
             start = yield from self._standing()
-            if start is None:
-                return self.io.silence(began_s)
-            answer = yield from self.exchange.ask(MoveAbsolute(Axes(tuple(start))), may_break=True)
+            rest = MoveAbsolute(Axes(tuple(start)))
+            answer = yield from self.exchange.ask(rest, until_stop=True)
             if isinstance(answer, Busy):
                 first = start if first is None else first
                 if self.io.now_s >= until_s and (freed or start != first):
@@ -186,11 +182,9 @@ class RobkoMotion:
             elif isinstance(answer, Acknowledged):
                 refused = answer.status is not Status.OK
                 return self._disabled() if refused else (yield from self._check_counts(start))
-            elif not self.io.stop_asked:
-                return self.io.silence(began_s)
         return Halted()
 
-    def _standing(self) -> Script[HostEvent, Motors | None]:
+    def _standing(self) -> Script[HostEvent, Motors]:
         """Return the position at rest; a wrong one would lead to a wrong target.
 
         A reading may be a late answer, so it must agree with a second reading or with the end of
@@ -201,7 +195,7 @@ class RobkoMotion:
         if seen is None or self.io.now_s > self.exchange.seen_s + FRESH_POSITION_S:
             seen = yield from self.exchange.look()
         for _ in range(SAME_LOOKS):
-            if seen is None or seen == last:
+            if seen == last:
                 break
             last, seen = seen, (yield from self.exchange.look())
         self.exchange.stood = seen
@@ -224,11 +218,8 @@ class RobkoMotion:
         """
         if self._counts_checked:
             return start
-        began_s = self.io.now_s
-        yield from self.io.pause(began_s + CHECK_S)
+        yield from self.io.pause(self.io.now_s + CHECK_S)
         seen, moving = (yield from self.exchange.look()), (yield from self.exchange.mask())
-        if seen is None or moving is None:
-            return self.io.silence(began_s)
         if moving or seen != start:
             yield from self.exchange.ask(MoveSpeed(STANDSTILL))
             return RequestRejected(
@@ -257,8 +248,6 @@ class RobkoMotion:
         while True:
             asked_s = self.io.now_s
             seen = yield from self.exchange.look()
-            if seen is None:
-                return self.io.silence(way.began_s)
             if not way.left(seen).largest:
                 self.exchange.stood = seen
                 return Done(self._measure(way, going_s, due_s))
@@ -307,16 +296,13 @@ class RobkoMotion:
     def _halt(self, way: RobkoPath) -> Script[HostEvent, Reply]:
         """Ramp the motors down and wait for standstill."""
         began_s = self.io.now_s
-        if (yield from self.exchange.ask(Stop(), text="STOP")) is None:
-            return self.io.silence(began_s)
+        yield from self.exchange.ask(Stop(), "STOP")
         looks, since_s, overdue = 0, self.io.now_s, 0
         last: Motors | None = None
         given_up_s = began_s + PATIENCE * self.meter.doubt * way.expected_s + PATIENCE_S
         while looks < STILL_LOOKS or self.io.now_s < since_s + STILL_S:
             asked_s = self.io.now_s
             seen, mask = (yield from self.exchange.look()), (yield from self.exchange.mask())
-            if seen is None or mask is None:
-                return self.io.silence(began_s)
             self.io.notify(Progress(Registers(seen)))
             # the mask has gaps when an axis runs by speed
             if mask or self.exchange.turning or seen != last:
