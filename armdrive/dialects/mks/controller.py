@@ -27,7 +27,7 @@ from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, fix
 from armdrive.dialects.mks.contact import MksContact, MksInquiry
 from armdrive.dialects.mks.exchange import MksExchange, Script
-from armdrive.dialects.mks.homing import MksHoming
+from armdrive.dialects.mks.homing import HOMING_SLOPE, MksHoming
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import catch_up_rpm, catch_up_travel
@@ -190,13 +190,12 @@ class MksController(ScriptRunner[Event]):
     def search(self, request: HomeDevice) -> Search:
         """Bound the drives' own homing: by their watchdogs if all have them, else by their ways.
 
-        On which ramp one brakes is not known: it takes no longer than from the arm's full speed.
+        A drive that does not report its speed may go on for all the time that the arm file allows.
         """
-        rate_hz = self._homing.rate_hz(request.groups)
-        brakes_s = self.ramp_s if math.isinf(rate_hz) else max(self.ramp_s, rate_hz / self._slope)
-        times = self._homing.times(request.groups)
-        lasts = in_turn(times)
-        if not self.watched:
+        rate_hz, times = self._homing.rate_hz(request.groups), self._homing.times(request.groups)
+        lasts, is_known = in_turn(times), math.isfinite(rate_hz)
+        brakes_s = rate_hz / HOMING_SLOPE if is_known else 0.0
+        if not (is_known and self.watched):
             return Search(max(times).s + brakes_s, lasts=lasts)
         silent_s = self.settings.watchdog_s + HOST_DELAY_S
         return Search(silent_s + brakes_s, (silent_s + brakes_s / 2.0) * rate_hz, lasts)

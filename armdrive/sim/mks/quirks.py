@@ -94,6 +94,8 @@ ALWAYS: tuple[tuple[str, str, str], ...] = (
      f"guess: {_UNKNOWN}; a fast restart is harder to notice"),
     ("stalls", "a drive reports a stall at a following error of a tenth of a turn",
      f"guess: {_UNKNOWN}"),
+    ("homing_ramp", "a drive ramps by 1000 rpm/s while it homes, and if its watchdog then stops it",
+     f"guess: {_UNKNOWN}"),
     ("starts_once", "a synchronous start ends the storing of motions",
      f"guess: {_MANUALS} do not say (4A, 4B)"),
     ("own_frames", "only frames to a drive itself feed its watchdog",
