@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, fields
-from enum import IntEnum
+from enum import Enum, IntEnum
 from types import FunctionType
 from typing import Any, TypeAlias, TypeVar, cast, dataclass_transform
 
@@ -77,6 +77,11 @@ def numbered(members: type[IntEnum]) -> Rule:
     """Return a rule that accepts members of an enumeration; its values must be consecutive."""
     low, high = min(members), max(members)
     return lambda field, value: members(whole(field, value, low, high))
+
+
+def in_words(member: Enum) -> str:
+    """Return the name of an enumeration's member for people: `FULL_SPEED` is `full speed`."""
+    return member.name.replace("_", " ").lower()
 
 
 def boolean(field: str, value: object) -> bool:

@@ -466,7 +466,7 @@ def section(device: MksSettings, ids: Sequence[int], current_ma: int) -> dict[st
 
 STEPS = (
     "its id, and whether it is alone with it",
-    "its settings: mode 5 (SR_vFOC), replies, microsteps, current, watchdog",
+    f"its settings: mode {Mode.BUS_FOC.title}, replies, microsteps, current, watchdog",
     "its encoder's calibration, if it has none: with a free shaft",
     "in the arm: direction and gear by a small motion, and the watchdog by another",
 )

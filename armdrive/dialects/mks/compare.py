@@ -57,7 +57,7 @@ def wanted_settings(device: MksSettings, current_ma: int) -> tuple[WantedSetting
     return (
         WantedSetting(
             SetMode(Mode.BUS_FOC),
-            "mode 5 (SR_vFOC)",
+            f"mode {Mode.BUS_FOC.title}",
             "in other modes it ignores motion commands",
         ),
         WantedSetting(
@@ -157,7 +157,7 @@ def value_words(setting: Setting | None) -> str:
     """Return a setting's value as text."""
     match setting:
         case SetMode(mode):
-            return f"{int(mode)} ({mode.name})"
+            return mode.title
         case SetMicrosteps(count):
             return str(count)
         case SetReplies(mode):

@@ -130,9 +130,8 @@ class MksInquiry:
         if not isinstance(mode, SetMode) or obeys_bus(mode):
             return ""
         return (
-            f"{drive} is in mode {int(mode.mode)} ({mode.mode.name}), in which "
-            f"the bus moves nothing: set mode {int(Mode.BUS_FOC)} (Menu > Mode > SR_vFOC, or "
-            "`armdrive doctor --fix`)"
+            f"{drive} is in mode {mode.mode.title}, in which the bus moves nothing: set mode "
+            f"{Mode.BUS_FOC.title} in its menu, or run `armdrive doctor --fix`"
         )
 
     def ask_fitness(self, drive: MksDrive) -> None:
@@ -197,7 +196,10 @@ REPLIES_OFF = (
     "answers queries, but does not confirm orders: its replies are off. Set them to full "
     "(`armdrive doctor --fix`, or code 8C with 01 01)"
 )
-NO_SUCH_ORDER = "it may be in a mode in which it ignores motion commands: set SR_vFOC (Menu > Mode)"
+NO_SUCH_ORDER = (
+    "it may be in a mode in which it ignores motion commands: set mode "
+    f"{Mode.BUS_FOC.title} in its menu"
+)
 OWN_ID = (
     "every drive ships with id 1. Unplug all but one and give each an id of its own, one at a time"
 )

@@ -19,6 +19,7 @@ from armdrive.dialects.mks.words import read_answer, read_request
 from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors.printable import command_line
 from armdrive.transports.can_health import BusHealth
+from firmware_protocol.fields import in_words
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
     BOARDS,
@@ -255,9 +256,9 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
     mode = drive.mode
     words = [drive.board, drive.firmware_words]
     words += [] if drive.counts is None else [f"at {counted(drive.counts, 'count')}"]
-    words += [f"mode {int(mode.mode)}"] if mode else []
+    words += [f"mode {mode.mode.title}"] if mode else []
     words += ["holds" if drive.enabled else "has let its motor go"]
-    words += [drive.state.name.lower().replace("_", " ")] if drive.state is not None else []
+    words += [in_words(drive.state)] if drive.state is not None else []
     name = f"drive {drive.node}"
     setup, fix = command_line("can", "setup", arm), command_line("doctor", "--arm", arm, "--fix")
     found = [ok(f"{name}: {', '.join(words)}")]
@@ -273,8 +274,8 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
     if mode is not None and mode.mode is not Mode.BUS_FOC:
         found.append(
             problem(
-                f"{name}: mode {int(mode.mode)} ({mode.mode.name}) obeys no motion from the bus",
-                f"`{fix}`, or `{setup}`, sets mode 5",
+                f"{name}: mode {mode.mode.title} obeys no motion from the bus",
+                f"`{fix}`, or `{setup}`, sets mode {Mode.BUS_FOC.title}",
             )
         )
     if drive.stalled:
