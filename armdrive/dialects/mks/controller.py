@@ -71,13 +71,11 @@ class MksController(ScriptRunner[Event]):
         self._motion = MksMotion(io, self._stops, self._inquiry)
         self._bursts = MksBursts(io, self._motion)
         self._homing = MksHoming(io, self._stops, motors.ranges)
-        if settings.version is None and not settings.segment_s:
-            self._choose()
+        self._choose()
 
     def _choose(self) -> None:
         """Steer if the firmware and the arm file allow it, else send bursts."""
-        able = not self._contact.firmware or self._exchange.can(Ability.RETARGET)
-        steered = bool(self.settings.segment_s) and able
+        steered = bool(self.settings.segment_s) and self._exchange.can(Ability.RETARGET)
         self.abilities = replace(
             self.abilities, coordinated=steered, queued_segments=SEGMENTS_AHEAD if steered else 0
         )

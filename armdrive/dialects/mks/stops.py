@@ -15,7 +15,7 @@ from armdrive.dialects.bus.observer import APART_S, DriveFinding
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
 from armdrive.dialects.exchange import Obstructed
-from armdrive.dialects.mks.drive import MksDrive
+from armdrive.dialects.mks.drive import RUNNING, MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
 from firmware_protocol.mks import (
@@ -54,8 +54,6 @@ BRAKING_MARGIN = 1.1
 """How much steeper than necessary a drive brakes at its target."""
 ORDER_DELAY_S = 0.003
 """The longest time until an order takes effect: its frame, those before it, a late loop."""
-RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED, MotorState.HOMING)
-"""A drive that reports one of these after a stop has not received it."""
 
 
 class MksBrakes:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
 from armdrive.dialects.bus.tools import Answers, SeenNodes, Survey
 from armdrive.dialects.exchange import TRIES, ScriptLoop
-from armdrive.dialects.mks.contact import UNKNOWN_FIRMWARE, Firmware, firmware_of, series_words
+from armdrive.dialects.mks.contact import Firmware, firmware_of, series_words
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.words import read_answer, read_request
@@ -45,7 +45,6 @@ from firmware_protocol.mks import (
     SilenceWatchdog,
     StallRead,
     StateRead,
-    VersionRead,
     abilities_of,
 )
 from kinematics.text import counted
@@ -73,7 +72,7 @@ class KnownDrive:
     """
 
     node: int
-    firmware: Firmware = UNKNOWN_FIRMWARE
+    firmware: Firmware = field(default_factory=Firmware)
     counts: int | None = None
     error: int | None = None
     enabled: bool | None = None
@@ -91,11 +90,6 @@ class KnownDrive:
         return abilities_of(self.firmware.version)
 
     @property
-    def version(self) -> VersionRead | None:
-        """Its board, and whether its encoder is calibrated."""
-        return self.firmware.read
-
-    @property
     def firmware_words(self) -> str:
         """Its firmware as text."""
         words = f"firmware {self.firmware}"
@@ -104,18 +98,13 @@ class KnownDrive:
     @property
     def board(self) -> str:
         """The name of its board."""
-        version = self.version
-        return (
-            "a drive"
-            if version is None or version.e_series
-            else BOARDS.get(version.board, "a drive")
-        )
+        number = 0 if self.firmware.e_series else self.firmware.board or 0
+        return BOARDS.get(number, "a drive")
 
     @property
     def most_ma(self) -> int:
         """The current limit of its board."""
-        large = self.version is not None and self.version.board in _LARGE_BOARDS
-        return CURRENT_MAX_MA if large else SMALL_MAX_MA
+        return CURRENT_MAX_MA if self.firmware.board in _LARGE_BOARDS else SMALL_MAX_MA
 
     @property
     def mode(self) -> SetMode | None:
@@ -262,7 +251,7 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
     name = f"drive {drive.node}"
     setup, fix = command_line("can", "setup", arm), command_line("doctor", "--arm", arm, "--fix")
     found = [ok(f"{name}: {', '.join(words)}")]
-    if drive.version is not None and drive.version.e_series:
+    if drive.firmware.e_series:
         return [*found, problem(series_words(name), "use a SERVO42D or SERVO57D")]
     if drive.doubled:
         found.append(
@@ -285,7 +274,7 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
                 "find out what blocks it, then call `reset()` or switch its supply off and on",
             )
         )
-    if drive.version is not None and not drive.version.calibrated:
+    if drive.firmware.calibrated is False:
         found.append(problem(f"{name}: its encoder is not calibrated", f"`{setup}` does that"))
     if Ability.SILENCE_WATCHDOG not in drive.able:
         found.append(

@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from armdrive.dialects.controller import FRESH_POSITION_S
+from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.settings import Pacing
@@ -231,11 +231,10 @@ class RobkoMotion:
 
     def _disabled(self) -> Reply:
         """Refuse a motion while the motors are disabled; alert if the driver had enabled them."""
-        words = "its motors are disabled: call `enable()`"
         if self.power.on:
             why = "the controller has switched its motors off: it was reset, or its watchdog did"
             self.power.lost(AlertKind.SWITCHED_OFF, why)
-        return RequestRejected(words, moved=False)
+        return RequestRejected(MOTORS_OFF, moved=False)
 
     # -- watching a motion ---------------------------------------------------------------------
 
