@@ -71,6 +71,13 @@ def whole_from(low: int, high: int) -> Rule:
 
 
 BYTE = whole_from(0, 255)
+INT16_MIN, INT16_MAX = -(1 << 15), (1 << 15) - 1
+INT16 = whole_from(INT16_MIN, INT16_MAX)
+
+
+def wrapped16(value: int) -> int:
+    """Return a number as a counter of 16 bits holds it, signed: 32768 is -32768."""
+    return (value - INT16_MIN) % (1 << 16) + INT16_MIN
 
 
 def numbered(members: type[IntEnum]) -> Rule:

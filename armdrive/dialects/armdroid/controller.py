@@ -51,8 +51,8 @@ from firmware_protocol.armdroid import (
     Welcome,
 )
 from firmware_protocol.armdroid.endpoints import Event as HostEvent
-from firmware_protocol.armdroid.endpoints import wrapped
 from firmware_protocol.armdroid.messages import encode_command
+from firmware_protocol.fields import wrapped16
 from kinematics.spaces import Motors
 
 ANSWER_TIMEOUT_FACTOR = 2.0  # timeout of a motion: this multiple of the slowest arm's time
@@ -224,7 +224,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
 
 
 def _sum(offsets: tuple[int, ...], steps: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple(wrapped(at + each) for at, each in zip(offsets, steps, strict=True))
+    return tuple(wrapped16(at + each) for at, each in zip(offsets, steps, strict=True))
 
 
 def _by_channel(channels: tuple[int, ...], steps: Motors) -> tuple[int, ...]:

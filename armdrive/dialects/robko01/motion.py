@@ -40,11 +40,10 @@ from armdrive.tasks import (
     Reply,
     RequestRejected,
 )
+from firmware_protocol.fields import INT16_MAX, INT16_MIN, wrapped16
 from firmware_protocol.robko01 import (
     AXES,
     AXIS_NAMES,
-    WORD_MAX,
-    WORD_MIN,
     Acknowledged,
     Axes,
     Busy,
@@ -52,7 +51,6 @@ from firmware_protocol.robko01 import (
     MoveSpeed,
     Status,
     Stop,
-    wrap,
 )
 from firmware_protocol.robko01 import Event as HostEvent
 from kinematics.spaces import Motors
@@ -70,12 +68,15 @@ class RobkoPath:
     def left(self, seen: Motors) -> Motors:
         """Return the remaining steps."""
         return Motors(
-            map(wrap, (a + b - at for a, b, at in zip(self.start, self.steps, seen, strict=True)))
+            map(
+                wrapped16,
+                (a + b - at for a, b, at in zip(self.start, self.steps, seen, strict=True)),
+            )
         )
 
     def holds(self, seen: Motors) -> bool:
         """Return whether every motor is between its start and its target."""
-        made = (wrap(at - a) for a, at in zip(self.start, seen, strict=True))
+        made = (wrapped16(at - a) for a, at in zip(self.start, seen, strict=True))
         return all(min(0, b) <= m <= max(0, b) for m, b in zip(made, self.steps, strict=True))
 
 
@@ -122,7 +123,7 @@ class RobkoMotion:
         if not isinstance(start, Motors):
             return start
         target = start + steps
-        if not all(WORD_MIN <= each <= WORD_MAX for each in target):
+        if not all(INT16_MIN <= each <= INT16_MAX for each in target):
             return _out_of_range(target)
         speeds = self.pacing.speeds(tuple(steps), rate_hz)
         text = f"MOVE {' '.join(map(str, steps))} at {max(speeds)}"
@@ -328,9 +329,9 @@ class RobkoMotion:
 
 
 def _out_of_range(target: Motors) -> RequestRejected:
-    far = next(axis for axis, each in enumerate(target) if not WORD_MIN <= each <= WORD_MAX)
+    far = next(axis for axis, each in enumerate(target) if not INT16_MIN <= each <= INT16_MAX)
     return RequestRejected(
         f"this would take the {AXIS_NAMES[far]} to {target[far]}, and the board moves no axis past "
-        f"{WORD_MIN} or {WORD_MAX}: reset the board, then home the arm",
+        f"{INT16_MIN} or {INT16_MAX}: reset the board, then home the arm",
         moved=False,
     )
