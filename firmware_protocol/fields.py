@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, fields
-from enum import IntEnum
+from enum import Enum, IntEnum
 from types import FunctionType
 from typing import Any, TypeAlias, TypeVar, cast, dataclass_transform
 
@@ -71,12 +71,24 @@ def whole_from(low: int, high: int) -> Rule:
 
 
 BYTE = whole_from(0, 255)
+INT16_MIN, INT16_MAX = -(1 << 15), (1 << 15) - 1
+INT16 = whole_from(INT16_MIN, INT16_MAX)
+
+
+def wrapped16(value: int) -> int:
+    """Return a number as a counter of 16 bits holds it, signed: 32768 is -32768."""
+    return (value - INT16_MIN) % (1 << 16) + INT16_MIN
 
 
 def numbered(members: type[IntEnum]) -> Rule:
     """Return a rule that accepts members of an enumeration; its values must be consecutive."""
     low, high = min(members), max(members)
     return lambda field, value: members(whole(field, value, low, high))
+
+
+def in_words(member: Enum) -> str:
+    """Return the name of an enumeration's member for people: `FULL_SPEED` is `full speed`."""
+    return member.name.replace("_", " ").lower()
 
 
 def boolean(field: str, value: object) -> bool:

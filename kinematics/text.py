@@ -17,7 +17,7 @@ def counted(count: int, one: str, several: str = "") -> str:
 
 
 def shown_name(name: str) -> str:
-    """Return the name of a joint or an axis as people read it: `wrist_pitch` is `wrist pitch`."""
+    """Return the name of a joint, axis or field for people: `wrist_pitch` is `wrist pitch`."""
     return name.replace("_", " ")
 
 

@@ -34,6 +34,8 @@ FRESH_POSITION_S = 0.3
 """A driver starts a motion only from a position that it read no longer ago than this. The driver's
 caller looks again sooner (`FRESH_S` in `motion.context`)."""
 
+MOTORS_OFF = "its motors are disabled: call `enable()`"
+"""Why a motion is refused while the motors have no current."""
 
 OVERTRAVEL = 1.1
 """A motor that homes turns by at most this share of its range. One that turns farther finds no

@@ -1,7 +1,8 @@
 """Scripts: generators that send something to a device and wait for its answer.
 
 A script yields the time until which it waits. It is resumed with a message from the codec, or with
-None when that time has come or a stop is requested. Its return value answers the request.
+None when that time has come or a stop is requested. Its return value answers the request, or the
+reply of an `Obstructed` that it raises.
 
 A controller answers requests with scripts (`controller.ScriptRunner`). The scripts share a
 `ScriptIO`: the wire, the time and the stop flag. Work that is no request of an arm, such as a
@@ -16,7 +17,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from armdrive.errors import ArmError, WrongState
-from armdrive.tasks import SWITCHED_ON, Event, RequestRejected, Timeout
+from armdrive.tasks import SWITCHED_ON, Event, Reply, RequestRejected, Timeout
 
 H = TypeVar("H")
 """The messages of the dialect's codec."""
@@ -24,8 +25,22 @@ H_co = TypeVar("H_co", covariant=True)
 T = TypeVar("T")
 Script: TypeAlias = Generator[float, H | None, T]
 
+TRIES = 3
+"""How often a message that is safe to repeat is sent: a bad line loses one in ten."""
+
 MOST_TURNS = 10_000
 """A script that is resumed more often than this at one moment is broken, and is ended."""
+
+
+class Obstructed(Exception):
+    """Ends a script early: its request cannot be carried out, or not completely.
+
+    Carries the reply to the request. Plain words mean that nothing of it was carried out.
+    """
+
+    def __init__(self, reply: Reply | str) -> None:
+        super().__init__(str(reply))
+        self.reply = RequestRejected(reply, moved=False) if isinstance(reply, str) else reply
 
 
 class Codec(Protocol[H_co]):
@@ -273,5 +288,10 @@ class ScriptLoop(Generic[H]):
         try:
             self._until_s = script.send(message)
         except StopIteration as end:
-            self._script, self._until_s = None, math.inf
-            self.io.notify(end.value)
+            self._end(end.value)
+        except Obstructed as obstructed:
+            self._end(obstructed.reply)
+
+    def _end(self, result: Any) -> None:
+        self._script, self._until_s = None, math.inf
+        self.io.notify(result)

@@ -82,9 +82,12 @@ class PaceMeter:
         return self.assumed_doubt if self._known is None else self._known
 
     def learn(self, expected_s: float, measured_s: float) -> bool:
-        """Learn from one motion; return False if its duration is impossible."""
+        """Learn from one motion; return False if its duration is impossible.
+
+        A motion that seems too short says nothing about the motors: its answer is another one's.
+        """
         believable = self.believable(expected_s, measured_s)
-        if expected_s <= 0.0:
+        if expected_s <= 0.0 or measured_s < self._shortest_s(expected_s):
             return believable
         factor = max(measured_s / expected_s, 1.0)  # an early answer proves no faster motor
         known = factor if self._known is None else self._known
@@ -97,7 +100,10 @@ class PaceMeter:
     def believable(self, expected_s: float, measured_s: float) -> bool:
         """Return whether a motion can have this duration on this arm, as far as it is known."""
         longest_s = expected_s * self.doubt * LATE + self.late_s
-        return expected_s * EARLY - self.early_s <= measured_s <= longest_s
+        return self._shortest_s(expected_s) <= measured_s <= longest_s
+
+    def _shortest_s(self, expected_s: float) -> float:
+        return expected_s * EARLY - self.early_s
 
 
 class SpeedMeter:

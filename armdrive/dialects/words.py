@@ -11,8 +11,10 @@ from typing import Any, Protocol, TypeAlias
 
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.events import Unreadable, UnreadableFrame
+from firmware_protocol.fields import in_words
 from firmware_protocol.frames import Frame
 from firmware_protocol.lines import LineSplitter
+from kinematics.text import shown_name
 
 Sentences: TypeAlias = Mapping[type, Callable[[Any], str]]
 """A sentence for each class of messages."""
@@ -38,7 +40,7 @@ def plain(message: object) -> str:
     if isinstance(message, Unreadable):
         return f"unreadable: `{escaped(message.data)}`: {message.reason}"
     if isinstance(message, Enum):
-        return _name(message.name)
+        return in_words(message)
     if not is_dataclass(message) or type(message).__str__ is not object.__str__:
         return str(message)
     name = class_words(type(message).__name__)
@@ -77,7 +79,7 @@ def named(name: str, value: object, message: str = "") -> str:
         return "on" if value else "off"
     stem, _, last = name.rpartition("_")
     unit = f" {UNITS[last]}" if stem and last in UNITS else ""
-    label = _name(stem) if unit else _name(name)
+    label = shown_name(stem if unit else name).lower()
     if message.endswith(f" {label}") and not isinstance(value, bool):
         return f"{valued(value)}{unit}"
     return f"{label} {valued(value)}{unit}"
@@ -88,7 +90,7 @@ def valued(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Enum):
-        return _name(value.name)
+        return in_words(value)
     if isinstance(value, bytes):
         return value.hex(" ")
     if is_dataclass(value) or isinstance(value, Frame):
@@ -98,10 +100,6 @@ def valued(value: object) -> str:
     if isinstance(value, list | tuple):
         return " ".join(map(valued, value))
     return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def _name(word: str) -> str:
-    return word.replace("_", " ").lower()
 
 
 # One message of a device in a recording, and its comparison with that of the simulated device.

@@ -27,8 +27,6 @@ from armdrive.sim.world.saved import Json
 from armdrive.text.toml import setting
 from firmware_protocol.armdroid import (
     RPM_DEFAULT,
-    STEPS_MAX,
-    STEPS_MIN,
     ArgumentsReported,
     Device,
     DriveAll,
@@ -53,10 +51,10 @@ from firmware_protocol.armdroid import (
 )
 from firmware_protocol.armdroid import ReportOffsets as _Report
 from firmware_protocol.armdroid.endpoints import DeviceEvent
+from firmware_protocol.fields import INT16_MAX, INT16_MIN, wrapped16
 from kinematics.spaces import Motors
 
 BAUD = 9600
-_WORD, _SIGN = 1 << 16, 1 << 15
 CHANNELS = (6, 5, 4, 3, 2, 1)
 """The channel of each motor: base, shoulder, elbow, right and left wrist, gripper."""
 MINUTE_MS, TURN_STEPS = 60_000, 48
@@ -120,7 +118,7 @@ def by_motor(by_channel: Sequence[int]) -> tuple[int, ...]:
 class SavedArmdroid:
     """What is saved of the board."""
 
-    rpm: int = setting(low=STEPS_MIN, high=STEPS_MAX)
+    rpm: int = setting(low=INT16_MIN, high=INT16_MAX)
 
 
 class ArmdroidBoard(Board):
@@ -158,7 +156,7 @@ class ArmdroidBoard(Board):
     @property
     def registers(self) -> Motors:
         """The offsets in the order of the arm's motors: signed, 16 bits, wrapping."""
-        return Motors((count + _SIGN) % _WORD - _SIGN for count in self.drive.counts)
+        return Motors(wrapped16(count) for count in self.drive.counts)
 
     @property
     def offsets(self) -> tuple[int, ...]:

@@ -22,6 +22,7 @@ from armdrive.sim.wire import DeviceLine, TimeQueue, WireDevice
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, require_counts, unfit, world_to_json
 from armdrive.text.toml import checked, plain, rule_of, setting
+from firmware_protocol.fields import INT16_MAX, INT16_MIN
 from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors
 from kinematics.text import mm_text
@@ -103,7 +104,7 @@ class Board(abc.ABC):
     title: ClassVar[str]
     """The name shown to people, for example `TeachMover`."""
     input_bits: int = 8
-    register_range: ClassVar[tuple[int, int]] = (-(1 << 15), (1 << 15) - 1)
+    register_range: ClassVar[tuple[int, int]] = (INT16_MIN, INT16_MAX)
     """The smallest and largest value of a position register."""
     saved_as: ClassVar[type[Any]] = SavedBoard
     """The dataclass of the board's own saved state."""

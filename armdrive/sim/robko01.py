@@ -25,6 +25,7 @@ from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json
 from armdrive.text.toml import setting
 from firmware_protocol.events import Overrun, Unreadable
+from firmware_protocol.fields import wrapped16
 from firmware_protocol.robko01 import (
     AXES,
     PAYLOAD_MAX,
@@ -58,7 +59,6 @@ from firmware_protocol.robko01 import (
     SetRobotId,
     Status,
     Stop,
-    wrap,
 )
 from firmware_protocol.robko01.frames import SENTINEL, Kind, check_bytes, frame_bytes
 from kinematics.spaces import Motors
@@ -249,8 +249,8 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
 
     def reported(self, now_s: float) -> Axes:
         """Return positions and speeds as reported: in 16 bits."""
-        speeds = (wrap(round(speed)) for speed in self.rack.speeds(now_s))
-        return Axes(tuple(wrap(count) for count in self.counts), tuple(speeds))
+        speeds = (wrapped16(round(speed)) for speed in self.rack.speeds(now_s))
+        return Axes(tuple(wrapped16(count) for count in self.counts), tuple(speeds))
 
     def turn(self, steps: Sequence[int], now_s: float) -> None:
         """Turn motors by hand. Motors that were off are off again afterwards."""
@@ -314,7 +314,7 @@ class SimRobkoBoard(Board):
     @property
     def registers(self) -> Motors:
         """The positions as reported: in 16 bits."""
-        return Motors(wrap(count) for count in self.drive.counts)
+        return Motors(wrapped16(count) for count in self.drive.counts)
 
     def due_s(self) -> float:
         """Return when a motion ends, a reply is due, or the watchdog expires."""

@@ -28,6 +28,7 @@ from armdrive.sim.world.saved import Json, unfit
 from armdrive.text.toml import setting
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.events import Unreadable
+from firmware_protocol.fields import wrapped16
 from firmware_protocol.teachmover import (
     Arm,
     Close,
@@ -47,6 +48,7 @@ from firmware_protocol.teachmover import (
     Status,
     Step,
 )
+from firmware_protocol.teachmover.messages import MOVE_KIND
 from kinematics.spaces import Motors
 
 BAUD = 9600
@@ -57,9 +59,6 @@ CLOSE_RATE_HZ = 277.0
 DELAY_UNIT_S = 0.001
 """What one count of @DELAY is worth: a guess."""
 STILL = (0, 0, 0, 0, 0, 0)
-_MOVE_KIND = 1
-_WORD = 1 << 16
-_HALF = 1 << 15
 
 
 # The real rates, from SP to half-steps a second. Deliberately independent of the driver's table: if
@@ -112,7 +111,7 @@ class StoredProgram:
 
     def start(self) -> None:
         """Begin a run: the rows that are moves, ordered by number."""
-        self._left = deque(row for row in self.in_order if row.kind == _MOVE_KIND)
+        self._left = deque(row for row in self.in_order if row.kind == MOVE_KIND)
 
     def next_row(self) -> ProgramRow | None:
         """Return the next row of the run; None after the last."""
@@ -194,7 +193,7 @@ class TeachMoverBoard(Board):
     @property
     def registers(self) -> Motors:
         """The position registers: signed, 16 bits, wrapping."""
-        return Motors(signed(count) for count in self.drive.counts)
+        return Motors(wrapped16(count) for count in self.drive.counts)
 
     @property
     def inputs(self) -> int:
@@ -294,7 +293,7 @@ class TeachMoverBoard(Board):
         row = self.memory.next_row()
         if row is not None:
             places = zip(row.positions, self.registers, strict=True)
-            steps = [signed(goal - at) for goal, at in places]
+            steps = [wrapped16(goal - at) for goal, at in places]
             self.drive.start(steps, self._rate_hz(row.speed), self.now_s)
         return row is not None
 
@@ -311,11 +310,6 @@ class TeachMoverBoard(Board):
 
     def _rate_hz(self, speed: int) -> float:
         return rate_hz(speed, self.settings.speed_error)
-
-
-def signed(count: int) -> int:
-    """Wrap a count as a signed 16-bit register does."""
-    return (count + _HALF) % _WORD - _HALF
 
 
 def _make(config: ArmConfig, world: World, settings: TwinSettings) -> TeachMoverBoard:

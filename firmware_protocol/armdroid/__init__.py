@@ -13,8 +13,6 @@ from firmware_protocol.armdroid.messages import KEPT as KEPT
 from firmware_protocol.armdroid.messages import MOTORS as MOTORS
 from firmware_protocol.armdroid.messages import RPM_DEFAULT as RPM_DEFAULT
 from firmware_protocol.armdroid.messages import RPM_MAX as RPM_MAX
-from firmware_protocol.armdroid.messages import STEPS_MAX as STEPS_MAX
-from firmware_protocol.armdroid.messages import STEPS_MIN as STEPS_MIN
 from firmware_protocol.armdroid.messages import STEPS_PER_TURN as STEPS_PER_TURN
 from firmware_protocol.armdroid.messages import Answer as Answer
 from firmware_protocol.armdroid.messages import ArgumentsReported as ArgumentsReported

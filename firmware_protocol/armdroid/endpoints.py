@@ -46,7 +46,7 @@ from firmware_protocol.armdroid.messages import (
 )
 from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.events import Overrun, Stray, Unreadable
-from firmware_protocol.fields import message
+from firmware_protocol.fields import message, wrapped16
 from firmware_protocol.lines import LineHost
 
 # The host's end.
@@ -155,7 +155,6 @@ class Host(LineHost[Event]):
 # written for.
 
 _DIGITS = b"0123456789"
-_WORD, _SIGN = 1 << 16, 1 << 15
 
 _PLAIN: dict[int, Request] = {
     ord(request.letter): request
@@ -171,11 +170,6 @@ _PLAIN: dict[int, Request] = {
 _WITH_NUMBERS = frozenset(b"dDst")
 MEANT = frozenset(_DIGITS) | frozenset(b"-,") | _WITH_NUMBERS | frozenset(_PLAIN)
 """Every byte that the sketch does not ignore."""
-
-
-def wrapped(value: int) -> int:
-    """Return a value wrapped to a signed 16-bit number."""
-    return (value + _SIGN) % _WORD - _SIGN
 
 
 ROOM_BYTES = 4096  # input buffer; an AVR board with a hardware port has room for 64
@@ -297,9 +291,9 @@ class Device:
     def _take(self, byte: int) -> Request | None:
         """Take one character; return the command that it completes, or None."""
         if byte in _DIGITS:
-            self._accumulator = wrapped(self._accumulator * 10 + byte - _DIGITS[0])
+            self._accumulator = wrapped16(self._accumulator * 10 + byte - _DIGITS[0])
         elif byte == ord("-"):
-            self._accumulator = wrapped(-self._accumulator)
+            self._accumulator = wrapped16(-self._accumulator)
         elif byte == ord(","):
             self._shift()
         elif byte in _WITH_NUMBERS:

@@ -12,23 +12,20 @@ from collections.abc import Callable
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, chosen_by_sender
-from firmware_protocol.fields import BYTE, boolean, message, optional, row_of, whole_from
+from firmware_protocol.fields import BYTE, INT16, boolean, message, optional, row_of, whole_from
 
 MOTORS = 6
 """1 gripper, 2 left wrist, 3 right wrist, 4 elbow, 5 shoulder, 6 base."""
 KEPT = MOTORS - 1  # arguments that the sketch keeps; the sixth number is its accumulator
-STEPS_MIN, STEPS_MAX = -(1 << 15), (1 << 15) - 1
 STEPS_PER_TURN = 48
 RPM_DEFAULT = 100  # the speed after a start of the board
 # One step per millisecond. Above it the sketch steps as fast as it can; at 0 it divides by zero.
 RPM_MAX = 60 * 1000 // STEPS_PER_TURN
 
-
-STEPS = whole_from(STEPS_MIN, STEPS_MAX)
-SIX_STEPS = row_of(STEPS, MOTORS, f"{MOTORS} counts of steps")
+SIX_STEPS = row_of(INT16, MOTORS, f"{MOTORS} counts of steps")
 
 
-@message(motor=whole_from(1, MOTORS), steps=STEPS)
+@message(motor=whole_from(1, MOTORS), steps=INT16)
 class DriveOne:
     """Move one motor, 1 to 6, by relative steps; the answer comes at the motion's end.
 
@@ -139,7 +136,7 @@ class DropArguments:
     letter: ClassVar[str] = "d"
 
 
-@message(motor=BYTE, steps=STEPS)
+@message(motor=BYTE, steps=INT16)
 class DriveNone:
     """A `d` for a motor that does not exist: the board moves nothing and answers.
 
@@ -155,7 +152,7 @@ class DriveNone:
             raise BadField("motor", self.motor, "no motor of the arm: use DriveOne")
 
 
-@message(rpm=STEPS)
+@message(rpm=INT16)
 class OddSpeed:
     """An `s` with a speed outside 1 to 1250, which `Host` never sends. Only devices receive this.
 
@@ -208,7 +205,7 @@ class OffsetsReported:
     offsets: tuple[int, ...]
 
 
-@message(rpm=STEPS)
+@message(rpm=INT16)
 class SpeedReported:
     """The number that the board took for the speed."""
 
@@ -237,7 +234,7 @@ class InterfaceReported:
     kind: str = "direct-drive"
 
 
-@message(arguments=row_of(STEPS, KEPT, f"{KEPT} counts of steps"), accumulator=STEPS)
+@message(arguments=row_of(INT16, KEPT, f"{KEPT} counts of steps"), accumulator=INT16)
 class ArgumentsReported:
     """The five kept arguments and the accumulator."""
 

@@ -96,9 +96,18 @@ class Mode(IntEnum):
         return self >= Mode.BUS_OPEN
 
     @property
+    def title(self) -> str:
+        """Its number, and its name in the drive's menu."""
+        return f"{int(self)} ({MENU_NAMES[self]})"
+
+    @property
     def top_rpm(self) -> int:
         """The mode's highest speed, from the manual."""
         return (400, 1500, SPEED_MAX_RPM)[self % 3]
+
+
+MENU_NAMES = ("CR_OPEN", "CR_CLOSE", "CR_vFOC", "SR_OPEN", "SR_CLOSE", "SR_vFOC")
+"""The modes in the drive's menu: CR are for pulses, SR for the bus."""
 
 
 class Bitrate(IntEnum):

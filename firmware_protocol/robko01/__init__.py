@@ -18,8 +18,6 @@ from firmware_protocol.robko01.frames import FRAME_MAX as FRAME_MAX
 from firmware_protocol.robko01.frames import PAYLOAD_MAX as PAYLOAD_MAX
 from firmware_protocol.robko01.messages import AXES as AXES
 from firmware_protocol.robko01.messages import AXIS_NAMES as AXIS_NAMES
-from firmware_protocol.robko01.messages import WORD_MAX as WORD_MAX
-from firmware_protocol.robko01.messages import WORD_MIN as WORD_MIN
 from firmware_protocol.robko01.messages import Acknowledged as Acknowledged
 from firmware_protocol.robko01.messages import Answer as Answer
 from firmware_protocol.robko01.messages import Axes as Axes
@@ -49,4 +47,3 @@ from firmware_protocol.robko01.messages import SavePosition as SavePosition
 from firmware_protocol.robko01.messages import SetRobotId as SetRobotId
 from firmware_protocol.robko01.messages import Status as Status
 from firmware_protocol.robko01.messages import Stop as Stop
-from firmware_protocol.robko01.messages import wrap as wrap

@@ -18,12 +18,12 @@ from typing import ClassVar, Self, TypeAlias, get_args
 from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.fields import (
     BYTE,
+    INT16,
     an_instance,
     message,
     numbered,
     row_of,
     some_bytes,
-    whole_from,
 )
 from firmware_protocol.robko01.frames import (
     PAYLOAD_MAX,
@@ -34,8 +34,6 @@ from firmware_protocol.robko01.frames import (
 
 AXES = 6
 AXIS_NAMES = ("base", "shoulder", "elbow", "left differential", "right differential", "gripper")
-WORD_MIN, WORD_MAX = -(1 << 15), (1 << 15) - 1
-_TURN = 1 << 16
 _TWELVE = struct.Struct(f"<{2 * AXES}h")
 
 
@@ -72,7 +70,7 @@ class Status(IntEnum):
 
 
 _PAYLOAD = some_bytes(PAYLOAD_MAX)
-_SIX_WORDS = row_of(whole_from(WORD_MIN, WORD_MAX), AXES, f"{AXES} whole numbers, one an axis")
+_SIX_WORDS = row_of(INT16, AXES, f"{AXES} whole numbers, one an axis")
 
 
 @message(positions_steps=_SIX_WORDS, speeds_steps_s=_SIX_WORDS)
@@ -96,11 +94,6 @@ class Axes:
         """Return the 24 bytes."""
         pairs = zip(self.positions_steps, self.speeds_steps_s, strict=True)
         return _TWELVE.pack(*(word for pair in pairs for word in pair))
-
-
-def wrap(position_steps: int) -> int:
-    """Return a position as the arm reports it, wrapped to 16 bits."""
-    return (position_steps - WORD_MIN) % _TURN + WORD_MIN
 
 
 # The four forms of a payload, in requests and answers.
@@ -373,7 +366,7 @@ class Moving(_OfByte):
 
 
 class Positions(_OfAxes):
-    """The position of every axis, wrapped to 16 bits (`wrap`), and its speed."""
+    """The position of every axis, wrapped to 16 bits, and its speed."""
 
     op, status = Op.POSITION, Status.OK
 

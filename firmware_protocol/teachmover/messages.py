@@ -19,7 +19,17 @@ from firmware_protocol.errors import (
     chosen_by_sender,
     whole,
 )
-from firmware_protocol.fields import BYTE, an_instance, message, optional, row_of, whole_from
+from firmware_protocol.fields import (
+    BYTE,
+    INT16,
+    INT16_MIN,
+    an_instance,
+    message,
+    optional,
+    row_of,
+    whole_from,
+    wrapped16,
+)
 
 # One row of the program in a TeachMover's memory, and its packing into eight words.
 #
@@ -33,16 +43,13 @@ ROW_WORDS = 8
 SPEED_MAX = 245
 """The fastest speed a motion may name; 0 is the slowest."""
 MOVE_KIND = 1
-STEPS_MIN, STEPS_MAX = -(1 << 15), (1 << 15) - 1
 WORD_MAX = (1 << 16) - 1
 _BYTE_MAX = 255
 
 
 WORD = whole_from(0, WORD_MAX)
 SPEED = whole_from(0, SPEED_MAX)
-SIX_STEPS = row_of(
-    whole_from(STEPS_MIN, STEPS_MAX), MOTORS, f"{MOTORS} counts of half-steps, one a motor"
-)
+SIX_STEPS = row_of(INT16, MOTORS, f"{MOTORS} counts of half-steps, one a motor")
 
 
 @message(number=WORD, speed=BYTE, positions=SIX_STEPS, kind=BYTE)
@@ -75,13 +82,13 @@ class ProgramRow:
         if len(words) != ROW_WORDS:
             raise RemoteProtocolError(f"a program row has {ROW_WORDS} words, not {len(words)}")
         for word in words:
-            if not STEPS_MIN <= word <= WORD_MAX:
+            if not INT16_MIN <= word <= WORD_MAX:
                 raise RemoteProtocolError(f"{word} is no 16-bit word of a program row")
         number, second, *packed = (word & WORD_MAX for word in words)
         pairs = [(word & 0xFF, word >> 8) for word in packed]
         low = [byte for pair in pairs[:3] for byte in pair]
         high = [byte for pair in pairs[3:] for byte in pair]
-        positions = tuple(_signed(h << 8 | b) for b, h in zip(low, high, strict=True))
+        positions = tuple(wrapped16(h << 8 | b) for b, h in zip(low, high, strict=True))
         return cls(number, _BYTE_MAX - (second >> 8), positions, second & 0xFF)
 
     @property
@@ -95,11 +102,6 @@ class ProgramRow:
             *((second & 0xFF) << 8 | first & 0xFF for first, second in pairs),
             *((second >> 8) << 8 | first >> 8 for first, second in pairs),
         )
-
-
-def _signed(word: int) -> int:
-    """Read an unsigned 16-bit word as two's complement."""
-    return word - (1 << 16) if word > STEPS_MAX else word
 
 
 ATTENTION = "@"

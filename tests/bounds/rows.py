@@ -337,9 +337,9 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
             "back as soon as no drive replies for 0.06 s, so a drive has little to catch up.",
         ),
         "homing ramp": Reason(
-            0.4,
-            "On which ramp a homing drive brakes is not known. The bound allows for as long as "
-            "from the arm's full speed.",
+            0.35,
+            "On which ramp a homing drive brakes is not known. The bound allows for the gentlest "
+            "that it has; the simulated drive brakes thirteen times as hard.",
         ),
         "as declared": Reason(
             0.1,
@@ -437,7 +437,10 @@ def _homing_rows() -> tuple[Row, ...]:
     return (
         *(Row("grbl", Begin.HOMING, cause, (0.1,)) for cause in _LOST),
         *(Row("cia402", Begin.HOMING, cause, (0.3,)) for cause in _LOST),
-        *(Row("mks", Begin.HOMING, cause, (0.31,), way="homing ramp") for cause in _LOST),
+        *(
+            Row("mks", Begin.HOMING, cause, (0.31,), time="homing ramp", way="homing ramp")
+            for cause in _LOST
+        ),
         Row("mks", Begin.HOMING, Cause.PULLED, (0.1,), options=_UNWATCHED),
         Row("grbl", Begin.HOMING, Cause.PULLED, (0.1,), options=_FLUIDNC, time="as declared"),
     )

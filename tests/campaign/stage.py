@@ -87,6 +87,7 @@ NUMBERS = {"flash_ms": 200.0}
 LEFT_OUT: Mapping[str, str] = MappingProxyType(
     {
         "e_series": "armdrive refuses these drives",
+        "homes_reversed": "such an arm cannot home, and otherwise is like any other",
         "hold_after_loss": "drives that extrapolate pass their last target while the bus fails",
         "retarget_creeps": "the arm file has to say `segment_s = 0`",
         "speed_unit": "the arm file has to name the unit",

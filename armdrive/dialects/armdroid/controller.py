@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from armdrive.abilities import Abilities, Switching
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
+from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, deviation_steps
 from armdrive.dialects.controller import (
     HOST_DELAY_S,
@@ -23,7 +23,7 @@ from armdrive.dialects.controller import (
     Stopping,
     answer_without_device,
 )
-from armdrive.dialects.exchange import Script, ScriptIO, T
+from armdrive.dialects.exchange import TRIES, Script, ScriptIO, T
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -51,8 +51,8 @@ from firmware_protocol.armdroid import (
     Welcome,
 )
 from firmware_protocol.armdroid.endpoints import Event as HostEvent
-from firmware_protocol.armdroid.endpoints import wrapped
 from firmware_protocol.armdroid.messages import encode_command
+from firmware_protocol.fields import wrapped16
 from kinematics.spaces import Motors
 
 ANSWER_TIMEOUT_FACTOR = 2.0  # timeout of a motion: this multiple of the slowest arm's time
@@ -224,7 +224,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
 
 
 def _sum(offsets: tuple[int, ...], steps: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple(wrapped(at + each) for at, each in zip(offsets, steps, strict=True))
+    return tuple(wrapped16(at + each) for at, each in zip(offsets, steps, strict=True))
 
 
 def _by_channel(channels: tuple[int, ...], steps: Motors) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from armdrive.dialects.armdroid.settings import ArmdroidSettings
-from armdrive.dialects.exchange import Script, ScriptIO
+from armdrive.dialects.exchange import TRIES, Script, ScriptIO
 from firmware_protocol.armdroid import (
     LINE_BYTES,
     ArgumentsReported,
@@ -36,7 +36,6 @@ from firmware_protocol.armdroid.messages import encode_answer
 
 Offsets: TypeAlias = tuple[int, ...]
 
-TRIES = 3  # attempts to send a command that moves nothing
 LONGEST_OFFSETS = len("offsets = " + ",".join(["-32768"] * 6) + "\r\n")
 # The speed that consumes a left-over number. It ends in 5: appended to any digits, the board never
 # reads a 0, by which it would divide.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.observer import MAX_DELAY_S
+from armdrive.dialects.exchange import Obstructed as Obstructed
 from armdrive.errors import ArmFileError, Refused
 from armdrive.tasks import (
     ClearFault,
@@ -17,7 +18,6 @@ from armdrive.tasks import (
     MoveBy,
     ReadPosition,
     ReadSettings,
-    Reply,
     RequestRejected,
     SwitchOn,
     Timeout,
@@ -61,17 +61,6 @@ def off_target_words(drive: object, count: int, target: int, unit: str) -> str:
         f"{drive} is at {count}, not at {target} {unit}: it is blocked, overloaded, was turned by "
         "force, or was reset"
     )
-
-
-class Obstructed(Exception):
-    """A request cannot be carried out, or not completely; carries the reply to it.
-
-    Plain words mean that nothing of it was carried out.
-    """
-
-    def __init__(self, reply: Reply | str) -> None:
-        super().__init__(str(reply))
-        self.reply = RequestRejected(reply, moved=False) if isinstance(reply, str) else reply
 
 
 ANSWER_S = 0.12

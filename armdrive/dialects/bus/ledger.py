@@ -15,6 +15,8 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 
+from armdrive.dialects.exchange import TRIES as TRIES
+
 REPLY_TIMEOUT_S = 0.3
 """A question that is still open after this long counts as lost. The slowest reply observed on an
 overloaded computer took 0.18 s."""
@@ -27,17 +29,12 @@ RECENT_REPLIES = 15
 USUAL_WAITS = 2.0
 """A reply that is later than this many times the median is missed: on a link that delays every
 message by a random time, the slowest takes twice as long as the mean."""
-TRIES = 3
-"""How often a request that is safe to repeat is sent: a bad bus loses one frame in ten."""
 LAST_TRY_S = 0.25
 """How much longer the last reply is waited for: a frame may wait that long in the computer or the
 adapter (see `transports/can_link.py`)."""
 MUTE_POLLS = 4
 """A drive that misses this many polls in a row while another one replies is mute, and may have lost
 its power. On a bus that loses one frame in ten, a sound drive does that once in 750 polls."""
-BRAKING_SILENCE_S = 0.15
-"""A braking drive that is silent for this long may have lost its power, even if no other drive
-replied meanwhile: the standing drives are not asked then."""
 REPLY_GRACE_S = 0.12
 """Once a drive replies again, replies that are later than this will not come, as long as the other
 drives reply in time."""
@@ -149,8 +146,6 @@ class Ledger:
         self.open_s = math.inf
         """When the first frame without a reply was sent; infinity if none is open."""
         self.absence = Absence()
-        self.braking = False
-        """Whether the drive brakes. Then the others may not be asked, and cannot reply."""
         self.asked_s = -math.inf
         """When its position was asked for last."""
         self._questions: deque[float] = deque(maxlen=MOST_QUESTIONS)
@@ -212,8 +207,7 @@ class Ledger:
         """
         if settles:
             self.absence.settle()
-        unheard = self.braking and now_s >= self.open_s + BRAKING_SILENCE_S
-        if unheard or self.silent:
+        if self.silent:
             self.suspect(now_s + REPLY_GRACE_S)
         self.absence.weigh()
         if asked:
@@ -229,7 +223,7 @@ class Ledger:
         self.absence.forget()
         self.open_s = math.inf
         self._missed, self._unproven = 0, False
-        self.unanswered_polls, self.braking = 0, False
+        self.unanswered_polls = 0
         self.timeout_s = REPLY_TIMEOUT_S
 
     # -- conclusions --------------------------------------------------------------------------

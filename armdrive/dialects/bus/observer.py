@@ -641,8 +641,7 @@ class Observer(Generic[D]):
         After an outage each drive may have lost its power: a failing supply looks like a bus
         outage, but orders sent meanwhile are never answered.
         """
-        braking = any(each.ledger.braking for each in self.drives)
-        if asked and self.in_outage(now_s) and not braking:
+        if asked and self.in_outage(now_s):
             prompt = any(each.prompt_s >= self._last_outage_s for each in self.drives)
             self._outages = 1 if prompt else self._outages + 1
             self.outage_s, self.returned = self.silent_s(now_s), True

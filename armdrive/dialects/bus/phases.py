@@ -13,10 +13,9 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
-from armdrive.dialects.exchange import ListenedTime, Script, ScriptIO
+from armdrive.dialects.exchange import ListenedTime, Obstructed, Script, ScriptIO
 from armdrive.tasks import Done, Reply, RequestRejected, Timeout, never
 
 H = TypeVar("H")

@@ -11,6 +11,7 @@ from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.tasks import Done, Reply, RequestRejected
+from firmware_protocol.fields import in_words
 from firmware_protocol.grbl import (
     Acknowledged,
     AlarmRaised,
@@ -72,7 +73,7 @@ class GrblExchange:
 
     def press(self, command: Realtime) -> None:
         """Send a real-time command."""
-        shown = command.name.lower().replace("_", " ")
+        shown = in_words(command)
         if command is Realtime.STATUS:
             shown = ""
             self.board.polls.ask(self.io.now_s)

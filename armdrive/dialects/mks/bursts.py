@@ -17,7 +17,7 @@ from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.steering import beyond
 from armdrive.dialects.mks.stops import shared_acc
-from armdrive.tasks import Done, Halted, never
+from armdrive.tasks import Done, Halted
 from firmware_protocol.mks import (
     COUNTS_S_PER_RPM,
     SPEED_MAX_RPM,
@@ -68,7 +68,7 @@ class MksBursts:
         for drive, order in orders.items():
             io.send(drive, order)
         yield io.now_s
-        return (yield from self._motion.arrive(self._lasts_s(steps, rate_hz), never))
+        return (yield from self._motion.arrive(self._lasts_s(steps, rate_hz)))
 
     # -- numbers ------------------------------------------------------------------------------
 

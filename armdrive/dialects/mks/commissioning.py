@@ -13,8 +13,8 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
 from armdrive.dialects import DeviceTools
-from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
+from armdrive.dialects.exchange import TRIES
 from armdrive.dialects.mks.compare import value_words, wanted_settings
 from armdrive.dialects.mks.contact import series_words
 from armdrive.dialects.mks.drive import MksDrive
@@ -259,9 +259,8 @@ class MksDriveAtHand:
 
     def calibrate(self) -> bool:
         """Offer a calibration; return whether the encoder is calibrated, as far as is known."""
-        known = self.found.version is not None
-        already = self.found.version is not None and self.found.version.calibrated
-        if already:
+        calibrated = self.found.firmware.calibrated
+        if calibrated:
             wanted = self.dialog.agreed(
                 _ALREADY,
                 "Needed only after the drive was mounted on another motor.",
@@ -269,7 +268,8 @@ class MksDriveAtHand:
                 default="no",
             )
         else:
-            state = "reports that it is not" if known else "does not report whether it is"
+            unknown = calibrated is None
+            state = "does not report whether it is" if unknown else "reports that it is not"
             self.dialog.say(
                 f"Drive {self.drive.node} {state} calibrated. Calibration turns the motor by "
                 f"itself, for up to {LONGEST_S:g} s, and only switching its supply off is "
@@ -282,7 +282,7 @@ class MksDriveAtHand:
                 About.FREE,
             )
         if not wanted:
-            return already or not known
+            return calibrated is not False
         if self.dialog.on_wire(calibrate, self.drive.node):
             self.dialog.say(f"Drive {self.drive.node} is calibrated.")
             return True
@@ -399,13 +399,11 @@ def _checked(dialog: DriveDialog, node: int) -> KnownDrive | None:
     if found.doubled:
         dialog.say(f"More than one drive answers as id {node}. {ONE_AT_A_TIME}")
         return None
-    if found.version is not None and found.version.e_series:
+    if found.firmware.e_series:
         dialog.say(series_words(f"drive {node}") + ".")
         return None
-    calibrated = ""
-    if found.version is not None:
-        is_so = found.version.calibrated
-        calibrated = ", calibrated" if is_so else ", its encoder not calibrated"
+    words = {None: "", True: ", calibrated", False: ", its encoder not calibrated"}
+    calibrated = words[found.firmware.calibrated]
     at = "" if found.counts is None else f", at {counted(found.counts, 'count')}"
     dialog.say(
         f"Drive {found.node} answers: {found.board}, {found.firmware_words}{at}{calibrated}."
@@ -466,7 +464,7 @@ def section(device: MksSettings, ids: Sequence[int], current_ma: int) -> dict[st
 
 STEPS = (
     "its id, and whether it is alone with it",
-    "its settings: mode 5 (SR_vFOC), replies, microsteps, current, watchdog",
+    f"its settings: mode {Mode.BUS_FOC.title}, replies, microsteps, current, watchdog",
     "its encoder's calibration, if it has none: with a free shaft",
     "in the arm: direction and gear by a small motion, and the watchdog by another",
 )

@@ -15,9 +15,9 @@ from armdrive.dialects.mks.settings import MksSettings
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, RequestRejected
 from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.fields import in_words
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
-    CURRENT_MAX_MA,
     SETTING_CODES,
     Ability,
     Code,
@@ -44,21 +44,26 @@ _NOT_BY_LINE = (Code.NODE, Code.BITRATE, Code.GROUP)
 
 @dataclass(frozen=True, slots=True)
 class WantedSetting:
-    """One setting that an arm needs, in words, and the reason."""
+    """One setting that an arm needs, in words, and the reason.
+
+    Without one that it `must` have, the arm moves wrongly or not at all.
+    """
 
     setting: Setting
     what: str
     why: str
+    must: bool = False
 
 
-def wanted_settings(device: MksSettings, current_ma: int) -> tuple[WantedSetting, ...]:
-    """Return the settings that each drive of an arm needs, with this motor current."""
-    watchdog_ms = round(device.watchdog_s * 1000)
-    return (
+def wanted_settings(device: MksSettings, current_ma: int) -> list[WantedSetting]:
+    """Return the settings that each drive of an arm needs, with this motor current (0: any)."""
+    mode, watchdog_ms = Mode.BUS_FOC, round(device.watchdog_s * 1000)
+    wanted = [
         WantedSetting(
-            SetMode(Mode.BUS_FOC),
-            "mode 5 (SR_vFOC)",
+            SetMode(mode),
+            f"mode {mode.title}",
             "in other modes it ignores motion commands",
+            must=True,
         ),
         WantedSetting(
             SetReplies(ReplyMode.FULL), "replies on", "the program learns what each drive does"
@@ -67,53 +72,52 @@ def wanted_settings(device: MksSettings, current_ma: int) -> tuple[WantedSetting
             SetMicrosteps(device.microsteps),
             counted(device.microsteps, "microstep"),
             "with 16, 32 or 64 the drive's speeds are in rpm",
+            must=True,
         ),
-        WantedSetting(SetCurrent(current_ma), f"{current_ma} mA", "the motor's own rating"),
         WantedSetting(
             SilenceWatchdog(watchdog_ms),
             f"watchdog {watchdog_ms} ms",
             "the motor stops when the computer has died or the cable is pulled",
         ),
-    )
-
-
-_COMPARED = (Code.MODE, Code.MICROSTEPS, Code.REPLIES, Code.CURRENT)
-"""The settings that are compared; the watchdog is switched on with the motors."""
-_MUST = (Code.MODE, Code.MICROSTEPS)
-"""Without these the arm moves wrongly or not at all."""
+    ]
+    if current_ma:
+        rated = WantedSetting(SetCurrent(current_ma), f"{current_ma} mA", "the motor's own rating")
+        wanted.insert(-1, rated)
+    return wanted
 
 
 def compare(io: MksExchange, firmware: str) -> Script:
-    """Compare the settings that the arm depends on, as far as the firmware reports them."""
+    """Compare the settings that the arm depends on, as far as the firmware reports them.
+
+    The watchdog is not compared: it is switched on with the motors.
+    """
     if not io.can(Ability.READ_SETTINGS):
         return DeviceSettings((), firmware)
-    began_s, current_ma = io.now_s, io.settings.current_ma
-    wanted = {
-        each.setting.code: each.setting
-        for each in wanted_settings(io.settings, current_ma or CURRENT_MAX_MA)
-    }
+    began_s = io.now_s
     differences: list[Difference | None] = []
-    for code in _COMPARED if current_ma else _COMPARED[:-1]:
-        found = yield from io.read(ReadSetting(code))
+    for wanted in wanted_settings(io.settings, io.settings.current_ma):
+        if isinstance(wanted.setting, SilenceWatchdog):
+            continue
+        found = yield from io.read(ReadSetting(wanted.setting.code))
         if missing := [drive for drive in io.drives if drive not in found]:
             return io.absence(missing, began_s)
-        differences += (_difference(each, found[each], wanted[code]) for each in io.drives)
+        differences += (_difference(each, found[each], wanted) for each in io.drives)
     return DeviceSettings(tuple(filter(None, differences)), firmware)
 
 
-def _difference(drive: MksDrive, answer: Answer, wanted: Setting) -> Difference | None:
+def _difference(drive: MksDrive, answer: Answer, wanted: WantedSetting) -> Difference | None:
     """Return how a drive's setting differs; None if it agrees or the drive does not report it."""
     if not isinstance(answer, SettingRead) or answer.value is None:
         return None
-    is_set = setting_of(answer)
-    if is_set == wanted:
+    is_set, setting = setting_of(answer), wanted.setting
+    if is_set == setting:
         return None
     return Difference(
-        f"{wanted.code.name.lower()} of {drive}",
+        f"{in_words(setting.code)} of {drive}",
         value_words(is_set) or answer.value.hex(" "),
-        value_words(wanted),
-        fix_line(drive.node, wanted),
-        wanted.code in _MUST,
+        value_words(setting),
+        fix_line(drive.node, setting),
+        wanted.must,
     )
 
 
@@ -157,11 +161,11 @@ def value_words(setting: Setting | None) -> str:
     """Return a setting's value as text."""
     match setting:
         case SetMode(mode):
-            return f"{int(mode)} ({mode.name})"
+            return mode.title
         case SetMicrosteps(count):
             return str(count)
         case SetReplies(mode):
-            return mode.name.lower()
+            return in_words(mode)
         case SetCurrent(current_ma):
             return f"{current_ma} mA"
         case SilenceWatchdog(timeout_ms):

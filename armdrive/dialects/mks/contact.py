@@ -10,11 +10,11 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import NoReturn, TypeAlias
 
-from armdrive.dialects.bus.drives import Obstructed, off_target_words, shared_words
-from armdrive.dialects.bus.ledger import TRIES
+from armdrive.dialects.bus.drives import off_target_words, shared_words
 from armdrive.dialects.bus.observer import DriveFinding, Verdict
 from armdrive.dialects.bus.phases import end_earlier_motion
-from armdrive.dialects.mks.drive import MksDrive, obeys_bus, setting_of
+from armdrive.dialects.exchange import TRIES, Obstructed
+from armdrive.dialects.mks.drive import TURNING, MksDrive, obeys_bus, setting_of
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.stops import MksStops, pushing_words, restarted_words
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejected
@@ -56,20 +56,19 @@ OLDEST: Version = (1, 0, 4)
 
 @dataclass(frozen=True, slots=True)
 class Firmware:
-    """A drive's firmware: `reported` by the drive, or concluded.
+    """A drive's firmware: `reported` by the drive, or concluded from what it answers.
 
-    `read` is its answer, with board and calibration; None from old firmware.
+    `calibrated` and the number of its `board` are None if it reports neither.
     """
 
     version: Version = OLDEST
     reported: bool = False
-    read: VersionRead | None = None
+    calibrated: bool | None = None
+    board: int | None = None
+    e_series: bool = False
 
     def __str__(self) -> str:
         return ".".join(map(str, self.version))
-
-
-UNKNOWN_FIRMWARE = Firmware()
 
 
 def firmware_of(
@@ -82,13 +81,15 @@ def firmware_of(
         read = answers.get(drive)
         if not isinstance(read, VersionRead):
             mode = yield from io.reading(drive, ReadSetting(Code.MODE))
-            found[drive] = UNKNOWN_FIRMWARE if mode is None else Firmware((1, 0, 6))
-        elif read.version is None:
+            found[drive] = Firmware(OLDEST if mode is None else Ability.READ_SETTINGS.since)
+            continue
+        version = read.version
+        if version is None:
             watchdog = yield from io.reading(drive, ReadSetting(Code.WATCHDOG))
             has_one = isinstance(watchdog, SettingRead) and watchdog.value is not None
-            found[drive] = Firmware((1, 0, 9) if has_one else (1, 0, 8), read=read)
-        else:
-            found[drive] = Firmware(read.version, reported=True, read=read)
+            version = (Ability.SILENCE_WATCHDOG if has_one else Ability.VERSION).since
+        reported = read.version is not None
+        found[drive] = Firmware(version, reported, read.calibrated, read.board, read.e_series)
     return found
 
 
@@ -130,9 +131,8 @@ class MksInquiry:
         if not isinstance(mode, SetMode) or obeys_bus(mode):
             return ""
         return (
-            f"{drive} is in mode {int(mode.mode)} ({mode.mode.name}), in which "
-            f"the bus moves nothing: set mode {int(Mode.BUS_FOC)} (Menu > Mode > SR_vFOC, or "
-            "`armdrive doctor --fix`)"
+            f"{drive} is in mode {mode.mode.title}, in which the bus moves nothing: set mode "
+            f"{Mode.BUS_FOC.title} in its menu, or run `armdrive doctor --fix`"
         )
 
     def ask_fitness(self, drive: MksDrive) -> None:
@@ -197,17 +197,14 @@ REPLIES_OFF = (
     "answers queries, but does not confirm orders: its replies are off. Set them to full "
     "(`armdrive doctor --fix`, or code 8C with 01 01)"
 )
-NO_SUCH_ORDER = "it may be in a mode in which it ignores motion commands: set SR_vFOC (Menu > Mode)"
+NO_SUCH_ORDER = (
+    "it may be in a mode in which it ignores motion commands: set mode "
+    f"{Mode.BUS_FOC.title} in its menu"
+)
 OWN_ID = (
     "every drive ships with id 1. Unplug all but one and give each an id of its own, one at a time"
 )
 """What to do about an id that more than one drive answers to."""
-TURNING = (
-    MotorState.ACCELERATING,
-    MotorState.DECELERATING,
-    MotorState.FULL_SPEED,
-    MotorState.HOMING,
-)
 
 
 class MksContact:
@@ -228,6 +225,7 @@ class MksContact:
         self._watchdog_read = SettingRead(watchdog.code, watchdog.payload)
         """What a drive reports that has the arm file's watchdog."""
         self.firmware = ""
+        """The oldest firmware of all drives; empty before the first contact."""
 
     def connect(self) -> MksScript[None]:
         """Find every drive and wait until all stand. Raises `Obstructed` if that fails."""
@@ -272,10 +270,10 @@ class MksContact:
         if version is None:
             found = yield from firmware_of(io, io.drives)
             for drive, each in found.items():
-                if each.read is not None and each.read.e_series:
+                if each.e_series:
                     raise Obstructed(series_words(drive))
             version = min(LATEST, *(each.version for each in found.values()))
-        self.firmware = ".".join(map(str, version))
+        self.firmware = str(Firmware(version))
         io.able = abilities_of(version)
         self._on_firmware()
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 from armdrive.abilities import SEGMENTS_AHEAD, Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.bus.drives import BUS_REQUESTS, Obstructed, bus_motors
+from armdrive.dialects.bus.drives import BUS_REQUESTS, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.controller import (
     HOST_DELAY_S,
@@ -27,7 +27,7 @@ from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, fix
 from armdrive.dialects.mks.contact import MksContact, MksInquiry
 from armdrive.dialects.mks.exchange import MksExchange, Script
-from armdrive.dialects.mks.homing import MksHoming
+from armdrive.dialects.mks.homing import HOMING_SLOPE, MksHoming
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import catch_up_rpm, catch_up_travel
@@ -71,13 +71,11 @@ class MksController(ScriptRunner[Event]):
         self._motion = MksMotion(io, self._stops, self._inquiry)
         self._bursts = MksBursts(io, self._motion)
         self._homing = MksHoming(io, self._stops, motors.ranges)
-        if settings.version is None and not settings.segment_s:
-            self._choose()
+        self._choose()
 
     def _choose(self) -> None:
         """Steer if the firmware and the arm file allow it, else send bursts."""
-        able = not self._contact.firmware or self._exchange.can(Ability.RETARGET)
-        steered = bool(self.settings.segment_s) and able
+        steered = bool(self.settings.segment_s) and self._exchange.can(Ability.RETARGET)
         self.abilities = replace(
             self.abilities, coordinated=steered, queued_segments=SEGMENTS_AHEAD if steered else 0
         )
@@ -103,27 +101,24 @@ class MksController(ScriptRunner[Event]):
             raise Refused(f"MKS drives do not support {type(request).__name__}")
         self.give_up()
         contact = self._contact
-        try:
-            if not contact.connected:
-                yield from contact.connect()
-                yield from self._homing.read_speeds(self._exchange.drives)
-            match request:
-                case MoveBy() | MoveAlong() | HomeDevice():
-                    return (yield from self._move(request))
-                case ReadPosition():
-                    return (yield from contact.read())
-                case ReadSettings():
-                    return (yield from compare(self._exchange, contact.firmware))
-                case FixSetting(line):
-                    return (yield from fix(self._exchange, line))
-                case SwitchOn():
-                    return (yield from contact.switch_on())
-                case DropCurrent():
-                    return (yield from contact.switch_off())
-                case _:
-                    return (yield from contact.clear())
-        except Obstructed as obstructed:
-            return obstructed.reply
+        if not contact.connected:
+            yield from contact.connect()
+            yield from self._homing.read_speeds(self._exchange.drives)
+        match request:
+            case MoveBy() | MoveAlong() | HomeDevice():
+                return (yield from self._move(request))
+            case ReadPosition():
+                return (yield from contact.read())
+            case ReadSettings():
+                return (yield from compare(self._exchange, contact.firmware))
+            case FixSetting(line):
+                return (yield from fix(self._exchange, line))
+            case SwitchOn():
+                return (yield from contact.switch_on())
+            case DropCurrent():
+                return (yield from contact.switch_off())
+            case _:
+                return (yield from contact.clear())
 
     def _move(self, request: MoveBy | MoveAlong | HomeDevice) -> Script:
         yield from self._motion.prepare(held=self._contact.on)
@@ -193,13 +188,12 @@ class MksController(ScriptRunner[Event]):
     def search(self, request: HomeDevice) -> Search:
         """Bound the drives' own homing: by their watchdogs if all have them, else by their ways.
 
-        On which ramp one brakes is not known: it takes no longer than from the arm's full speed.
+        A drive that does not report its speed may go on for all the time that the arm file allows.
         """
-        rate_hz = self._homing.rate_hz(request.groups)
-        brakes_s = self.ramp_s if math.isinf(rate_hz) else max(self.ramp_s, rate_hz / self._slope)
-        times = self._homing.times(request.groups)
-        lasts = in_turn(times)
-        if not self.watched:
+        rate_hz, times = self._homing.rate_hz(request.groups), self._homing.times(request.groups)
+        lasts, is_known = in_turn(times), math.isfinite(rate_hz)
+        brakes_s = rate_hz / HOMING_SLOPE if is_known else 0.0
+        if not (is_known and self.watched):
             return Search(max(times).s + brakes_s, lasts=lasts)
         silent_s = self.settings.watchdog_s + HOST_DELAY_S
         return Search(silent_s + brakes_s, (silent_s + brakes_s / 2.0) * rate_hz, lasts)

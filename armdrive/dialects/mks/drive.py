@@ -51,6 +51,10 @@ Firmware 1.0.6 was seen to report braking for ever after a motion (riccardi-samu
 FAQ). At the lowest speed, 1 rpm, a count changes by 54 in this time.
 """
 
+RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED, MotorState.HOMING)
+"""A drive that reports one of these after a stop has not received it."""
+TURNING = (*RUNNING, MotorState.DECELERATING)
+
 
 class MksDrive(ObservedDrive):
     """One drive of an arm."""

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import ALL_SILENT, Obstructed, absence
-from armdrive.dialects.bus.ledger import LAST_TRY_S, TRIES, LateReplies, SurplusAnswers
+from armdrive.dialects.bus.drives import ALL_SILENT, absence
+from armdrive.dialects.bus.ledger import LAST_TRY_S, LateReplies, SurplusAnswers
 from armdrive.dialects.bus.observer import Observer
+from armdrive.dialects.exchange import TRIES, Obstructed, ScriptIO
 from armdrive.dialects.exchange import Script as ExchangeScript
-from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.mks.drive import Answer, MksDrive, setting_of
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.words import plain

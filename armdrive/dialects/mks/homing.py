@@ -44,10 +44,14 @@ from firmware_protocol.mks import (
     ReadSetting,
     ReadState,
     SetHoming,
+    slope_of,
 )
 from firmware_protocol.mks import Done as Ended
 from kinematics.text import counted
 
+HOMING_SLOPE = slope_of(1)
+"""The gentlest ramp that a drive knows, in counts/s²: on which one it brakes when its watchdog ends
+its homing is not published, and it does not report that."""
 HOMING_POLL_S = 0.05
 ZERO_COUNTS = COUNTS_PER_TURN // 8
 """A drive that has homed counts from there, give or take what it turned as it braked."""

@@ -13,10 +13,9 @@ from typing import TypeAlias
 from armdrive.dialects.bus.drives import (
     NONE_HEARD,
     SLOW_BUS,
-    Obstructed,
     not_heard_words,
 )
-from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S, TRIES
+from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
     DriveFinding,
@@ -24,7 +23,8 @@ from armdrive.dialects.bus.observer import (
 )
 from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
-from armdrive.dialects.controller import FRESH_POSITION_S
+from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
+from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
@@ -40,6 +40,7 @@ from armdrive.tasks import (
     Reply,
     RequestRejected,
     Timeout,
+    never,
 )
 from firmware_protocol.mks import MotorState, ReadEncoder, ReadState
 
@@ -65,7 +66,7 @@ class MksMotion:
         """Prepare a motion. Raises `Obstructed` if it cannot begin."""
         io = self._io
         if not held:
-            raise Obstructed("its motors are disabled: call `enable()`")
+            raise Obstructed(MOTORS_OFF)
         for drive in io.drives:
             if drive.two_zeros:
                 raise Obstructed(drive.two_zeros)
@@ -80,16 +81,16 @@ class MksMotion:
         io = self._io
         trip = Trip(request, io.drives, io.settings.segment_s)
         run = MotionRun(
-            io, self._stops, self._inquiry, request.released, io.settings.segment_s, trip
+            io, self._stops, self._inquiry, io.settings.segment_s, trip, request.released
         )
         try:
             return (yield from run.carry_out(Phase.MOVING))
         finally:
             self.underruns += trip.underruns
 
-    def arrive(self, expected_s: float, released: Callable[[], bool]) -> Script:
+    def arrive(self, expected_s: float) -> Script:
         """Wait until drives that have targets stand there."""
-        run = MotionRun(self._io, self._stops, self._inquiry, released, expected_s)
+        run = MotionRun(self._io, self._stops, self._inquiry, expected_s)
         return (yield from run.carry_out(Phase.ARRIVING))
 
 
@@ -101,9 +102,9 @@ class MotionRun:
         io: MksExchange,
         stops: MksStops,
         inquiry: MksInquiry,
-        released: Callable[[], bool],
         expected_s: float,
         trip: Trip | None = None,
+        released: Callable[[], bool] = never,
     ) -> None:
         self.io, self.stops, self.inquiry = io, stops, inquiry
         self.released, self.trip = released, trip

@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Sequence
 
-from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.ledger import MUTE_POLLS
 from armdrive.dialects.bus.observer import APART_S, DriveFinding
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
-from armdrive.dialects.mks.drive import MksDrive
+from armdrive.dialects.exchange import Obstructed
+from armdrive.dialects.mks.drive import RUNNING, MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
 from firmware_protocol.mks import (
@@ -54,8 +54,6 @@ BRAKING_MARGIN = 1.1
 """How much steeper than necessary a drive brakes at its target."""
 ORDER_DELAY_S = 0.003
 """The longest time until an order takes effect: its frame, those before it, a late loop."""
-RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED, MotorState.HOMING)
-"""A drive that reports one of these after a stop has not received it."""
 
 
 class MksBrakes:
@@ -83,7 +81,6 @@ class MksBrakes:
         self._began_s = self._due_s = io.now_s
         for drive in drives:
             drive.state = None
-            drive.ledger.braking = True  # drives that stand are not asked
 
     def step(self, left: Sequence[MksDrive], now_s: float) -> float:
         """Send the stop to drives that do not brake, and ask all that do not stand."""

@@ -10,16 +10,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
-from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.tools import Answers, SeenNodes, Survey
-from armdrive.dialects.exchange import ScriptLoop
-from armdrive.dialects.mks.contact import UNKNOWN_FIRMWARE, Firmware, firmware_of, series_words
+from armdrive.dialects.exchange import TRIES, ScriptLoop
+from armdrive.dialects.mks.contact import Firmware, firmware_of, series_words
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.words import read_answer, read_request
 from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors.printable import command_line
 from armdrive.transports.can_health import BusHealth
+from firmware_protocol.fields import in_words
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
     BOARDS,
@@ -45,7 +45,6 @@ from firmware_protocol.mks import (
     SilenceWatchdog,
     StallRead,
     StateRead,
-    VersionRead,
     abilities_of,
 )
 from kinematics.text import counted
@@ -73,7 +72,7 @@ class KnownDrive:
     """
 
     node: int
-    firmware: Firmware = UNKNOWN_FIRMWARE
+    firmware: Firmware = field(default_factory=Firmware)
     counts: int | None = None
     error: int | None = None
     enabled: bool | None = None
@@ -91,11 +90,6 @@ class KnownDrive:
         return abilities_of(self.firmware.version)
 
     @property
-    def version(self) -> VersionRead | None:
-        """Its board, and whether its encoder is calibrated."""
-        return self.firmware.read
-
-    @property
     def firmware_words(self) -> str:
         """Its firmware as text."""
         words = f"firmware {self.firmware}"
@@ -104,18 +98,13 @@ class KnownDrive:
     @property
     def board(self) -> str:
         """The name of its board."""
-        version = self.version
-        return (
-            "a drive"
-            if version is None or version.e_series
-            else BOARDS.get(version.board, "a drive")
-        )
+        number = 0 if self.firmware.e_series else self.firmware.board or 0
+        return BOARDS.get(number, "a drive")
 
     @property
     def most_ma(self) -> int:
         """The current limit of its board."""
-        large = self.version is not None and self.version.board in _LARGE_BOARDS
-        return CURRENT_MAX_MA if large else SMALL_MAX_MA
+        return CURRENT_MAX_MA if self.firmware.board in _LARGE_BOARDS else SMALL_MAX_MA
 
     @property
     def mode(self) -> SetMode | None:
@@ -256,13 +245,13 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
     mode = drive.mode
     words = [drive.board, drive.firmware_words]
     words += [] if drive.counts is None else [f"at {counted(drive.counts, 'count')}"]
-    words += [f"mode {int(mode.mode)}"] if mode else []
+    words += [f"mode {mode.mode.title}"] if mode else []
     words += ["holds" if drive.enabled else "has let its motor go"]
-    words += [drive.state.name.lower().replace("_", " ")] if drive.state is not None else []
+    words += [in_words(drive.state)] if drive.state is not None else []
     name = f"drive {drive.node}"
     setup, fix = command_line("can", "setup", arm), command_line("doctor", "--arm", arm, "--fix")
     found = [ok(f"{name}: {', '.join(words)}")]
-    if drive.version is not None and drive.version.e_series:
+    if drive.firmware.e_series:
         return [*found, problem(series_words(name), "use a SERVO42D or SERVO57D")]
     if drive.doubled:
         found.append(
@@ -274,8 +263,8 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
     if mode is not None and mode.mode is not Mode.BUS_FOC:
         found.append(
             problem(
-                f"{name}: mode {int(mode.mode)} ({mode.mode.name}) obeys no motion from the bus",
-                f"`{fix}`, or `{setup}`, sets mode 5",
+                f"{name}: mode {mode.mode.title} obeys no motion from the bus",
+                f"`{fix}`, or `{setup}`, sets mode {Mode.BUS_FOC.title}",
             )
         )
     if drive.stalled:
@@ -285,7 +274,7 @@ def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
                 "find out what blocks it, then call `reset()` or switch its supply off and on",
             )
         )
-    if drive.version is not None and not drive.version.calibrated:
+    if drive.firmware.calibrated is False:
         found.append(problem(f"{name}: its encoder is not calibrated", f"`{setup}` does that"))
     if Ability.SILENCE_WATCHDOG not in drive.able:
         found.append(

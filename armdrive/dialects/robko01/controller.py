@@ -154,13 +154,9 @@ class RobkoController(ScriptRunner[HostEvent]):
 
     def _registers(self) -> Script[HostEvent, Reply]:
         """Read the inputs, then the positions, so that the positions are as fresh as possible."""
-        began_s, before = self.io.now_s, self._exchange.seen
-        inputs = yield from self._exchange.ask(Inputs())
-        if not isinstance(inputs, InputsRead):
-            return self.io.silence(began_s)
+        before = self._exchange.seen
+        inputs = yield from self._exchange.reading(Inputs(), InputsRead)
         positions = yield from self._exchange.look("POSITION")
-        if positions is None:
-            return self.io.silence(began_s)
         if self._power.on and before is not None and before.largest and not positions.largest:
             words = "the controller was reset or lost its power: its positions are zero"
             self._power.lost(AlertKind.RESTARTED, words)
@@ -168,10 +164,7 @@ class RobkoController(ScriptRunner[HostEvent]):
 
     def _simple(self, message: Message) -> Script[HostEvent, Reply]:
         """Send a message that is safe to repeat."""
-        began_s = self.io.now_s
-        answer = yield from self._exchange.ask(message, text=str(message))
-        if answer is None:
-            return self.io.silence(began_s)
+        answer = yield from self._exchange.ask(message, str(message))
         if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
             return RequestRejected(f"it answered {answer.status.name}", moved=False)
         return Done()

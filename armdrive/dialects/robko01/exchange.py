@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
-from armdrive.dialects.exchange import Script, ScriptIO
+from armdrive.dialects.exchange import TRIES, Obstructed, Script, ScriptIO
 from armdrive.dialects.robko01.settings import RobkoSettings
-from armdrive.tasks import Alert, AlertKind
+from armdrive.tasks import Alert, AlertKind, Halted
 from firmware_protocol.robko01 import (
     FLUSH,
     FRAME_MAX,
@@ -30,7 +31,8 @@ from firmware_protocol.robko01 import Event as HostEvent
 from firmware_protocol.robko01 import Request as Message
 from kinematics.spaces import Motors
 
-TRIES = 3  # attempts to send a message that is safe to repeat
+AnswerT = TypeVar("AnswerT", bound=Answer)
+
 BOARD_S = 0.02  # longest processing time of the board; 3 ms were measured
 # Until the first answer, pings carry the bytes 1 to 9: no dialect takes these for a letter, a line
 # end or a real-time command.
@@ -111,26 +113,34 @@ class RobkoExchange:
         return self.host.send(self._token())
 
     def ask(
-        self, message: Message, *, tries: int = TRIES, text: str = "", may_break: bool = False
-    ) -> Script[HostEvent, Answer | None]:
-        """Send a message; return its answer, or None after a timeout.
+        self, message: Message, text: str = "", *, until_stop: bool = False
+    ) -> Script[HostEvent, Answer]:
+        """Send a message that is safe to repeat; return its answer.
 
-        With `may_break`, a stop requested during the wait ends it at once.
+        Raises `Obstructed` if the board does not answer and, with `until_stop`, if a stop is
+        requested meanwhile; so that is for messages that move nothing.
         """
-        asked = self.io.stop_asked  # a message sent while stopping is not broken off
-        for _ in range(tries):
-            if self._out_of_step and not (yield from self._get_into_step()):
-                return None
-            answer = yield from self._once(message, text, break_at_stop=may_break and not asked)
+        began_s = self.io.now_s
+        for _ in range(TRIES):
+            yield from self._get_into_step()
+            answer = yield from self._once(message, text, until_stop=until_stop)
             if answer is not None:
                 return answer
-            if may_break and self.io.stop_asked and not asked:
-                return None
+            if until_stop and self.io.stop_asked:
+                raise Obstructed(Halted())
             self.give_up()
-        return None
+        raise Obstructed(self.io.silence(began_s))
+
+    def ask_once(self, message: Message, text: str) -> Script[HostEvent, Answer | None]:
+        """Send a message once; return its answer, or None after a timeout or a stop request."""
+        yield from self._get_into_step()
+        answer = yield from self._once(message, text, until_stop=True)
+        if answer is None and not self.io.stop_asked:
+            self.give_up()
+        return answer
 
     def _once(
-        self, message: Message, text: str, *, break_at_stop: bool = False
+        self, message: Message, text: str, *, until_stop: bool = False
     ) -> Script[HostEvent, Answer | None]:
         self.host.forget()
         data = self.host.send(message)
@@ -139,24 +149,27 @@ class RobkoExchange:
             self.io.now_s + self._patience_s(len(data)),
             # this very request: an equal one may have been sent before, and answered late
             lambda event: isinstance(event, Answered) and event.request is message,
-            until_stop=break_at_stop,
+            until_stop=until_stop,
         )
         if not isinstance(event, Answered):
             return None
         self.heed(event)
         return event.answer
 
-    def _get_into_step(self) -> Script[HostEvent, bool]:
-        """Ping until the board answers; the first time, allow for the board's start-up."""
-        until_s = self.io.now_s + (0.0 if self._met else self.settings.boot_s)
-        tries = 0
-        while tries < TRIES or self.io.now_s < until_s:
+    def _get_into_step(self) -> Script[HostEvent, None]:
+        """After a lost answer, ping until the board answers; at first, allow for its start-up.
+
+        Raises `Obstructed` if it does not answer.
+        """
+        began_s, tries = self.io.now_s, 0
+        until_s = began_s + (0.0 if self._met else self.settings.boot_s)
+        while self._out_of_step:
+            if tries >= TRIES and self.io.now_s >= until_s:
+                raise Obstructed(self.io.silence(began_s))
             tries += 1
             self.io.write(FLUSH)
             if (yield from self._once(self._token(), "PING")) is not None:
                 self._met, self._out_of_step = True, False
-                return True
-        return False
 
     def heed(self, event: Answered) -> None:
         """Update the watchdog and the positions from any answer."""
@@ -167,15 +180,25 @@ class RobkoExchange:
             self.seen_s = self.io.now_s
             self.turning = any(event.answer.axes.speeds_steps_s)
 
-    def look(self, text: str = "") -> Script[HostEvent, Motors | None]:
-        """Return the motors' positions as reported, wrapped to 16 bits."""
-        answer = yield from self.ask(Position(), text=text)
-        return self.seen if isinstance(answer, Positions) else None
+    def reading(
+        self, message: Message, kind: type[AnswerT], text: str = ""
+    ) -> Script[HostEvent, AnswerT]:
+        """Return the board's answer to a question. Raises `Obstructed` if it is of another kind."""
+        began_s = self.io.now_s
+        answer = yield from self.ask(message, text)
+        if not isinstance(answer, kind):
+            raise Obstructed(self.io.silence(began_s))
+        return answer
 
-    def mask(self) -> Script[HostEvent, int | None]:
+    def look(self, text: str = "") -> Script[HostEvent, Motors]:
+        """Return the motors' positions as reported, wrapped to 16 bits."""
+        answer = yield from self.reading(Position(), Positions, text)
+        return Motors(answer.axes.positions_steps)
+
+    def mask(self) -> Script[HostEvent, int]:
         """Return the axes that the board reports as moving, one bit each."""
-        answer = yield from self.ask(IsMoving())
-        return answer.value if isinstance(answer, Moving) else None
+        answer = yield from self.reading(IsMoving(), Moving)
+        return answer.value
 
     def _token(self) -> Ping:
         """Return a ping whose bytes no recent ping had.

@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from armdrive.dialects.controller import FRESH_POSITION_S
+from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.settings import Pacing
@@ -40,11 +40,10 @@ from armdrive.tasks import (
     Reply,
     RequestRejected,
 )
+from firmware_protocol.fields import INT16_MAX, INT16_MIN, wrapped16
 from firmware_protocol.robko01 import (
     AXES,
     AXIS_NAMES,
-    WORD_MAX,
-    WORD_MIN,
     Acknowledged,
     Axes,
     Busy,
@@ -52,7 +51,6 @@ from firmware_protocol.robko01 import (
     MoveSpeed,
     Status,
     Stop,
-    wrap,
 )
 from firmware_protocol.robko01 import Event as HostEvent
 from kinematics.spaces import Motors
@@ -70,12 +68,15 @@ class RobkoPath:
     def left(self, seen: Motors) -> Motors:
         """Return the remaining steps."""
         return Motors(
-            map(wrap, (a + b - at for a, b, at in zip(self.start, self.steps, seen, strict=True)))
+            map(
+                wrapped16,
+                (a + b - at for a, b, at in zip(self.start, self.steps, seen, strict=True)),
+            )
         )
 
     def holds(self, seen: Motors) -> bool:
         """Return whether every motor is between its start and its target."""
-        made = (wrap(at - a) for a, at in zip(self.start, seen, strict=True))
+        made = (wrapped16(at - a) for a, at in zip(self.start, seen, strict=True))
         return all(min(0, b) <= m <= max(0, b) for m, b in zip(made, self.steps, strict=True))
 
 
@@ -122,7 +123,7 @@ class RobkoMotion:
         if not isinstance(start, Motors):
             return start
         target = start + steps
-        if not all(WORD_MIN <= each <= WORD_MAX for each in target):
+        if not all(INT16_MIN <= each <= INT16_MAX for each in target):
             return _out_of_range(target)
         speeds = self.pacing.speeds(tuple(steps), rate_hz)
         text = f"MOVE {' '.join(map(str, steps))} at {max(speeds)}"
@@ -135,7 +136,7 @@ class RobkoMotion:
                 return Halted()
             way.began_s = self.io.now_s
             # one try: whether it may be repeated depends on whether the motors have moved
-            answer = yield from self.exchange.ask(message, tries=1, text=text, may_break=True)
+            answer = yield from self.exchange.ask_once(message, text)
             if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
                 return self._disabled()
             if self.io.stop_asked:  # received or not, the motors may be moving
@@ -143,8 +144,6 @@ class RobkoMotion:
             if answer is not None:
                 return (yield from self._paced(way, rate_hz))
             seen, moving = (yield from self.exchange.look()), (yield from self.exchange.mask())
-            if seen is None or moving is None:
-                return self.io.silence(began_s)
             if moving or seen != start:
                 return (yield from self._paced(way, rate_hz))
         return self.io.silence(began_s)
@@ -168,13 +167,11 @@ class RobkoMotion:
 
         The driver waits for a busy board, and frees a hanging axis once.
         """
-        began_s = self.io.now_s
-        until_s, first, freed = began_s + BUSY_S, None, False
+        until_s, first, freed = self.io.now_s + BUSY_S, None, False
         while not self.io.stop_asked and not released():
             start = yield from self._standing()
-            if start is None:
-                return self.io.silence(began_s)
-            answer = yield from self.exchange.ask(MoveAbsolute(Axes(tuple(start))), may_break=True)
+            rest = MoveAbsolute(Axes(tuple(start)))
+            answer = yield from self.exchange.ask(rest, until_stop=True)
             if isinstance(answer, Busy):
                 first = start if first is None else first
                 if self.io.now_s >= until_s and (freed or start != first):
@@ -186,11 +183,9 @@ class RobkoMotion:
             elif isinstance(answer, Acknowledged):
                 refused = answer.status is not Status.OK
                 return self._disabled() if refused else (yield from self._check_counts(start))
-            elif not self.io.stop_asked:
-                return self.io.silence(began_s)
         return Halted()
 
-    def _standing(self) -> Script[HostEvent, Motors | None]:
+    def _standing(self) -> Script[HostEvent, Motors]:
         """Return the position at rest; a wrong one would lead to a wrong target.
 
         A reading may be a late answer, so it must agree with a second reading or with the end of
@@ -201,7 +196,7 @@ class RobkoMotion:
         if seen is None or self.io.now_s > self.exchange.seen_s + FRESH_POSITION_S:
             seen = yield from self.exchange.look()
         for _ in range(SAME_LOOKS):
-            if seen is None or seen == last:
+            if seen == last:
                 break
             last, seen = seen, (yield from self.exchange.look())
         self.exchange.stood = seen
@@ -224,11 +219,8 @@ class RobkoMotion:
         """
         if self._counts_checked:
             return start
-        began_s = self.io.now_s
-        yield from self.io.pause(began_s + CHECK_S)
+        yield from self.io.pause(self.io.now_s + CHECK_S)
         seen, moving = (yield from self.exchange.look()), (yield from self.exchange.mask())
-        if seen is None or moving is None:
-            return self.io.silence(began_s)
         if moving or seen != start:
             yield from self.exchange.ask(MoveSpeed(STANDSTILL))
             return RequestRejected(
@@ -240,11 +232,10 @@ class RobkoMotion:
 
     def _disabled(self) -> Reply:
         """Refuse a motion while the motors are disabled; alert if the driver had enabled them."""
-        words = "its motors are disabled: call `enable()`"
         if self.power.on:
             why = "the controller has switched its motors off: it was reset, or its watchdog did"
             self.power.lost(AlertKind.SWITCHED_OFF, why)
-        return RequestRejected(words, moved=False)
+        return RequestRejected(MOTORS_OFF, moved=False)
 
     # -- watching a motion ---------------------------------------------------------------------
 
@@ -257,8 +248,6 @@ class RobkoMotion:
         while True:
             asked_s = self.io.now_s
             seen = yield from self.exchange.look()
-            if seen is None:
-                return self.io.silence(way.began_s)
             if not way.left(seen).largest:
                 self.exchange.stood = seen
                 return Done(self._measure(way, going_s, due_s))
@@ -307,16 +296,13 @@ class RobkoMotion:
     def _halt(self, way: RobkoPath) -> Script[HostEvent, Reply]:
         """Ramp the motors down and wait for standstill."""
         began_s = self.io.now_s
-        if (yield from self.exchange.ask(Stop(), text="STOP")) is None:
-            return self.io.silence(began_s)
+        yield from self.exchange.ask(Stop(), "STOP")
         looks, since_s, overdue = 0, self.io.now_s, 0
         last: Motors | None = None
         given_up_s = began_s + PATIENCE * self.meter.doubt * way.expected_s + PATIENCE_S
         while looks < STILL_LOOKS or self.io.now_s < since_s + STILL_S:
             asked_s = self.io.now_s
             seen, mask = (yield from self.exchange.look()), (yield from self.exchange.mask())
-            if seen is None or mask is None:
-                return self.io.silence(began_s)
             self.io.notify(Progress(Registers(seen)))
             # the mask has gaps when an axis runs by speed
             if mask or self.exchange.turning or seen != last:
@@ -343,9 +329,9 @@ class RobkoMotion:
 
 
 def _out_of_range(target: Motors) -> RequestRejected:
-    far = next(axis for axis, each in enumerate(target) if not WORD_MIN <= each <= WORD_MAX)
+    far = next(axis for axis, each in enumerate(target) if not INT16_MIN <= each <= INT16_MAX)
     return RequestRejected(
         f"this would take the {AXIS_NAMES[far]} to {target[far]}, and the board moves no axis past "
-        f"{WORD_MIN} or {WORD_MAX}: reset the board, then home the arm",
+        f"{INT16_MIN} or {INT16_MAX}: reset the board, then home the arm",
         moved=False,
     )

@@ -53,6 +53,7 @@ from firmware_protocol.teachmover import (
     Stray,
     Unreadable,
 )
+from firmware_protocol.teachmover import Registers as RegistersRead
 from firmware_protocol.teachmover.endpoints import Event as HostEvent
 from kinematics.spaces import Motors
 
@@ -198,8 +199,13 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         if not isinstance(message, Completed):
             self.give_up()
             return self.io.silence(began_s)
-        moved_s = self.io.now_s - began_s - wire_s
-        return self._reply(message, self._plausible(command, motion_s, moved_s))
+        if message.status is Status.STOPPED:
+            return Interrupted()
+        if message.status is Status.FAILED:
+            return RequestRejected()
+        if message.registers is not None:
+            return self._registers(message.registers)
+        return Done(self._plausible(command, motion_s, self.io.now_s - began_s - wire_s))
 
     def _dump(self) -> Script[HostEvent, Reply]:
         """Read the program in the arm's memory, waiting until no more rows come."""
@@ -264,19 +270,12 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             case _:  # the next motion switches its motors on
                 return answer_without_device(request)
 
-    def _reply(self, event: Completed, plausible: bool) -> Reply:
-        if event.status is Status.STOPPED:
-            return Interrupted()
-        if event.status is Status.FAILED:
-            return RequestRejected()
-        registers = event.registers
-        if registers is None:
-            return Done(plausible)
+    def _registers(self, read: RegistersRead) -> Registers:
         return Registers(
-            Motors(registers.positions),
-            registers.inputs,
-            gripping=bool(registers.inputs >> self._settings.grip_bit & 1),
-            key=registers.key.name if isinstance(registers.key, Key) else str(registers.key),
+            Motors(read.positions),
+            read.inputs,
+            gripping=bool(read.inputs >> self._settings.grip_bit & 1),
+            key=read.key.name if isinstance(read.key, Key) else str(read.key),
         )
 
 

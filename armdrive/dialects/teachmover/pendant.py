@@ -19,14 +19,11 @@ from armdrive.errors import BadRequest, DeviceFault, PendantFileError, Refused
 from armdrive.errors.arguments import made_of, several
 from armdrive.status import joints_view
 from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
+from firmware_protocol.fields import wrapped16
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
-from firmware_protocol.teachmover.messages import MOVE_KIND
+from firmware_protocol.teachmover.messages import MOTORS, MOVE_KIND, ROW_WORDS
 from kinematics.spaces import Joints, Motors
 from kinematics.text import counted, mm_text
-
-_SPAN = 1 << 16
-"""Registers wrap around after this many steps."""
-
 
 _ROWS = several(
     made_of(ProgramRow, "a row of a program", "arm.controller.read_program().rows[0]"),
@@ -123,7 +120,7 @@ class PendantProgram:
 
 def _shift(old: Sequence[int], new: Sequence[int]) -> tuple[int, ...]:
     """Return what to add to the registers; empty if nothing."""
-    by = tuple((a - b + _SPAN // 2) % _SPAN - _SPAN // 2 for a, b in zip(old, new, strict=True))
+    by = tuple(wrapped16(a - b) for a, b in zip(old, new, strict=True))
     return by if any(by) else ()
 
 
@@ -155,8 +152,6 @@ HEADING = """\
 """
 
 _NUMBER = re.compile(r"-?[0-9]{1,9}")
-_ROW_NUMBERS = 8
-_MOTORS = 6
 
 
 def parse_pendant(text: str) -> PendantProgram:
@@ -174,14 +169,14 @@ def parse_pendant(text: str) -> PendantProgram:
     rows: list[ProgramRow] = []
     for number, words in lines[1:]:
         if words[0] == "origin" and origin is None and not rows:
-            origin = _numbers(words, _MOTORS, number)
+            origin = _numbers(words, MOTORS, number)
         else:
             rows.append(_row(words, number))
     return PendantProgram(tuple(rows), origin)
 
 
 def _row(words: list[str], line: int) -> ProgramRow:
-    numbers = _numbers(words, _ROW_NUMBERS, line)
+    numbers = _numbers(words, ROW_WORDS, line)
     try:
         if words[0] == "move":
             return ProgramRow.move(numbers[0], numbers[1], numbers[2:])

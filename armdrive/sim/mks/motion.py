@@ -324,7 +324,8 @@ class MksMotion:
     def _seek(self, now_s: float) -> None:
         """Begin homing: first away from the switch, if it is pressed."""
         setting = self._flash.homing
-        self._seeking = 1 if setting.counter_clockwise else -1
+        up = setting.counter_clockwise is not self._quirks.homes_reversed
+        self._seeking = 1 if up else -1
         self.homing = mks.HomingState.UNDER_WAY
         self._backing = setting.method != AGAINST_A_STOP and self._switch.pressed
         self._search_towards(-self._seeking if self._backing else self._seeking, now_s)

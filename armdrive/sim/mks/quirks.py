@@ -53,6 +53,10 @@ class MksQuirks:
         source="observed on a SERVO42D with RS485 (riccardi-samuele/mks-servo-cpp, CHANGELOG "
         "0.3.0, set_origin); not known from CAN, where 3dberg/arctos-pi expects 0 and warns "
         "otherwise")
+    homes_reversed: bool = setting(False,
+        "drives home in the other direction than is set (90)",
+        source="observed on a SERVO57D on CAN (kkhyunhho/MKSServo57DCANController); a drive whose "
+        "direction was set wrong does the same")
     flash_ms: float = setting(0.0,
         "milliseconds for which a drive is deaf after a setting was written", low=0.0, high=1000.0,
         source="about 200 observed with RS485 (riccardi-samuele/mks-servo-cpp, design notes, 5); "
@@ -89,6 +93,8 @@ ALWAYS: tuple[tuple[str, str, str], ...] = (
     ("boots", "150 ms after a restart a drive holds and answers again",
      f"guess: {_UNKNOWN}; a fast restart is harder to notice"),
     ("stalls", "a drive reports a stall at a following error of a tenth of a turn",
+     f"guess: {_UNKNOWN}"),
+    ("homing_ramp", "a drive ramps by 1000 rpm/s while it homes, and if its watchdog then stops it",
      f"guess: {_UNKNOWN}"),
     ("starts_once", "a synchronous start ends the storing of motions",
      f"guess: {_MANUALS} do not say (4A, 4B)"),

@@ -121,7 +121,7 @@ ROWS: dict[str, Row] = {
         notice=r"mode of drive 3 \(elbow\) is 2.*expected 5.*`3: 82 05`"),
     "mks: a drive of old firmware waits for pulses": Row(
         "mks", flashed(mks.SetMode(mks.Mode.PULSE_FOC)), NO,
-        r"drive 3 \(elbow\) refused ENABLE.*mode.*set SR_vFOC", late=True,
+        r"drive 3 \(elbow\) refused ENABLE.*mode.*set.*SR_vFOC", late=True,
         options={"firmware": OLD}),
     "mks: a drive does not reply": Row(
         "mks", flashed(mks.SetReplies(mks.ReplyMode.NONE)), NO,

@@ -387,7 +387,7 @@ def test_a_drives_problem_is_reported_with_its_remedy():
     on.device.board.nodes[3].calibrated = False
     found = on.survey()
     told = words(mks.of_answers(found, BusHealth(), "bench"))
-    assert "drive 2: mode 2 (PULSE_FOC) obeys no motion" in told
+    assert "drive 2: mode 2 (CR_vFOC) obeys no motion" in told
     assert "`armdrive doctor --arm bench --fix`" in told
     assert "drive 3: its protection has let the shaft go" in told
     assert "drive 4: its encoder is not calibrated" in told

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol import robko01
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.fields import wrapped16
 from firmware_protocol.robko01 import (
     FLUSH,
     Acknowledged,
@@ -219,8 +220,8 @@ def test_the_moving_mask_names_its_axes():
 
 @given(st.integers(-(10**9), 10**9))
 def test_a_position_is_wrapped_to_16_bits(position):
-    assert -32768 <= robko01.wrap(position) <= 32767
-    assert (robko01.wrap(position) - position) % 65536 == 0
+    assert -32768 <= wrapped16(position) <= 32767
+    assert (wrapped16(position) - position) % 65536 == 0
 
 
 # -- Machines --------------------------------------------------------------------------------------

@@ -376,7 +376,7 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
     write_arm_file("bench", ARM.format(port=served.port))
     served.tell("fault drive-mode 3 2")
     said = call("doctor", "--arm", "bench", *ids, code=1).out
-    assert "drive 3: mode 2 (PULSE_FOC)" in said
+    assert "drive 3: mode 2 (CR_vFOC)" in said
     assert "`armdrive doctor --arm bench --fix`" in said
     said = call("doctor", "--arm", "bench", *ids, "--fix", "--yes", code=0).out
     assert "1 setting was written" in said

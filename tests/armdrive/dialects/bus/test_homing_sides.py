@@ -12,7 +12,6 @@ from armdrive import Arm
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import DeviceFault
 from armdrive.status import State, Trust
-from firmware_protocol import mks
 from kinematics import Joints
 
 FOUND = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
@@ -25,17 +24,12 @@ def arm_with_switch(dialect: str, side: int, *, wrong: bool = False) -> Arm:
 
     Only the base homes. Its switch is 15 degrees away.
     """
-    way = -side if wrong else side
-    method = 18 if way > 0 else 17
+    method = 18 if (side > 0) is not wrong else 17
     device = {"homing_methods": (method,) * 6, "homing_speeds": (10_000, 1000)}
     config = arm_config(dialect, device=device if dialect == "cia402" else {})
     homing = HomingSettings(FOUND.replace(base=math.radians(15.0) * side), 20.0, ((1,),))
-    arm = driven(replace(config, homing=homing), at=FOUND)
-    if dialect == "mks" and wrong:
-        flash = arm.twin.device.board.node(0).flash
-        flash.put(replace(flash.homing, counter_clockwise=way > 0))
-        assert isinstance(flash.get(mks.Code.HOMING), mks.SetHoming)
-    return arm
+    quirks = {"homes_reversed": wrong} if dialect == "mks" else {}
+    return driven(replace(config, homing=homing), at=FOUND, **quirks)
 
 
 @DIALECTS

@@ -31,7 +31,7 @@ def on_bus(*motors, **settings):
 def test_firmware_is_reported_or_concluded_from_answers(settings, words, told):
     found = on_bus(0, **settings).script(known, 1).firmware
     assert (str(found), found.reported) == (words, told)
-    assert (found.read is None) is (words < "1.0.8")
+    assert (found.board is None) is (words < "1.0.8")
 
 
 @every_row("asked, answered, shared", [(3, 1, ()), (3, 3, ()), (3, 4, ()), (3, 5, (1,))])

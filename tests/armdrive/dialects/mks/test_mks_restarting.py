@@ -347,6 +347,19 @@ def test_a_restart_of_all_drives_as_they_are_stopped_is_found(stop_s):
     assert len(bench.alerts()) == 2
 
 
+@in_pairs("start, after_s, dead_s", [4, -450], [-0.02, 0.005, 0.02], [0.08, 0.1, 0.14])
+def test_a_short_power_cut_while_all_drives_brake_near_zero_is_found(start, after_s, dead_s):
+    """Since none of them stands, none shows that the bus still works."""
+    bench = MksBench(starts=(start,) * 6).ready()
+    begin_anew(bench, 6, 0.2 + after_s, dead_s)
+    bench.begin(along(straight(20, (300,) * 6)))
+    bench.run(0.2)
+    bench.controller.stop(hard=False)
+    assert isinstance(bench.finish(), Halted)
+    assert {alert.kind for alert in bench.alerts()} == {AlertKind.RESTARTED}
+    assert len(bench.alerts()) == 6
+
+
 @pytest.mark.parametrize("for_s", [0.05, 0.1, 0.3])
 def test_an_outage_after_a_stop_near_zero_blames_no_drive(for_s):
     bench = others_at_zero(-300)

@@ -1,0 +1,78 @@
+"""A TeachMover driven through its controller: what it learns of the arm's speed."""
+
+from __future__ import annotations
+
+import pytest
+from driver_bench import DriverBench
+
+from armdrive.registry import DIALECTS
+from armdrive.registry.arm_files import parse_arm
+from armdrive.sim.device import SimDevice
+from armdrive.sim.simulated_arm import link_to
+from armdrive.sim.teachmover import TeachMoverBoard, TwinSettings
+from armdrive.tasks import Done, Interrupted, MoveBy, RequestRejected
+from firmware_protocol.teachmover import Key
+from kinematics import Motors
+
+MOVE = MoveBy(Motors((200, 0, 0, 0, 0, 0)), 100.0)
+SLOWER = 0.6
+
+
+class TeachMoverBench(DriverBench):
+    """A controller on the wire of an arm that is slower than its table says."""
+
+    def __init__(self) -> None:
+        table = {"model": "teachmover", "connection": {"dialect": "teachmover"}}
+        super().__init__(DIALECTS["teachmover"].controller(parse_arm(table, name="bench")))
+        self.board = TeachMoverBoard(settings=TwinSettings(speed_error=SLOWER))
+        self.link = link_to(SimDevice(self.board))
+
+    def _step(self, end_s: float) -> None:
+        self._pass_to(self._due_s(end_s, self.link.next_s()))
+        self.controller.receive(self.link.read(self.now_s), self.now_s)
+        self._send()
+
+    def _send(self) -> None:
+        if data := self.controller.advance(self.now_s):
+            self.link.write(data, self.now_s)
+
+    @property
+    def assumed_s(self) -> float:
+        """How long the controller expects the motion to take at most."""
+        return self.controller.duration_s(200, 100.0)
+
+
+def test_a_motion_shows_how_slow_the_arm_is():
+    bench = TeachMoverBench()
+    unmeasured_s = bench.assumed_s
+    assert bench.do(MOVE) == Done()
+    assert bench.assumed_s == pytest.approx(unmeasured_s / 2.0 * (1.0 + SLOWER), rel=0.01)
+
+
+@pytest.mark.parametrize("after_s", [0.3, 1.0, 2.0])
+def test_a_motion_that_the_pendant_ends_early_does_not_make_the_arm_seem_fast(after_s):
+    bench = TeachMoverBench()
+    unmeasured_s = bench.assumed_s
+    bench.at_s[after_s] = lambda: bench.board.press(Key.STOP)
+    assert bench.do(MOVE) == Interrupted()
+    assert bench.assumed_s == unmeasured_s
+
+
+def test_an_answer_that_comes_far_too_soon_does_not_make_the_arm_seem_fast():
+    bench = TeachMoverBench()
+    unmeasured_s = bench.assumed_s
+    bench.begin(MOVE)
+    bench.run(0.2)
+    bench.controller.receive(b"1\r", bench.now_s)  # the late answer to an earlier command
+    assert bench.reply() == Done(timely=False)
+    assert bench.assumed_s == unmeasured_s
+
+
+def test_a_refused_motion_does_not_make_the_arm_seem_fast():
+    bench = TeachMoverBench()
+    unmeasured_s = bench.assumed_s
+    bench.begin(MOVE)
+    bench.run(0.2)
+    bench.controller.receive(b"0\r", bench.now_s)
+    assert bench.reply() == RequestRejected()
+    assert bench.assumed_s == unmeasured_s
