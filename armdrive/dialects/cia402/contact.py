@@ -339,7 +339,7 @@ class Cia402Contact:
         """Raise `Obstructed` with the reason why a drive is not switched on."""
         yield from self.transfers.explain(drive)
         if drive.state in FAULTS:
-            raise Obstructed(f"{drive.fault_words}; `reset()` clears that")
+            raise Obstructed(drive.locked_words)
         state = "in no state" if drive.word is None else f"at {drive.word}"
         raise Obstructed(
             f"{drive} does not switch its motor on, it stays {state}: check the motors' supply "

@@ -203,6 +203,11 @@ class Cia402Drive:
         return f"{self} is in fault and has switched its motor off{self.why}"
 
     @property
+    def locked_words(self) -> str:
+        """That it is in fault, why, and what ends that."""
+        return f"{self.fault_words}; `reset()` clears that"
+
+    @property
     def why(self) -> str:
         """The error that it reported, to be appended; empty if it reported none."""
         return f": {self.error}" if self.error else ""
@@ -362,17 +367,20 @@ class DriveGroup:
     def trouble(self, drive: Cia402Drive, *, moving: bool = False) -> Alert | None:
         """Return what is wrong with a drive. At rest, a quick stop is nothing wrong.
 
-        In motion, a drive that was not enabled for a single cycle has stopped by itself.
+        In motion, a drive that was not enabled for a single cycle has stopped by itself. A drive in
+        fault whose motor was off in any case is only locked: nothing has happened to the arm.
         """
         if drive.booted:
             return Alert(AlertKind.RESTARTED, drive.away_words)
         if self.contacted and (words := drive.away_words):
             return Alert(AlertKind.ALARM, words)
         state = (drive.last_fall if moving else None) or drive.state
+        if state in FAULTS:
+            if self.on:
+                return Alert(AlertKind.SWITCHED_OFF, drive.fault_words)
+            return Alert(AlertKind.LOCKED, drive.locked_words)
         if not self.on or drive.word is None or state is canopen.DriveState.ENABLED:
             return None
-        if state in FAULTS:
-            return Alert(AlertKind.SWITCHED_OFF, drive.fault_words)
         if state is not canopen.DriveState.QUICK_STOP:
             return Alert(AlertKind.SWITCHED_OFF, f"{drive} has switched its motor off")
         words = f"{drive} has stopped by itself, and holds{drive.why}"

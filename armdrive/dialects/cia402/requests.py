@@ -9,6 +9,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.cia402.compare import compare, fix
 from armdrive.dialects.cia402.contact import Cia402Contact
+from armdrive.dialects.cia402.drives import FAULTS
 from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
 from armdrive.dialects.cia402.measuring import UnitMeasurement
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
@@ -57,6 +58,8 @@ class Cia402Requests:
             if not self._group.dropped_out:
                 break  # else they missed a heartbeat at rest, and then the question: ask again
         for drive in self._io.drives:
+            if drive.state in FAULTS and not drive.reported:
+                yield from self._io.transfers.explain(drive)
             self._group.report(drive)
         return reply
 

@@ -1,6 +1,7 @@
 """A CiA 402 controller on simulated drives: switching on, orders, faults, settings."""
 
 import itertools
+import re
 
 import pytest
 from amounts import amount, in_pairs
@@ -10,6 +11,7 @@ from cia402_rig import Rig, moving, steps
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
+from armdrive.errors import DeviceFault
 from armdrive.registry import simulate
 from armdrive.status import Current, State
 from armdrive.tasks import (
@@ -449,6 +451,42 @@ def test_a_fault_at_rest_is_reported_in_words_and_cleared_by_reset():
     assert rig.node(2).states.state is canopen.DriveState.DISABLED
     rig.ready()
     assert rig.states() == {canopen.DriveState.ENABLED}
+
+
+@pytest.mark.parametrize("connected_before", [True, False])
+def test_a_drive_in_fault_while_the_motors_are_off_is_reported_once_with_its_cause(
+    connected_before,
+):
+    rig = Rig()
+    if connected_before:
+        rig.do(ReadPosition())
+    rig.device.board.ail(1, 0x4310)
+    rig.run(0.1)
+    for _ in range(2):
+        assert isinstance(rig.do(ReadPosition()), Registers)
+    (alert,) = rig.alerts()
+    assert alert.kind is AlertKind.LOCKED
+    assert re.search(r"drive 2 \(shoulder\) is in fault.*too hot.*`reset\(\)`", alert.text)
+    rig.device.board.fix(1, 0x4310)
+    assert rig.do(ClearFault()) == Done()
+    rig.ready()
+    assert len(rig.alerts()) == 1
+
+
+def test_drives_found_in_fault_are_a_notice_until_the_arm_is_reset():
+    config = simulated_config("cia402")
+    twin = simulate(config)
+    twin.device.board.ail(1, 0x2310)
+    twin.device.board.fix(1, 0x2310)
+    arm = Arm(connect_simulated(config, twin=twin))
+    assert (arm.status.state, arm.status.notice_code) == (State.DISABLED, "E506")
+    assert "drive 2 (shoulder) is in fault" in arm.status.notice
+    with pytest.raises(DeviceFault, match="is in fault"):
+        arm.enable()
+    arm.reset()
+    assert not arm.status.notice
+    arm.enable()
+    assert (arm.status.state, arm.status.notice) == (State.STANDBY, "")
 
 
 def test_a_drive_in_fault_stops_the_others_which_hold():
