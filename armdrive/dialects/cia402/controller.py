@@ -20,7 +20,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
-from armdrive.dialects.cia402.exchange import BEATS_LOST, Cia402Exchange, Script
+from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
 from armdrive.dialects.cia402.requests import Cia402Requests
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
 from armdrive.dialects.controller import (
@@ -69,7 +69,6 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.bus, io)
         self.group = io.group
         self._requests = Cia402Requests(io, limits, config)
-        self._silent_s = BEATS_LOST * settings.drive_heartbeat_ms / 1000.0
         self._choose()
 
     # -- requests -----------------------------------------------------------------------------
@@ -120,7 +119,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
         if self.group.on and self.group.contacted and not self.busy:
-            self._exchange.watch_heartbeats(self._silent_s, self._exchange.beats.period_s)
+            self._exchange.watch_heartbeats()
         frames = super().advance(now_s)
         beat = self._exchange.beats.beat(now_s)
         self.io.listened.expect(self.next_s())

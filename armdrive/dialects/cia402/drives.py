@@ -364,6 +364,12 @@ class DriveGroup:
         if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
             self.on = False
 
+    def lose(self, drive: Cia402Drive) -> None:
+        """Report, once, that a drive which held its motor does not answer, although others do."""
+        if self.on and not drive.reported:
+            words = f"{drive} no longer answers: it has lost its power, or its cable"
+            self.alarm(drive, Alert(AlertKind.SWITCHED_OFF, words))
+
     def trouble(self, drive: Cia402Drive, *, moving: bool = False) -> Alert | None:
         """Return what is wrong with a drive. At rest, a quick stop is nothing wrong.
 

@@ -26,7 +26,7 @@ from armdrive.dialects.cia402.drives import (
 from armdrive.dialects.cia402.objects import object_words, value_words
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.exchange import ScriptIO
-from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout, never
+from armdrive.tasks import Progress, RequestRejected, Timeout, never
 from firmware_protocol import canopen
 from firmware_protocol.canopen import (
     Command,
@@ -155,22 +155,21 @@ class Cia402Exchange(ScriptIO[HostEvent]):
 
     # -- missing drives -----------------------------------------------------------------------
 
-    def watch_heartbeats(self, silent_s: float, period_s: float) -> None:
+    def watch_heartbeats(self) -> None:
         """Watch the heartbeats of drives at rest.
 
-        Since frames can be lost, a drive that was silent for `silent_s` is asked by SYNC once in a
-        period before it counts as lost. If all are silent, the cause is the bus or this computer,
-        which the next read of the positions finds out.
+        Since frames can be lost, a silent drive is asked by SYNC, as often as this program sends
+        its heartbeat, before it counts as lost. If all are silent, the cause is the bus or this
+        computer, which the next read of the positions finds out.
         """
-        since_s = self.listened.s - silent_s
+        since_s = self.listened.s - BEATS_LOST * self.settings.drive_heartbeat_ms / 1000.0
         quiet = [drive for drive in self.drives if drive.heard_s < since_s]
         if not quiet or len(quiet) == len(self.drives):
             return
         for drive in quiet:
-            if drive.missed > MUTE_POLLS and not drive.reported:
-                words = f"{drive} no longer answers: it has lost its power, or its cable"
-                self.group.alarm(drive, Alert(AlertKind.SWITCHED_OFF, words))
-        if self.now_s >= self._looked_s + period_s:
+            if drive.missed > MUTE_POLLS:
+                self.group.lose(drive)
+        if self.now_s >= self._looked_s + self.beats.period_s:
             self._looked_s = self.now_s
             self.sync()
 
@@ -183,6 +182,9 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         had `moved`, the drives fell silent in the middle of it.
         """
         self.group.contacted = False
+        if len(drives) < len(self.drives):
+            for drive in drives:
+                self.group.lose(drive)
         silence = self.silence(self.began_s)
         return absence(tuple(drives), self.drives, "node number", silence, moved=moved)
 

@@ -407,6 +407,18 @@ def test_a_drive_that_restarted_unnoticed_is_set_up_again_once_it_is_missing():
     assert isinstance(rig.do(ReadPosition()), Registers)
 
 
+@pytest.mark.parametrize("after_s", [0.05, 0.2, 0.35, 0.5])
+def test_the_current_of_a_drive_that_falls_silent_is_unknown_whoever_notices_first(after_s):
+    arm = connected()
+    arm.enable()
+    arm.sleep(after_s)  # the next reading comes before the heartbeats are missed, or after that
+    arm.twin.faults.add("drive-mute", "2")
+    arm.sleep(2.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.current is Current.UNKNOWN
+    assert re.search(r"drive 2 \(shoulder\) (no longer answers|does not answer)", arm.status.error)
+
+
 def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
     rig = Rig({"heartbeat_timeout_ms": 2000}).ready()
     rig.suspend(1.5)
