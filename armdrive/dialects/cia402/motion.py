@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.observer import ObservedDrive
@@ -32,9 +32,10 @@ from armdrive.dialects.cia402.leading import (
     MotionRun,
     prepare,
 )
+from armdrive.dialects.cia402.objects import homing_words
 from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
-from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply
+from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply, RequestRejected
 from firmware_protocol import canopen
 from firmware_protocol.canopen import OperationMode
 from kinematics.spaces import Motors
@@ -388,6 +389,8 @@ class Cia402Homing:
         self._io, self._limits = io, limits
         self._speeds: dict[Cia402Drive, HomingSpeeds] = {}
         """The speeds of the drives that report them."""
+        self._methods: dict[Cia402Drive, int] = {}
+        """The methods of the drives that report them."""
 
     def rate_hz(self, groups: Groups) -> float:
         """Return the fastest homing speed of some groups' drives; infinity if one is unknown."""
@@ -433,7 +436,18 @@ class Cia402Homing:
             for drive in group:
                 drive.rest()
             yield from io.states.take_mode(group, io.group.resting_mode)
+        if isinstance(reply, RequestRejected) and not reply.silent:
+            return replace(reply, reason=f"{reply.reason}{self._searched(group)}")
         return reply
+
+    def _searched(self, group: Sequence[Cia402Drive]) -> str:
+        """Return how drives search, to be appended; empty if none reports its method."""
+        methods = (
+            f"homing method (6098) of {drive}: {homing_words(self._methods[drive])}"
+            for drive in group
+            if drive in self._methods
+        )
+        return "".join(f"; {words}" for words in methods)
 
     def _jobs(self, drive: Cia402Drive) -> tuple[canopen.Write, ...]:
         """Return the objects that define a drive's search, as far as the arm file states them."""
@@ -453,7 +467,10 @@ class Cia402Homing:
         found = yield from self._io.transfers.obtain({each.node: HOMING_OBJECTS for each in known})
         for drive in known:
             written = {each.place: each.value for each in self._jobs(drive)}
-            speeds = _speeds_of(drive, {**found[drive.node].values, **written})
+            values = {**found[drive.node].values, **written}
+            if canopen.HOMING_METHOD in values:
+                self._methods[drive] = values[canopen.HOMING_METHOD]
+            speeds = _speeds_of(drive, values)
             if speeds is None:
                 self._speeds.pop(drive, None)
             else:
