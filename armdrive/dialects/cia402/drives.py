@@ -121,6 +121,11 @@ class Cia402Drive:
         return max(round(slope_hz_s / self.ramp_unit_hz_s), 1)
 
     @property
+    def has_just_reported(self) -> bool:
+        """Whether it reported at the last SYNC, or the one before: the last may be on its way."""
+        return self.missed <= 1
+
+    @property
     def holds(self) -> bool:
         """Whether its motor has current, as far as is known."""
         return self.state is not None and self.state.holds

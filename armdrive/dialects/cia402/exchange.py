@@ -206,7 +206,7 @@ class SetPoints:
         return {
             drive
             for drive, host in self._hosts.items()
-            if drive.word is not None and drive.missed <= 1 and host.receive(drive.word)
+            if drive.word is not None and drive.has_just_reported and host.receive(drive.word)
         }
 
     def except_in(self, *phases: canopen.Phase) -> tuple[Cia402Drive, ...]:

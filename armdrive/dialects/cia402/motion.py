@@ -187,7 +187,7 @@ class CyclicTargets(CycleStage):
         ease_s = io.settings.ramp_s * min(self._hz / self._limits.fastest_hz, 1.0)
         targets = self._trip.advance(cycle_s, ease_s, wait=waits, stand=stands)
         if words := beyond_words(zip(io.drives, targets, strict=True)):
-            run.refused = f"{words}: home it near its zero"
+            run.reason = RequestRejected(f"{words}: home it near its zero")
             return now_s
         steps = (
             abs(target - drive.shaft.goal) for target, drive in zip(targets, io.drives, strict=True)
@@ -202,7 +202,7 @@ class CyclicTargets(CycleStage):
 
     def judge(self) -> Signal | None:
         """Return whether all targets have been sent."""
-        if self.run.refused:
+        if self.run.reason is not None:
             return Signal.OUT_OF_RANGE
         if self.io.now_s >= self._shown_s + PROGRESS_S:
             self._shown_s = self.io.now_s
@@ -501,10 +501,12 @@ class Searching(CycleStage):
         if self._cycles % PROGRESS_CYCLES == 0:
             self.io.progress()
         for drive in self._group:
-            if drive.shaft in search.left and drive.missed <= 1 and drive.word is not None:
+            reported = drive.has_just_reported and drive.shaft in search.left
+            if reported and drive.word is not None:
                 search.note(drive.shaft, self._status(drive, drive.word))
         signal = search.signal()
-        self.run.refused = search.wrong
+        if search.wrong:
+            self.run.reason = RequestRejected(search.wrong)
         return signal
 
     def _status(self, drive: Cia402Drive, word: canopen.Statusword) -> HomingStatus:

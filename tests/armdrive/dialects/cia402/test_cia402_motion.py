@@ -343,6 +343,15 @@ def test_a_search_that_stands_ends_in_time_and_names_only_a_key_that_helps(
     assert ("raise cia402.homing_s in the arm file" in reply.reason) is bool(time_s)
 
 
+def test_drives_that_all_fall_silent_as_a_failed_search_is_stopped_are_reported_as_silent():
+    rig = Rig({**AT_SWITCH, "homing_s": 9.0}, missing="6099").ready()
+    rig.node(1).motion.home = lambda _now_s: None
+    rig.begin(BASE)
+    rig.run(rig.controller.search(BASE).lasts.waited_s - 0.05)
+    rig.loses = lambda _frame, host: not host
+    assert isinstance(rig.finish(), Timeout)
+
+
 def test_drives_that_watch_no_heartbeat_go_on_as_long_as_their_speeds_give():
     config = replace(Rig(AT_SWITCH).config, homing=HomingSettings(Joints.of(0, 0, 0, 0, 0)))
     rig = Rig(AT_SWITCH, missing="6007")
