@@ -23,7 +23,7 @@ from armdrive.dialects.bus.phases import (
     homing_groups,
 )
 from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, off_target_alert
-from armdrive.dialects.cia402.exchange import ENABLE, Cia402Exchange, Script, SetPoints
+from armdrive.dialects.cia402.exchange import ENABLE, Cia402Exchange, Script, SetPointHandshakes
 from armdrive.dialects.cia402.leading import (
     REST_CYCLES,
     SETTLE_S,
@@ -288,7 +288,7 @@ class ProfileMotion:
         yield from write_parts(io, parts)
         if io.stop_asked or released():
             return Halted()
-        points = SetPoints(goals)
+        points = SetPointHandshakes(goals)
         yield from io.states.ready(points)
         if io.stop_asked:
             return Halted()
@@ -307,7 +307,7 @@ class ProfileMotion:
 class Burst(CycleStage):
     """The moving stage: drives are on the way to their set-points, for about `lasts_s`."""
 
-    def __init__(self, run: MotionRun, points: SetPoints, lasts_s: float) -> None:
+    def __init__(self, run: MotionRun, points: SetPointHandshakes, lasts_s: float) -> None:
         super().__init__(run)
         self._points = points
         self._under_way = list(points.goals)

@@ -34,6 +34,7 @@ from firmware_protocol.frames import pack
 FAR = steps(60_000, -30_000)
 QUICK_STOP = 0x0002
 """The controlword."""
+PDO = canopen.Service.RPDO1
 MOVE = MoveBy(steps(8000, -4000), 20_000.0)
 
 
@@ -158,6 +159,15 @@ def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(del
         rig.run(0.002)
         assert rig.positions == stood
     assert reply == Done()
+
+
+def test_of_drives_that_stay_on_only_the_silent_ones_do_not_answer():
+    rig = Rig().ready()
+    rig.node(1).port.mute = True
+    rig.loses = lambda frame, host: host and frame.can_id == canopen.cob_id(PDO, 2)
+    reply = rig.do(DropCurrent())
+    assert "drive 1 (base) does not answer" in reply.reason
+    assert "drive 2" not in reply.reason
 
 
 @pytest.mark.parametrize("ends", ["switched off", "in order", "in mid-motion"])
