@@ -109,13 +109,10 @@ def _remedy(place: Place) -> str:
 
 
 class Cia402Contact:
-    """Finds every drive, sets it up, reads its position, switches its current and clears faults.
+    """Finds every drive, sets it up, reads its position, switches its current and clears faults."""
 
-    `quick_slope` is the deceleration of a quick stop, in increments/s².
-    """
-
-    def __init__(self, io: Cia402Exchange, quick_slope: float) -> None:
-        self.io, self.group, self.quick_slope = io, io.group, quick_slope
+    def __init__(self, io: Cia402Exchange) -> None:
+        self.io, self.group = io, io.group
         self.states, self.transfers = io.states, io.transfers
 
     def connect(self) -> Script[None]:
@@ -198,9 +195,9 @@ class Cia402Contact:
         drive.turn = increments / max(turns, 1) or settings.encoder_increments
         word = result.values.get(canopen.SPEED_UNIT, 0) & 0xFFFF_FFFF
         drive.reported_unit_hz = canopen.speed_unit_hz(word, drive.turn) or 0.0
-        at = self.io.drives.index(drive)
         speed_hz, ramp_hz_s = (
-            units[at] if units else 0.0 for units in (settings.speed_units, settings.ramp_units)
+            units[drive.motor] if units else 0.0
+            for units in (settings.speed_units, settings.ramp_units)
         )
         drive.speed_unit_hz = speed_hz or drive.reported_unit_hz
         drive.ramp_unit_hz_s = ramp_hz_s or drive.speed_unit_hz
@@ -270,7 +267,7 @@ class Cia402Contact:
         jobs = {
             node: required_settings(
                 node,
-                drive.ramp(self.quick_slope) if drive.ramp_unit_hz_s else None,
+                drive.ramp(self.io.limits.quick_hz_s) if drive.ramp_unit_hz_s else None,
                 cycle_ms,
                 watches=self.group.watches,
             )

@@ -73,6 +73,8 @@ FAULTS = (canopen.DriveState.FAULT, canopen.DriveState.FAULT_REACTION)
 class Cia402Drive:
     """One drive: its last report, and its shaft as the observer judges it. Seconds."""
 
+    motor: int
+    """The index of its motor."""
     shaft: ObservedDrive
     word: canopen.Statusword | None = None
     state: canopen.DriveState | None = None
@@ -272,8 +274,8 @@ class DriveGroup:
         self._settings = settings
         bounds = settings.bounds
         self.drives = tuple(
-            Cia402Drive(ObservedDrive(node, name, bounds))
-            for node, name in zip(settings.ids, names, strict=True)
+            Cia402Drive(motor, ObservedDrive(node, name, bounds))
+            for motor, (node, name) in enumerate(zip(settings.ids, names, strict=True))
         )
         self.by_node = {drive.node: drive for drive in self.drives}
         self.contacted = False

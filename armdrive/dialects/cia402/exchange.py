@@ -24,7 +24,7 @@ from armdrive.dialects.cia402.drives import (
     HeartbeatProducer,
 )
 from armdrive.dialects.cia402.objects import object_words, value_words
-from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.cia402.settings import Cia402Settings, DriveLimits
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Progress, RequestRejected, Timeout, never
 from firmware_protocol import canopen
@@ -74,12 +74,13 @@ class Cia402Exchange(ScriptIO[HostEvent]):
     def __init__(
         self,
         settings: Cia402Settings,
+        limits: DriveLimits,
         names: Iterable[str],
-        cycle_s: float,
         on_unsolicited: Callable[[HostEvent], None],
     ) -> None:
         super().__init__(on_unsolicited)
-        self.settings, self.cycle_s = settings, cycle_s
+        self.settings, self.limits = settings, limits
+        self.cycle_s = limits.cycle_s
         self.bus = canopen.Host(settings.ids)
         self.group = DriveGroup(self, settings, names)
         self.drives = self.group.drives

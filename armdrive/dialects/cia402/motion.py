@@ -33,7 +33,7 @@ from armdrive.dialects.cia402.leading import (
     prepare,
 )
 from armdrive.dialects.cia402.objects import homing_words
-from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
+from armdrive.dialects.cia402.settings import TOP_HZ
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply, RequestRejected
 from firmware_protocol import canopen
@@ -145,8 +145,8 @@ PROGRESS_S = 0.05
 class CyclicMotion:
     """Moves drives along segments with a target in each cycle."""
 
-    def __init__(self, io: Cia402Exchange, limits: DriveLimits) -> None:
-        self._io, self._limits = io, limits
+    def __init__(self, io: Cia402Exchange) -> None:
+        self._io = io
         self.underruns = 0
         """How often a cycle was late, or the path ended although more was to come."""
 
@@ -157,7 +157,7 @@ class CyclicMotion:
         path = PlannedPath(Motors(drive.shaft.goal for drive in io.drives))
         trip = CyclicTrip(request, path, io.settings.smoothing_ms / 1000.0)
         run = MotionRun(io, OperationMode.CYCLIC_POSITION, lambda: trip.eased or request.released())
-        targets = CyclicTargets(run, trip, self._limits)
+        targets = CyclicTargets(run, trip)
         try:
             reply = yield from run.carry_out(Phase.MOVING, targets, REST_CYCLES)
         finally:
@@ -168,9 +168,9 @@ class CyclicMotion:
 class CyclicTargets(CycleStage):
     """The moving stage: every drive gets a target in each cycle."""
 
-    def __init__(self, run: MotionRun, trip: CyclicTrip, limits: DriveLimits) -> None:
+    def __init__(self, run: MotionRun, trip: CyclicTrip) -> None:
         super().__init__(run)
-        self._trip, self._limits = trip, limits
+        self._trip = trip
         self._hz = 0.0
         """The present speed of the busiest motor."""
         self._shown_s = run.began_s
@@ -179,12 +179,12 @@ class CyclicTargets(CycleStage):
 
     def send(self) -> float:
         """Send every drive its next target; slow down while one of them is silent."""
-        io, run, cycle_s, now_s = self.io, self.run, self._limits.cycle_s, self.io.now_s
+        io, run, cycle_s, now_s = self.io, self.run, self.io.cycle_s, self.io.now_s
         waits = any(drive.missed >= WAIT_CYCLES for drive in io.drives)
         self._trip.late_cycles += waits + (now_s > run.due_s + cycle_s)
         # the sooner the targets stop, the shorter a drive's jump to the next one
         stands = any(map(run.stands_short, io.drives))
-        ease_s = io.settings.ramp_s * min(self._hz / self._limits.fastest_hz, 1.0)
+        ease_s = io.limits.ramp_s(self._hz)
         targets = self._trip.advance(cycle_s, ease_s, wait=waits, stand=stands)
         if words := beyond_words(zip(io.drives, targets, strict=True)):
             run.reason = RequestRejected(f"{words}: home it near its zero")
@@ -194,7 +194,7 @@ class CyclicTargets(CycleStage):
         )
         self._hz = max(steps) / cycle_s
         for drive, target in zip(io.drives, targets, strict=True):
-            drive.shaft.order(target, self._limits.fastest_hz, math.inf, now_s)
+            drive.shaft.order(target, io.limits.fastest_hz, math.inf, now_s)
             # else a drive might run on
             io.command(drive, ENABLE, OperationMode.CYCLIC_POSITION, target)
         io.last_command = io.group.targets
@@ -268,8 +268,8 @@ class ProfileMotion:
     arrive together.
     """
 
-    def __init__(self, io: Cia402Exchange, limits: DriveLimits) -> None:
-        self._io, self._limits = io, limits
+    def __init__(self, io: Cia402Exchange) -> None:
+        self._io = io
 
     def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script[Reply]:
         """Send a burst and wait for its end."""
@@ -296,11 +296,11 @@ class ProfileMotion:
             speed, slope = part.speed * drive.speed_unit_hz, part.slope * drive.ramp_unit_hz_s
             drive.shaft.order(part.goal, speed, slope, io.now_s)
         run = MotionRun(io, OperationMode.PROFILE_POSITION, released)
-        lasts_s = self._limits.lasts_s(steps.largest, rate_hz)
+        lasts_s = io.limits.lasts_s(steps.largest, rate_hz)
         return (yield from run.carry_out(Phase.MOVING, Burst(run, points, lasts_s)))
 
     def _part(self, drive: Cia402Drive, count: int, share: float, rate_hz: float) -> BurstPart:
-        speed, slope = share * min(rate_hz, TOP_HZ), share * self._limits.ramp_hz_s
+        speed, slope = share * min(rate_hz, TOP_HZ), share * self._io.limits.ramp_hz_s
         return BurstPart(drive.shaft.goal + count, drive.speed(speed), drive.ramp(slope))
 
 
@@ -385,8 +385,8 @@ class HomingSpeeds:
 class Cia402Homing:
     """Lets drives home themselves, one group after the other."""
 
-    def __init__(self, io: Cia402Exchange, limits: DriveLimits) -> None:
-        self._io, self._limits = io, limits
+    def __init__(self, io: Cia402Exchange) -> None:
+        self._io = io
         self._speeds: dict[Cia402Drive, HomingSpeeds] = {}
         """The speeds of the drives that report them."""
         self._methods: dict[Cia402Drive, int] = {}
@@ -414,7 +414,7 @@ class Cia402Homing:
         return HomingTime(speeds.lasts_s(self._range(drive)))
 
     def _range(self, drive: Cia402Drive) -> float:
-        return self._limits.ranges[self._io.drives.index(drive)]
+        return self._io.limits.ranges[drive.motor]
 
     def home(self, groups: Groups) -> Script[Reply]:
         """Home group after group."""
@@ -453,7 +453,7 @@ class Cia402Homing:
         """Return the objects that define a drive's search, as far as the arm file states them."""
         methods, jobs = self._io.settings.homing_methods, []
         if methods:
-            method = methods[self._io.drives.index(drive)]
+            method = methods[drive.motor]
             jobs.append(canopen.Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
         places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
         for place, speed in zip(places, self._io.settings.homing_speeds, strict=True):

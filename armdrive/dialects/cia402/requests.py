@@ -13,7 +13,6 @@ from armdrive.dialects.cia402.drives import FAULTS
 from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
 from armdrive.dialects.cia402.measuring import UnitMeasurement
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
-from armdrive.dialects.cia402.settings import DriveLimits
 from armdrive.errors.printable import command_line
 from armdrive.tasks import (
     Alert,
@@ -35,13 +34,13 @@ from armdrive.tasks import (
 class Cia402Requests:
     """Carries out the requests of one arm."""
 
-    def __init__(self, io: Cia402Exchange, limits: DriveLimits, config: ArmConfig) -> None:
+    def __init__(self, io: Cia402Exchange, config: ArmConfig) -> None:
         self._io, self._group = io, io.group
         self._arm, self._homes = config.name, config.homing is not None
-        self.contact = Cia402Contact(io, limits.quick_hz_s)
-        self.cyclic = CyclicMotion(io, limits)
-        self._profile = ProfileMotion(io, limits)
-        self.homing = Cia402Homing(io, limits)
+        self.contact = Cia402Contact(io)
+        self.cyclic = CyclicMotion(io)
+        self._profile = ProfileMotion(io)
+        self.homing = Cia402Homing(io)
         self._measurement = UnitMeasurement(io)
 
     def carry_out(self, request: Request) -> Script[Reply]:
