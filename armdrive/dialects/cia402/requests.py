@@ -11,8 +11,9 @@ from armdrive.dialects.cia402.compare import compare, fix
 from armdrive.dialects.cia402.contact import Cia402Contact
 from armdrive.dialects.cia402.drives import FAULTS
 from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
+from armdrive.dialects.cia402.homing import Cia402Homing
 from armdrive.dialects.cia402.measuring import UnitMeasurement
-from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
+from armdrive.dialects.cia402.motion import CyclicMotion, ProfileMotion
 from armdrive.errors.printable import command_line
 from armdrive.tasks import (
     Alert,

@@ -11,6 +11,7 @@ from armdrive.config.sections import HomingSettings
 from armdrive.dialects.bus.paths import PlannedPath
 from armdrive.dialects.cia402.controller import Cia402Controller
 from armdrive.errors import Refused
+from armdrive.sim.cia402.motion import Homing
 from armdrive.status import State, Trust
 from armdrive.tasks import (
     AlertKind,
@@ -360,6 +361,16 @@ def test_drives_that_watch_no_heartbeat_go_on_as_long_as_their_speeds_give():
     found = rig.controller.search(BASE)
     assert found.time_s == found.lasts.s
     assert found.time_s > config.motor_ranges[0] / 10_000.0
+
+
+@pytest.mark.parametrize("before", [Homing.FAILED, Homing.DONE])
+def test_a_drive_that_still_reports_how_an_earlier_homing_ended_homes_again(before):
+    rig = Rig(AT_SWITCH).ready()
+    node = rig.node(1)
+    node.motor.switch.at = rig.positions[0] + 3000
+    node.motion.homing, node.motion.spoil_homing = before, lambda: None
+    assert rig.do(BASE) == Done()
+    assert abs(node.motor.shaft - node.motor.switch.at) < 10
 
 
 def test_a_homing_that_fails_is_reported():
