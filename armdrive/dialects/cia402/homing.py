@@ -32,8 +32,6 @@ GO = canopen.Controlword.of(canopen.Command.ENABLE_OPERATION, canopen.ControlBit
 STALE_CYCLES = 10
 """A drive may report how an earlier search ended for this many cycles of the next one; after that
 the report is new. Simulated drives clear it in two cycles."""
-PROGRESS_CYCLES = 5
-"""How often positions are reported while drives home: twenty times a second by default."""
 HOMING_OBJECTS = (
     canopen.HOMING_METHOD,
     canopen.HOMING_SPEED,
@@ -190,8 +188,6 @@ class Searching(CycleStage):
     def judge(self) -> Signal | None:
         """Return whether all drives are home."""
         search = self._search
-        if self._cycles % PROGRESS_CYCLES == 0:
-            self.io.progress()
         for drive in self._group:
             reported = drive.has_just_reported and drive.shaft in search.left
             if reported and drive.word is not None:

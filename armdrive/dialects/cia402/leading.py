@@ -67,6 +67,8 @@ LOST_CYCLES = 5
 """When a drive has not been seen to turn for this many cycles, all stand, even if it reported
 nothing. It is more than `WAIT_CYCLES`: a computer that holds everything back for 30 ms
 loses nothing."""
+PROGRESS_S = 0.05
+"""How often positions are reported in motion: twenty times a second, as a screen shows them."""
 BRAKING_S = 1.0
 """How much longer than twice its ramp a drive may take to stop: lost orders are repeated for that
 time before it is reported (a guess)."""
@@ -117,6 +119,8 @@ class MotionRun:
         """When the motion began; and when the present cycle ends."""
         self.cycling = False
         """Whether a cycle has begun that has not been judged."""
+        self._shown_s = io.now_s
+        """When the positions were reported last."""
         self._late_outages = 0
         """How many outages came since a cycle ended in time, although all drives had reported since
         the outage before."""
@@ -165,6 +169,12 @@ class MotionRun:
     def cycle_is_over(self) -> bool:
         """Whether a cycle has ended that has not been judged."""
         return self.cycling and self.io.now_s >= self.due_s
+
+    def show_progress(self) -> None:
+        """Report the positions, unless that was done just now."""
+        if self.io.now_s >= self._shown_s + PROGRESS_S:
+            self._shown_s = self.io.now_s
+            self.io.progress()
 
     def interrupt(self) -> None:
         """End the present cycle without judging it."""
@@ -286,6 +296,7 @@ class MotionRun:
             unstopped = obstructed.reply
         for drive in self.io.drives:
             drive.rest()
+        self.io.progress()
         unstopped = braking.unstopped() or unstopped
         reason = yield from self._why_ended(unstopped)
         # if all are silent, nothing says more; else why the motion ended does
@@ -340,6 +351,7 @@ class CycleStage(ABC):
         run = self.run
         signal = run.signal()
         if signal is None and run.cycle_is_over:
+            run.show_progress()
             signal = run.compare() or self.judge()
         return signal
 
@@ -447,7 +459,7 @@ class Cia402Brakes:
         """Return whether a cycle has ended."""
         if not self._run.cycle_is_over:
             return False
-        self._io.progress()
+        self._run.show_progress()
         return True
 
     def stands(self, drive: Cia402Drive) -> bool:

@@ -127,8 +127,6 @@ class CyclicTrip:
 MIN_CYCLE_SHARE = 0.75
 """After a late cycle the next one takes at least this share of a period, so that the drives can
 interpolate. The delay is caught up in four cycles."""
-PROGRESS_S = 0.05
-"""How often positions are reported in motion: twenty times a second, as a screen shows them."""
 
 
 class CyclicMotion:
@@ -162,7 +160,6 @@ class CyclicTargets(CycleStage):
         self._trip = trip
         self._hz = 0.0
         """The present speed of the busiest motor."""
-        self._shown_s = run.began_s
         self._short_s: dict[Cia402Drive, float] = {}
         """When each drive was first read short of its target, where it stands."""
 
@@ -193,9 +190,6 @@ class CyclicTargets(CycleStage):
         """Return whether all targets have been sent."""
         if self.run.reason is not None:
             return Signal.OUT_OF_RANGE
-        if self.io.now_s >= self._shown_s + PROGRESS_S:
-            self._shown_s = self.io.now_s
-            self.io.progress()
         return self._blocked() or (Signal.ALL_SENT if self._trip.over else None)
 
     def _blocked(self) -> Signal | None:
@@ -317,7 +311,6 @@ class Burst(CycleStage):
         """Return whether all drives report that they have reached their set-points."""
         reached = self._points.arrived()
         self._under_way = [drive for drive in self._under_way if drive not in reached]
-        self.io.progress()
         if not self._under_way:
             return Signal.ALL_SENT
         if self.io.listened.s <= self._given_up_s:
