@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
 
 from armdrive.dialects.bus.drives import SLOW_BUS, Obstructed, not_heard_words
@@ -299,9 +300,7 @@ class MotionRun:
         self.io.progress()
         unstopped = braking.unstopped() or unstopped
         reason = yield from self._why_ended(unstopped)
-        # if all are silent, nothing says more; else why the motion ended does
-        silent = isinstance(unstopped, Timeout)
-        self._reply = (None if silent else reason) or unstopped or Halted()
+        self._reply = _joined(reason, unstopped) or Halted()
         if not all(drive.operates for drive in self.io.drives):
             self.io.group.contacted = False  # the next request sets them up again
 
@@ -482,6 +481,15 @@ class Cia402Brakes:
     def absence(self, mute: Sequence[Cia402Drive]) -> Timeout | RequestRejected:
         """Return the reply that names drives that fell silent while they braked."""
         return self._io.absence(mute, moved=True)
+
+
+def _joined(reason: RequestRejected | None, unstopped: Reply | None) -> Reply | None:
+    """Return why a motion ended, and why not all drives hold; if all are silent, only that."""
+    if reason is None or isinstance(unstopped, Timeout):
+        return unstopped
+    if isinstance(unstopped, RequestRejected) and unstopped.reason not in reason.reason:
+        return replace(reason, reason=f"{reason.reason}. And {unstopped.reason}")
+    return reason
 
 
 def _departed(drive: Cia402Drive) -> Alert | None:

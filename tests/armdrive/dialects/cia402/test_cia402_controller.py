@@ -522,6 +522,15 @@ def test_a_drive_in_fault_stops_the_others_which_hold():
     assert rig.node(1).states.state is canopen.DriveState.ENABLED
 
 
+def test_a_drive_that_turns_on_after_the_stop_is_named_beside_the_one_in_trouble():
+    rig = moving(steps(100_000, 30_000), settings={"strategy": "profile"})
+    rig.loses = lambda frame, host: host and frame.can_id in (0x201, 0x601)  # no stop reaches it
+    rig.device.board.ail(1, 0x2310)
+    reply = rig.finish()
+    assert "drive 2 (shoulder) is in fault" in reply.reason
+    assert "drive 1 (base) did not come to rest after a stop" in reply.reason
+
+
 # -- the current, as it is told -------------------------------------------------------------------
 
 
