@@ -459,7 +459,7 @@ def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
 
 def test_a_fault_at_rest_is_reported_in_words_and_cleared_by_reset():
     rig = Rig().ready()
-    rig.device.board.ail(1, 0x4310)
+    rig.device.board.put_in_fault(1, 0x4310)
     rig.run(0.5)
     (alert,) = rig.alerts()
     assert alert.kind is AlertKind.SWITCHED_OFF
@@ -482,7 +482,7 @@ def test_a_drive_in_fault_while_the_motors_are_off_is_reported_once_with_its_cau
     rig = Rig()
     if connected_before:
         rig.do(ReadPosition())
-    rig.device.board.ail(1, 0x4310)
+    rig.device.board.put_in_fault(1, 0x4310)
     rig.run(0.1)
     for _ in range(2):
         assert isinstance(rig.do(ReadPosition()), Registers)
@@ -498,7 +498,7 @@ def test_a_drive_in_fault_while_the_motors_are_off_is_reported_once_with_its_cau
 def test_drives_found_in_fault_are_a_notice_until_the_arm_is_reset():
     config = simulated_config("cia402")
     twin = simulate(config)
-    twin.device.board.ail(1, 0x2310)
+    twin.device.board.put_in_fault(1, 0x2310)
     twin.device.board.fix(1, 0x2310)
     arm = Arm(connect_simulated(config, twin=twin))
     assert (arm.status.state, arm.status.notice_code) == (State.DISABLED, "E506")
@@ -513,7 +513,7 @@ def test_drives_found_in_fault_are_a_notice_until_the_arm_is_reset():
 
 def test_a_drive_in_fault_stops_the_others_which_hold():
     rig = moving(steps(60_000, 30_000))
-    rig.device.board.ail(1, 0x2310)
+    rig.device.board.put_in_fault(1, 0x2310)
     there, reply = rig.positions[0], rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "drive 2 (shoulder) is in fault" in reply.reason
@@ -525,7 +525,7 @@ def test_a_drive_in_fault_stops_the_others_which_hold():
 def test_a_drive_that_turns_on_after_the_stop_is_named_beside_the_one_in_trouble():
     rig = moving(steps(100_000, 30_000), settings={"strategy": "profile"})
     rig.loses = lambda frame, host: host and frame.can_id in (0x201, 0x601)  # no stop reaches it
-    rig.device.board.ail(1, 0x2310)
+    rig.device.board.put_in_fault(1, 0x2310)
     reply = rig.finish()
     assert "drive 2 (shoulder) is in fault" in reply.reason
     assert "drive 1 (base) did not come to rest after a stop" in reply.reason

@@ -368,7 +368,7 @@ def test_a_drive_that_still_reports_how_an_earlier_homing_ended_homes_again(befo
     rig = Rig(AT_SWITCH).ready()
     node = rig.node(1)
     node.motor.switch.at = rig.positions[0] + 3000
-    node.motion.homing, node.motion.spoil_homing = before, lambda: None
+    node.motion.homing, node.motion.end_search = before, lambda: None
     assert rig.do(BASE) == Done()
     assert abs(node.motor.shaft - node.motor.switch.at) < 10
 
