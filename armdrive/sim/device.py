@@ -59,7 +59,7 @@ class HasSwitches(Protocol):
 class SaysEmergencies(Protocol):
     """A board whose drives, counted from 0 like the motors, send error codes on their own."""
 
-    def ail(self, drive: int, code: int) -> None:
+    def put_in_fault(self, drive: int, code: int) -> None:
         """Give a drive a fault. The drive fails until the fault is fixed and then reset."""
 
     def fix(self, drive: int, code: int) -> None:

@@ -456,7 +456,7 @@ def ailing_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     drives, at = _emergencies(bench), motor_of(bench.device.world, request.words[0])
     code = _code(request.words[1])
     yield None
-    drives.ail(at, code)
+    drives.put_in_fault(at, code)
     yield None
     drives.fix(at, code)
 

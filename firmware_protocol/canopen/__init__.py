@@ -21,10 +21,10 @@ from firmware_protocol.canopen.drives import DriveDevice as DriveDevice
 from firmware_protocol.canopen.drives import DriveState as DriveState
 from firmware_protocol.canopen.drives import Happening as Happening
 from firmware_protocol.canopen.drives import OperationMode as OperationMode
-from firmware_protocol.canopen.drives import Phase as Phase
 from firmware_protocol.canopen.drives import QuickStopOption as QuickStopOption
 from firmware_protocol.canopen.drives import SetPoint as SetPoint
 from firmware_protocol.canopen.drives import SetPointHost as SetPointHost
+from firmware_protocol.canopen.drives import SetPointPhase as SetPointPhase
 from firmware_protocol.canopen.drives import SetPoints as SetPoints
 from firmware_protocol.canopen.drives import StatusBit as StatusBit
 from firmware_protocol.canopen.drives import Statusword as Statusword

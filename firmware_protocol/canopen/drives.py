@@ -527,7 +527,7 @@ def _statusword(state: DriveState, bits: StatusBit, of_points: StatusBit) -> Sta
 #     FREE       the target is reached, or lost because the drive has left ENABLED
 
 
-class Phase(Enum):
+class SetPointPhase(Enum):
     """A phase of the handshake."""
 
     WAITING = "waiting"
@@ -547,32 +547,32 @@ class SetPointHost:
     """
 
     def __init__(self) -> None:
-        self._phase = Phase.WAITING
+        self._phase = SetPointPhase.WAITING
 
     @property
-    def phase(self) -> Phase:
+    def phase(self) -> SetPointPhase:
         """The phase of the handshake."""
         return self._phase
 
     @property
     def controlword(self) -> Controlword:
         """The controlword to send now; repeating it changes nothing."""
-        asking = ControlBit.NEW_SET_POINT if self._phase is Phase.ASKING else NO_CONTROL
+        asking = ControlBit.NEW_SET_POINT if self._phase is SetPointPhase.ASKING else NO_CONTROL
         return Controlword.of(Command.ENABLE_OPERATION, ControlBit.AT_ONCE | asking)
 
     def receive(self, word: Statusword) -> bool:
         """Process a statusword; return whether the target has now been reached. Never raises."""
         if word.state is not DriveState.ENABLED:
-            self._phase = Phase.FREE
+            self._phase = SetPointPhase.FREE
             return False
         acknowledged = word.has(StatusBit.ACKNOWLEDGED)
-        if self._phase is Phase.WAITING and not acknowledged:
-            self._phase = Phase.ASKING
-        elif self._phase is Phase.ASKING and acknowledged:
-            self._phase = Phase.RELEASING
-        elif self._phase is Phase.RELEASING and not acknowledged:
-            self._phase = Phase.UNDER_WAY
-        if self._phase is not Phase.UNDER_WAY or not word.has(StatusBit.REACHED):
+        if self._phase is SetPointPhase.WAITING and not acknowledged:
+            self._phase = SetPointPhase.ASKING
+        elif self._phase is SetPointPhase.ASKING and acknowledged:
+            self._phase = SetPointPhase.RELEASING
+        elif self._phase is SetPointPhase.RELEASING and not acknowledged:
+            self._phase = SetPointPhase.UNDER_WAY
+        if self._phase is not SetPointPhase.UNDER_WAY or not word.has(StatusBit.REACHED):
             return False
-        self._phase = Phase.FREE
+        self._phase = SetPointPhase.FREE
         return True

@@ -8,7 +8,8 @@ Read in this order, after `dialects.bus`:
     exchange     what scripts work with: SYNC cycles, position reads, states, objects by SDO
     contact      finding the drives, setting them up, switching their current, clearing faults
     leading      what all motions share: beginning, outages, arriving, stopping
-    motion       cyclic targets, bursts by profile position, homing
+    motion       cyclic targets, bursts by profile position
+    homing       the drives' own search for their switches
     measuring    the units of a drive's speeds and ramps, by slow turns
 
 The rest serves people: `settings` and `compare` for the arm file, `survey` asks the nodes of a bus

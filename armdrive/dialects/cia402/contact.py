@@ -17,7 +17,7 @@ from armdrive.dialects.cia402.drives import (
     off_target_alert,
 )
 from armdrive.dialects.cia402.exchange import (
-    STOP,
+    STOP_WRITE,
     Cia402Exchange,
     Results,
     Script,
@@ -33,8 +33,6 @@ STILL_S = 0.03
 """A drive has stopped if it has not turned for this long: three periods of SYNC by default."""
 RIVAL_TIMEOUTS = 1.5
 """A heartbeat with our own number, at most this many of our timeouts old, is another master's."""
-FINAL_WRITES = 2
-"""The last order of a program is sent twice, because it may be lost and its answer is not read."""
 
 # The settings that drives get.
 
@@ -111,13 +109,10 @@ def _remedy(place: Place) -> str:
 
 
 class Cia402Contact:
-    """Finds every drive, sets it up, reads its position, switches its current and clears faults.
+    """Finds every drive, sets it up, reads its position, switches its current and clears faults."""
 
-    `quick_slope` is the deceleration of a quick stop, in increments/s².
-    """
-
-    def __init__(self, io: Cia402Exchange, quick_slope: float) -> None:
-        self.io, self.group, self.quick_slope = io, io.group, quick_slope
+    def __init__(self, io: Cia402Exchange) -> None:
+        self.io, self.group = io, io.group
         self.states, self.transfers = io.states, io.transfers
 
     def connect(self) -> Script[None]:
@@ -139,15 +134,34 @@ class Cia402Contact:
         self.group.contacted = self.group.configured = True
 
     def _recognise(self) -> Script[None]:
-        """Identify every drive."""
+        """Identify every drive, and choose the mode in which they are driven."""
         self.io.last_command = "SDO 1000"
+        known = self.group.configured
         results = yield from self._find(
             canopen.SERIAL_NUMBER,
             canopen.DEVICE_TYPE,
             canopen.SUPPORTED_MODES,
             canopen.PRODUCER_HEARTBEAT_MS,
-            *(() if self.group.configured else (*WATCH_OBJECTS, *UNIT_OBJECTS)),
+            *(() if known else (*WATCH_OBJECTS, *UNIT_OBJECTS)),
         )
+        self._require_no_rival()
+        for result in results.values():
+            self._require_drive(result)
+        if known:
+            period_ms = self.io.settings.drive_heartbeat_ms
+            for result in results.values():
+                found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, period_ms)
+                result.drive.booted |= found_ms != period_ms  # it has lost its settings
+        else:
+            self.group.watches = not self._unwatching(results)
+            for result in results.values():
+                self._adopt_units(result)
+        words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
+        modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
+        self.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
+
+    def _require_no_rival(self) -> None:
+        """Raise `Obstructed` if another program sends heartbeats with this program's number."""
         settings = self.io.settings
         rival_s = RIVAL_TIMEOUTS * settings.heartbeat_timeout_ms / 1000.0
         if self.group.rival_s > self.io.now_s - rival_s:
@@ -155,27 +169,19 @@ class Cia402Contact:
                 f"another program sends heartbeats as node {settings.master_id} on this bus and "
                 "may command these drives: end it first"
             )
-        for result in results.values():
-            if canopen.DEVICE_TYPE in result.refused:
-                remedy = ". So it is not a CANopen device: check the ids of the arm file"
-                raise Obstructed(result.refused[canopen.DEVICE_TYPE] + remedy)
-            profile = result.values.get(canopen.DEVICE_TYPE, 0) & 0xFFFF
-            if profile != DRIVES:
-                raise Obstructed(
-                    f"{result.drive} reports device profile {profile}, not a drive of CiA "
-                    f"{DRIVES}: check the ids of the arm file (`armdrive doctor --can`)"
-                )
-            heartbeat_period_ms = settings.drive_heartbeat_ms
-            found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, heartbeat_period_ms)
-            if self.group.configured and found_ms != heartbeat_period_ms:
-                result.drive.booted = True  # it has lost its settings
-        if not self.group.configured:
-            self.group.watches = not self._unwatching(results)
-            for result in results.values():
-                self._adopt_units(result)
-        words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
-        modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
-        self.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
+
+    @staticmethod
+    def _require_drive(result: SdoResult) -> None:
+        """Raise `Obstructed` unless a node is a drive of CiA 402."""
+        if canopen.DEVICE_TYPE in result.refused:
+            remedy = ". So it is not a CANopen device: check the ids of the arm file"
+            raise Obstructed(result.refused[canopen.DEVICE_TYPE] + remedy)
+        profile = result.values.get(canopen.DEVICE_TYPE, 0) & 0xFFFF
+        if profile != DRIVES:
+            raise Obstructed(
+                f"{result.drive} reports device profile {profile}, not a drive of CiA "
+                f"{DRIVES}: check the ids of the arm file (`armdrive doctor --can`)"
+            )
 
     def _adopt_units(self, result: SdoResult) -> None:
         """Take a drive's units from the arm file, or from itself; else they stay unknown.
@@ -189,9 +195,9 @@ class Cia402Contact:
         drive.turn = increments / max(turns, 1) or settings.encoder_increments
         word = result.values.get(canopen.SPEED_UNIT, 0) & 0xFFFF_FFFF
         drive.reported_unit_hz = canopen.speed_unit_hz(word, drive.turn) or 0.0
-        at = self.io.drives.index(drive)
         speed_hz, ramp_hz_s = (
-            units[at] if units else 0.0 for units in (settings.speed_units, settings.ramp_units)
+            units[drive.motor] if units else 0.0
+            for units in (settings.speed_units, settings.ramp_units)
         )
         drive.speed_unit_hz = speed_hz or drive.reported_unit_hz
         drive.ramp_unit_hz_s = ramp_hz_s or drive.speed_unit_hz
@@ -251,8 +257,7 @@ class Cia402Contact:
 
     def _quick_stop(self, drives: list[Cia402Drive]) -> Script[None]:
         """Stop drives that take no part in PDOs yet."""
-        stop = (Write(canopen.CONTROLWORD, DataType.U16, STOP.value),)
-        yield from self.transfers.transfer({drive.node: stop for drive in drives})
+        yield from self.transfers.transfer({drive.node: (STOP_WRITE,) for drive in drives})
 
     def _write_required(self) -> Script[None]:
         """Write the settings that every drive needs, while it takes no part in PDOs."""
@@ -262,7 +267,7 @@ class Cia402Contact:
         jobs = {
             node: required_settings(
                 node,
-                drive.ramp(self.quick_slope) if drive.ramp_unit_hz_s else None,
+                drive.ramp(self.io.limits.quick_hz_s) if drive.ramp_unit_hz_s else None,
                 cycle_ms,
                 watches=self.group.watches,
             )
@@ -339,7 +344,7 @@ class Cia402Contact:
         """Raise `Obstructed` with the reason why a drive is not switched on."""
         yield from self.transfers.explain(drive)
         if drive.state in FAULTS:
-            raise Obstructed(f"{drive.fault_words}; `reset()` clears that")
+            raise Obstructed(drive.locked_words)
         state = "in no state" if drive.word is None else f"at {drive.word}"
         raise Obstructed(
             f"{drive} does not switch its motor on, it stays {state}: check the motors' supply "
@@ -356,8 +361,8 @@ class Cia402Contact:
             reply = obstructed.reply
         left = yield from self.states.bring(self.io.drives, DriveState.DISABLED)
         off = [drive for drive in left if drive.state not in FAULTS]
-        if any(drive.missed > 1 for drive in off):
-            raise Obstructed(self.io.absence(off))
+        if mute := [drive for drive in off if not drive.has_just_reported]:
+            raise Obstructed(self.io.absence(mute))
         for drive in off:
             raise Obstructed(RequestRejected(f"{drive} does not switch its motor off"))
         self.io.beats.end()
@@ -388,9 +393,7 @@ class Cia402Contact:
         self.io.beats.end()
         if not self.group.watches:
             return b""
-        return self.transfers.unanswered_writes(
-            heartbeat_watch(self.io.settings, on=False), FINAL_WRITES
-        )
+        return self.transfers.unanswered_writes(heartbeat_watch(self.io.settings, on=False))
 
     def _adopt_positions(self) -> Script[None]:
         """Adopt every drive's position as its target, and forget its past faults."""

@@ -20,7 +20,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
-from armdrive.dialects.cia402.exchange import BEATS_LOST, Cia402Exchange, Script
+from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
 from armdrive.dialects.cia402.requests import Cia402Requests
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
 from armdrive.dialects.controller import (
@@ -63,13 +63,10 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self.settings = settings = replace(settings, **own)
         self.limits = limits = DriveLimits.of(settings, motors, config.connection.baud)
         order_s = (settings.heartbeat_timeout_ms - settings.heartbeat_period_ms) / 1000.0
-        self._exchange = io = Cia402Exchange(
-            settings, motors.names, limits.cycle_s, self.unsolicited
-        )
+        self._exchange = io = Cia402Exchange(settings, limits, motors.names, self.unsolicited)
         super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.bus, io)
         self.group = io.group
-        self._requests = Cia402Requests(io, limits, config)
-        self._silent_s = BEATS_LOST * settings.drive_heartbeat_ms / 1000.0
+        self._requests = Cia402Requests(io, config)
         self._choose()
 
     # -- requests -----------------------------------------------------------------------------
@@ -120,7 +117,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
         if self.group.on and self.group.contacted and not self.busy:
-            self._exchange.watch_heartbeats(self._silent_s, self._exchange.beats.period_s)
+            self._exchange.watch_heartbeats()
         frames = super().advance(now_s)
         beat = self._exchange.beats.beat(now_s)
         self.io.listened.expect(self.next_s())
@@ -169,13 +166,12 @@ class Cia402Controller(ScriptRunner[HostEvent]):
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Bound a stop by the quick stop and its delay; without a host, by the heartbeat too."""
         rate_hz = max((part.rate_hz for part in parts), default=self.limits.fastest_hz)
-        share = min(rate_hz / self.limits.fastest_hz, 1.0)
-        ramp_s = self.settings.quick_stop_s * share
+        ramp_s = self.limits.quick_stop_s(rate_hz)
         begun_s = HOST_DELAY_S + 2.0 * self.limits.cycle_s
         silent_s, confirm_cycles = self._unwatched_s, CONFIRM_CYCLES
         if self.abilities.queued_segments:  # a pause ends with the last segment
             smooth_s = self.settings.smoothing_ms / 1000.0
-            eases_s = self.settings.ramp_s * share
+            eases_s = self.limits.ramp_s(rate_hz)
             silent_s = max(silent_s, segment_s(burst_s) + smooth_s + eases_s - ramp_s)
         else:
             ends_s = burst_s + HOST_DELAY_S
@@ -196,7 +192,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         if not self.group.watches:
             return Search(max(times).s, lasts=lasts)
         rate_hz, silent_s = self._requests.homing.rate_hz(request.groups), self._unwatched_s
-        ramp_s = min(rate_hz / self.limits.fastest_hz, 1.0) * self.settings.quick_stop_s
+        ramp_s = self.limits.quick_stop_s(rate_hz)
         return Search(silent_s + ramp_s, (silent_s + ramp_s / 2.0) * rate_hz, lasts)
 
     def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002

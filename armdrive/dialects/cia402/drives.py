@@ -73,6 +73,8 @@ FAULTS = (canopen.DriveState.FAULT, canopen.DriveState.FAULT_REACTION)
 class Cia402Drive:
     """One drive: its last report, and its shaft as the observer judges it. Seconds."""
 
+    motor: int
+    """The index of its motor."""
     shaft: ObservedDrive
     word: canopen.Statusword | None = None
     state: canopen.DriveState | None = None
@@ -119,6 +121,11 @@ class Cia402Drive:
     def ramp(self, slope_hz_s: float) -> int:
         """Return a ramp in its own unit: at least 1."""
         return max(round(slope_hz_s / self.ramp_unit_hz_s), 1)
+
+    @property
+    def has_just_reported(self) -> bool:
+        """Whether it reported at the last SYNC, or the one before: the last may be on its way."""
+        return self.missed <= 1
 
     @property
     def holds(self) -> bool:
@@ -203,6 +210,11 @@ class Cia402Drive:
         return f"{self} is in fault and has switched its motor off{self.why}"
 
     @property
+    def locked_words(self) -> str:
+        """That it is in fault, why, and what ends that."""
+        return f"{self.fault_words}; `reset()` clears that"
+
+    @property
     def why(self) -> str:
         """The error that it reported, to be appended; empty if it reported none."""
         return f": {self.error}" if self.error else ""
@@ -262,8 +274,8 @@ class DriveGroup:
         self._settings = settings
         bounds = settings.bounds
         self.drives = tuple(
-            Cia402Drive(ObservedDrive(node, name, bounds))
-            for node, name in zip(settings.ids, names, strict=True)
+            Cia402Drive(motor, ObservedDrive(node, name, bounds))
+            for motor, (node, name) in enumerate(zip(settings.ids, names, strict=True))
         )
         self.by_node = {drive.node: drive for drive in self.drives}
         self.contacted = False
@@ -359,20 +371,29 @@ class DriveGroup:
         if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
             self.on = False
 
+    def lose(self, drive: Cia402Drive) -> None:
+        """Report, once, that a drive which held its motor does not answer, although others do."""
+        if self.on and not drive.reported:
+            words = f"{drive} no longer answers: it has lost its power, or its cable"
+            self.alarm(drive, Alert(AlertKind.SWITCHED_OFF, words))
+
     def trouble(self, drive: Cia402Drive, *, moving: bool = False) -> Alert | None:
         """Return what is wrong with a drive. At rest, a quick stop is nothing wrong.
 
-        In motion, a drive that was not enabled for a single cycle has stopped by itself.
+        In motion, a drive that was not enabled for a single cycle has stopped by itself. A drive in
+        fault whose motor was off in any case is only locked: nothing has happened to the arm.
         """
         if drive.booted:
             return Alert(AlertKind.RESTARTED, drive.away_words)
         if self.contacted and (words := drive.away_words):
             return Alert(AlertKind.ALARM, words)
         state = (drive.last_fall if moving else None) or drive.state
+        if state in FAULTS:
+            if self.on:
+                return Alert(AlertKind.SWITCHED_OFF, drive.fault_words)
+            return Alert(AlertKind.LOCKED, drive.locked_words)
         if not self.on or drive.word is None or state is canopen.DriveState.ENABLED:
             return None
-        if state in FAULTS:
-            return Alert(AlertKind.SWITCHED_OFF, drive.fault_words)
         if state is not canopen.DriveState.QUICK_STOP:
             return Alert(AlertKind.SWITCHED_OFF, f"{drive} has switched its motor off")
         words = f"{drive} has stopped by itself, and holds{drive.why}"

@@ -24,9 +24,9 @@ from armdrive.dialects.cia402.drives import (
     HeartbeatProducer,
 )
 from armdrive.dialects.cia402.objects import object_words, value_words
-from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.cia402.settings import Cia402Settings, DriveLimits
 from armdrive.dialects.exchange import ScriptIO
-from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout, never
+from armdrive.tasks import Progress, RequestRejected, Timeout, never
 from firmware_protocol import canopen
 from firmware_protocol.canopen import (
     Command,
@@ -48,6 +48,8 @@ BEATS_LOST = 3.5
 ENABLE = Controlword.of(Command.ENABLE_OPERATION)
 DISABLE = Controlword.of(Command.DISABLE_VOLTAGE)
 STOP = Controlword.of(Command.QUICK_STOP)
+STOP_WRITE = canopen.Write(canopen.CONTROLWORD, canopen.DataType.U16, STOP.value)
+"""The stop of a drive that exchanges no PDOs."""
 TOWARDS_ENABLED: Mapping[DriveState | None, Controlword] = MappingProxyType(
     {
         DriveState.DISABLED: Controlword.of(Command.SHUT_DOWN),
@@ -72,12 +74,13 @@ class Cia402Exchange(ScriptIO[HostEvent]):
     def __init__(
         self,
         settings: Cia402Settings,
+        limits: DriveLimits,
         names: Iterable[str],
-        cycle_s: float,
         on_unsolicited: Callable[[HostEvent], None],
     ) -> None:
         super().__init__(on_unsolicited)
-        self.settings, self.cycle_s = settings, cycle_s
+        self.settings, self.limits = settings, limits
+        self.cycle_s = limits.cycle_s
         self.bus = canopen.Host(settings.ids)
         self.group = DriveGroup(self, settings, names)
         self.drives = self.group.drives
@@ -155,22 +158,21 @@ class Cia402Exchange(ScriptIO[HostEvent]):
 
     # -- missing drives -----------------------------------------------------------------------
 
-    def watch_heartbeats(self, silent_s: float, period_s: float) -> None:
+    def watch_heartbeats(self) -> None:
         """Watch the heartbeats of drives at rest.
 
-        Since frames can be lost, a drive that was silent for `silent_s` is asked by SYNC once in a
-        period before it counts as lost. If all are silent, the cause is the bus or this computer,
-        which the next read of the positions finds out.
+        Since frames can be lost, a silent drive is asked by SYNC, as often as this program sends
+        its heartbeat, before it counts as lost. If all are silent, the cause is the bus or this
+        computer, which the next read of the positions finds out.
         """
-        since_s = self.listened.s - silent_s
+        since_s = self.listened.s - BEATS_LOST * self.settings.drive_heartbeat_ms / 1000.0
         quiet = [drive for drive in self.drives if drive.heard_s < since_s]
         if not quiet or len(quiet) == len(self.drives):
             return
         for drive in quiet:
-            if drive.missed > MUTE_POLLS and not drive.reported:
-                words = f"{drive} no longer answers: it has lost its power, or its cable"
-                self.group.alarm(drive, Alert(AlertKind.SWITCHED_OFF, words))
-        if self.now_s >= self._looked_s + period_s:
+            if drive.missed > MUTE_POLLS:
+                self.group.lose(drive)
+        if self.now_s >= self._looked_s + self.beats.period_s:
             self._looked_s = self.now_s
             self.sync()
 
@@ -183,11 +185,14 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         had `moved`, the drives fell silent in the middle of it.
         """
         self.group.contacted = False
+        if len(drives) < len(self.drives):
+            for drive in drives:
+                self.group.lose(drive)
         silence = self.silence(self.began_s)
         return absence(tuple(drives), self.drives, "node number", silence, moved=moved)
 
 
-class SetPoints:
+class SetPointHandshakes:
     """The set-points of drives in profile position mode, and the handshake of each."""
 
     def __init__(self, goals: Mapping[Cia402Drive, int]) -> None:
@@ -204,10 +209,10 @@ class SetPoints:
         return {
             drive
             for drive, host in self._hosts.items()
-            if drive.word is not None and drive.missed <= 1 and host.receive(drive.word)
+            if drive.word is not None and drive.has_just_reported and host.receive(drive.word)
         }
 
-    def except_in(self, *phases: canopen.Phase) -> tuple[Cia402Drive, ...]:
+    def except_in(self, *phases: canopen.SetPointPhase) -> tuple[Cia402Drive, ...]:
         """Take in the last statuswords; return the drives whose handshake is in no such phase."""
         self.arrived()
         return tuple(drive for drive, host in self._hosts.items() if host.phase not in phases)
@@ -304,24 +309,24 @@ class DriveStates:
         """
         if self.io.group.is_cyclic:
             return
-        points = SetPoints({drive: drive.shaft.count for drive in drives})
+        points = SetPointHandshakes({drive: drive.shaft.count for drive in drives})
         yield from self._repeat(
-            lambda: points.except_in(canopen.Phase.UNDER_WAY, canopen.Phase.FREE),
+            lambda: points.except_in(canopen.SetPointPhase.UNDER_WAY, canopen.SetPointPhase.FREE),
             lambda drive, _: points.send(self.io, drive),
         )
 
-    def ready(self, points: SetPoints) -> Script[None]:
+    def ready(self, points: SetPointHandshakes) -> Script[None]:
         """Wait until every drive is ready for its set-point."""
         left = yield from self._repeat(
-            lambda: points.except_in(canopen.Phase.ASKING), lambda _drive, _cycle: None
+            lambda: points.except_in(canopen.SetPointPhase.ASKING), lambda _drive, _cycle: None
         )
         for drive in left:
             raise Obstructed(f"{drive} does not accept a set-point: call `reset()`")
 
     def mode_of(self, drive: Cia402Drive) -> OperationMode:
         """Return the drive's present mode, so that a stop changes nothing else."""
-        modes = (mode for mode in OperationMode if mode == drive.mode)
-        return next(modes, self.io.group.resting_mode)
+        mode = canopen.mode_of(drive.mode)
+        return self.io.group.resting_mode if mode is None else mode
 
 
 # Reading and writing objects: several drives at once, one object after the other in each.
@@ -431,13 +436,12 @@ class ObjectTransfers:
         return SdoQueue(self.io, drive.node, self._stop_and_look(drive))
 
     def _stop_and_look(self, drive: Cia402Drive) -> SdoExchange[None]:
-        stop = canopen.Write(canopen.CONTROLWORD, canopen.DataType.U16, STOP.value)
-        result = SdoResult(drive)
         while True:
-            for job in (stop, canopen.STATUSWORD, canopen.POSITION):
+            result = SdoResult(drive)
+            for job in (STOP_WRITE, canopen.STATUSWORD, canopen.POSITION):
                 yield from self._all(result, (job,), 1, lenient=True)
             word = result.values.get(canopen.STATUSWORD)
-            position = result.values.pop(canopen.POSITION, None)
+            position = result.values.get(canopen.POSITION)
             if word is not None and position is not None:
                 report = canopen.DriveReport(
                     drive.node, canopen.Statusword(word), drive.mode, position
@@ -477,7 +481,7 @@ class ObjectTransfers:
                 self.io.write(self.io.bus.download(node, job.place, job.data))
             else:
                 self.io.write(self.io.bus.upload(node, job))
-            answer = yield self.io.answered_s(last=tried == tries > 1)
+            answer = yield self.io.answered_s(last=tried > 1 and tried == tries)
             if answer is not None:
                 return answer
             self.io.write(self.io.bus.abandon(node))
@@ -536,10 +540,13 @@ class ObjectTransfers:
         if code := results[drive.node].values.get(canopen.ERROR_CODE, 0):
             drive.error = f"{canopen.error_words(code)} (error {code:04X})"
 
-    def unanswered_writes(self, write: canopen.Write, times: int) -> bytes:
-        """Return frames that write an object of every drive, without waiting for answers."""
+    def unanswered_writes(self, write: canopen.Write) -> bytes:
+        """Return frames that write an object of every drive, without waiting for answers.
+
+        Each is sent twice, because it may be lost.
+        """
         frames = b""
-        for drive in self.io.drives * times:
+        for drive in self.io.drives * 2:
             self.io.bus.abandon(drive.node)
             frames += self.io.bus.download(drive.node, write.place, write.data)
         return frames

@@ -12,6 +12,8 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache
 
 from armdrive.dialects.bus.drives import SLOW_BUS, Obstructed, not_heard_words
 from armdrive.dialects.bus.observer import LATE_OUTAGES, DriveFinding
@@ -54,9 +56,11 @@ EXACT_REACH = 1
 REST_CYCLES, EXACT = 8, 4
 """A drive has arrived after this many readings near its target. It may have missed its last target,
 but not eight repeats of it. A reading within `EXACT_REACH` counts for four."""
-STAND_CYCLES = 3
-"""A drive has stopped when it has not turned for this many cycles: with one, a lost or late answer
-would look like a stand-still."""
+STAND_CYCLES, STOP_CYCLES = 3, 2
+"""A drive stands when its reports show that it has not turned for this many cycles, after a stop
+for fewer: with one, a lost or late answer would look like a stand-still."""
+JITTER_CYCLES = 0.5
+"""By how much less the first and the last of these reports may be apart, as some come late."""
 WAIT_CYCLES = 3
 """While a drive has reported nothing for this many cycles, all slow down, and stop in the end. A
 bus that loses one frame in ten loses three in a row once in 1000 cycles."""
@@ -64,6 +68,8 @@ LOST_CYCLES = 5
 """When a drive has not been seen to turn for this many cycles, all stand, even if it reported
 nothing. It is more than `WAIT_CYCLES`: a computer that holds everything back for 30 ms
 loses nothing."""
+PROGRESS_S = 0.05
+"""How often positions are reported in motion: twenty times a second, as a screen shows them."""
 BRAKING_S = 1.0
 """How much longer than twice its ramp a drive may take to stop: lost orders are repeated for that
 time before it is reported (a guess)."""
@@ -96,7 +102,7 @@ class MotionRun:
     `mode` is the mode of all drives. It is None while they are in several, as in homing: then no
     position is compared with the orders. `released` tells whether the motion is a jog that was
     released. A motion ends early because of `trouble` (its `culprit` is asked why), because drives
-    are `missing`, or because it is `refused`.
+    are `missing`, or for a `reason` that concerns none of them in particular.
     """
 
     def __init__(
@@ -109,11 +115,13 @@ class MotionRun:
         self.trouble: Alert | None = None
         self.culprit: Cia402Drive | None = None
         self.missing: tuple[Cia402Drive, ...] = ()
-        self.refused = ""
+        self.reason: RequestRejected | None = None
         self.began_s = self.due_s = io.now_s
         """When the motion began; and when the present cycle ends."""
         self.cycling = False
         """Whether a cycle has begun that has not been judged."""
+        self._shown_s = io.now_s
+        """When the positions were reported last."""
         self._late_outages = 0
         """How many outages came since a cycle ended in time, although all drives had reported since
         the outage before."""
@@ -129,11 +137,12 @@ class MotionRun:
         It ends when all drives have stood at their targets for `rest_cycles` readings, or soon
         after it was released.
         """
-        arriving = Arriving(self, self.mode or self.io.group.resting_mode, rest_cycles)
+        mode = self.mode or self.io.group.resting_mode
         stages: Stages = {
             phase: lambda: stage,
             Phase.OUTAGE: lambda: Outage(self),
-            Phase.ARRIVING: lambda: arriving,
+            # the same after an outage: one after the other would begin its looks again
+            Phase.ARRIVING: cache(lambda: Arriving(self, mode, rest_cycles)),
             Phase.STOPPING: lambda: self._braking,
         }
         acts = {
@@ -162,6 +171,12 @@ class MotionRun:
         """Whether a cycle has ended that has not been judged."""
         return self.cycling and self.io.now_s >= self.due_s
 
+    def show_progress(self) -> None:
+        """Report the positions, unless that was done just now."""
+        if self.io.now_s >= self._shown_s + PROGRESS_S:
+            self._shown_s = self.io.now_s
+            self.io.progress()
+
     def interrupt(self) -> None:
         """End the present cycle without judging it."""
         self.due_s, self.cycling = self.io.now_s, False
@@ -177,13 +192,15 @@ class MotionRun:
             self.missing = self.io.mute(self.io.drives)
         return Signal.TROUBLE if self.missing else None
 
-    def compare(self, mode: OperationMode) -> Signal | None:
+    def compare(self) -> Signal | None:
         """Compare the drives' reports of a cycle with their orders; return what that changes."""
+        if self.mode is None:
+            return None
         if self._may_have_stopped:
             return self._outage()
         self._late_outages = 0
         for drive in self.io.drives:
-            if drive.missed <= 1 and drive.mode != mode:
+            if drive.has_just_reported and drive.mode != self.mode:
                 words = f"another program has brought {drive} to mode {drive.mode}"
                 return self.blame(Alert(AlertKind.OFF_PATH, words))
             if (alert := _departed(drive)) is not None:
@@ -197,17 +214,16 @@ class MotionRun:
 
         It jumps to its target when it comes free, or to the next one that it receives.
         """
-        return not drive.shaft.is_near and self.still_s(drive) > 0.0
-
-    def still_s(self, drive: Cia402Drive) -> float:
-        """Return for how long a drive has stood in this motion; 0 if it may still turn."""
-        if math.isinf(drive.shaft.still_s):
-            return 0.0
-        since_s, cycle_s = max(drive.shaft.still_s, self.began_s), self.io.cycle_s
+        if drive.shaft.is_near:
+            return False
         # either its reports show that it stands, or none came for long enough that it may
-        seen = drive.shaft.read_s - since_s > (WAIT_CYCLES - 0.5) * cycle_s
-        lost = self.io.now_s - since_s > LOST_CYCLES * cycle_s
-        return self.io.now_s - since_s if seen or lost else 0.0
+        since_s = max(drive.shaft.still_s, self.began_s)
+        lost = self.io.now_s - since_s > LOST_CYCLES * self.io.cycle_s
+        return lost or self.seen_to_stand(drive, self.began_s, STAND_CYCLES)
+
+    def seen_to_stand(self, drive: Cia402Drive, since_s: float, cycles: int) -> bool:
+        """Return whether its reports since a moment show that a drive stood for some cycles."""
+        return drive.stands(since_s, (cycles - JITTER_CYCLES) * self.io.cycle_s)
 
     def blame(self, alert: Alert, culprit: Cia402Drive | None = None) -> Signal:
         """Record what is wrong, and the drive to ask why."""
@@ -223,7 +239,7 @@ class MotionRun:
         self._outage_s = self.io.now_s
         if self._late_outages < LATE_OUTAGES:
             return Signal.OUTAGE
-        self.missing = self.io.drives
+        self.reason = RequestRejected(SLOW_BUS, silent=True)
         return Signal.TROUBLE
 
     @property
@@ -281,35 +297,34 @@ class MotionRun:
             unstopped = obstructed.reply
         for drive in self.io.drives:
             drive.rest()
+        self.io.progress()
         unstopped = braking.unstopped() or unstopped
-        self._reply = unstopped or Halted()
-        if self.trouble is not None:
-            yield from self._explain(self.trouble)
-        elif self.missing and not isinstance(unstopped, Timeout):
-            self._reply = self._lost(unstopped)
-        elif self.refused:
-            self._reply = RequestRejected(self.refused)
+        reason = yield from self._why_ended(unstopped)
+        self._reply = _joined(reason, unstopped) or Halted()
         if not all(drive.operates for drive in self.io.drives):
             self.io.group.contacted = False  # the next request sets them up again
 
-    def _explain(self, alert: Alert) -> Script[None]:
-        """Find out what is wrong with a drive, and report it."""
+    def _why_ended(self, unstopped: Reply | None) -> Script[RequestRejected | None]:
+        """Return why the motion ended early, and report the trouble; None if it was stopped."""
+        if self.trouble is not None:
+            alert = yield from self._explain(self.trouble)
+            return RequestRejected(alert.text)
+        if not self.missing:
+            return self.reason
+        words = not_heard_words(", ".join(map(str, self.missing)))
+        if isinstance(unstopped, RequestRejected) and unstopped.silent:
+            words = unstopped.reason  # they were still silent as the others braked
+        away = next(filter(None, (drive.away_words for drive in self.missing)), "")
+        return RequestRejected(away or words, silent=True)
+
+    def _explain(self, alert: Alert) -> Script[Alert]:
+        """Find out what is wrong with a drive, report it, and return it."""
         drive = self.culprit
-        if drive is not None and not drive.booted and not drive.error:
+        if drive is not None and not drive.booted:
             yield from self.io.transfers.explain(drive)
             alert = self.io.group.trouble(drive, moving=True) or alert
         self.io.group.alarm(drive, alert)
-        if not isinstance(self._reply, Timeout):
-            self._reply = RequestRejected(alert.text)
-
-    def _lost(self, unstopped: Reply | None) -> RequestRejected:
-        """Return the reply that names drives that fell silent; the others were stopped."""
-        late = self._late_outages >= LATE_OUTAGES
-        words = SLOW_BUS if late else not_heard_words(", ".join(map(str, self.missing)))
-        if isinstance(unstopped, RequestRejected) and unstopped.silent and unstopped.reason:
-            words = unstopped.reason
-        away = next(filter(None, (drive.away_words for drive in self.missing)), "")
-        return RequestRejected(away or words, silent=True)
+        return alert
 
 
 class CycleStage(ABC):
@@ -335,7 +350,8 @@ class CycleStage(ABC):
         run = self.run
         signal = run.signal()
         if signal is None and run.cycle_is_over:
-            signal = (run.compare(run.mode) if run.mode is not None else None) or self.judge()
+            run.show_progress()
+            signal = run.compare() or self.judge()
         return signal
 
 
@@ -352,6 +368,7 @@ class Outage:
 
     def __init__(self, run: MotionRun) -> None:
         self._run, self._until_s = run, run.cycle_ends_s
+        run.interrupt()
 
     def step(self, now_s: float) -> float:  # noqa: ARG002
         """Send nothing for a cycle."""
@@ -359,7 +376,6 @@ class Outage:
 
     def signal(self, now_s: float) -> Signal | None:
         """Return whether a drive is in trouble; STOP or LOCATED if none is known to be."""
-        self._run.cycling = False
         if (trouble := self._run.signal()) is not None:
             return trouble
         if self._run.released():
@@ -378,13 +394,14 @@ class Arriving(CycleStage):
         super().__init__(run)
         self._mode, self._rest_cycles = mode, rest_cycles
         self._arrived = dict.fromkeys(run.io.drives, 0)
-        self._read_s: dict[Cia402Drive, float] = {}
+        """How many readings in a row found each drive near its target."""
+        self._read_s = {drive: drive.shaft.read_s for drive in run.io.drives}
+        """When each drive was read last."""
         self._off_s: dict[Cia402Drive, float] = {}
+        """When each drive was first read off its target."""
 
     def send(self) -> float:
         """Send every drive its target."""
-        if not self._read_s:
-            self._read_s = {drive: drive.shaft.read_s for drive in self.io.drives}
         for drive in self.io.drives:
             self.io.command(drive, ENABLE, self._mode, drive.shaft.goal)
         return self.run.cycle_ends_s
@@ -441,7 +458,7 @@ class Cia402Brakes:
         """Return whether a cycle has ended."""
         if not self._run.cycle_is_over:
             return False
-        self._io.progress()
+        self._run.show_progress()
         return True
 
     def stands(self, drive: Cia402Drive) -> bool:
@@ -452,7 +469,7 @@ class Cia402Brakes:
             return False
         if not drive.holds:
             return True  # nothing can be done about how it turns
-        return drive.stands(self._began_s, (STAND_CYCLES - 1) * self._io.cycle_s * 0.9)
+        return self._run.seen_to_stand(drive, self._began_s, STOP_CYCLES)
 
     def settle(self, drive: Cia402Drive, now_s: float) -> None:
         """Do nothing: the targets follow when all drives stand."""
@@ -464,6 +481,15 @@ class Cia402Brakes:
     def absence(self, mute: Sequence[Cia402Drive]) -> Timeout | RequestRejected:
         """Return the reply that names drives that fell silent while they braked."""
         return self._io.absence(mute, moved=True)
+
+
+def _joined(reason: RequestRejected | None, unstopped: Reply | None) -> Reply | None:
+    """Return why a motion ended, and why not all drives hold; if all are silent, only that."""
+    if reason is None or isinstance(unstopped, Timeout):
+        return unstopped
+    if isinstance(unstopped, RequestRejected) and unstopped.reason not in reason.reason:
+        return replace(reason, reason=f"{reason.reason}. And {unstopped.reason}")
+    return reason
 
 
 def _departed(drive: Cia402Drive) -> Alert | None:

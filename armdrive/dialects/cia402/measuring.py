@@ -21,7 +21,7 @@ from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.observer import PROMPT_REPLY_S
 from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.cia402.drives import Cia402Drive
-from armdrive.dialects.cia402.exchange import Cia402Exchange, Script, SetPoints
+from armdrive.dialects.cia402.exchange import Cia402Exchange, Script, SetPointHandshakes
 from armdrive.dialects.cia402.leading import CycleStage, MotionRun, prepare
 from armdrive.dialects.cia402.motion import BurstPart, write_parts
 from armdrive.tasks import Done, MeasuredUnits, Reply, RequestRejected
@@ -243,7 +243,7 @@ class UnitMeasurement:
 
         Raises `Obstructed` if something stops it.
         """
-        io, points = self._io, SetPoints({drive: part.goal})
+        io, points = self._io, SetPointHandshakes({drive: part.goal})
         yield from write_parts(io, {drive: part})
         yield from io.states.ready(points)
         run = MotionRun(io, None)
@@ -257,7 +257,9 @@ class UnitMeasurement:
 class Turn(CycleStage):
     """The stage of one turn of a motor: reads where it is in each cycle."""
 
-    def __init__(self, run: MotionRun, drive: Cia402Drive, points: SetPoints, for_s: float) -> None:
+    def __init__(
+        self, run: MotionRun, drive: Cia402Drive, points: SetPointHandshakes, for_s: float
+    ) -> None:
         super().__init__(run)
         self._drive, self._points = drive, points
         self._begin, self._goal = drive.shaft.count, points.goals[drive]

@@ -1,4 +1,4 @@
-"""Move CiA 402 drives: cyclic targets along a path, bursts by profile position, or homing.
+"""Move CiA 402 drives: cyclic targets along a path, or bursts by profile position.
 
 In cyclic position mode each drive gets a target with every SYNC. In profile position mode each gets
 one set-point and follows a ramp of its own.
@@ -7,23 +7,14 @@ one set-point and follows a ramp of its own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import Obstructed
-from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
-from armdrive.dialects.bus.phases import (
-    Groups,
-    HomingSearch,
-    HomingStatus,
-    Phase,
-    Signal,
-    home_in_groups,
-    homing_groups,
-)
+from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, off_target_alert
-from armdrive.dialects.cia402.exchange import ENABLE, Cia402Exchange, Script, SetPoints
+from armdrive.dialects.cia402.exchange import ENABLE, Cia402Exchange, Script, SetPointHandshakes
 from armdrive.dialects.cia402.leading import (
     REST_CYCLES,
     SETTLE_S,
@@ -32,9 +23,8 @@ from armdrive.dialects.cia402.leading import (
     MotionRun,
     prepare,
 )
-from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
-from armdrive.dialects.controller import OVERTRAVEL, HomingTime
-from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply
+from armdrive.dialects.cia402.settings import TOP_HZ
+from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply, RequestRejected
 from firmware_protocol import canopen
 from firmware_protocol.canopen import OperationMode
 from kinematics.spaces import Motors
@@ -137,15 +127,13 @@ class CyclicTrip:
 MIN_CYCLE_SHARE = 0.75
 """After a late cycle the next one takes at least this share of a period, so that the drives can
 interpolate. The delay is caught up in four cycles."""
-PROGRESS_S = 0.05
-"""How often positions are reported in motion: twenty times a second, as a screen shows them."""
 
 
 class CyclicMotion:
     """Moves drives along segments with a target in each cycle."""
 
-    def __init__(self, io: Cia402Exchange, limits: DriveLimits) -> None:
-        self._io, self._limits = io, limits
+    def __init__(self, io: Cia402Exchange) -> None:
+        self._io = io
         self.underruns = 0
         """How often a cycle was late, or the path ended although more was to come."""
 
@@ -156,7 +144,7 @@ class CyclicMotion:
         path = PlannedPath(Motors(drive.shaft.goal for drive in io.drives))
         trip = CyclicTrip(request, path, io.settings.smoothing_ms / 1000.0)
         run = MotionRun(io, OperationMode.CYCLIC_POSITION, lambda: trip.eased or request.released())
-        targets = CyclicTargets(run, trip, self._limits)
+        targets = CyclicTargets(run, trip)
         try:
             reply = yield from run.carry_out(Phase.MOVING, targets, REST_CYCLES)
         finally:
@@ -167,33 +155,32 @@ class CyclicMotion:
 class CyclicTargets(CycleStage):
     """The moving stage: every drive gets a target in each cycle."""
 
-    def __init__(self, run: MotionRun, trip: CyclicTrip, limits: DriveLimits) -> None:
+    def __init__(self, run: MotionRun, trip: CyclicTrip) -> None:
         super().__init__(run)
-        self._trip, self._limits = trip, limits
+        self._trip = trip
         self._hz = 0.0
         """The present speed of the busiest motor."""
-        self._shown_s = run.began_s
         self._short_s: dict[Cia402Drive, float] = {}
         """When each drive was first read short of its target, where it stands."""
 
     def send(self) -> float:
         """Send every drive its next target; slow down while one of them is silent."""
-        io, run, cycle_s, now_s = self.io, self.run, self._limits.cycle_s, self.io.now_s
+        io, run, cycle_s, now_s = self.io, self.run, self.io.cycle_s, self.io.now_s
         waits = any(drive.missed >= WAIT_CYCLES for drive in io.drives)
         self._trip.late_cycles += waits + (now_s > run.due_s + cycle_s)
         # the sooner the targets stop, the shorter a drive's jump to the next one
         stands = any(map(run.stands_short, io.drives))
-        ease_s = io.settings.ramp_s * min(self._hz / self._limits.fastest_hz, 1.0)
+        ease_s = io.limits.ramp_s(self._hz)
         targets = self._trip.advance(cycle_s, ease_s, wait=waits, stand=stands)
         if words := beyond_words(zip(io.drives, targets, strict=True)):
-            run.refused = f"{words}: home it near its zero"
+            run.reason = RequestRejected(f"{words}: home it near its zero")
             return now_s
         steps = (
             abs(target - drive.shaft.goal) for target, drive in zip(targets, io.drives, strict=True)
         )
         self._hz = max(steps) / cycle_s
         for drive, target in zip(io.drives, targets, strict=True):
-            drive.shaft.order(target, self._limits.fastest_hz, math.inf, now_s)
+            drive.shaft.order(target, io.limits.fastest_hz, math.inf, now_s)
             # else a drive might run on
             io.command(drive, ENABLE, OperationMode.CYCLIC_POSITION, target)
         io.last_command = io.group.targets
@@ -201,11 +188,8 @@ class CyclicTargets(CycleStage):
 
     def judge(self) -> Signal | None:
         """Return whether all targets have been sent."""
-        if self.run.refused:
+        if self.run.reason is not None:
             return Signal.OUT_OF_RANGE
-        if self.io.now_s >= self._shown_s + PROGRESS_S:
-            self._shown_s = self.io.now_s
-            self.io.progress()
         return self._blocked() or (Signal.ALL_SENT if self._trip.over else None)
 
     def _blocked(self) -> Signal | None:
@@ -267,8 +251,8 @@ class ProfileMotion:
     arrive together.
     """
 
-    def __init__(self, io: Cia402Exchange, limits: DriveLimits) -> None:
-        self._io, self._limits = io, limits
+    def __init__(self, io: Cia402Exchange) -> None:
+        self._io = io
 
     def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script[Reply]:
         """Send a burst and wait for its end."""
@@ -287,7 +271,7 @@ class ProfileMotion:
         yield from write_parts(io, parts)
         if io.stop_asked or released():
             return Halted()
-        points = SetPoints(goals)
+        points = SetPointHandshakes(goals)
         yield from io.states.ready(points)
         if io.stop_asked:
             return Halted()
@@ -295,18 +279,18 @@ class ProfileMotion:
             speed, slope = part.speed * drive.speed_unit_hz, part.slope * drive.ramp_unit_hz_s
             drive.shaft.order(part.goal, speed, slope, io.now_s)
         run = MotionRun(io, OperationMode.PROFILE_POSITION, released)
-        lasts_s = self._limits.lasts_s(steps.largest, rate_hz)
+        lasts_s = io.limits.lasts_s(steps.largest, rate_hz)
         return (yield from run.carry_out(Phase.MOVING, Burst(run, points, lasts_s)))
 
     def _part(self, drive: Cia402Drive, count: int, share: float, rate_hz: float) -> BurstPart:
-        speed, slope = share * min(rate_hz, TOP_HZ), share * self._limits.ramp_hz_s
+        speed, slope = share * min(rate_hz, TOP_HZ), share * self._io.limits.ramp_hz_s
         return BurstPart(drive.shaft.goal + count, drive.speed(speed), drive.ramp(slope))
 
 
 class Burst(CycleStage):
     """The moving stage: drives are on the way to their set-points, for about `lasts_s`."""
 
-    def __init__(self, run: MotionRun, points: SetPoints, lasts_s: float) -> None:
+    def __init__(self, run: MotionRun, points: SetPointHandshakes, lasts_s: float) -> None:
         super().__init__(run)
         self._points = points
         self._under_way = list(points.goals)
@@ -327,7 +311,6 @@ class Burst(CycleStage):
         """Return whether all drives report that they have reached their set-points."""
         reached = self._points.arrived()
         self._under_way = [drive for drive in self._under_way if drive not in reached]
-        self.io.progress()
         if not self._under_way:
             return Signal.ALL_SENT
         if self.io.listened.s <= self._given_up_s:
@@ -337,188 +320,3 @@ class Burst(CycleStage):
                 return self.run.blame(off_target_alert(drive))
         words = f"{self._under_way[0]} does not report that it has reached its target"
         return self.run.blame(Alert(AlertKind.OFF_PATH, words))
-
-
-# The drives' own homing, in the arm file's groups: each searches for its switch.
-#
-# A drive that has found it counts from its home offset there by itself. Nothing here sets a zero.
-
-GO = canopen.Controlword.of(canopen.Command.ENABLE_OPERATION, canopen.ControlBit.NEW_SET_POINT)
-STALE_CYCLES = 10
-"""A drive that was homed before may report "home found" for this many cycles of the next homing;
-after that the report is new. Simulated drives clear it in two cycles."""
-PROGRESS_CYCLES = 5
-"""How often positions are reported while drives home: like `PROGRESS_S` at 100 cycles a second."""
-HOMING_OBJECTS = (
-    canopen.HOMING_METHOD,
-    canopen.HOMING_SPEED,
-    canopen.HOMING_CREEP,
-    canopen.HOMING_ACCELERATION,
-)
-
-
-@dataclass(frozen=True, slots=True)
-class HomingSpeeds:
-    """How fast a drive searches for its switch and leaves it, in increments/s.
-
-    `ramp_s` is the time from rest to the higher of both; 0 if the drive does not report its ramp.
-    """
-
-    search_hz: float
-    creep_hz: float
-    ramp_s: float
-
-    def lasts_s(self, range_steps: float) -> float:
-        """Return how long a drive homes at most that turns through this range.
-
-        It searches there and back, since methods 7 to 14 and 23 to 30 of CiA 402 turn around at a
-        limit switch. Then it leaves its switch, which may be pressed in all of the part beyond the
-        limits, and by which it has run past while it braked. The index pulse, if it seeks that, is
-        no farther away. A ramp up and down makes each of these three ways longer by `ramp_s`.
-        """
-        beyond = (OVERTRAVEL - 1.0) * range_steps + self.search_hz * self.ramp_s / 2.0
-        search_s = 2.0 * OVERTRAVEL * range_steps / self.search_hz
-        return search_s + beyond / self.creep_hz + 3.0 * self.ramp_s
-
-
-class Cia402Homing:
-    """Lets drives home themselves, one group after the other."""
-
-    def __init__(self, io: Cia402Exchange, limits: DriveLimits) -> None:
-        self._io, self._limits = io, limits
-        self._speeds: dict[Cia402Drive, HomingSpeeds] = {}
-        """The speeds of the drives that report them."""
-
-    def rate_hz(self, groups: Groups) -> float:
-        """Return the fastest homing speed of some groups' drives; infinity if one is unknown."""
-        drives = [drive for group in self._together(groups) for drive in group]
-        if not all(drive in self._speeds for drive in drives):
-            return math.inf
-        found = [self._speeds[drive] for drive in drives]
-        return max(max(speeds.search_hz, speeds.creep_hz) for speeds in found)
-
-    def times(self, groups: Groups) -> list[HomingTime]:
-        """Return how long each group searches at most."""
-        return [max(map(self._time, group)) for group in self._together(groups)]
-
-    def _together(self, groups: Groups) -> list[tuple[Cia402Drive, ...]]:
-        return homing_groups(groups, self._io.drives)
-
-    def _time(self, drive: Cia402Drive) -> HomingTime:
-        speeds = self._speeds.get(drive)
-        if speeds is None:
-            return HomingTime(self._io.settings.homing_s, "cia402.homing_s")
-        return HomingTime(speeds.lasts_s(self._range(drive)))
-
-    def _range(self, drive: Cia402Drive) -> float:
-        return self._limits.ranges[self._io.drives.index(drive)]
-
-    def home(self, groups: Groups) -> Script[Reply]:
-        """Home group after group."""
-        yield from prepare(self._io, self._io.group.resting_mode)
-        return (yield from home_in_groups(groups, self._io.drives, self._home_group))
-
-    def _home_group(self, group: Sequence[Cia402Drive]) -> Script[Reply]:
-        io = self._io
-        yield from io.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
-        yield from self.read_speeds(group)
-        yield from io.states.take_mode(group, OperationMode.HOMING)
-        io.last_command = "HOME"
-        ranges = {drive.shaft: self._range(drive) for drive in group}
-        times = {drive.shaft: self._time(drive) for drive in group}
-        search = HomingSearch(ranges, 1.0, io.listened, times)
-        run = MotionRun(io, None)
-        reply = yield from run.carry_out(Phase.HOMING, Searching(run, search, group))
-        if isinstance(reply, Done):
-            for drive in group:
-                drive.rest()
-            yield from io.states.take_mode(group, io.group.resting_mode)
-        return reply
-
-    def _jobs(self, drive: Cia402Drive) -> tuple[canopen.Write, ...]:
-        """Return the objects that define a drive's search, as far as the arm file states them."""
-        methods, jobs = self._io.settings.homing_methods, []
-        if methods:
-            method = methods[self._io.drives.index(drive)]
-            jobs.append(canopen.Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
-        places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
-        for place, speed in zip(places, self._io.settings.homing_speeds, strict=True):
-            if speed:
-                jobs.append(canopen.Write(place, canopen.DataType.U32, drive.speed(speed)))
-        return tuple(jobs)
-
-    def read_speeds(self, group: Sequence[Cia402Drive]) -> Script[None]:
-        """Learn how fast drives will home, from those that report it and whose units are known."""
-        known = [drive for drive in group if drive.speed_unit_hz]
-        found = yield from self._io.transfers.obtain({each.node: HOMING_OBJECTS for each in known})
-        for drive in known:
-            written = {each.place: each.value for each in self._jobs(drive)}
-            speeds = _speeds_of(drive, {**found[drive.node].values, **written})
-            if speeds is None:
-                self._speeds.pop(drive, None)
-            else:
-                self._speeds[drive] = speeds
-
-
-class Searching(CycleStage):
-    """The homing stage: the drives of a group search for their switches."""
-
-    def __init__(
-        self, run: MotionRun, search: HomingSearch[ObservedDrive], group: Sequence[Cia402Drive]
-    ) -> None:
-        super().__init__(run)
-        self._search, self._group, self._cycles = search, group, 0
-        self._stale = {drive for drive in group if drive.word is None or _at_home(drive)}
-        """The drives that have reported "home found" ever since the search began."""
-
-    def send(self) -> float:
-        """Let the drives of the group search; the others stay in their resting mode."""
-        for drive in self._group:
-            self.io.command(drive, GO, OperationMode.HOMING, drive.shaft.count)
-        self._cycles += 1
-        return self.run.cycle_ends_s
-
-    def judge(self) -> Signal | None:
-        """Return whether all drives are home."""
-        search = self._search
-        if self._cycles % PROGRESS_CYCLES == 0:
-            self.io.progress()
-        for drive in self._group:
-            if drive.shaft in search.left and drive.missed <= 1 and drive.word is not None:
-                search.note(drive.shaft, self._status(drive, drive.word))
-        signal = search.signal()
-        self.run.refused = search.wrong
-        return signal
-
-    def _status(self, drive: Cia402Drive, word: canopen.Statusword) -> HomingStatus:
-        """Return how a search goes; "home found" counts once the drive has cleared the old one."""
-        if word.has(canopen.StatusBit.FOLLOWING_ERROR):
-            return HomingStatus.FAILED
-        if not _at_home(drive):
-            self._stale.discard(drive)
-            return HomingStatus.SEARCHING
-        fresh = drive not in self._stale or self._cycles > STALE_CYCLES
-        return HomingStatus.FOUND if self._cycles > 1 and fresh else HomingStatus.SEARCHING
-
-
-def _speeds_of(drive: Cia402Drive, values: Mapping[canopen.Place, int]) -> HomingSpeeds | None:
-    """Return how fast a drive homes with these values of `HOMING_OBJECTS`; None if they miss.
-
-    A method of the maker's own has a negative number, and may have other speeds than those of 6099.
-    """
-    speeds = (values.get(place, 0) for place in (canopen.HOMING_SPEED, canopen.HOMING_CREEP))
-    search_hz, creep_hz = (speed * drive.speed_unit_hz for speed in speeds)
-    if not search_hz or not creep_hz or values.get(canopen.HOMING_METHOD, 0) < 0:
-        return None
-    slope_hz_s = values.get(canopen.HOMING_ACCELERATION, 0) * drive.ramp_unit_hz_s
-    ramp_s = max(search_hz, creep_hz) / slope_hz_s if slope_hz_s else 0.0
-    return HomingSpeeds(search_hz, creep_hz, ramp_s)
-
-
-def _at_home(drive: Cia402Drive) -> bool:
-    word = drive.word
-    return (
-        word is not None
-        and word.has(canopen.StatusBit.ACKNOWLEDGED)
-        and word.has(canopen.StatusBit.REACHED)
-    )

@@ -28,6 +28,7 @@ from firmware_protocol.canopen.objects import (
     ERROR_REGISTER,
     FAULT_REACTION_OPTION,
     HEARTBEAT_REACTION,
+    HOMING_METHOD,
     MODE,
     MODE_SHOWN,
     POSITION_UNIT,
@@ -128,6 +129,18 @@ _STOPPING = {
     QuickStopOption.VOLTAGE_LIMIT_AND_STAY: "at the limit of voltage, then it holds",
 }
 _REACTIONS = {0: "nothing", 1: "fault", 2: "disable voltage", 3: "quick stop"}
+_HOMING: tuple[tuple[tuple[int, ...], str], ...] = (
+    ((0,), "no homing"),
+    ((1, 17), "down to the negative limit switch"),
+    ((2, 18), "up to the positive limit switch"),
+    ((*range(3, 7), *range(19, 23)), "to the home switch"),
+    ((*range(7, 11), *range(23, 27)), "up to the home switch"),
+    ((*range(11, 15), *range(27, 31)), "down to the home switch"),
+    ((33,), "down to the index pulse"),
+    ((34,), "up to the index pulse"),
+    ((35, 37), "at the present position"),
+)
+"""The homing methods of CiA 402-2 (6098): up is the direction in which the drive counts up."""
 
 
 def state_words(value: int, mode: OperationMode | None = None) -> str:
@@ -194,6 +207,12 @@ def stopping_words(value: int) -> str:
 def reaction_words(value: int) -> str:
     """Return a drive's reaction to a missing heartbeat (6007)."""
     return f"{value}, {_REACTIONS.get(value, 'not known')}"
+
+
+def homing_words(value: int) -> str:
+    """Return a homing method (6098): where the drive searches."""
+    name = "one of the maker's" if value < 0 else "not known"
+    return f"{value}, {next((words for methods, words in _HOMING if value in methods), name)}"
 
 
 _U8, _U16, _U32, _I32 = DataType.U8, DataType.U16, DataType.U32, DataType.I32
@@ -323,6 +342,7 @@ _WORDS: Mapping[Place, Callable[[int], str]] = MappingProxyType(
         ERROR_REGISTER: register_words,
         CONSUMER_HEARTBEAT: _watch_words,
         HEARTBEAT_REACTION: reaction_words,
+        HOMING_METHOD: homing_words,
         ERROR_CODE: _error_words,
         CONTROLWORD: control_words,
         STATUSWORD: state_words,

@@ -9,10 +9,11 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.cia402.compare import compare, fix
 from armdrive.dialects.cia402.contact import Cia402Contact
+from armdrive.dialects.cia402.drives import FAULTS
 from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
+from armdrive.dialects.cia402.homing import Cia402Homing
 from armdrive.dialects.cia402.measuring import UnitMeasurement
-from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
-from armdrive.dialects.cia402.settings import DriveLimits
+from armdrive.dialects.cia402.motion import CyclicMotion, ProfileMotion
 from armdrive.errors.printable import command_line
 from armdrive.tasks import (
     Alert,
@@ -34,13 +35,13 @@ from armdrive.tasks import (
 class Cia402Requests:
     """Carries out the requests of one arm."""
 
-    def __init__(self, io: Cia402Exchange, limits: DriveLimits, config: ArmConfig) -> None:
+    def __init__(self, io: Cia402Exchange, config: ArmConfig) -> None:
         self._io, self._group = io, io.group
         self._arm, self._homes = config.name, config.homing is not None
-        self.contact = Cia402Contact(io, limits.quick_hz_s)
-        self.cyclic = CyclicMotion(io, limits)
-        self._profile = ProfileMotion(io, limits)
-        self.homing = Cia402Homing(io, limits)
+        self.contact = Cia402Contact(io)
+        self.cyclic = CyclicMotion(io)
+        self._profile = ProfileMotion(io)
+        self.homing = Cia402Homing(io)
         self._measurement = UnitMeasurement(io)
 
     def carry_out(self, request: Request) -> Script[Reply]:
@@ -57,6 +58,8 @@ class Cia402Requests:
             if not self._group.dropped_out:
                 break  # else they missed a heartbeat at rest, and then the question: ask again
         for drive in self._io.drives:
+            if drive.state in FAULTS and not drive.reported:
+                yield from self._io.transfers.explain(drive)
             self._group.report(drive)
         return reply
 

@@ -159,6 +159,14 @@ class DriveLimits:
             motors.fastest_hz / settings.quick_stop_s,
         )
 
+    def ramp_s(self, rate_hz: float) -> float:
+        """Return how long a ramp to this rate takes, or from it."""
+        return min(rate_hz, self.fastest_hz) / self.ramp_hz_s
+
+    def quick_stop_s(self, rate_hz: float) -> float:
+        """Return how long a quick stop from this rate takes."""
+        return min(rate_hz, self.fastest_hz) / self.quick_hz_s
+
     def lasts_s(self, steps: float, rate_hz: float) -> float:
         """Return how long a burst takes from rest to rest."""
         return trapezoid(steps, min(rate_hz, TOP_HZ), self.ramp_hz_s).duration_s

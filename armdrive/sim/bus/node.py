@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.mechanics.motors import LimitSwitch, switch_places, switch_ways
+from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.saved import Json
 from firmware_protocol.frames import Frame
@@ -90,11 +90,7 @@ def motors_of(config: ArmConfig, shafts: ShaftDrive, *, beyond: int = 0) -> list
     """Return the motors, with switches `beyond` counts after the end of homing by the arm file."""
     turning = shafts.world.body.transmission
     places = switch_places(config, turning, (beyond,) * len(turning.motors))
-    ways = switch_ways(config, turning)
-    return [
-        NodeMotor(shafts, index, at, way)
-        for index, (at, way) in enumerate(zip(places, ways, strict=True))
-    ]
+    return [NodeMotor(shafts, index, at, way) for index, (at, way) in enumerate(places)]
 
 
 # --- The drive -----------------------------------------------------------------------------------

@@ -39,11 +39,11 @@ class Cia402Board(DrivesBoard[Cia402Node]):
     saved_as = SavedCia402Drives
     title = "arm on CiA 402 drives"
 
-    def ail(self, drive: int, code: int) -> None:
+    def put_in_fault(self, drive: int, code: int) -> None:
         """Put a drive in fault, until the error is fixed and the drive is reset."""
         node = self.node(drive)
         if node.port.powered:
-            node.states.ailing.add(code)
+            node.states.active_errors.add(code)
             node.states.fault(code, self.now_s)
 
     def fix(self, drive: int, code: int) -> None:

@@ -135,7 +135,7 @@ class Cia402Motion:
 
     def let_go(self, now_s: float) -> None:
         """Switch the motor's current off: its load sags, and no motion is supervised any more."""
-        self.spoil_homing()
+        self.end_search()
         self.ends, self.switch_s = False, math.inf
         if self._motor.holding:
             self._motor.release(now_s)
@@ -202,7 +202,7 @@ class Cia402Motion:
                 self.homing = Homing.SEEKING
                 self._search(self._way, canopen.HOMING_SPEED, now_s)
 
-    def spoil_homing(self) -> None:
+    def end_search(self) -> None:
         """Forget a search, or that it failed; a drive that is home stays home."""
         self.homing = Homing.DONE if self.homing is Homing.DONE else Homing.NONE
 

@@ -94,7 +94,7 @@ class Cia402Node:
             self._order(frame, now_s)
         elif (watch := self._watched) is not None and frame.can_id == _HEARTBEAT + watch.node:
             self.silent_s = now_s + watch.silence_ms / 1000
-            self.states.take_back()
+            self.states.regain_master()
 
     def say_emcy(self, code: int) -> None:
         """Send an EMCY with an error code."""
@@ -211,14 +211,14 @@ class Cia402Node:
         if self.port.booting and self.port.boots_s <= now_s:
             self.port.boots_s = -math.inf
             self.port.say(self.nmt.booted())
-            for code in sorted(self.states.ailing):
+            for code in sorted(self.states.active_errors):
                 self.states.fault(code, now_s)
         if self.beat_s <= now_s:
             self.beat_on(self.beat_s)
             self.port.say(self.nmt.heartbeat.frame)
         if self.silent_s <= now_s:
             self.silent_s = math.inf
-            self.states.forsake(now_s)
+            self.states.lose_master(now_s)
             if not self.objects.number_of(canopen.ERROR_BEHAVIOUR, 0):
                 self.nmt.failed()
         self.states.live(now_s)
@@ -232,7 +232,7 @@ class Cia402Node:
 
     def watch(self) -> None:
         """Watch for the master's heartbeat again, from the next one on."""
-        self.silent_s, self.states.forsaken = math.inf, False
+        self.silent_s, self.states.master_lost = math.inf, False
 
     @property
     def _watched(self) -> canopen.HeartbeatWatch | None:
@@ -269,7 +269,7 @@ class Cia402Node:
     def _renew_talk(self, number: int, now_s: float) -> None:
         """Restart the communication, perhaps with another id; the motor keeps its current."""
         self.states.react(now_s)
-        self.states.forsaken = False
+        self.states.master_lost = False
         self.objects.renew_communication(number)
         self._forget_talk()
         self.port.boots_s = now_s + RESET_S
@@ -334,13 +334,13 @@ class Cia402Node:
             nmt=talks.name.lower(),
             state=(canopen.DriveState.DISABLED if leaves else state).name.lower(),
             homed=self.motion.homing is Homing.DONE,
-            ailing=tuple(sorted(self.states.ailing)),
+            active_errors=tuple(sorted(self.states.active_errors)),
             objects=self.objects.changed(READINGS),
         )
 
     def recall(self, saved: SavedCia402Drive) -> None:
         """Restore what `known` returned, once its power is known. Raises `StateFileError`."""
-        self.states.ailing = set(saved.ailing)
+        self.states.active_errors = set(saved.active_errors)
         self._renew(saved.id)
         self.objects.recall(saved.objects)
         self.states.mode = self.objects.number_of(canopen.MODE, 0)
@@ -356,7 +356,7 @@ class Cia402Node:
 
     def _recall_state(self, state: canopen.DriveState) -> None:
         """Restore the saved state; nothing sags, since the saved arm has sagged already."""
-        self.states.machine.recall(state, faulty=bool(self.states.ailing))
+        self.states.machine.recall(state, faulty=bool(self.states.active_errors))
         self.motor.recall(self.port.powered and self.states.state.holds)
         self.motion.goal = self.motor.counts
 
@@ -378,7 +378,7 @@ class SavedCia402Drive:
 
     powered: bool
     homed: bool
-    ailing: tuple[int, ...]
+    active_errors: tuple[int, ...]
     objects: Mapping[str, str]
     id: int = setting(low=1, high=canopen.NODE_MAX)
     nmt: str = setting(words=tuple(_TALKS))

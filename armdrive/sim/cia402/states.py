@@ -67,7 +67,7 @@ class Cia402States:
         emcy: Callable[[int], None],
     ) -> None:
         self._motor, self._motion, self._objects, self._emcy = motor, motion, objects, emcy
-        self.ailing: set[int] = set()
+        self.active_errors: set[int] = set()
         """The codes of errors whose cause still exists."""
         self.forget()
 
@@ -78,10 +78,10 @@ class Cia402States:
         self.mode: int = OperationMode.NONE
         self.watch_stops = 0
         """How often a missing heartbeat has made it react."""
-        self.forsaken = False
+        self.master_lost = False
         """Whether its master's heartbeat is missing."""
-        self._astray = False  # the shaft was too far away, which was a fault
-        self._astray_s = math.inf  # since when it is farther away than the window
+        self._following_error = False  # the shaft was too far away, which was a fault
+        self._behind_since_s = math.inf  # since when it is farther away than the window
 
     @property
     def state(self) -> DriveState:
@@ -130,7 +130,7 @@ class Cia402States:
         if self.enabled and self._motion.moving(now_s):
             self._motion.slow_down(now_s)
         self.mode = mode
-        self._motion.spoil_homing()
+        self._motion.end_search()
         self._forget_targets()
 
     def set_quick_stop(self) -> None:
@@ -146,7 +146,7 @@ class Cia402States:
         """Carry out what transitions mean for the motor."""
         for row in taken:
             if row.number == _FAULT_RESET:
-                self._astray = False
+                self._following_error = False
                 self.over()
             if row.end is DriveState.QUICK_STOP:
                 ramp = _QUICK_STOP_RAMPS.get(self.machine.quick_stop)
@@ -157,7 +157,7 @@ class Cia402States:
                     self._motor.hold(now_s)
                 self._motion.stay()
             if not row.end.holds:
-                self._astray_s = math.inf
+                self._behind_since_s = math.inf
                 self._motion.let_go(now_s)
 
     def _go_to(self, point: canopen.SetPoint | None, now_s: float, *, halted: bool) -> None:
@@ -179,9 +179,9 @@ class Cia402States:
     @property
     def due_s(self) -> float:
         """When the motion ends, or the following error becomes a fault."""
-        if math.isinf(self._astray_s):
+        if math.isinf(self._behind_since_s):
             return self._motion.due_s
-        return min(self._motion.due_s, self._astray_s + self._patience_s)
+        return min(self._motion.due_s, self._behind_since_s + self._patience_s)
 
     def live(self, now_s: float) -> None:
         """Supervise the shaft, the switch and the end of a motion."""
@@ -199,15 +199,15 @@ class Cia402States:
         """Go into fault if the following error was too large for too long."""
         behind = abs(self._motion.behind(now_s)) if self.state in _OBEYING else 0
         if not behind:  # as nearly always
-            self._astray_s = math.inf
+            self._behind_since_s = math.inf
             return
         window = self._objects.number_of(canopen.FOLLOWING_ERROR_WINDOW, _UNWATCHED)
         if window == _UNWATCHED or behind <= window:
-            self._astray_s = math.inf
+            self._behind_since_s = math.inf
             return
-        self._astray_s = min(self._astray_s, now_s)
-        if now_s >= self._astray_s + self._patience_s:
-            self._astray_s, self._astray = math.inf, True
+        self._behind_since_s = min(self._behind_since_s, now_s)
+        if now_s >= self._behind_since_s + self._patience_s:
+            self._behind_since_s, self._following_error = math.inf, True
             self.fault(TOO_FAR_BEHIND, now_s)
 
     def _watch_end(self, now_s: float) -> None:
@@ -238,7 +238,7 @@ class Cia402States:
         """Go into fault and report why: brake as 605E says, then free the motor."""
         self._report(code)
         changed = self.machine.happen(Happening.FAULT)
-        if not self.ailing:
+        if not self.active_errors:
             self.machine.fix()  # what it was is over; a reset leads out once it has reacted
         if changed is None:
             return
@@ -250,8 +250,8 @@ class Cia402States:
 
     def fix(self, code: int) -> None:
         """Remove the cause of an error; the fault itself must still be reset."""
-        self.ailing.discard(code)
-        if not self.ailing:
+        self.active_errors.discard(code)
+        if not self.active_errors:
             self.machine.fix()
 
     def over(self) -> None:
@@ -274,9 +274,9 @@ class Cia402States:
 
     # A lost master: object 6007.
 
-    def forsake(self, now_s: float) -> None:
+    def lose_master(self, now_s: float) -> None:
         """React to a missing heartbeat of the master, and report it."""
-        self.forsaken = True
+        self.master_lost = True
         self.watch_stops += 1
         if self._objects.number_of(canopen.HEARTBEAT_REACTION, _FAULT) != _FAULT:
             self._report(canopen.HEARTBEAT_MISSING)
@@ -290,10 +290,10 @@ class Cia402States:
         elif reaction in _REACTIONS and self.enabled:
             self.command(_REACTIONS[reaction], now_s)
 
-    def take_back(self) -> None:
+    def regain_master(self) -> None:
         """Record that the master's heartbeat has returned."""
-        if self.forsaken:
-            self.forsaken = False
+        if self.master_lost:
+            self.master_lost = False
             if self.state not in _FAULTY:
                 self.over()
 
@@ -301,7 +301,8 @@ class Cia402States:
 
     def statusword(self, now_s: float, *, withheld: bool) -> canopen.Statusword:
         """Return its statusword; if `withheld`, without the report that a target is reached."""
-        word = self.machine.statusword(_common(self._astray, self._motion.limited, self.forsaken))
+        common = _common(self._following_error, self._motion.limited, self.master_lost)
+        word = self.machine.statusword(common)
         if not self.enabled:
             moves = self._motion.moving(now_s)
             bits = StatusBit(0) if moves else StatusBit.REACHED
@@ -330,8 +331,8 @@ class Cia402States:
 
 
 @cache
-def _common(astray: bool, limited: bool, forsaken: bool) -> StatusBit:
+def _common(following_error: bool, limited: bool, master_lost: bool) -> StatusBit:
     bits = StatusBit.VOLTAGE
-    bits |= StatusBit.FOLLOWING_ERROR if astray else StatusBit(0)
+    bits |= StatusBit.FOLLOWING_ERROR if following_error else StatusBit(0)
     bits |= StatusBit.LIMITED if limited else StatusBit(0)
-    return bits | StatusBit.WARNING if forsaken else bits
+    return bits | StatusBit.WARNING if master_lost else bits

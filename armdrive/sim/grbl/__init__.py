@@ -47,7 +47,7 @@ from armdrive.sim.grbl.firmware import (
 )
 from armdrive.sim.grbl.hardware import BoardBuild, OutputWiring, Switches
 from armdrive.sim.grbl.orders import ROUTINES
-from armdrive.sim.mechanics.motors import LimitSwitch, switch_places, switch_ways
+from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.text.toml import setting
@@ -155,10 +155,10 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
         HOMING: float(device.homing),
         HOMING_DIRECTIONS: 0.0,
     }
-    ways = switch_ways(config, turning)
+    places = switch_places(config, turning, (0,) * len(letters))
     for motor, letter in enumerate(letters):
         axis, per = axes.index(letter), per_unit[motor]
-        values[HOMING_DIRECTIONS] += (ways[motor] < 0) << axis
+        values[HOMING_DIRECTIONS] += (places[motor].way < 0) << axis
         values[STEPS + axis] = per
         values[RATE + axis] = _up(rates[motor] / per * MINUTE_S)
         values[ACCELERATION + axis] = _up(slopes[motor] / per)
@@ -182,16 +182,15 @@ def switches(
     If the arm file states no such posture, they are at the upper end of each motor's travel.
     """
     turned, turning = [axes.index(letter) for letter in letters], _transmission(config)
-    ways = switch_ways(config, turning)
     pull_offs = [round(values[PULL_OFF] * values[STEPS + axis]) for axis in turned]
     found: dict[int, LimitSwitch] = {}
-    for motor, home in enumerate(switch_places(config, turning, pull_offs)):
-        if not abs(home) < FARTHEST_STEPS:
+    for motor, (at, way) in enumerate(switch_places(config, turning, pull_offs)):
+        if not abs(at) < FARTHEST_STEPS:
             raise ArmFileError(
-                f"motor {motor + 1} would stand at {home:g} steps at its limit switch, farther "
+                f"motor {motor + 1} would stand at {at:g} steps at its limit switch, farther "
                 "than a board counts: correct homing or limits_deg"
             )
-        found[turned[motor]] = LimitSwitch(partial(_stands_at, world, motor), home, ways[motor])
+        found[turned[motor]] = LimitSwitch(partial(_stands_at, world, motor), at, way)
     return Switches(found)
 
 

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.sim.world import World
@@ -317,38 +317,37 @@ class LimitSwitch:
         return missing if missing > 0 and self.state is SwitchState.FREE else None
 
 
-def switch_ways(config: ArmConfig, turning: Transmission) -> tuple[int, ...]:
-    """Return which way each motor turns to its switch, 1 or -1: from where it is found to its home.
+class SwitchPlace(NamedTuple):
+    """The first position at which a motor presses its switch, and its way there: 1 or -1."""
 
-    The posture in which a new arm is found thus presses no switch, and homing can end where the
-    arm file says. If that does not say where homing ends, all switches are on the upper side.
-    """
-    if config.homing is None:
-        return (1,) * len(turning.motors)
-    homed = turning.to_motors(config.homing.joints, config.homing.opening_mm)
-    found = World(ArmBody.of_preset(config.model)).motors
-    return tuple(1 if there >= here else -1 for here, there in zip(found, homed, strict=True))
+    at: int
+    way: int
 
 
 def switch_places(
     config: ArmConfig, turning: Transmission, beyond: Sequence[int]
-) -> tuple[int, ...]:
+) -> list[SwitchPlace]:
     """Return where each motor meets its switch: `beyond` steps after the end of homing.
 
-    If the arm file does not say where homing ends, the switches are at the upper end of each
-    motor's travel.
+    A motor turns that way from where a new arm is found. So that posture presses no switch, and
+    homing can end where the arm file says. If that does not say where homing ends, the switches are
+    at the upper end of each motor's travel.
     """
     if config.homing is not None:
         homed = turning.to_motors(config.homing.joints, config.homing.opening_mm)
-        ways = switch_ways(config, turning)
-        return tuple(at + way * steps for at, way, steps in zip(homed, ways, beyond, strict=True))
+        found = World(ArmBody.of_preset(config.model)).motors
+        ways = [1 if there >= here else -1 for here, there in zip(found, homed, strict=True)]
+        return [
+            SwitchPlace(there + way * steps, way)
+            for there, way, steps in zip(homed, ways, beyond, strict=True)
+        ]
     bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
     bounds.append(config.model.gripper_range_mm)
     highest = (
         sum(max(share * low, share * high) for share, (low, high) in zip(row, bounds, strict=False))
         for row in turning.matrix
     )
-    return tuple(
-        math.ceil(most + motor.offset_steps)
+    return [
+        SwitchPlace(math.ceil(most + motor.offset_steps), 1)
         for most, motor in zip(highest, turning.motors, strict=True)
-    )
+    ]

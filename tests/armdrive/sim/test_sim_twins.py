@@ -126,7 +126,7 @@ SAVED = [
     ("mks", ("drives", 0, "settings", "homing"), "zz"),
     ("mks", ("drives", 0, "settings", "extra"), "00"),
     ("cia402", ("drives", 0, "nmt"), "asleep"),
-    ("cia402", ("drives", 0, "ailing"), ["8130"]),
+    ("cia402", ("drives", 0, "active_errors"), ["8130"]),
     ("cia402", ("drives", 0, "state"), "ill"),
     ("cia402", ("drives", 0, "objects"), {"6060:00": "xx"}),
 ]

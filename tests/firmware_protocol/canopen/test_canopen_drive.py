@@ -354,11 +354,11 @@ class Master:
             state = self.cycle(canopen.Controlword.of(command)).state
         assert state is canopen.DriveState.ENABLED
 
-    def drive_to(self, target) -> canopen.Phase:
+    def drive_to(self, target) -> canopen.SetPointPhase:
         self.target, self.point = target, canopen.SetPointHost()
         return self.follow(4)
 
-    def follow(self, cycles) -> canopen.Phase:
+    def follow(self, cycles) -> canopen.SetPointPhase:
         for _ in range(cycles):
             self.point.receive(self.cycle(self.point.controlword))
         return self.point.phase
@@ -391,10 +391,10 @@ def test_a_drive_is_brought_from_its_boot_to_a_target_and_out_of_a_fault():
     master.enable()
     assert drive.machine.points.active is None  # nothing has moved
 
-    assert master.drive_to(-5000) is canopen.Phase.UNDER_WAY
+    assert master.drive_to(-5000) is canopen.SetPointPhase.UNDER_WAY
     drive.move()
-    assert (master.follow(1), master.position) == (canopen.Phase.FREE, -5000)
-    assert master.drive_to(900) is canopen.Phase.UNDER_WAY
+    assert (master.follow(1), master.position) == (canopen.SetPointPhase.FREE, -5000)
+    assert master.drive_to(900) is canopen.SetPointPhase.UNDER_WAY
 
     drive.machine.happen(canopen.Happening.FAULT)
     drive.store.set(canopen.ERROR_CODE, 0x8611)
@@ -402,7 +402,7 @@ def test_a_drive_is_brought_from_its_boot_to_a_target_and_out_of_a_fault():
         canopen.Emergency(NODE, drive.store.value(canopen.ERROR_CODE), 0x21).frame
     )
     assert emergency.words == "following error"
-    assert master.follow(1) is canopen.Phase.FREE
+    assert master.follow(1) is canopen.SetPointPhase.FREE
     assert master.cycle().state is canopen.DriveState.FAULT_REACTION
     drive.machine.happen(canopen.Happening.REACTED)
     for command in UPWARDS:  # only a reset leads out
@@ -411,9 +411,9 @@ def test_a_drive_is_brought_from_its_boot_to_a_target_and_out_of_a_fault():
     master.cycle(canopen.Controlword.of(Command.FAULT_RESET))
     master.enable()
     assert drive.machine.points.active is None  # and moves nothing
-    assert master.drive_to(100) is canopen.Phase.UNDER_WAY
+    assert master.drive_to(100) is canopen.SetPointPhase.UNDER_WAY
     drive.move()
-    assert (master.follow(2), master.position) == (canopen.Phase.FREE, 100)
+    assert (master.follow(2), master.position) == (canopen.SetPointPhase.FREE, 100)
 
 
 def test_a_board_that_was_reset_hears_no_target_until_it_is_set_up_again():

@@ -245,12 +245,12 @@ def test_a_target_is_asked_for_acknowledged_released_and_reached():
         (host.controlword.value, host.phase, *heard(host, value))
         for value in (IDLE, ACK, READY, MOVING, IDLE, IDLE)
     ] == [
-        (0x2F, canopen.Phase.WAITING, False),
-        (0x3F, canopen.Phase.ASKING, False),
-        (0x2F, canopen.Phase.RELEASING, False),
-        (0x2F, canopen.Phase.UNDER_WAY, False),
-        (0x2F, canopen.Phase.UNDER_WAY, True),
-        (0x2F, canopen.Phase.FREE, False),
+        (0x2F, canopen.SetPointPhase.WAITING, False),
+        (0x3F, canopen.SetPointPhase.ASKING, False),
+        (0x2F, canopen.SetPointPhase.RELEASING, False),
+        (0x2F, canopen.SetPointPhase.UNDER_WAY, False),
+        (0x2F, canopen.SetPointPhase.UNDER_WAY, True),
+        (0x2F, canopen.SetPointPhase.FREE, False),
     ]
 
 
@@ -272,7 +272,7 @@ def test_a_drive_that_is_not_enabled_has_lost_its_target(word):
     host = canopen.SetPointHost()
     heard(host, IDLE, ACK)
     assert heard(host, word, word) == [False, False]
-    assert host.phase is canopen.Phase.FREE
+    assert host.phase is canopen.SetPointPhase.FREE
 
 
 def test_a_bit_that_was_up_before_enabling_moves_nothing():
@@ -358,6 +358,6 @@ def test_any_statusword_in_any_phase_is_borne(values):
     for value in values:
         host.receive(canopen.Statusword(value))
         enabled_still = canopen.Statusword(value).state is canopen.DriveState.ENABLED
-        assert enabled_still or host.phase is canopen.Phase.FREE
+        assert enabled_still or host.phase is canopen.SetPointPhase.FREE
         asking = host.controlword.has(canopen.ControlBit.NEW_SET_POINT)
-        assert asking == (host.phase is canopen.Phase.ASKING)
+        assert asking == (host.phase is canopen.SetPointPhase.ASKING)

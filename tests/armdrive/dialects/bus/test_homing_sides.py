@@ -55,3 +55,12 @@ def test_a_search_in_the_wrong_direction_ends_in_an_error_and_references_nothing
     stood = arm.twin.world.motors
     arm.sleep(2.0)
     assert arm.twin.world.motors == stood
+
+
+@SIDES
+def test_the_error_of_a_search_says_by_which_method_and_in_which_direction_a_drive_searched(side):
+    arm = arm_with_switch("cia402", side, wrong=True)
+    with pytest.raises(DeviceFault) as failed:
+        arm.home()
+    method = "17, down to the negative" if side > 0 else "18, up to the positive"
+    assert f"homing method (6098) of drive 1 (base): {method} limit switch" in str(failed.value)

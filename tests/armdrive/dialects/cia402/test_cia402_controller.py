@@ -1,6 +1,7 @@
 """A CiA 402 controller on simulated drives: switching on, orders, faults, settings."""
 
 import itertools
+import re
 
 import pytest
 from amounts import amount, in_pairs
@@ -10,6 +11,7 @@ from cia402_rig import Rig, moving, steps
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
+from armdrive.errors import DeviceFault
 from armdrive.registry import simulate
 from armdrive.status import Current, State
 from armdrive.tasks import (
@@ -32,6 +34,7 @@ from firmware_protocol.frames import pack
 FAR = steps(60_000, -30_000)
 QUICK_STOP = 0x0002
 """The controlword."""
+PDO = canopen.Service.RPDO1
 MOVE = MoveBy(steps(8000, -4000), 20_000.0)
 
 
@@ -156,6 +159,15 @@ def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(del
         rig.run(0.002)
         assert rig.positions == stood
     assert reply == Done()
+
+
+def test_of_drives_that_stay_on_only_the_silent_ones_do_not_answer():
+    rig = Rig().ready()
+    rig.node(1).port.mute = True
+    rig.loses = lambda frame, host: host and frame.can_id == canopen.cob_id(PDO, 2)
+    reply = rig.do(DropCurrent())
+    assert "drive 1 (base) does not answer" in reply.reason
+    assert "drive 2" not in reply.reason
 
 
 @pytest.mark.parametrize("ends", ["switched off", "in order", "in mid-motion"])
@@ -405,6 +417,18 @@ def test_a_drive_that_restarted_unnoticed_is_set_up_again_once_it_is_missing():
     assert isinstance(rig.do(ReadPosition()), Registers)
 
 
+@pytest.mark.parametrize("after_s", [0.05, 0.2, 0.35, 0.5])
+def test_the_current_of_a_drive_that_falls_silent_is_unknown_whoever_notices_first(after_s):
+    arm = connected()
+    arm.enable()
+    arm.sleep(after_s)  # the next reading comes before the heartbeats are missed, or after that
+    arm.twin.faults.add("drive-mute", "2")
+    arm.sleep(2.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.current is Current.UNKNOWN
+    assert re.search(r"drive 2 \(shoulder\) (no longer answers|does not answer)", arm.status.error)
+
+
 def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
     rig = Rig({"heartbeat_timeout_ms": 2000}).ready()
     rig.suspend(1.5)
@@ -435,7 +459,7 @@ def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
 
 def test_a_fault_at_rest_is_reported_in_words_and_cleared_by_reset():
     rig = Rig().ready()
-    rig.device.board.ail(1, 0x4310)
+    rig.device.board.put_in_fault(1, 0x4310)
     rig.run(0.5)
     (alert,) = rig.alerts()
     assert alert.kind is AlertKind.SWITCHED_OFF
@@ -451,15 +475,60 @@ def test_a_fault_at_rest_is_reported_in_words_and_cleared_by_reset():
     assert rig.states() == {canopen.DriveState.ENABLED}
 
 
+@pytest.mark.parametrize("connected_before", [True, False])
+def test_a_drive_in_fault_while_the_motors_are_off_is_reported_once_with_its_cause(
+    connected_before,
+):
+    rig = Rig()
+    if connected_before:
+        rig.do(ReadPosition())
+    rig.device.board.put_in_fault(1, 0x4310)
+    rig.run(0.1)
+    for _ in range(2):
+        assert isinstance(rig.do(ReadPosition()), Registers)
+    (alert,) = rig.alerts()
+    assert alert.kind is AlertKind.LOCKED
+    assert re.search(r"drive 2 \(shoulder\) is in fault.*too hot.*`reset\(\)`", alert.text)
+    rig.device.board.fix(1, 0x4310)
+    assert rig.do(ClearFault()) == Done()
+    rig.ready()
+    assert len(rig.alerts()) == 1
+
+
+def test_drives_found_in_fault_are_a_notice_until_the_arm_is_reset():
+    config = simulated_config("cia402")
+    twin = simulate(config)
+    twin.device.board.put_in_fault(1, 0x2310)
+    twin.device.board.fix(1, 0x2310)
+    arm = Arm(connect_simulated(config, twin=twin))
+    assert (arm.status.state, arm.status.notice_code) == (State.DISABLED, "E506")
+    assert "drive 2 (shoulder) is in fault" in arm.status.notice
+    with pytest.raises(DeviceFault, match="is in fault"):
+        arm.enable()
+    arm.reset()
+    assert not arm.status.notice
+    arm.enable()
+    assert (arm.status.state, arm.status.notice) == (State.STANDBY, "")
+
+
 def test_a_drive_in_fault_stops_the_others_which_hold():
     rig = moving(steps(60_000, 30_000))
-    rig.device.board.ail(1, 0x2310)
+    rig.device.board.put_in_fault(1, 0x2310)
     there, reply = rig.positions[0], rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "drive 2 (shoulder) is in fault" in reply.reason
     assert rig.positions[0] - there < 20_000 * 0.2
     rig.run(0.5)
     assert rig.node(1).states.state is canopen.DriveState.ENABLED
+
+
+def test_a_drive_that_turns_on_after_the_stop_is_named_beside_the_one_in_trouble():
+    rig = moving(steps(100_000, 30_000), settings={"strategy": "profile"})
+    rig.loses = lambda frame, host: host and frame.can_id in (0x201, 0x601)  # no stop reaches it
+    rig.device.board.put_in_fault(1, 0x2310)
+    reply = rig.finish()
+    assert "drive 2 (shoulder) is in fault" in reply.reason
+    assert "drive 1 (base) did not come to rest after a stop" in reply.reason
 
 
 # -- the current, as it is told -------------------------------------------------------------------

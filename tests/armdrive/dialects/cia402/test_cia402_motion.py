@@ -11,6 +11,7 @@ from armdrive.config.sections import HomingSettings
 from armdrive.dialects.bus.paths import PlannedPath
 from armdrive.dialects.cia402.controller import Cia402Controller
 from armdrive.errors import Refused
+from armdrive.sim.cia402.motion import Homing
 from armdrive.status import State, Trust
 from armdrive.tasks import (
     AlertKind,
@@ -343,6 +344,15 @@ def test_a_search_that_stands_ends_in_time_and_names_only_a_key_that_helps(
     assert ("raise cia402.homing_s in the arm file" in reply.reason) is bool(time_s)
 
 
+def test_drives_that_all_fall_silent_as_a_failed_search_is_stopped_are_reported_as_silent():
+    rig = Rig({**AT_SWITCH, "homing_s": 9.0}, missing="6099").ready()
+    rig.node(1).motion.home = lambda _now_s: None
+    rig.begin(BASE)
+    rig.run(rig.controller.search(BASE).lasts.waited_s - 0.05)
+    rig.loses = lambda _frame, host: not host
+    assert isinstance(rig.finish(), Timeout)
+
+
 def test_drives_that_watch_no_heartbeat_go_on_as_long_as_their_speeds_give():
     config = replace(Rig(AT_SWITCH).config, homing=HomingSettings(Joints.of(0, 0, 0, 0, 0)))
     rig = Rig(AT_SWITCH, missing="6007")
@@ -351,6 +361,16 @@ def test_drives_that_watch_no_heartbeat_go_on_as_long_as_their_speeds_give():
     found = rig.controller.search(BASE)
     assert found.time_s == found.lasts.s
     assert found.time_s > config.motor_ranges[0] / 10_000.0
+
+
+@pytest.mark.parametrize("before", [Homing.FAILED, Homing.DONE])
+def test_a_drive_that_still_reports_how_an_earlier_homing_ended_homes_again(before):
+    rig = Rig(AT_SWITCH).ready()
+    node = rig.node(1)
+    node.motor.switch.at = rig.positions[0] + 3000
+    node.motion.homing, node.motion.end_search = before, lambda: None
+    assert rig.do(BASE) == Done()
+    assert abs(node.motor.shaft - node.motor.switch.at) < 10
 
 
 def test_a_homing_that_fails_is_reported():

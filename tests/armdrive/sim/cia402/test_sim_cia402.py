@@ -269,7 +269,7 @@ class TestStalls:
         assert profile.board.nodes[1].motor.holding
 
     def test_a_fault_is_reset_by_a_rising_edge_alone(self, profile):
-        profile.board.ail(0, 0x4310)
+        profile.board.put_in_fault(0, 0x4310)
         profile.run(0.1)
         profile.write(1, canopen.CONTROLWORD, 0x80)
         assert profile.state(1).state is canopen.DriveState.FAULT  # still too hot
@@ -409,7 +409,7 @@ class TestSaving:
     def test_one_that_does_nothing_more_is_made_again_so(self, profile, state):
         profile.write(1, canopen.QUICK_STOP_OPTION, canopen.QuickStopOption.QUICK_RAMP_AND_STAY)
         if state == "fault":
-            profile.board.ail(0, 0x4310)
+            profile.board.put_in_fault(0, 0x4310)
         else:
             profile.write(1, canopen.CONTROLWORD, QUICK_STOP)
         profile.run()

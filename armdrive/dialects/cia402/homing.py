@@ -1,0 +1,228 @@
+"""The CiA 402 drives' own homing, in the arm file's groups: each searches for its switch.
+
+A drive that has found it counts from its home offset there by itself. Nothing here sets a zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.bus.phases import (
+    Groups,
+    HomingSearch,
+    HomingStatus,
+    Phase,
+    Signal,
+    home_in_groups,
+    homing_groups,
+)
+from armdrive.dialects.cia402.drives import Cia402Drive
+from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
+from armdrive.dialects.cia402.leading import CycleStage, MotionRun, prepare
+from armdrive.dialects.cia402.objects import homing_words
+from armdrive.dialects.controller import OVERTRAVEL, HomingTime
+from armdrive.tasks import Done, Reply, RequestRejected
+from firmware_protocol import canopen
+from firmware_protocol.canopen import OperationMode
+
+GO = canopen.Controlword.of(canopen.Command.ENABLE_OPERATION, canopen.ControlBit.NEW_SET_POINT)
+STALE_CYCLES = 10
+"""A drive may report how an earlier search ended for this many cycles of the next one; after that
+the report is new. Simulated drives clear it in two cycles."""
+HOMING_OBJECTS = (
+    canopen.HOMING_METHOD,
+    canopen.HOMING_SPEED,
+    canopen.HOMING_CREEP,
+    canopen.HOMING_ACCELERATION,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class HomingSpeeds:
+    """How fast a drive searches for its switch and leaves it, in increments/s.
+
+    `ramp_s` is the time from rest to the higher of both; 0 if the drive does not report its ramp.
+    """
+
+    search_hz: float
+    creep_hz: float
+    ramp_s: float
+
+    @property
+    def fastest_hz(self) -> float:
+        """The higher of both speeds."""
+        return max(self.search_hz, self.creep_hz)
+
+    def lasts_s(self, range_steps: float) -> float:
+        """Return how long a drive homes at most that turns through this range.
+
+        It searches there and back, since methods 7 to 14 and 23 to 30 of CiA 402 turn around at a
+        limit switch. Then it leaves its switch, which may be pressed in all of the part beyond the
+        limits, and by which it has run past while it braked. The index pulse, if it seeks that, is
+        no farther away. A ramp up and down makes each of these three ways longer by `ramp_s`.
+        """
+        beyond = (OVERTRAVEL - 1.0) * range_steps + self.search_hz * self.ramp_s / 2.0
+        search_s = 2.0 * OVERTRAVEL * range_steps / self.search_hz
+        return search_s + beyond / self.creep_hz + 3.0 * self.ramp_s
+
+
+class Cia402Homing:
+    """Lets drives home themselves, one group after the other."""
+
+    def __init__(self, io: Cia402Exchange) -> None:
+        self._io = io
+        self._speeds: dict[Cia402Drive, HomingSpeeds] = {}
+        """The speeds of the drives that report them."""
+        self._methods: dict[Cia402Drive, int] = {}
+        """The methods of the drives that report them."""
+
+    def rate_hz(self, groups: Groups) -> float:
+        """Return the fastest homing speed of some groups' drives; infinity if one is unknown."""
+        together = homing_groups(groups, self._io.drives)
+        return max(self._rate_hz(drive) for group in together for drive in group)
+
+    def times(self, groups: Groups) -> list[HomingTime]:
+        """Return how long each group searches at most."""
+        together = homing_groups(groups, self._io.drives)
+        return [max(map(self._time, group)) for group in together]
+
+    def _rate_hz(self, drive: Cia402Drive) -> float:
+        speeds = self._speeds.get(drive)
+        return math.inf if speeds is None else speeds.fastest_hz
+
+    def _time(self, drive: Cia402Drive) -> HomingTime:
+        speeds = self._speeds.get(drive)
+        if speeds is None:
+            return HomingTime(self._io.settings.homing_s, "cia402.homing_s")
+        return HomingTime(speeds.lasts_s(self._range(drive)))
+
+    def _range(self, drive: Cia402Drive) -> float:
+        return self._io.limits.ranges[drive.motor]
+
+    def home(self, groups: Groups) -> Script[Reply]:
+        """Home group after group."""
+        yield from prepare(self._io, self._io.group.resting_mode)
+        return (yield from home_in_groups(groups, self._io.drives, self._home_group))
+
+    def _home_group(self, group: Sequence[Cia402Drive]) -> Script[Reply]:
+        io = self._io
+        yield from io.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
+        yield from self.read_speeds(group)
+        yield from io.states.take_mode(group, OperationMode.HOMING)
+        io.last_command = "HOME"
+        ranges = {drive.shaft: self._range(drive) for drive in group}
+        times = {drive.shaft: self._time(drive) for drive in group}
+        search = HomingSearch(ranges, 1.0, io.listened, times)
+        run = MotionRun(io, None)
+        reply = yield from run.carry_out(Phase.HOMING, Searching(run, search, group))
+        if isinstance(reply, Done):
+            for drive in group:
+                drive.rest()
+            yield from io.states.take_mode(group, io.group.resting_mode)
+        if isinstance(reply, RequestRejected) and not reply.silent:
+            return replace(reply, reason=f"{reply.reason}{self._searched(group)}")
+        return reply
+
+    def _searched(self, group: Sequence[Cia402Drive]) -> str:
+        """Return how drives search, to be appended; empty if none reports its method."""
+        methods = (
+            f"homing method (6098) of {drive}: {homing_words(self._methods[drive])}"
+            for drive in group
+            if drive in self._methods
+        )
+        return "".join(f"; {words}" for words in methods)
+
+    def _jobs(self, drive: Cia402Drive) -> tuple[canopen.Write, ...]:
+        """Return the objects that define a drive's search, as far as the arm file states them."""
+        methods, jobs = self._io.settings.homing_methods, []
+        if methods:
+            method = methods[drive.motor]
+            jobs.append(canopen.Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
+        places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
+        for place, speed in zip(places, self._io.settings.homing_speeds, strict=True):
+            if speed:
+                jobs.append(canopen.Write(place, canopen.DataType.U32, drive.speed(speed)))
+        return tuple(jobs)
+
+    def read_speeds(self, group: Sequence[Cia402Drive]) -> Script[None]:
+        """Learn how fast drives will home, from those that report it and whose units are known."""
+        known = [drive for drive in group if drive.speed_unit_hz]
+        found = yield from self._io.transfers.obtain({each.node: HOMING_OBJECTS for each in known})
+        for drive in known:
+            written = {each.place: each.value for each in self._jobs(drive)}
+            values = {**found[drive.node].values, **written}
+            if canopen.HOMING_METHOD in values:
+                self._methods[drive] = values[canopen.HOMING_METHOD]
+            speeds = _speeds_of(drive, values)
+            if speeds is None:
+                self._speeds.pop(drive, None)
+            else:
+                self._speeds[drive] = speeds
+
+
+class Searching(CycleStage):
+    """The homing stage: the drives of a group search for their switches."""
+
+    def __init__(
+        self, run: MotionRun, search: HomingSearch[ObservedDrive], group: Sequence[Cia402Drive]
+    ) -> None:
+        super().__init__(run)
+        self._search, self._group, self._cycles = search, group, 0
+        self._stale = {
+            drive
+            for drive in group
+            if drive.word is None or _shown(drive.word) is not HomingStatus.SEARCHING
+        }
+        """The drives that have reported how an earlier search ended ever since this one began."""
+
+    def send(self) -> float:
+        """Let the drives of the group search; the others stay in their resting mode."""
+        for drive in self._group:
+            self.io.command(drive, GO, OperationMode.HOMING, drive.shaft.count)
+        self._cycles += 1
+        return self.run.cycle_ends_s
+
+    def judge(self) -> Signal | None:
+        """Return whether all drives are home."""
+        search = self._search
+        for drive in self._group:
+            reported = drive.has_just_reported and drive.shaft in search.left
+            if reported and drive.word is not None:
+                search.note(drive.shaft, self._status(drive, drive.word))
+        signal = search.signal()
+        if search.wrong:
+            self.run.reason = RequestRejected(search.wrong)
+        return signal
+
+    def _status(self, drive: Cia402Drive, word: canopen.Statusword) -> HomingStatus:
+        """Return how a search goes; a result counts once the drive has cleared the old one."""
+        status = _shown(word)
+        if status is HomingStatus.SEARCHING:
+            self._stale.discard(drive)
+        fresh = drive not in self._stale or self._cycles > STALE_CYCLES
+        return status if self._cycles > 1 and fresh else HomingStatus.SEARCHING
+
+
+def _shown(word: canopen.Statusword) -> HomingStatus:
+    """Return what a drive in homing mode reports of this search, or of the one before."""
+    if word.has(canopen.StatusBit.FOLLOWING_ERROR):
+        return HomingStatus.FAILED
+    found = word.has(canopen.StatusBit.ACKNOWLEDGED) and word.has(canopen.StatusBit.REACHED)
+    return HomingStatus.FOUND if found else HomingStatus.SEARCHING
+
+
+def _speeds_of(drive: Cia402Drive, values: Mapping[canopen.Place, int]) -> HomingSpeeds | None:
+    """Return how fast a drive homes with these values of `HOMING_OBJECTS`; None if they miss.
+
+    A method of the maker's own has a negative number, and may have other speeds than those of 6099.
+    """
+    speeds = (values.get(place, 0) for place in (canopen.HOMING_SPEED, canopen.HOMING_CREEP))
+    search_hz, creep_hz = (speed * drive.speed_unit_hz for speed in speeds)
+    if not search_hz or not creep_hz or values.get(canopen.HOMING_METHOD, 0) < 0:
+        return None
+    slope_hz_s = values.get(canopen.HOMING_ACCELERATION, 0) * drive.ramp_unit_hz_s
+    ramp_s = max(search_hz, creep_hz) / slope_hz_s if slope_hz_s else 0.0
+    return HomingSpeeds(search_hz, creep_hz, ramp_s)
