@@ -402,8 +402,11 @@ class Comparison:
         return value if math.isfinite(value) else None
 
     def limits(self) -> Limits:
-        """Return the axes' actual limits; those that the board does not report are as expected."""
-        expected = self.axes.expected(self.settings)
+        """Return the axes' actual limits; those that the board does not report are as expected.
+
+        So are rates and accelerations of zero: nothing moves until they are corrected.
+        """
+        expected, junction = self.axes.expected(self.settings), self.number(JUNCTION)
         return replace(
             expected,
             rates=tuple(
@@ -414,7 +417,7 @@ class Comparison:
                 self._of_axis(ACCELERATIONS, index) or slope
                 for index, slope in enumerate(expected.accelerations)
             ),
-            junction=self.number(JUNCTION) or expected.junction,
+            junction=expected.junction if junction is None else junction,
         )
 
     def searches_s(self) -> tuple[float | None, ...]:
@@ -489,11 +492,11 @@ class Comparison:
             axis = self.board.index(letter)
             steps, what = expected.steps_per_unit[index], f"steps per unit of {letter}"
             yield ExpectedSetting(STEPS_PER_UNIT + axis, steps, what, _is_other, must=True)
-            what = f"the highest rate of {letter}: motion is slower than requested"
-            yield ExpectedSetting(RATES + axis, expected.rates[index] * 60.0, what, _is_lower)
-            slope = expected.accelerations[index]
-            what = f"the acceleration of {letter}: motion starts and stops more slowly"
-            yield ExpectedSetting(ACCELERATIONS + axis, slope, what, _is_lower)
+            rate, slope = expected.rates[index] * 60.0, expected.accelerations[index]
+            what, lower = f"the highest rate of {letter}", "motion is slower than requested"
+            yield self._at_least(RATES + axis, rate, what, lower)
+            what, lower = f"the acceleration of {letter}", "motion starts and stops more slowly"
+            yield self._at_least(ACCELERATIONS + axis, slope, what, lower)
             yield from self._travel(index, letter)
         yield ExpectedSetting(JUNCTION, expected.junction, "the corner rounding", _is_far)
         yield ExpectedSetting(SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched)
@@ -509,6 +512,12 @@ class Comparison:
             yield ExpectedSetting(HOMING_DIRECTIONS, mask, what, _is_other, homes=True)
         if behaviour.sleep_switch:
             yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)
+
+    def _at_least(self, key: int, least: float, what: str, lower: str) -> ExpectedSetting:
+        """Return a limit of an axis, which may be lower than expected, but not zero."""
+        stuck = self.number(key) == 0.0
+        what = f"{what}: {'a motion would never end' if stuck else lower}"
+        return ExpectedSetting(key, least, what, _is_lower, must=stuck)
 
     def _travel(self, index: int, letter: str) -> Iterator[ExpectedSetting]:
         """Yield the travel of an axis, if soft limits or homing depend on it."""

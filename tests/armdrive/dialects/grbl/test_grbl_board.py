@@ -185,6 +185,25 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     assert standing_as_said(arm)
 
 
+@pytest.mark.parametrize(("number", "what"), [(110, "highest rate"), (121, "acceleration")])
+def test_an_axis_that_its_settings_keep_from_ever_arriving_moves_nothing(number, what):
+    """grbl-Mega-5X and grblHAL accept the zero, and a motion of that axis never ends."""
+    made = homing_config()
+    twin = simulate(made, firmware="mega5x")
+    wanted, twin.board.settings.values[number] = twin.board.settings.values[number], 0.0
+    arm = Arm(connect_simulated(made, twin=twin))
+    arm.reset()  # it boots locked
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
+    motors = twin.world.motors
+    refusal = rf"the {what} of .*: a motion would never end\) is 0, expected .*`\${number}="
+    for move in (lambda: arm.move_j(base_deg=3), arm.home, lambda: arm.jog_j(base_deg=3)):
+        with pytest.raises(SettingsDiffer, match=refusal):
+            move()
+    assert twin.world.motors == motors
+    arm.controller.fix_settings([f"${number}={wanted}"])
+    arm.move_j(base_deg=3)
+
+
 @pytest.mark.parametrize("jog", ["hold", "nudge"])
 def test_a_jog_that_wrong_settings_forbid_says_so_at_every_press(jog):
     arm = found(factory=True)

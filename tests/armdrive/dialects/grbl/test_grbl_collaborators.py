@@ -416,6 +416,8 @@ def test_grblhal_needs_more_of_its_reports_homing_and_sleep():
         ({"s102": "250.000"}, "$102=1", True),
         ({"s110": "500.000"}, "$110=24987.072", False),
         ({"s124": "10.000"}, "$124=4164.512", False),
+        ({"s110": "0.000"}, "$110=24987.072", True),
+        ({"s124": "0.000"}, "$124=4164.512", True),
         ({"s11": "0.010"}, "$11=1", False),
         ({"s20": "1"}, "$20=0", False),
         ({"s22": "1"}, "$22=0", False),
@@ -455,6 +457,7 @@ def test_the_boards_real_speed_is_used():
     limits = told(s110="600.000", s121="50.000").limits()
     assert limits.rates[0] == pytest.approx(10.0)
     assert limits.accelerations[1] == 50.0
+    assert told(s11="0.000").limits().junction == 0.0
 
 
 def test_axes_are_found_in_the_boards_own_order():
