@@ -86,6 +86,42 @@ def test_a_board_that_starts_locked_is_in_standby_with_a_notice_until_it_is_home
     arm.move_motors(1, 0, 0, 0, 0, 0)
 
 
+def test_a_locked_board_whose_settings_differ_is_said_to_be_both_until_each_is_mended():
+    made = homing_config()
+    twin = simulate(made, firmware="mega5x")
+    twin.board.settings.values[1] = 25.0
+    arm = Arm(connect_simulated(made, twin=twin))
+    both = r"locked.*`reset\(\)`.*\[E206\] \$1 .* is 25"
+    for look_again in (lambda: None, arm.enable):
+        look_again()
+        assert re.search(both, arm.status.notice)
+        assert arm.status.notice_code == "E506"
+    arm.controller.fix_settings(["$1=255"])
+    assert "locked" in arm.status.notice
+    assert "E206" not in arm.status.notice
+    twin.board.settings.values[1] = 25.0
+    arm.enable()
+    run_blocking(arm.parts.runner.perform(compare_settings(arm.parts.context)))
+    arm.reset()
+    assert arm.status.notice_code == "E206"
+    assert "locked" not in arm.status.notice
+    with pytest.raises(SettingsDiffer):
+        arm.move_motors(1, 0, 0, 0, 0, 0)
+
+
+@pytest.mark.parametrize("code", [1, 2])
+def test_an_alarm_while_connecting_latches_no_error_but_is_said(code):
+    """After ALARM:2 the board vouches for its position, after ALARM:1 it does not."""
+    made = config()
+    twin = simulate(made, firmware="mega5x")
+    link = Disturbed(twin.link)
+    link.back.append(Rule(rb"\$0=", instead(b"ALARM:%d\r\n" % code)))
+    arm = Arm(connect_simulated(made, twin=replace(twin, link=link)))
+    assert (arm.status.state, arm.status.error) == (State.STANDBY, "")
+    assert f"the board is in alarm {code}" in arm.status.notice
+    assert arm.status.notice_code
+
+
 def test_a_board_that_was_asleep_when_its_link_came_back_is_unlocked_as_the_arm_is_enabled():
     arm = ready(firmware="mega5x")
     arm.disable()
