@@ -195,9 +195,7 @@ class GrblContact:
         if board.state is State.ALARM:
             return RequestRejected(board.locked_words(), moved=False)
         if board.state is not State.IDLE:
-            return RequestRejected(
-                f"the board's state is {board.state}; `reset()` leaves it", moved=False
-            )
+            return RequestRejected(board.busy_words(), moved=False)
         for _ in range(2):
             if (yield from self.exchange.clean_line()):
                 refused = yield from self._set_modes()

@@ -122,6 +122,17 @@ class GrblExchange:
         """Whether the board has sent no report for `report_timeout_s`."""
         return self.io.now_s >= self.mute_at_s
 
+    @property
+    def poll_due_s(self) -> float:
+        """When to query next, to hear of the board every `poll_s`; a lost query is repeated."""
+        polls = self.board.polls
+        return polls.asked_s + (REPORT_TIMEOUT_S if polls.awaited else self.settings.poll_s)
+
+    def poll(self) -> None:
+        """Query if it is time."""
+        if self.io.now_s >= self.poll_due_s:
+            self.press(Realtime.STATUS)
+
     # -- asking -------------------------------------------------------------------------------
 
     def look(self, patience_s: float) -> Script[HostEvent, bool]:
@@ -154,9 +165,8 @@ class GrblExchange:
     def read_position(self) -> Script[HostEvent, Reply]:
         """Read the motor positions. Moves nothing."""
         began_s = self.io.now_s
-        unanswered = self.board.polls.since_s < began_s
         # the driver asks three times, and together the attempts must not take long
-        share = 4.0 if unanswered else 2.0  # a board that is mute already gets less
+        share = 4.0 if self.board.polls.awaited else 2.0  # a board that is mute already gets less
         if (yield from self.look_position(self.settings.report_timeout_s / share)):
             return self.board.registers()
         if self.board.alarm is not None:
@@ -297,13 +307,13 @@ class GrblExchange:
 
     def _press_reset(self, moving: bool) -> bool:
         """Send the reset; return whether the report to an earlier query may be on its way."""
-        asked_s = self.board.polls.since_s
+        polls = self.board.polls
         if moving:
             self.board.greeting.await_late()
         else:
-            self.board.greeting.await_soon(max(self.io.now_s, self.wire_free_s), asked_s)
+            self.board.greeting.await_soon(max(self.io.now_s, self.wire_free_s), polls.since_s)
         self.press(Realtime.SOFT_RESET)
-        return asked_s <= self.io.now_s
+        return polls.awaited
 
 
 def refusal(message: HostEvent | None, what: str, *, moved: bool = False) -> RequestRejected:

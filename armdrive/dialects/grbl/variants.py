@@ -86,6 +86,10 @@ class Behaviour:
     """Whether a reset out of a hold leaves the line that was read meanwhile, and it is carried out.
     Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
     """
+    reports_homing: bool = False
+    """Whether it answers `?` while it homes. Observed on FluidNC, except for the time that it waits
+    at a switch (`settle_ms`, 1 s at most).
+    """
     report_bits: int = 3
     """Everything in a report that $10 could leave out and the driver needs: position and buffers,
     on grblHAL also speeds, pins and overrides (`$ES`, setting 10).
@@ -124,6 +128,7 @@ BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
             segments=11,
             slowest_hz=20e6 / (8 * 65535),
             keeps_line=True,
+            reports_homing=True,
             paths=Paths(
                 numbered=(REPORT, INCHES),
                 single={

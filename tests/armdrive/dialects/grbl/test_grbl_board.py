@@ -40,6 +40,7 @@ from armdrive.sim.grbl.board import HARD_LIMIT
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.status import State, Trust
 from armdrive.tasks import Alert, AlertKind
+from firmware_protocol.grbl import State as BoardMode
 from firmware_protocol.grbl.answers import Ok
 from kinematics import Joints
 
@@ -423,6 +424,63 @@ def test_a_homing_command_that_was_changed_on_the_wire_references_nothing():
     with pytest.raises(DeviceFault, match=r"`.HY` at once, so it has not homed"):
         arm.home()
     assert arm.status.trust is not Trust.REFERENCED
+
+
+def homing_with_a_changed_line(firmware, letter, other):
+    arm = found(homing_config(), firmware=firmware)
+    line = Rule(b"[$]H" + letter, becoming(lambda line: line.replace(letter, other)))
+    arm.twin.link.to.append(line)
+    return arm
+
+
+@pytest.mark.parametrize(
+    ("firmware", "letter", "other"),
+    [(each, b"X", b"Y") for each in HOME_SINGLE_AXES] + [("fluidnc", b"Y", b"X")],
+)
+def test_a_homing_command_that_turns_another_motor_references_nothing(firmware, letter, other):
+    arm = homing_with_a_changed_line(firmware, letter, other)
+    with pytest.raises(DeviceFault, match="changed on the wire, because another motor has turned"):
+        arm.home()
+    assert not arm.twin.device.moving
+    assert arm.status.trust is not Trust.REFERENCED
+
+
+@pytest.mark.parametrize("firmware", ["mega5x", "grblhal"])
+@pytest.mark.parametrize("letter", [b"Y", b"Z"])
+def test_a_homing_command_that_homes_a_homed_motor_once_more_is_repeated(firmware, letter):
+    """These boards do not report while they home, and the count of that motor is as before."""
+    arm = homing_with_a_changed_line(firmware, letter, b"X")
+    arm.home()
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_homing_an_arm_that_stands_at_its_switches_leaves_it_there():
+    arm = found(homing_config(), firmware="mega5x")
+    arm.home()
+    motors = arm.twin.world.motors
+    arm.home()
+    assert arm.twin.world.motors == motors == arm.status.acknowledged
+
+
+@pytest.mark.parametrize("state", ["Sleep", "Check"])
+def test_a_board_that_executes_no_lines_does_not_home(state):
+    arm = found(homing_config(), firmware="mega5x")
+    arm.reset()  # it boots locked
+    arm.twin.board.state = BoardMode(state)
+    began_s = arm.status.time_s
+    with pytest.raises(DeviceFault, match=rf"the board's state is {state}; `reset\(\)` leaves it"):
+        arm.home()
+    assert arm.status.time_s - began_s < 1.0
+
+
+def test_a_board_that_reports_while_it_homes_is_lost_soon_once_it_is_silent():
+    arm = found(homing_config(), firmware="fluidnc")
+    arm.twin.link.back.append(Rule(rb".", lost, skip=50, times=math.inf))
+    began_s = arm.status.time_s
+    with pytest.raises(DeviceFault, match="not ended after"):
+        arm.home()
+    assert arm.status.time_s - began_s < 16.0
+    assert not arm.twin.device.moving
 
 
 @pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
