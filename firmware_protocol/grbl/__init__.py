@@ -6,6 +6,7 @@ Which file decides what:
     answers           lines of a board
     codes             errors and alarms: what they mean, what to do, whether the position is kept
     host, device      the two ends, and how long a line each accepts
+    keys              the numbers of settings
     dialect           numbers and letters: what is accepted, and how it is written
 """
 

@@ -23,35 +23,14 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.sim.grbl.board import GrblBoard
-from armdrive.sim.grbl.firmware import (
-    ACCELERATION,
-    ALWAYS_ON_MS,
-    FIRMWARES,
-    HARD_LIMITS,
-    HOMING,
-    HOMING_DIRECTIONS,
-    HOMING_FEED,
-    HOMING_SEEK,
-    IDLE_MS,
-    JUNCTION,
-    LEAST_SPEED,
-    MINUTE_S,
-    MOST_SPEED,
-    PULL_OFF,
-    RATE,
-    REPORT,
-    SOFT_LIMITS,
-    STEPS,
-    TRAVEL,
-    BoardSettings,
-)
+from armdrive.sim.grbl.firmware import FIRMWARES, MINUTE_S, BoardSettings
 from armdrive.sim.grbl.hardware import BoardBuild, OutputWiring, Switches
 from armdrive.sim.grbl.orders import ROUTINES
 from armdrive.sim.mechanics.motors import LimitSwitch, switch_places, switch_ways
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.text.toml import setting
-from firmware_protocol.grbl import AXIS_LETTERS
+from firmware_protocol.grbl import AXIS_LETTERS, keys
 from kinematics.text import counted
 from kinematics.transmission import Transmission
 
@@ -66,10 +45,10 @@ FARTHEST_STEPS = 2**31
 """The range in which a board counts steps (gnea/grbl grbl/system.h, sys_position)."""
 
 _AXIS_SETTINGS = {
-    STEPS: "steps a unit (steps_per_turn, steps_per_mm, grbl.unit)",
-    RATE: "a greatest rate (speeds_deg_s, steps_per_turn, grbl.rates)",
-    ACCELERATION: "an acceleration (grbl.accelerations, grbl.ramp_s)",
-    TRAVEL: "a travel (limits_deg, grbl.travel)",
+    keys.STEPS_PER_UNIT: "steps a unit (steps_per_turn, steps_per_mm, grbl.unit)",
+    keys.RATE: "a greatest rate (speeds_deg_s, steps_per_turn, grbl.rates)",
+    keys.ACCELERATION: "an acceleration (grbl.accelerations, grbl.ramp_s)",
+    keys.TRAVEL: "a travel (limits_deg, grbl.travel)",
 }
 
 
@@ -147,29 +126,29 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
         math.ceil(span / per) for span, per in zip(spans, per_unit, strict=True)
     )
     values: dict[int, float] = {
-        IDLE_MS: ALWAYS_ON_MS,
-        REPORT: MPOS_AND_BUFFERS,
-        JUNCTION: device.junction_steps / max(per_unit),
-        SOFT_LIMITS: float(device.soft_limits),
-        HARD_LIMITS: float(device.hard_limits),
-        HOMING: float(device.homing),
-        HOMING_DIRECTIONS: 0.0,
+        keys.IDLE_MS: keys.ALWAYS_ON_MS,
+        keys.REPORT: MPOS_AND_BUFFERS,
+        keys.JUNCTION: device.junction_steps / max(per_unit),
+        keys.SOFT_LIMITS: float(device.soft_limits),
+        keys.HARD_LIMITS: float(device.hard_limits),
+        keys.HOMING: float(device.homing),
+        keys.HOMING_DIRECTIONS: 0.0,
     }
     ways = switch_ways(config, turning)
     for motor, letter in enumerate(letters):
         axis, per = axes.index(letter), per_unit[motor]
-        values[HOMING_DIRECTIONS] += (ways[motor] < 0) << axis
-        values[STEPS + axis] = per
-        values[RATE + axis] = _up(rates[motor] / per * MINUTE_S)
-        values[ACCELERATION + axis] = _up(slopes[motor] / per)
-        values[TRAVEL + axis] = travels[motor]
+        values[keys.HOMING_DIRECTIONS] += (ways[motor] < 0) << axis
+        values[keys.STEPS_PER_UNIT + axis] = per
+        values[keys.RATE + axis] = _up(rates[motor] / per * MINUTE_S)
+        values[keys.ACCELERATION + axis] = _up(slopes[motor] / per)
+        values[keys.TRAVEL + axis] = travels[motor]
     slowest = min(rates[motor] / per_unit[motor] for motor in range(len(letters))) * MINUTE_S
-    values[HOMING_SEEK] = _up(slowest * SEEK_SHARE)
-    values[HOMING_FEED] = _up(slowest * FEED_SHARE)
-    values[PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
+    values[keys.HOMING_SEEK] = _up(slowest * SEEK_SHARE)
+    values[keys.HOMING_FEED] = _up(slowest * FEED_SHARE)
+    values[keys.PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
     if config.gripper.kind == "servo" and device.servo == "M3":
         widest = max(device.servo_closed, device.servo_open)
-        values[LEAST_SPEED], values[MOST_SPEED] = 0.0, widest
+        values[keys.LEAST_SPEED], values[keys.MOST_SPEED] = 0.0, widest
     _check_settings(values, letters, axes)
     return values
 
@@ -183,7 +162,9 @@ def switches(
     """
     turned, turning = [axes.index(letter) for letter in letters], _transmission(config)
     ways = switch_ways(config, turning)
-    pull_offs = [round(values[PULL_OFF] * values[STEPS + axis]) for axis in turned]
+    pull_offs = [
+        round(values[keys.PULL_OFF] * values[keys.STEPS_PER_UNIT + axis]) for axis in turned
+    ]
     found: dict[int, LimitSwitch] = {}
     for motor, home in enumerate(switch_places(config, turning, pull_offs)):
         if not abs(home) < FARTHEST_STEPS:
@@ -297,7 +278,7 @@ def _make(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
     values = well_set_up(config, letters, axes)
     wired = switches(config, world, letters, axes, values)
     if chosen.homing:
-        values[HOMING] = 1.0
+        values[keys.HOMING] = 1.0
     values = firmware.adapted(values)
     build = BoardBuild(
         firmware,

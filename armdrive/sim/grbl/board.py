@@ -24,7 +24,7 @@ from typing import ClassVar, Generic, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board
-from armdrive.sim.grbl.firmware import HARD_LIMITS, HOMING, INCHES, MINUTE_S, REPORT, BoardSettings
+from armdrive.sim.grbl.firmware import MINUTE_S, BoardSettings
 from armdrive.sim.grbl.hardware import (
     BoardBuild,
     BoardDrive,
@@ -50,6 +50,7 @@ from firmware_protocol.grbl import (
     Realtime,
     State,
     StatusReport,
+    keys,
 )
 from firmware_protocol.grbl.commands import is_picked_out, realtime_of
 from firmware_protocol.grbl.gcode import MM_PER_INCH
@@ -168,10 +169,10 @@ class StatusReporter:
     def report(self, board: GrblBoard) -> StatusReport:
         """Return the report for this moment."""
         self.asked = False
-        per_unit = 1.0 / MM_PER_INCH if board.settings.on(INCHES) else 1.0
+        per_unit = 1.0 / MM_PER_INCH if board.settings.on(keys.INCHES) else 1.0
         position = tuple(at * per_unit for at in board.drive.units_of(board.drive.counts))
         offset = tuple(at * per_unit for at in board.parser.offset)
-        mask = int(board.settings[REPORT])
+        mask = int(board.settings[keys.REPORT])
         work = tuple(a - b for a, b in zip(position, offset, strict=True))
         buffers = bool(mask & _BUFFERS)
         wco, overrides = self._now_and_then(board.state in _BUSY)
@@ -277,7 +278,7 @@ class HardLimits:
 
 def _in_force(board: GrblBoard) -> bool:
     """Return whether a change of a switch is an alarm: not every build acts on $21=1."""
-    return board.firmware.hard_limits and board.settings.on(HARD_LIMITS)
+    return board.firmware.hard_limits and board.settings.on(keys.HARD_LIMITS)
 
 
 # --- The motion of the queued lines, from the start to a stand -----------------------------------
@@ -581,7 +582,7 @@ class GrblBoard(Board):
 
     def unhome(self) -> None:
         """Forget which axes have been homed, if the firmware keeps count."""
-        homes = self.firmware.locks_until_homed and self.settings.on(HOMING)
+        homes = self.firmware.locks_until_homed and self.settings.on(keys.HOMING)
         self.unhomed = set(range(len(self.axes))) if homes else set()
 
     # Observable state.

@@ -9,21 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.sim.grbl.board import GrblBoard
-from armdrive.sim.grbl.firmware import (
-    ALWAYS_ON_MS,
-    DEBOUNCE_MS,
-    HOMING,
-    HOMING_DIRECTIONS,
-    HOMING_FEED,
-    HOMING_SEEK,
-    LOCATE,
-    MINUTE_S,
-    PULL_OFF,
-    SEARCH,
-    SLEEP_ENABLE,
-    STEPS,
-    TRAVEL,
-)
+from armdrive.sim.grbl.firmware import LOCATE, MINUTE_S, SEARCH
 from armdrive.sim.grbl.parser import STORED
 from firmware_protocol.grbl import (
     Bracketed,
@@ -43,6 +29,7 @@ from firmware_protocol.grbl import (
     State,
     SystemCommand,
     Unlock,
+    keys,
 )
 
 # --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
@@ -70,22 +57,22 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
     settings = board.settings
     board.state = State.HOME
     board.current.keep_on()
-    far = SEARCH * max(settings.axis(TRAVEL, axis) for axis in axes)
-    back, seek = settings[PULL_OFF], settings[HOMING_SEEK] / MINUTE_S
-    feed = settings[HOMING_FEED] / MINUTE_S
+    far = SEARCH * max(settings.axis(keys.TRAVEL, axis) for axis in axes)
+    back, seek = settings[keys.PULL_OFF], settings[keys.HOMING_SEEK] / MINUTE_S
+    feed = settings[keys.HOMING_FEED] / MINUTE_S
     leave = feed if board.firmware.backs_off_at_feed else seek
     for search, rate in ((far, seek), (LOCATE * back, feed)):
         _count_from_zero(board, axes)
         found = yield from _approach(board, axes, search, rate)
         if not found:
             return _NOT_FOUND
-        yield board.now_s + settings[DEBOUNCE_MS] / 1000
+        yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
         _count_from_zero(board, axes)
         yield from _go(board, axes, -back, leave)
         board.switches.unwatched.clear()
         if any(board.switches.pressed(axis) for axis in axes):
             return STILL_PRESSED
-        yield board.now_s + settings[DEBOUNCE_MS] / 1000
+        yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
     _set_position(board, axes)
     board.unhomed -= set(axes)
     if board.firmware.explains:
@@ -117,11 +104,11 @@ def _approach(
 def _units_to_switch(board: GrblBoard, axis: int) -> float | None:
     """Return how far an axis must go, at least a whole step; None if its switch is out of reach."""
     steps = board.switches.steps_to(axis, _way(board, axis))
-    return None if steps is None else max(steps, 1) / board.settings.axis(STEPS, axis)
+    return None if steps is None else max(steps, 1) / board.settings.axis(keys.STEPS_PER_UNIT, axis)
 
 
 def _way(board: GrblBoard, axis: int) -> int:
-    return -1 if board.settings.mask(HOMING_DIRECTIONS, axis) else 1
+    return -1 if board.settings.mask(keys.HOMING_DIRECTIONS, axis) else 1
 
 
 def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Waits:
@@ -156,9 +143,9 @@ def _homed_at(board: GrblBoard, axis: int) -> float:
     settings = board.settings
     if board.firmware.homes_at is not None:
         return board.firmware.homes_at
-    if settings.mask(HOMING_DIRECTIONS, axis):
-        return settings[PULL_OFF] - settings.axis(TRAVEL, axis)
-    return -settings[PULL_OFF]
+    if settings.mask(keys.HOMING_DIRECTIONS, axis):
+        return settings[keys.PULL_OFF] - settings.axis(keys.TRAVEL, axis)
+    return -settings[keys.PULL_OFF]
 
 
 # --- Settings with names: `$/stepping/idle_ms`, and `=255` to change one --------------------------
@@ -224,7 +211,7 @@ def refused_command(board: GrblBoard, line: str, code: int) -> int:
     homes = line.startswith("$H") and board.firmware.sticks_in_homing
     if not homes or board.state not in _STILL:
         return code
-    if not board.settings[HOMING]:
+    if not board.settings[keys.HOMING]:
         return NO_HOMING
     board.state = State.HOME
     return code
@@ -286,7 +273,7 @@ def _check(board: GrblBoard, _: CheckMode) -> Steps:
 
 def _sleep(board: GrblBoard, _: Sleep) -> int:
     """Fall asleep once the line is answered: observed on both 8-bit boards and on grblHAL."""
-    if not board.settings.values.get(SLEEP_ENABLE, 1.0):
+    if not board.settings.values.get(keys.SLEEP_ENABLE, 1.0):
         return UNKNOWN
 
     def fall_asleep() -> None:
@@ -294,14 +281,14 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
         board.outputs.off()
         board.fingers.follow_output(board.now_s)
         board.state, board.cycle.stands = State.SLEEP, True
-        board.current.off_s = board.now_s + ALWAYS_ON_MS / 1000
+        board.current.off_s = board.now_s + keys.ALWAYS_ON_MS / 1000
 
     board.main_loop.afterwards = fall_asleep
     return 0
 
 
 def _home(board: GrblBoard, command: Home) -> Steps:
-    firmware, homing = board.firmware, int(board.settings[HOMING])
+    firmware, homing = board.firmware, int(board.settings[keys.HOMING])
     if not homing:
         return firmware.refused_axis if command.axes else NO_HOMING
     if command.axes and not homing & firmware.single_axis_bits:

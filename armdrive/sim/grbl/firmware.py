@@ -16,23 +16,10 @@ from enum import Enum
 from types import MappingProxyType
 
 from armdrive.sim.mechanics.planner import PathLimits, Stepping
-from firmware_protocol.grbl import FLUIDNC, GRBL, GRBLHAL, Banner, Dialect, State, Variant
+from firmware_protocol.grbl import FLUIDNC, GRBL, GRBLHAL, Banner, Dialect, State, Variant, keys
 
-# The numbers of settings.
-IDLE_MS, REPORT, JUNCTION = 1, 10, 11
-HOMING_CYCLES = range(44, 50)
-"""The axes that each cycle of grblHAL's `$H` homes."""
-SLEEP_ENABLE = 62
-"""grblHAL refuses `$SLP` while this is 0, as it is at the factory."""
-SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
-HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF = 24, 25, 26, 27
 SEARCH, LOCATE = 1.5, 5.0
 """How far homing seeks a switch, in travels, and how far it approaches it again, in pull-offs."""
-INCHES = 13
-MOST_SPEED, LEAST_SPEED, LASER = 30, 31, 32
-STEPS, RATE, ACCELERATION, TRAVEL = 100, 110, 120, 130
-ALWAYS_ON_MS = 255
-"""The step idle delay that leaves the motors on."""
 _ANY_BIT = 255
 
 
@@ -77,7 +64,7 @@ class SettingPaths:
         if found[1].upper() not in axes or found[2] not in self.of_axis:
             return None
         number = self.of_axis[found[2]]
-        return number + axes.index(found[1].upper()) if number >= STEPS else number
+        return number + axes.index(found[1].upper()) if number >= keys.STEPS_PER_UNIT else number
 
     def fixed_value(self, path: str) -> float | None:
         """Return what is fixed at a path, or None if nothing is."""
@@ -86,7 +73,11 @@ class SettingPaths:
 
     def told(self, numbers: Collection[int]) -> list[int]:
         """Return the settings that `$$` lists, in their order."""
-        return [*self.told_first, *(number for number in numbers if number >= STEPS), REPORT]
+        return [
+            *self.told_first,
+            *(number for number in numbers if number >= keys.STEPS_PER_UNIT),
+            keys.REPORT,
+        ]
 
 
 _AXIS_PATH = re.compile(r"axes/([a-z])/([\w/]+)")
@@ -314,7 +305,7 @@ class Firmware:
 
     def adapted(self, values: Mapping[int, float]) -> dict[int, float]:
         """Return an arm's settings as they have to be on this firmware."""
-        return {**values, **self.needs, HOMING: self.homing if values[HOMING] else 0.0}
+        return {**values, **self.needs, keys.HOMING: self.homing if values[keys.HOMING] else 0.0}
 
 
 _EVERYTHING = 511
@@ -376,7 +367,7 @@ _FIRMWARES = (
         checks_limits=False,
         sticks_in_homing=False,
         homing_locks=False,
-        homing_masks=HOMING_CYCLES,
+        homing_masks=keys.HOMING_CYCLES,
         holds_jogs=False,
         cancel_clears_in=tuple(State),
         cancel_keeps=2,
@@ -386,10 +377,10 @@ _FIRMWARES = (
         empty_accessories=True,
         mute_in_critical=False,
         factory=MappingProxyType(
-            {REPORT: _EVERYTHING, SLEEP_ENABLE: 0.0}
-            | dict(zip(HOMING_CYCLES, (4.0, 3.0, 0.0, 0.0, 0.0, 0.0), strict=True))
+            {keys.REPORT: _EVERYTHING, keys.SLEEP_ENABLE: 0.0}
+            | dict(zip(keys.HOMING_CYCLES, (4.0, 3.0, 0.0, 0.0, 0.0, 0.0), strict=True))
         ),
-        needs=MappingProxyType({REPORT: _EVERYTHING, SLEEP_ENABLE: 1.0}),
+        needs=MappingProxyType({keys.REPORT: _EVERYTHING, keys.SLEEP_ENABLE: 1.0}),
     ),
     Firmware(
         "fluidnc",
@@ -433,18 +424,18 @@ _FIRMWARES = (
         how_to_unlock="",
         paths=SettingPaths(
             single=MappingProxyType(
-                {"stepping/idle_ms": IDLE_MS, "junction_deviation_mm": JUNCTION}
+                {"stepping/idle_ms": keys.IDLE_MS, "junction_deviation_mm": keys.JUNCTION}
             ),
             of_axis=MappingProxyType(
                 {
-                    "steps_per_mm": STEPS,
-                    "max_rate_mm_per_min": RATE,
-                    "acceleration_mm_per_sec2": ACCELERATION,
-                    "max_travel_mm": TRAVEL,
-                    "homing/seek_mm_per_min": HOMING_SEEK,
-                    "homing/feed_mm_per_min": HOMING_FEED,
-                    "homing/settle_ms": DEBOUNCE_MS,
-                    "motor0/pulloff_mm": PULL_OFF,
+                    "steps_per_mm": keys.STEPS_PER_UNIT,
+                    "max_rate_mm_per_min": keys.RATE,
+                    "acceleration_mm_per_sec2": keys.ACCELERATION,
+                    "max_travel_mm": keys.TRAVEL,
+                    "homing/seek_mm_per_min": keys.HOMING_SEEK,
+                    "homing/feed_mm_per_min": keys.HOMING_FEED,
+                    "homing/settle_ms": keys.DEBOUNCE_MS,
+                    "motor0/pulloff_mm": keys.PULL_OFF,
                 }
             ),
             fixed=MappingProxyType(
@@ -455,15 +446,15 @@ _FIRMWARES = (
                 }
             ),
             told_first=(
-                INCHES,
-                SOFT_LIMITS,
-                HARD_LIMITS,
-                HOMING,
-                HOMING_DIRECTIONS,
-                MOST_SPEED,
-                LASER,
+                keys.INCHES,
+                keys.SOFT_LIMITS,
+                keys.HARD_LIMITS,
+                keys.HOMING,
+                keys.HOMING_DIRECTIONS,
+                keys.MOST_SPEED,
+                keys.LASER,
             ),
-            changeable=MappingProxyType({REPORT: 3.0, INCHES: 1.0}),
+            changeable=MappingProxyType({keys.REPORT: 3.0, keys.INCHES: 1.0}),
         ),
     ),
 )
@@ -479,9 +470,14 @@ _WHOLE: Mapping[int, float] = {
     0: 10, 1: 25, 2: 0, 3: 0, 4: 0, 5: 0, 6: 0, 10: 1, 13: 0, 20: 0, 21: 0, 22: 0, 23: 0, 26: 250,
     30: 1000, 31: 0, 32: 0,
 }  # fmt: skip
-_WHOLE_NUMBERS = {*_WHOLE, *HOMING_CYCLES, SLEEP_ENABLE}
+_WHOLE_NUMBERS = {*_WHOLE, *keys.HOMING_CYCLES, keys.SLEEP_ENABLE}
 _DECIMAL: Mapping[int, float] = {11: 0.01, 12: 0.002, 24: 25.0, 25: 500.0, 27: 1.0}
-_PER_AXIS: Mapping[int, float] = {STEPS: 250.0, RATE: 500.0, ACCELERATION: 10.0, TRAVEL: 200.0}
+_PER_AXIS: Mapping[int, float] = {
+    keys.STEPS_PER_UNIT: 250.0,
+    keys.RATE: 500.0,
+    keys.ACCELERATION: 10.0,
+    keys.TRAVEL: 200.0,
+}
 _SHORTEST_PULSE = 3
 MINUTE_S = 60.0
 
@@ -524,20 +520,20 @@ class BoardSettings:
     @property
     def motors_stay_on(self) -> bool:
         """Whether the motors keep their current at rest."""
-        return self.values[IDLE_MS] == ALWAYS_ON_MS
+        return self.values[keys.IDLE_MS] == keys.ALWAYS_ON_MS
 
     @property
     def idle_s(self) -> float:
         """How long after a motion the motors keep their current, unless they always keep it."""
-        return self.values[IDLE_MS] / 1000
+        return self.values[keys.IDLE_MS] / 1000
 
     def limits(self) -> PathLimits:
         """Return the limits that the planner observes."""
         return PathLimits(
-            self.per_axis(STEPS),
-            tuple(rate / MINUTE_S for rate in self.per_axis(RATE)),
-            self.per_axis(ACCELERATION),
-            self.values[JUNCTION],
+            self.per_axis(keys.STEPS_PER_UNIT),
+            tuple(rate / MINUTE_S for rate in self.per_axis(keys.RATE)),
+            self.per_axis(keys.ACCELERATION),
+            self.values[keys.JUNCTION],
         )
 
     def store(self, number: int, value: float) -> int:
@@ -548,13 +544,13 @@ class BoardSettings:
             return 3
         if number == 0 and value < _SHORTEST_PULSE:
             return 6
-        if number == SOFT_LIMITS and value and not self.on(HOMING):
+        if number == keys.SOFT_LIMITS and value and not self.on(keys.HOMING):
             return 10
-        if number >= STEPS and not value:
+        if number >= keys.STEPS_PER_UNIT and not value:
             return 4  # a real board accepts it, and later divides by zero
         self.values[number] = float(int(value)) if number in _WHOLE_NUMBERS else value
-        if number == HOMING and not value:
-            self.values[SOFT_LIMITS] = 0.0
+        if number == keys.HOMING and not value:
+            self.values[keys.SOFT_LIMITS] = 0.0
         return 0
 
     def written(self) -> list[tuple[int, str]]:

@@ -28,16 +28,7 @@ from armdrive.sim.grbl.commands import (
     run_system,
     write_eeprom,
 )
-from armdrive.sim.grbl.firmware import (
-    HARD_LIMITS,
-    HOMING,
-    IDLE_MS,
-    LEAST_SPEED,
-    MOST_SPEED,
-    SOFT_LIMITS,
-    TRAVEL,
-    Killed,
-)
+from armdrive.sim.grbl.firmware import Killed
 from armdrive.sim.grbl.parser import MotionMode, Work
 from armdrive.sim.mechanics.planner import SEGMENT_S
 from firmware_protocol.grbl import (
@@ -54,6 +45,7 @@ from firmware_protocol.grbl import (
     State,
     alarm_code,
     error_code,
+    keys,
 )
 
 LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
@@ -143,7 +135,7 @@ def _serve(board: GrblBoard, work: Work) -> Waits:
     if work.waits:
         yield from until_still(board)
     if work.spindle:
-        least, most = board.settings[LEAST_SPEED], board.settings[MOST_SPEED]
+        least, most = board.settings[keys.LEAST_SPEED], board.settings[keys.MOST_SPEED]
         board.outputs.spin(work.after, least, most, keeps=board.firmware.keeps_speed)
     if work.coolant:
         board.outputs.cool(work.after.coolant)
@@ -165,7 +157,7 @@ def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
     A jog cancel removes lines that are planned or being planned. A line that was read but not yet
     planned runs afterwards, to the target computed before the cancel.
     """
-    if board.settings.on(SOFT_LIMITS) and _outside(board, way):
+    if board.settings.on(keys.SOFT_LIMITS) and _outside(board, way):
         if work.jog:
             return TRAVEL_EXCEEDED
         yield from _leave(board)
@@ -190,7 +182,7 @@ def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
 
 def _outside(board: GrblBoard, way: MotionMode) -> bool:
     """Return whether a target lies outside the travel, which is all negative."""
-    travels = board.settings.per_axis(TRAVEL)
+    travels = board.settings.per_axis(keys.TRAVEL)
     return any(not -far <= at <= 0 for at, far in zip(way.target, travels, strict=True))
 
 
@@ -330,7 +322,7 @@ def fail(board: GrblBoard, code: int) -> Waits:
 def switched_on(board: GrblBoard, wait_s: float) -> Boot:
     """Start after power-on, with all counts at zero; most boards with homing are locked."""
     yield board.now_s + wait_s
-    locked = board.firmware.homing_locks and board.settings.on(HOMING)
+    locked = board.firmware.homing_locks and board.settings.on(keys.HOMING)
     board.state = State.ALARM if locked else State.IDLE
     board.holds_next = False
     board.unhome()
@@ -340,10 +332,10 @@ def switched_on(board: GrblBoard, wait_s: float) -> Boot:
 
 def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
     if board.state is State.SLEEP and board.firmware.killed is Killed.LATE:
-        yield board.now_s + board.settings[IDLE_MS] / 1000  # observed: 0.26 s at $1=255
+        yield board.now_s + board.settings[keys.IDLE_MS] / 1000  # observed: 0.26 s at $1=255
     if code:
         if code == _ABORTED and board.firmware.killed is Killed.LATE:
-            yield board.now_s + board.settings[IDLE_MS] / 1000
+            yield board.now_s + board.settings[keys.IDLE_MS] / 1000
         board.state = State.ALARM
         _alarm(board, code)
         said_s = board.now_s
@@ -395,7 +387,7 @@ def _outputs_off(board: GrblBoard) -> None:
 
 
 def _start(board: GrblBoard) -> None:
-    pressed = board.settings.on(HARD_LIMITS) and board.switches.mask()
+    pressed = board.settings.on(keys.HARD_LIMITS) and board.switches.mask()
     checked = bool(pressed) and board.firmware.checks_limits
     locked = checked or board.state in (State.ALARM, State.SLEEP)
     held, board.holds_next = board.holds_next and not locked, False
