@@ -17,7 +17,6 @@ Sources: gnea/grbl grbl/protocol.c, serial.c, motion_control.c and stepper.c (st
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Generic, TypeAlias, TypeVar
@@ -51,8 +50,8 @@ from firmware_protocol.grbl import (
     State,
     StatusReport,
     keys,
+    pieces,
 )
-from firmware_protocol.grbl.commands import is_picked_out, realtime_of
 from firmware_protocol.grbl.gcode import MM_PER_INCH
 from kinematics.spaces import Motors
 
@@ -542,10 +541,6 @@ class GrblBoard(Board):
         self.cycle = MotionCycle()
         self.main_loop = MainLoop()
         self.unread = UnreadCommands()
-        variant = firmware.dialect.variant
-        picked = [byte for byte in range(256) if is_picked_out(byte, variant)]
-        self._picked = re.compile(b"[%s]" % re.escape(bytes(picked)))
-        self._orders = {byte: realtime_of(byte, variant) for byte in picked}
         self.again: list[int] = []
         self.unhomed: set[int] = set()
         self.start(0.0)
@@ -621,15 +616,12 @@ class GrblBoard(Board):
         if self.now_s < self.deaf_until_s:  # the interrupts are off: even a reset is ignored
             self.ring.lost += len(data)
             return
-        start = 0
-        for found in self._picked.finditer(data):
-            self._put(data[start : found.start()])
-            start = found.end()
-            command = self._orders[data[found.start()]]
-            if command is not None:
-                self.unread.put(self, command)
+        for piece in pieces(data, self.firmware.dialect.variant):
+            if isinstance(piece, Realtime):
+                self.unread.put(self, piece)
                 self.unread.obey(self)
-        self._put(data[start:])
+            else:
+                self._put(piece)
         self.main_loop.run(self)
 
     def _put(self, data: bytes) -> None:
