@@ -73,9 +73,7 @@ class Conversation:
 
 def settings_for(config: ArmConfig, board: Board) -> dict[int, float]:
     """Return the settings for an arm, limited to the axes that the board has."""
-    transmission = config.model.transmission
-    assert transmission is not None
-    letters = motor_letters(config, len(transmission.motors))
+    letters = motor_letters(config)
     values = well_set_up(config, letters, board_axes(letters, ""))
     values = FIRMWARES[str(board.twin["firmware"])].adapted(values)
     return {

@@ -307,7 +307,7 @@ class FirmwareBoard(Board):
 def board_of(config: ArmConfig, kind: NativeBoard, program: Path, folder: Path) -> FirmwareBoard:
     """Start a program as the board of an arm, wired for it."""
     world = World(ArmBody.of_preset(config.model))
-    letters = motor_letters(config, len(world.motors))
+    letters = motor_letters(config)
     order = [kind.letters.index(letter) for letter in letters]
     command = (str(program.resolve()), *kind.options)
     board = FirmwareBoard(world, kind, command, folder, order)

@@ -133,6 +133,34 @@ def _is_day(word: str) -> bool:
         return False
 
 
+def fitting(config: ArmConfig) -> Transmission:
+    """Return an arm's transmission, whose motors and gripper fit the section `[grbl]`.
+
+    Raises `ArmFileError` if they do not.
+    """
+    settings: GrblSettings = config.device
+    transmission = config.model.transmission
+    if transmission is None:
+        raise ArmFileError("the arm's motor steps are not known: give steps_per_turn")
+    count, outputs = len(transmission.motors), len(settings.outputs)
+    if len(settings.axes) < count:
+        raise ArmFileError(
+            f"grbl.axes names {counted(len(settings.axes), 'axis', 'axes')}, but the arm has "
+            f"{counted(count, 'motor')}"
+        )
+    for name in ("rates", "accelerations", "travel"):
+        if len(getattr(settings, name)) not in (0, count):
+            raise ArmFileError(
+                f"grbl.{name} must have {counted(count, 'entry', 'entries')}, one for each motor"
+            )
+    if config.gripper.kind == "output" and settings.gripper_output >= outputs:
+        raise ArmFileError(
+            f"grbl.gripper_output is bit {settings.gripper_output}, but grbl.outputs names "
+            f"{counted(outputs, 'output')}, counted from 0: name the gripper's"
+        )
+    return transmission
+
+
 # The mapping of an arm's motors to a board's axes: letters, units and speeds.
 #
 # A motion line is relative, and counts whole motor steps if those are the unit:
@@ -168,21 +196,8 @@ class BoardAxes:
     def of(cls, config: ArmConfig) -> BoardAxes:
         """Return the axes of an arm. Raises `ArmFileError`."""
         settings: GrblSettings = config.device
-        transmission = config.model.transmission
-        if transmission is None:
-            raise ArmFileError("the arm's motor steps are not known: give steps_per_turn")
+        transmission = fitting(config)
         count = len(transmission.motors)
-        if len(settings.axes) < count:
-            raise ArmFileError(
-                f"grbl.axes names {counted(len(settings.axes), 'axis', 'axes')}, but the "
-                f"arm has {counted(count, 'motor')}"
-            )
-        for name in ("rates", "accelerations", "travel"):
-            if len(getattr(settings, name)) not in (0, count):
-                raise ArmFileError(
-                    f"grbl.{name} must have {counted(count, 'entry', 'entries')}, one for "
-                    "each motor"
-                )
         per_unit = tuple(
             1.0
             if settings.unit == "steps"

@@ -45,10 +45,11 @@ class GrblOutputs:
         self._gripper = gripper
         self._bits: int | None = None
         self._share: float | None = None
-        self.reset_lets_go = gripper in ("servo", "output")
-        outputs = settings.outputs[settings.gripper_output :][:1]
-        gripper_outputs = (settings.servo,) if gripper == "servo" else outputs
-        self.reported = set(gripper_outputs) <= REPORTED_OUTPUTS
+        output = settings.servo if gripper == "servo" else ""
+        if gripper == "output":
+            output = settings.outputs[settings.gripper_output]
+        self.reset_lets_go = output != ""
+        self.reported = output in REPORTED_OUTPUTS
 
     def check(self, bits: int) -> None:
         """Raise `Refused` if the arm file names no output for one of the bits."""

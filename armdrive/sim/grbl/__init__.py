@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.grbl.settings import GrblSettings
+from armdrive.dialects.grbl.settings import GrblSettings, fitting
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.sim.grbl.board import GrblBoard
 from armdrive.sim.grbl.firmware import FIRMWARES, MINUTE_S, BoardSettings
@@ -31,11 +31,10 @@ from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.text.toml import setting
 from firmware_protocol.grbl import AXIS_LETTERS, keys
-from kinematics.text import counted
 from kinematics.transmission import Transmission
 
 # --- What the board would trip over in an arm file -----------------------------------------------
-# The driver checks its own part of the file itself.
+# What the driver would trip over as well, `fitting` finds.
 
 LEAST, MOST = 0.001, 1e9
 """The range of a setting per axis: three decimals are stored, and a float holds few more digits."""
@@ -87,12 +86,9 @@ PULL_OFF_SHARE = 0.005
 """How far axes back off their switches, as a share of the travel."""
 
 
-def motor_letters(config: ArmConfig, count: int) -> str:
+def motor_letters(config: ArmConfig) -> str:
     """Return the axis letter of each motor."""
-    letters = _settings(config).axes[:count]
-    if len(letters) < count:
-        raise BadRequest(f"the axes {letters} cannot turn the {count} motors of this arm")
-    return letters
+    return _settings(config).axes[: len(fitting(config).motors)]
 
 
 def board_axes(letters: str, built: str) -> str:
@@ -109,15 +105,8 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
     Raises `ArmFileError` for an arm that no board can be configured for.
     """
     device = _settings(config)
-    turning = _transmission(config)
+    turning = fitting(config)
     _check_ranges(config)
-    for name in ("rates", "accelerations", "travel"):
-        given = getattr(device, name)
-        if given and len(given) != len(turning.motors):
-            raise ArmFileError(
-                f"grbl.{name} must have {counted(len(turning.motors), 'entry', 'entries')}, one "
-                f"for each motor, not {len(given)}"
-            )
     per_unit = _steps_per_unit(device, turning)
     rates = device.rates or _rates_hz(config, turning)
     slopes = device.accelerations or tuple(rate / device.ramp_s for rate in rates)
@@ -160,7 +149,7 @@ def switches(
 
     If the arm file states no such posture, they are at the upper end of each motor's travel.
     """
-    turned, turning = [axes.index(letter) for letter in letters], _transmission(config)
+    turned, turning = [axes.index(letter) for letter in letters], fitting(config)
     ways = switch_ways(config, turning)
     pull_offs = [
         round(values[keys.PULL_OFF] * values[keys.STEPS_PER_UNIT + axis]) for axis in turned
@@ -189,11 +178,6 @@ def gripper_wiring(config: ArmConfig) -> OutputWiring:
             return OutputWiring("spindle", 0, shut, wide)
         return OutputWiring("analog", int(device.servo.partition("E")[2]), shut, wide)
     if config.gripper.kind == "output":
-        if not 0 <= device.gripper_output < len(device.outputs):
-            raise ArmFileError(
-                f"grbl.gripper_output is bit {device.gripper_output}, but grbl.outputs names "
-                f"{counted(len(device.outputs), 'output')}, counted from 0: name the gripper's"
-            )
         name, closes = device.outputs[device.gripper_output], device.gripper_closes
         what = "digital" if name.startswith("P") else name
         port = int(name[1:]) if what == "digital" else 0
@@ -204,12 +188,6 @@ def gripper_wiring(config: ArmConfig) -> OutputWiring:
 def _settings(config: ArmConfig) -> GrblSettings:
     device: GrblSettings = config.device
     return device
-
-
-def _transmission(config: ArmConfig) -> Transmission:
-    if config.model.transmission is None:
-        raise BadRequest("the motor steps of this arm are not known, so it cannot be simulated")
-    return config.model.transmission
 
 
 def _steps_per_unit(device: GrblSettings, turning: Transmission) -> tuple[float, ...]:
@@ -273,7 +251,7 @@ class GrblChoices:
 
 def _make(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
     firmware = FIRMWARES[chosen.firmware]
-    letters = motor_letters(config, len(world.motors))
+    letters = motor_letters(config)
     axes = board_axes(letters, chosen.axes)
     values = well_set_up(config, letters, axes)
     wired = switches(config, world, letters, axes, values)

@@ -24,7 +24,7 @@ from armdrive.dialects.grbl.planner import (
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, feed
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.dialects.grbl.variants import BEHAVIOURS
-from armdrive.errors import Refused
+from armdrive.errors import ArmFileError, Refused
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, Registers, RequestRejected
 from firmware_protocol.grbl import (
@@ -458,6 +458,13 @@ def test_the_boards_real_speed_is_used():
     assert limits.rates[0] == pytest.approx(10.0)
     assert limits.accelerations[1] == 50.0
     assert told(s11="0.000").limits().junction == 0.0
+
+
+def test_a_gripper_on_an_output_that_the_arm_file_does_not_name_is_refused():
+    """Otherwise it would be said to open and close, and nothing would be sent."""
+    made = config(gripper="output", device={"outputs": ("flood",), "gripper_output": 1})
+    with pytest.raises(ArmFileError, match=r"grbl.gripper_output is bit 1, but .* 1 output"):
+        BoardAxes.of(made)
 
 
 def test_axes_are_found_in_the_boards_own_order():
