@@ -149,7 +149,7 @@ class GrblMotion:
         line = Line(self._text(self.drawn.steps, ahead))
         if not self._may_send(line):
             return
-        self.exchange.speak(line)
+        self.exchange.send(line)
         self.began_s = self.io.now_s if self.lines.empty else self.began_s
         self.lines.send(self.drawn.steps, ahead, self.io.now_s)
         self.guess_s, self.steps, self.drawn = driven_s, self.drawn.steps.largest, None
@@ -172,7 +172,7 @@ class GrblMotion:
     def _waits_for_ok(self) -> bool:
         """Whether to wait for a line's ok before sending the next: in a jog, and after the first.
 
-        A stray character may spoil the first line. Then the board refuses it before anything moves.
+        With a stray character before it, the first line is refused before anything moves.
         """
         return self.lines.unanswered > 0 and (self.request.jog or not self.lines.oks)
 
@@ -235,7 +235,8 @@ class GrblMotion:
             self.changed_s = self.io.now_s
         self.off = 0 if on_it else self.off + 1
         if self.off == 1:
-            self.exchange.press(Realtime.STATUS)  # the report may be damaged: it has no checksum
+            # the report may be damaged, as it has no checksum: query again
+            self.exchange.send_realtime(Realtime.STATUS)
         return self._end_off_path() if self.off > 1 else None
 
     def _count_underrun(self, idle: bool) -> None:
@@ -299,7 +300,7 @@ class GrblMotion:
         """Stop a motion that has failed, and return the failure."""
         if isinstance(end, Timeout):
             # the board may still receive; a reset could make the arm sag
-            self.stops.press_brake()
+            self.stops.send_brake()
             return end
         if self.board.alarm is None and self.board.state not in (None, State.ALARM):
             yield from self.stops.hold()
@@ -379,7 +380,7 @@ class GrblHoming:
         """Send a homing command and wait for its end; return why it failed, or None."""
         yield from self.exchange.clean_line()
         alarm, began_s = self.board.alarm, self.io.now_s
-        self.exchange.speak(command)
+        self.exchange.send(command)
         message = yield from self._answer(self.time_of(command), watch)
         if message is None:
             if (yield from self._end()) and not self.io.stop_hard:
@@ -436,7 +437,7 @@ class GrblHoming:
         It sends no report that would show a lost byte, so the reset is sent twice.
         """
         self.board.greeting.await_late()
-        self.exchange.press(Realtime.SOFT_RESET)
+        self.exchange.send_realtime(Realtime.SOFT_RESET)
         yield from self.io.pause(self.io.now_s + RESET_POLL_S)
         # if the first reset arrived, this one has no effect
         return (yield from self.exchange.soft_reset(moving=True))

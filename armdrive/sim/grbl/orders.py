@@ -29,7 +29,7 @@ from armdrive.sim.grbl.commands import (
     write_eeprom,
 )
 from armdrive.sim.grbl.firmware import Killed
-from armdrive.sim.grbl.parser import MotionMode, Work
+from armdrive.sim.grbl.parser import RequestedMove, Work
 from armdrive.sim.mechanics.planner import SEGMENT_S
 from firmware_protocol.grbl import (
     Alarm,
@@ -103,8 +103,8 @@ def _block(board: GrblBoard, block: Block) -> Steps:
     checking = board.state is State.CHECK
     if not checking:
         yield from _serve(board, work)
-    for way in work.ways:
-        code = yield from _move(board, way, work)
+    for move in work.moves:
+        code = yield from _move(board, move, work)
         if code:
             return max(code, 0)
     moved = work.g92 is not None or work.stores or work.new_system
@@ -151,13 +151,13 @@ def _serve(board: GrblBoard, work: Work) -> Waits:
         yield from write_eeprom(board)
 
 
-def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
+def _move(board: GrblBoard, move: RequestedMove, work: Work) -> Steps:
     """Queue a line as soon as there is room.
 
     A jog cancel removes lines that are planned or being planned. A line that was read but not yet
     planned runs afterwards, to the target computed before the cancel.
     """
-    if board.settings.on(keys.SOFT_LIMITS) and _outside(board, way):
+    if board.settings.on(keys.SOFT_LIMITS) and _outside(board, move):
         if work.jog:
             return TRAVEL_EXCEEDED
         yield from _leave(board)
@@ -171,19 +171,19 @@ def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
     rack = board.drive.rack
     if board.state is State.IDLE:
         rack.hold(board.now_s)  # until no more lines arrive
-    rate = way.rate
+    rate = move.rate
     if work.jog:
         rate *= 100 / board.overrides[0]  # a jog ignores this override
-    board.drive.queue_to(way.target, rate, board.now_s, rapid=way.rapid)
+    board.drive.queue_to(move.target, rate, board.now_s, rapid=move.rapid)
     if work.jog and board.state is State.IDLE and rack.waiting:
         board.cycle.start(board, State.JOG)
     return 0
 
 
-def _outside(board: GrblBoard, way: MotionMode) -> bool:
+def _outside(board: GrblBoard, move: RequestedMove) -> bool:
     """Return whether a target lies outside the travel, which is all negative."""
     travels = board.settings.per_axis(keys.TRAVEL)
-    return any(not -far <= at <= 0 for at, far in zip(way.target, travels, strict=True))
+    return any(not -far <= at <= 0 for at, far in zip(move.target, travels, strict=True))
 
 
 def _leave(board: GrblBoard) -> Waits:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from armdrive.config.sections import HomingSettings
 from armdrive.dialects.controller import ScriptRunner, StopPart
 from armdrive.dialects.grbl.board import BoardState
-from armdrive.dialects.grbl.exchange import SPOILER, GrblExchange
+from armdrive.dialects.grbl.exchange import FLUSH_LINE, GrblExchange
 from armdrive.dialects.grbl.planner import (
     InFlightLines,
     Limits,
@@ -98,7 +98,7 @@ def standing(piece):
     if piece == b"\x18":
         return [BANNER]
     if piece.endswith(b"\n"):
-        return ["error:1" if piece == SPOILER.encode() + b"\n" else "ok"]
+        return ["error:1" if piece == FLUSH_LINE.encode() + b"\n" else "ok"]
     return []
 
 
