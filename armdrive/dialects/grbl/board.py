@@ -269,7 +269,8 @@ class BoardState:
             self.blocks = min(BLOCKS_328P, build.blocks)
         # a damaged number might never leave room for a line
         ring = build.rx_bytes or 0
-        self._host.ring_bytes = ring if SMALLEST_RING_BYTES <= ring <= RING_BYTES_MAX else None
+        plausible = SMALLEST_RING_BYTES <= ring <= RING_BYTES_MAX
+        self._host.dialect = replace(self._host.dialect, ring_bytes=ring if plausible else None)
 
     # -- what is known ------------------------------------------------------------------------
 

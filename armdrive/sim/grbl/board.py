@@ -217,7 +217,7 @@ class StatusReporter:
 
 
 def _free_bytes(board: GrblBoard) -> int:
-    told = board.firmware.told_bytes
+    told = board.firmware.reported_free_bytes
     return board.ring.free if told is None else told
 
 
@@ -527,7 +527,7 @@ class GrblBoard(Board):
         self.codec = Device(
             replace(firmware.dialect, axes=build.axes, ring_bytes=firmware.ring_bytes)
         )
-        self.parser = GcodeParser(build.axes, firmware.unknown)
+        self.parser = GcodeParser(build.axes, firmware.unknown_words)
         self.outputs = BoardOutputs()
         self.fingers = OutputFingers(world, build, self.outputs)
         self.reporter = StatusReporter(baud)
@@ -605,7 +605,7 @@ class GrblBoard(Board):
 
     def tell(self, text: str) -> None:
         """Send a message for people."""
-        self.say(Feedback(f"INFO: {text}" if self.firmware.explains else text))
+        self.say(Feedback(f"INFO: {text}" if self.firmware.verbose else text))
 
     def say(self, answer: Answer) -> None:
         """Send a message."""

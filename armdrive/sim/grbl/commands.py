@@ -75,7 +75,7 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
         yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
     _set_position(board, axes)
     board.unhomed -= set(axes)
-    if board.firmware.explains:
+    if board.firmware.verbose:
         board.say(Feedback(f"Homed:{''.join(board.axes[axis] for axis in axes)}"))
     board.state = State.ALARM if board.unhomed else State.IDLE
     board.current.release_at_rest(board.now_s)
@@ -96,7 +96,7 @@ def _approach(
         yield from _go(board, left, way, rate)
         search -= way
         left = [axis for axis in left if not board.switches.pressed(axis)]
-        if board.firmware.rewatches:
+        if board.firmware.rechecks_after_pull_off:
             board.switches.unwatched.update(set(axes) - set(left))
     return True
 
@@ -225,7 +225,7 @@ def _help(board: GrblBoard, _: Help) -> int:
 def _settings(board: GrblBoard, _: QuerySettings) -> int:
     texts = dict(board.settings.written())
     paths = board.firmware.paths
-    for number in paths.told(texts) if paths else texts:
+    for number in paths.listed(texts) if paths else texts:
         board.say(Setting(number, texts[number]))
     return 0
 
@@ -294,7 +294,7 @@ def _home(board: GrblBoard, command: Home) -> Steps:
     if command.axes and not homing & firmware.single_axis_bits:
         return NO_HOMING
     for axes in _cycles(board, command.axes):
-        ambiguous = firmware.rewatches and board.switches.mask()
+        ambiguous = firmware.rechecks_after_pull_off and board.switches.mask()
         code = _AMBIGUOUS if ambiguous else (yield from home(board, axes))
         if code:
             yield from board.routines.fail(board, code)
@@ -321,7 +321,7 @@ def _cycles(board: GrblBoard, letters: str) -> list[list[int]]:
 def _set(board: GrblBoard, command: SetSetting) -> Steps:
     if (paths := board.firmware.paths) is not None:
         if command.setting not in paths.changeable:
-            told = command.setting in paths.told(board.settings.values)
+            told = command.setting in paths.listed(board.settings.values)
             return READ_ONLY if told else UNKNOWN
         if command.value > paths.changeable[command.setting]:
             return OUT_OF_RANGE

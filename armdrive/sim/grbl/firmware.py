@@ -51,7 +51,7 @@ class SettingPaths:
     number of all axes."""
     fixed: Mapping[str, float]
     """What cannot be changed here, by the same words."""
-    told_first: tuple[int, ...]
+    listed_first: tuple[int, ...]
     """The numbers that `$$` lists before those of the axes and $10; it lists no others."""
     changeable: Mapping[int, float]
     """The numbers that can be changed as on GRBL (`$10=3`), and their greatest values."""
@@ -71,10 +71,10 @@ class SettingPaths:
         found = _AXIS_PATH.fullmatch(path)
         return self.fixed.get(path if found is None else found[2])
 
-    def told(self, numbers: Collection[int]) -> list[int]:
+    def listed(self, numbers: Collection[int]) -> list[int]:
         """Return the settings that `$$` lists, in their order."""
         return [
-            *self.told_first,
+            *self.listed_first,
             *(number for number in numbers if number >= keys.STEPS_PER_UNIT),
             keys.REPORT,
         ]
@@ -112,7 +112,7 @@ class Firmware:
     """How many lines the planner queues."""
     ring_bytes: int = 128
     """How many bytes the receive ring holds. grblHAL's holds one less than `$I` says."""
-    told_bytes: int | None = None
+    reported_free_bytes: int | None = None
     """How many free bytes every report gives, if that is no measurement. Observed on FluidNC."""
     stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
@@ -133,7 +133,7 @@ class Firmware:
     """Whether a control character makes the board echo what it hears, until 0x0C. Observed on
     FluidNC (lineedit.cpp).
     """
-    unknown: frozenset[str] = frozenset()
+    unknown_words: frozenset[str] = frozenset()
     """Words that its build refuses with error 20. Observed: M7 on the 328p."""
     refuses_on: bool = False
     """Whether g-code after a refused line is refused with the same error, until an empty line, a
@@ -153,9 +153,7 @@ class Firmware:
     deaf_in_eeprom: bool = True
     """Whether bytes that arrive meanwhile are lost."""
     alarm_s: float = 0.5
-    """After an alarm its messages are sent before the board restarts, or FluidNC goes on ..."""
-    start_s: float = 5e-3
-    """... and this is how long the restart takes."""
+    """From the alarm to the restart of the board, or until FluidNC goes on."""
     boot_s: float = 1.5
     """From a reset of the board to its banner; the motors have no current."""
 
@@ -205,7 +203,7 @@ class Firmware:
     """Where a homed axis stands; if None, a pull-off inside its travel, which is all negative.
     FluidNC: `mpos_mm`, as if it were not changed.
     """
-    homing: float = 1.0
+    homing_value: float = 1.0
     """$22 with homing, as an arm needs it. On grblHAL it has bits: homing, and single axes (`$HX`).
     """
     single_axis_bits: int = _ANY_BIT
@@ -216,7 +214,7 @@ class Firmware:
     """
     homing_counts: bool = True
     """Whether each motion of homing counts from zero. Observed on the Mega, and so in grblHAL."""
-    tells_pull_off: bool = True
+    raises_pull_off_alarm: bool = True
     """Whether a reset while homing backs off a pressed switch raises ALARM:8, as if backing off had
     failed. Observed on the Mega (limits.c), and so in grblHAL; otherwise it is ALARM:6.
     """
@@ -238,7 +236,7 @@ class Firmware:
     """Whether, with homing, the board stays locked until each axis has been homed. Observed on
     FluidNC; the alarm after a reset is then 14.
     """
-    rewatches: bool = False
+    rechecks_after_pull_off: bool = False
     """Whether homing looks at a pressed switch again only once the axis has backed off. Observed on
     FluidNC: homing that ends before leaves it pressed until the board restarts, and with
     `limit_all_pin` all homing is refused then.
@@ -286,7 +284,7 @@ class Firmware:
     """Whether `?` is unanswered while homing is under way. Observed on grblHAL, which sends one
     report as homing begins. Bit 12 of its $10 enables more; neither is built in here.
     """
-    explains: bool = False
+    verbose: bool = False
     """Whether messages say how important they are, refusals and alarms come with words, and homing
     names its axes. Observed on FluidNC; the words are not its own.
     """
@@ -305,7 +303,8 @@ class Firmware:
 
     def adapted(self, values: Mapping[int, float]) -> dict[int, float]:
         """Return an arm's settings as they have to be on this firmware."""
-        return {**values, **self.needs, keys.HOMING: self.homing if values[keys.HOMING] else 0.0}
+        homing = self.homing_value if values[keys.HOMING] else 0.0
+        return {**values, **self.needs, keys.HOMING: homing}
 
 
 _EVERYTHING = 511
@@ -317,7 +316,7 @@ _FIRMWARES = (
         "grbl",
         Banner("1.1h"),
         ("VER:1.1h.20190830:", "OPT:V,15,128"),
-        unknown=frozenset(("M7",)),
+        unknown_words=frozenset(("M7",)),
     ),
     Firmware(
         "mega5x",
@@ -362,7 +361,7 @@ _FIRMWARES = (
         killed=Killed.NEVER,
         resets_kept=1,
         answers_dropped=False,
-        homing=3.0,
+        homing_value=3.0,
         single_axis_bits=2,
         checks_limits=False,
         sticks_in_homing=False,
@@ -388,7 +387,7 @@ _FIRMWARES = (
         ("VER:4.0 FluidNC v4.0.5-pre2 (esp32-wifi) :", "OPT:MPHS", "MSG:Machine: arm"),
         dialect=FLUIDNC,
         ring_bytes=256,
-        told_bytes=128,
+        reported_free_bytes=128,
         stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),
         reads_every_s=0.051,
         edits_lines=True,
@@ -405,21 +404,21 @@ _FIRMWARES = (
         checks_limits=False,
         limit_locks=False,
         homing_counts=False,
-        tells_pull_off=False,
+        raises_pull_off_alarm=False,
         sticks_in_homing=False,
         backs_off_at_feed=True,
         homes_at=0.0,
         homing_cycles=MappingProxyType({}),
         refused_axis=19,
         locks_until_homed=True,
-        rewatches=True,
+        rechecks_after_pull_off=True,
         failed_homing_restarts=False,
         cancel_hangs_s=0.0,
         resume_unhangs=False,
         keeps_speed=True,
         mute_in_critical=False,
         silent_in_homing=False,
-        explains=True,
+        verbose=True,
         program_end="Program End",
         how_to_unlock="",
         paths=SettingPaths(
@@ -445,7 +444,7 @@ _FIRMWARES = (
                     "homing/feed_scaler": LOCATE,
                 }
             ),
-            told_first=(
+            listed_first=(
                 keys.INCHES,
                 keys.SOFT_LIMITS,
                 keys.HARD_LIMITS,

@@ -50,6 +50,8 @@ from firmware_protocol.grbl import (
 
 LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
 _TOO_LONG = 11
+RESTART_S = 5e-3
+"""How long a restart takes: from a soft reset, or the end of its alarm, to the banner."""
 _CANCELLED = -1
 """A planned line that a jog cancel removed; it is answered with ok."""
 
@@ -62,7 +64,7 @@ def run_line(board: GrblBoard, line: LineReceived) -> Script:
     unlooked = gcode and board.firmware.refuses_on and board.state not in (State.ALARM, State.JOG)
     code = (loop.refused if unlooked else 0) or (yield from _run(board, line))
     loop.refused = code
-    if code and board.firmware.explains:
+    if code and board.firmware.verbose:
         _explain(board, line.text, code)
     return Error(code) if code else Ok()
 
@@ -268,7 +270,7 @@ def soft_reset(board: GrblBoard) -> None:
     code = 0
     if board.state is State.HOME:
         backing_off = board.drive.moving and board.switches.mask()
-        tells = backing_off and board.firmware.tells_pull_off
+        tells = backing_off and board.firmware.raises_pull_off_alarm
         code = STILL_PRESSED if tells else _HOMING_ABORTED
     elif board.drive.moving:
         code = _ABORTED
@@ -303,7 +305,7 @@ def raise_critical(board: GrblBoard, code: int) -> None:
 
 def _alarm(board: GrblBoard, code: int) -> None:
     """Send an alarm, perhaps with words before it."""
-    if board.firmware.explains:
+    if board.firmware.verbose:
         board.tell(f"ALARM: {alarm_code(code, board.codec.dialect.variant).meaning}")
     board.say(Alarm(code))
 
@@ -349,7 +351,7 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
     # a board that executes a line has not fetched another one
     kept = board.ring.take_line() if _keeps_a_line(board) else b""
     board.main_loop.drop_line(board)
-    yield board.now_s + board.firmware.start_s
+    yield board.now_s + RESTART_S
     _start(board)
     if board.stalls:
         board.stalls, stalled = False, board.state is State.IDLE
@@ -359,7 +361,7 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
         if code:
             _alarm(board, code)
             yield board.now_s + board.firmware.alarm_s
-        yield board.now_s + board.firmware.start_s
+        yield board.now_s + RESTART_S
         _start(board)
     if kept and board.state is State.HOLD:  # it is planned, but not started
         board.codec.receive_data(kept)

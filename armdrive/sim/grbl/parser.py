@@ -64,7 +64,7 @@ class Work:
 class GcodeParser:
     """Modes, work offsets, and the position up to which lines have been parsed."""
 
-    def __init__(self, axes: str, unknown: frozenset[str] = frozenset()) -> None:
+    def __init__(self, axes: str, unknown: frozenset[str]) -> None:
         self.axes = axes
         self._unknown = unknown
         self.zero: Place = (0.0,) * len(axes)

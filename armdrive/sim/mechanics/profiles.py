@@ -122,7 +122,7 @@ Part: TypeAlias = tuple[float, float, float]
 def trapezoid(
     enter: float, nominal: float, leave: float, far: float, gain: float, brake: float
 ) -> Iterator[Part]:
-    """Yield the parts of a path of length `far`: from `enter` to the nominal speed, then to `leave`.
+    """Yield the parts of a path of length `far`, from one speed to the nominal one and to another.
 
     `gain` and `brake` are the acceleration and the deceleration. If the entry speed is too high to
     brake within `far`, the path only brakes, and is longer.

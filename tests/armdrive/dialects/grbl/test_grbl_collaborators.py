@@ -165,7 +165,7 @@ def test_a_build_tells_how_many_lines_and_bytes_are_taken(told, blocks, ring):
     parts = Parts()
     parts.hear_line(f"[OPT:{told}]")
     assert parts.board.blocks == blocks
-    assert parts.exchange.host.ring_bytes == ring
+    assert parts.exchange.host.dialect.ring_bytes == ring
 
 
 def test_axes_are_counted_in_a_report_until_contact_is_made():
