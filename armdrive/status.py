@@ -261,7 +261,8 @@ class Status:
     - `stop_time_s`, `stop_distance_mm`: worst-case bounds on how long and how far the finger tips
       would continue after a stop now. `silent_time_s`, `silent_distance_mm`: the same if the
       program died or the cable was pulled.
-    - `error_code`, `notice_code`: rows of the error catalogue.
+    - `error_code`, `notice_code`: rows of the error catalogue. If there are several notices,
+      `notice` has all of them, and `notice_code` is that of the first.
     - `notices`: the number of notices so far. The same words with a higher number are a new notice.
     - `torque`: when the arm is held up, and when it sags.
     - `paused`, `speed_override`: whether the arm is paused, and the factor that slows it.

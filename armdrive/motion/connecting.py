@@ -55,7 +55,7 @@ def _connect(context: MotionContext) -> TaskBody[None]:
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
     _take_up_record(context, registers)
-    _apply_early_evidence(context)
+    _apply_early_alert(context)
     core.memory.taken_up()  # only now: a failed connection leaves the record as it was
     if core.belief.trust is Trust.SUSPECT:
         core.remember()  # otherwise registers that match by chance later would be trusted again
@@ -106,15 +106,18 @@ def _take_up_record(context: MotionContext, registers: Registers) -> None:
             core.learn(against, context.now_s)
 
 
-def _apply_early_evidence(context: MotionContext) -> None:
-    """Apply an alert that arrived before the record was read."""
+def _apply_early_alert(context: MotionContext) -> None:
+    """Apply what the device reported by itself before the record was read.
+
+    It is a notice, because connecting latches no error.
+    """
     core = context.core
     if core.early_evidence is not None:
         evidence, words = core.early_evidence
         core.learn(evidence, context.now_s, words)
-        core.error = Message()  # connecting latches no error
-        if not core.differences:
-            core.notify(f"{evidence.value} ({words})", evidence)
+    if core.error.words:
+        core.report(core.error.words, core.error.code)
+        core.error = Message()
 
 
 def disable(context: MotionContext) -> TaskBody[None]:
@@ -152,8 +155,7 @@ def enable(context: MotionContext) -> TaskBody[None]:
             words = f"the controller did not switch the motors on: {reply}"
             raise context.fault(DeviceFault(words))
         context.require_no_fault()  # the arm may have sagged before the device answered
-        if core.notice.code == LOCKED:
-            core.notify("")  # switching on has unlocked the device
+        core.withdraw(LOCKED)  # switching on has unlocked the device
         if able is Switching.BOTH:
             core.readings.current = Current.HELD
     yield from compare_again(context)
@@ -173,14 +175,14 @@ def reset(context: MotionContext) -> TaskBody[None]:
         raise DeviceFault(f"the controller stays in its fault: {reply}")
     if not context.stopping:
         core.error = Message()
-        core.notify("")
+        core.withdraw()
+    yield from compare_again(context)
     registers = yield from context.ask_registers()
     if context.stopping:
         raise context.stopped("a stop came during the reset: call `reset()` again")
     if core.error.words:  # reported after the device had cleared its fault
         raise DeviceFault(core.error.words)
     weigh_difference(context, core.position.compare(registers))
-    yield from compare_again(context)
     switched = core.controller.abilities.current is Switching.BOTH
     off = switched and core.readings.current is not Current.HELD
     core.happen(Event.RESET_SWITCHED if off else Event.RESET)
@@ -242,7 +244,7 @@ def recover(context: MotionContext, lost_s: float, lost_link: str) -> TaskBody[N
     stands_s = lost_s + core.stops.sent_s(core.controller)
     while context.now_s < stands_s and not context.stopping:  # the device finishes what it was sent
         yield SleepUntil(stands_s)
-    core.notify("")
+    core.withdraw()
     registers = yield from _meet(context)
     core.stops.found()
     was = core.before_loss

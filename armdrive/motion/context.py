@@ -21,7 +21,7 @@ from armdrive.errors import (
     Stopped,
 )
 from armdrive.motion.deviation import deviation_steps, lags, pieces
-from armdrive.runtime.arm_state import EMERGENCY_STOP, Core
+from armdrive.runtime.arm_state import EMERGENCY_STOP, Core, code_of
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.stop_bounds import deviation_mm
@@ -372,7 +372,7 @@ def weigh_difference(context: MotionContext, difference: Motors) -> None:
     zeroed = take_difference(core)
     evidence = Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS
     core.learn(evidence, context.now_s)
-    core.notify(evidence.value, evidence)
+    core.report(evidence.value, code_of(evidence))
 
 
 def take_difference(core: Core) -> bool:

@@ -53,7 +53,9 @@ def compare_settings(context: MotionContext) -> TaskBody[DeviceSettings]:
         seen, reply = reply, (yield from _ask_settings(context))
     core.differences = reply.differences
     if reply.differences:
-        core.notify(str(reply), SettingsDiffer(str(reply)))
+        core.report(str(reply), SettingsDiffer.code)
+    else:
+        core.withdraw(SettingsDiffer.code)
     return reply
 
 
@@ -73,12 +75,10 @@ def _ask_settings(context: MotionContext) -> TaskBody[DeviceSettings]:
 
 def fix_settings(context: MotionContext, lines: tuple[str, ...]) -> TaskBody[DeviceSettings]:
     """Write the lines that the user has agreed to, one at a time, and compare again."""
-    core = context.core
     for line in lines:
         reply = yield from context.request(FixSetting(line))
         if not isinstance(reply, Done):
             raise DeviceFault(f"the controller did not take `{line}`: {reply}")
-    core.notify("")
     return (yield from compare_settings(context))
 
 

@@ -202,7 +202,7 @@ def in_motion(context: MotionContext, *, or_homing: bool = False) -> Iterator[No
         core.happen(Event.MOVE)
         context.deviation_mm = context.slow_s = context.total_s = 0.0
     believed = core.belief
-    core.notify("")
+    core.withdraw()
     try:
         yield
         context.require_no_fault()

@@ -101,8 +101,8 @@ class Core:
         self.transmission = motors_of(config, controller)
         self.error = Message()
         """Why the arm is in error-stop, or why its link is lost."""
-        self.notice = Message()
-        """A message for the operator."""
+        self._notices: dict[str, str] = {}
+        """The messages for the operator, by their codes: see `notify` and `report`."""
         self.notices = 0
         """Number of notices so far, also in the same words, and of those that were withdrawn."""
         self.readings = DeviceReadings(controller.abilities)
@@ -142,8 +142,8 @@ class Core:
     def happen(self, event: Event) -> None:
         """Apply an event to the state machine; raises `WrongState` if it is not allowed."""
         before, self.state = self.state, after(self.state, event)
-        if self.state is not before and self.notice.code == WRONG_STATE:
-            self.notify("")  # only the state before explains it
+        if self.state is not before:
+            self.withdraw(WRONG_STATE)  # only the state before explains it
         self.tracer.changed()
 
     def settle(self) -> None:
@@ -167,7 +167,7 @@ class Core:
         if self.state is not State.DISCONNECTED:
             self.before_loss = self.state
             self.latched = self.error if self.state is State.ERROR_STOP else Message()
-            self.notify("")  # it was about a link that worked
+            self.withdraw()  # they were about a link that worked
         self.error = Message(str(lost), code_of(lost))
         self._drop_pending()
         self.happen(Event.LOST)
@@ -234,15 +234,38 @@ class Core:
             return position.read_back
         return position.acknowledged
 
-    def notify(
-        self, words: str, cause: BaseException | Evidence | None = None, code: str = ""
-    ) -> None:
-        """Set the notice, with its code, or that of its cause, if it reports a problem."""
+    # -- notices ------------------------------------------------------------------------------
+    #
+    # An event replaces all notices: only the latest counts. What is found out about the arm, such
+    # as a locked device or settings that differ, is true beside them, and replaces only what was
+    # found out about the same. A motion, a reset and a reference begin without notices.
+
+    @property
+    def notice(self) -> Message:
+        """All notices, with the code of the first."""
+        (code, words), *others = self._notices.items() or [("", "")]
+        more = (coded(other, its_code) for its_code, other in others)
+        return Message(". ".join([words.rstrip(".") if others else words, *more]), code)
+
+    def notify(self, words: str, cause: BaseException | Evidence | None = None) -> None:
+        """Show an event, if it has words, in place of all notices, with the code of its cause."""
+        self.withdraw()
+        if words:
+            self.report(words, "" if cause is None else code_of(cause))
+
+    def report(self, words: str, code: str) -> None:
+        """Show something found out about the arm beside the notices of other codes."""
         self.notices += 1
-        self.notice = Message(words, code if cause is None else code_of(cause))
+        self._notices[code] = words
+
+    def withdraw(self, *codes: str) -> None:
+        """Withdraw the notices with these codes; without codes, all of them."""
+        for code in codes or tuple(self._notices):
+            if self._notices.pop(code, None) is not None:
+                self.notices += 1
 
     def clear_messages(self) -> None:
-        """Clear error and notice at a reference; report backlash that the reference left open."""
+        """Clear error and notices at a reference; tell of backlash that the reference left open."""
         self.error = Message()
         names = [motor.name for motor in self.transmission.motors]
         self.notify(doubt_words(names, self.position.slack))
@@ -260,9 +283,9 @@ class Core:
         self.report_write_errors()
 
     def report_write_errors(self) -> None:
-        """Show in the notice why the latest write failed, if it did."""
+        """Show in a notice why the latest write failed, if it did."""
         if trouble := self.memory.trouble():
-            self.notify(trouble, StateFileError(trouble))
+            self.report(trouble, StateFileError.code)
 
     def record(self, in_motion: bool) -> Record:
         """Return the record of this moment."""
@@ -364,7 +387,7 @@ def alerted(core: Core, alert: Alert, now_s: float) -> None:
     refuses any motion, and some devices start locked each time.
     """
     if alert.kind is AlertKind.LOCKED:
-        core.notify(alert.text, code=LOCKED)
+        core.report(alert.text, LOCKED)
         return
     evidence = ALERTED[alert.kind]
     if evidence is not None:

@@ -18,8 +18,8 @@ from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.sim.device import Board, speed_error
+from armdrive.sim.mechanics.accelstepper import UncoordinatedRack
 from armdrive.sim.mechanics.motors import MotorDrive
-from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json

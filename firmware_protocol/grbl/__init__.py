@@ -6,6 +6,7 @@ Which file decides what:
     answers           lines of a board
     codes             errors and alarms: what they mean, what to do, whether the position is kept
     host, device      the two ends, and how long a line each accepts
+    keys              the numbers of settings
     dialect           numbers and letters: what is accepted, and how it is written
 """
 
@@ -54,6 +55,7 @@ from firmware_protocol.grbl.commands import SetSetting as SetSetting
 from firmware_protocol.grbl.commands import Sleep as Sleep
 from firmware_protocol.grbl.commands import SystemCommand as SystemCommand
 from firmware_protocol.grbl.commands import Unlock as Unlock
+from firmware_protocol.grbl.commands import pieces as pieces
 from firmware_protocol.grbl.commands import split_realtime as split_realtime
 from firmware_protocol.grbl.commands import writes_eeprom as writes_eeprom
 from firmware_protocol.grbl.device import Content as Content

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from enum import IntEnum
 from types import MappingProxyType
 from typing import ClassVar, TypeAlias
@@ -298,26 +298,33 @@ _BY_BYTE: Mapping[Variant, Mapping[int, Realtime]] = MappingProxyType(
 _EXTENDED = 0x80
 
 
-def realtime_of(byte: int, variant: Variant = Variant.GRBL) -> Realtime | None:
-    """Return the real-time command of a byte on this firmware, or None where it is none."""
-    return _BY_BYTE[variant].get(byte)
+def pieces(data: bytes, variant: Variant = Variant.GRBL) -> Iterator[bytes | Realtime]:
+    """Yield the text and the real-time commands of a stream, in their order.
 
-
-def is_picked_out(byte: int, variant: Variant = Variant.GRBL) -> bool:
-    """Tell whether a byte never reaches the ring: a real-time command, or any over 0x7F.
-
-    Those over 0x7F that mean nothing are thrown away.
+    The receive interrupt picks a byte out of any line if it is a real-time command of this
+    firmware, or over 0x7F. Those over 0x7F that mean nothing are thrown away.
     """
-    return byte >= _EXTENDED or byte in _BY_BYTE[variant]
+    commands, start = _BY_BYTE[variant], 0
+    for at, byte in enumerate(data):
+        command = commands.get(byte)
+        if command is None and byte < _EXTENDED:
+            continue
+        if start < at:
+            yield data[start:at]
+        if command is not None:
+            yield command
+        start = at + 1
+    if start < len(data):
+        yield data[start:]
 
 
 def split_realtime(
     data: bytes, variant: Variant = Variant.GRBL
 ) -> tuple[tuple[Realtime, ...], bytes]:
-    """Part a stream, as the receive interrupt does: the real-time commands, and the other bytes.
+    """Return the real-time commands of a stream, and its text.
 
     Any chunking gives the same two sequences.
     """
-    found = (realtime_of(byte, variant) for byte in data)
-    rest = bytes(byte for byte in data if not is_picked_out(byte, variant))
-    return tuple(member for member in found if member is not None), rest
+    found = list(pieces(data, variant))
+    commands = tuple(piece for piece in found if isinstance(piece, Realtime))
+    return commands, b"".join(piece for piece in found if isinstance(piece, bytes))

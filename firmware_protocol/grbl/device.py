@@ -1,7 +1,7 @@
 """The board's end of the GRBL dialect: real-time commands and lines in, answers out, no clock.
 
 The only state is the number of fetched and unanswered lines. The owner simulates the receive buffer
-and the planner: it picks real-time commands out with `split_realtime` and feeds the buffer's output
+and the planner: it picks real-time commands out with `pieces` and feeds the buffer's output
 to this machine. No input from the host raises.
 """
 
@@ -27,8 +27,7 @@ from firmware_protocol.grbl.commands import (
     Sleep,
     SystemCommand,
     Unlock,
-    is_picked_out,
-    realtime_of,
+    pieces,
 )
 from firmware_protocol.grbl.dialect import GRBL, Dialect, take_number
 from firmware_protocol.grbl.gcode import Block, GcodeError, parse_block
@@ -294,16 +293,13 @@ class Device:
 
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the host in any chunks."""
-        variant = self._dialect.variant
-        start = 0
-        for at, byte in enumerate(data):
-            if is_picked_out(byte, variant):
-                self._lines.feed(data[start:at])
+        for piece in pieces(data, self._dialect.variant):
+            if isinstance(piece, Realtime):
+                if len(self._waiting) < MAX_REALTIME:
+                    self._waiting.append(piece)
+            else:
+                self._lines.feed(piece)
                 self._fetch_lines()
-                start = at + 1
-                self._put(realtime_of(byte, variant))
-        self._lines.feed(data[start:])
-        self._fetch_lines()
 
     def next_event(self) -> Request | None:
         """Return the next real-time command or line, or None."""
@@ -341,10 +337,6 @@ class Device:
     def _fetch_lines(self) -> None:
         while len(self._waiting) < MAX_WAITING and (line := self._lines.next_line()) is not None:
             self._waiting.append(line)
-
-    def _put(self, command: Realtime | None) -> None:
-        if command is not None and len(self._waiting) < MAX_REALTIME:
-            self._waiting.append(command)
 
 
 def _text(entry: str | Unusable) -> str:

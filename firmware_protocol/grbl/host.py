@@ -177,15 +177,6 @@ class Host(LineHost[Event]):
         self._positions = Positions()
 
     @property
-    def ring_bytes(self) -> int | None:
-        """The board's receive ring, settable from `$I`; None means one line at a time."""
-        return self.dialect.ring_bytes
-
-    @ring_bytes.setter
-    def ring_bytes(self, size: int | None) -> None:
-        self.dialect = replace(self.dialect, ring_bytes=size)
-
-    @property
     def outstanding_lines(self) -> tuple[Command, ...]:
         """The unanswered lines, oldest first."""
         return tuple(sent.command for sent in self._outstanding)
@@ -246,14 +237,15 @@ class Host(LineHost[Event]):
     def _hindrance(self, line: _Sent) -> str | None:
         if self._resetting:
             return "a soft reset was sent and its banner has not come"
-        if self.ring_bytes is None:
+        ring_bytes = self.dialect.ring_bytes
+        if ring_bytes is None:
             return "the ring is of unknown size: one line at a time" if self._outstanding else None
         if self._outstanding and line.writes_eeprom:
             return "it writes EEPROM, which must be done alone"
         if any(sent.writes_eeprom for sent in self._outstanding):
             return "EEPROM is being written"
-        if self.outstanding_bytes + line.size >= self.ring_bytes:
-            return f"{self.outstanding_bytes} bytes are in a ring of {self.ring_bytes}"
+        if self.outstanding_bytes + line.size >= ring_bytes:
+            return f"{self.outstanding_bytes} bytes are in a ring of {ring_bytes}"
         return None
 
     def _interpret(self, line: bytes) -> Event:

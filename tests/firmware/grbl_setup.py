@@ -9,23 +9,8 @@ import serial
 
 from armdrive.config.arm import ArmConfig
 from armdrive.sim.grbl import board_axes, motor_letters, well_set_up
-from armdrive.sim.grbl.firmware import (
-    ACCELERATION,
-    FIRMWARES,
-    HARD_LIMITS,
-    HOMING,
-    HOMING_DIRECTIONS,
-    HOMING_FEED,
-    HOMING_SEEK,
-    IDLE_MS,
-    JUNCTION,
-    MOST_SPEED,
-    PULL_OFF,
-    RATE,
-    SOFT_LIMITS,
-    STEPS,
-    TRAVEL,
-)
+from armdrive.sim.grbl.firmware import FIRMWARES
+from firmware_protocol.grbl import keys
 
 from .boards import Board
 
@@ -88,15 +73,13 @@ class Conversation:
 
 def settings_for(config: ArmConfig, board: Board) -> dict[int, float]:
     """Return the settings for an arm, limited to the axes that the board has."""
-    transmission = config.model.transmission
-    assert transmission is not None
-    letters = motor_letters(config, len(transmission.motors))
+    letters = motor_letters(config)
     values = well_set_up(config, letters, board_axes(letters, ""))
     values = FIRMWARES[str(board.twin["firmware"])].adapted(values)
     return {
         number: value
         for number, value in values.items()
-        if number < STEPS or number % 10 < len(board.letters)
+        if number < keys.STEPS_PER_UNIT or number % 10 < len(board.letters)
     }
 
 
@@ -133,34 +116,34 @@ FLUIDNC_AXES = "xyzabc"
 
 def fluidnc_configuration(values: Mapping[int, float]) -> str:
     """Return FluidNC's configuration with these settings, on the pins of fluidnc_motors.cpp."""
-    seek, down = values[HOMING_SEEK] / FLUIDNC_SLOWER, int(values[HOMING_DIRECTIONS])
-    homing = FLUIDNC_HOMING if values[HOMING] else ""
+    seek, down = values[keys.HOMING_SEEK] / FLUIDNC_SLOWER, int(values[keys.HOMING_DIRECTIONS])
+    homing = FLUIDNC_HOMING if values[keys.HOMING] else ""
     blocks = [
         FLUIDNC_AXIS.format(
             letter=letter,
-            steps=values[STEPS + axis],
-            rate=values[RATE + axis],
-            acceleration=values[ACCELERATION + axis],
-            travel=values[TRAVEL + axis],
-            soft=str(bool(values[SOFT_LIMITS])).lower(),
+            steps=values[keys.STEPS_PER_UNIT + axis],
+            rate=values[keys.RATE + axis],
+            acceleration=values[keys.ACCELERATION + axis],
+            travel=values[keys.TRAVEL + axis],
+            soft=str(bool(values[keys.SOFT_LIMITS])).lower(),
             homing=homing.format(
-                seek=seek, feed=values[HOMING_FEED], upwards=str(not down >> axis & 1).lower()
+                seek=seek, feed=values[keys.HOMING_FEED], upwards=str(not down >> axis & 1).lower()
             ),
             limit_pin=2 * len(FLUIDNC_AXES) + axis,
-            hard=str(bool(values[HARD_LIMITS])).lower(),
-            pull_off=values[PULL_OFF],
+            hard=str(bool(values[keys.HARD_LIMITS])).lower(),
+            pull_off=values[keys.PULL_OFF],
             step_pin=2 * axis,
             dir_pin=2 * axis + 1,
         )
         for axis, letter in enumerate(FLUIDNC_AXES)
-        if STEPS + axis in values
+        if keys.STEPS_PER_UNIT + axis in values
     ]
     return f"""name: arm
 board: bench
-junction_deviation_mm: {values[JUNCTION]}
+junction_deviation_mm: {values[keys.JUNCTION]}
 stepping:
   engine: Timed
-  idle_ms: {values[IDLE_MS]:.0f}
+  idle_ms: {values[keys.IDLE_MS]:.0f}
 axes:
   shared_stepper_disable_pin: gpio.18{"".join(blocks)}
 coolant:
@@ -171,7 +154,7 @@ user_outputs:
   analog0_pin: gpio.36
 besc:
   output_pin: gpio.35
-  speed_map: 0=0% {values.get(MOST_SPEED, 1000):.0f}=100%
+  speed_map: 0=0% {values.get(keys.MOST_SPEED, 1000):.0f}=100%
 """
 
 

@@ -28,12 +28,12 @@ from armdrive.config.arm import ArmConfig
 from armdrive.registry.arm_files import load_arm
 from armdrive.sim.device import Board, SimDevice
 from armdrive.sim.grbl import board_axes, motor_letters, switches, well_set_up
-from armdrive.sim.grbl.firmware import REPORT
 from armdrive.sim.grbl.hardware import Switches
 from armdrive.sim.mechanics.motors import MotorDrive, SwitchState
 from armdrive.sim.serving import make_server, run_device
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
+from firmware_protocol.grbl import keys
 from kinematics.spaces import Motors
 from tests.conformance.custom_arm import arm_file
 from tests.conformance.real_time_bench import DeviceProcess, PtyBench
@@ -307,7 +307,7 @@ class FirmwareBoard(Board):
 def board_of(config: ArmConfig, kind: NativeBoard, program: Path, folder: Path) -> FirmwareBoard:
     """Start a program as the board of an arm, wired for it."""
     world = World(ArmBody.of_preset(config.model))
-    letters = motor_letters(config, len(world.motors))
+    letters = motor_letters(config)
     order = [kind.letters.index(letter) for letter in letters]
     command = (str(program.resolve()), *kind.options)
     board = FirmwareBoard(world, kind, command, folder, order)
@@ -393,7 +393,7 @@ class NativeBench(PtyBench):
         """Write the settings that the arm needs."""
         values = settings_for(self.config, self._runner.board)
         if self._runner.board.configuration:
-            values = {REPORT: values[REPORT]}
+            values = {keys.REPORT: values[keys.REPORT]}
         set_up(self.device_port, values)
 
     def _begin(self, lines: str) -> None:

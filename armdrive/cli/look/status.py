@@ -124,7 +124,7 @@ def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
     yield str(StatusRow("next", next_words))
 
 
-_BLOCKED = (SettingsDiffer.code, named("LOCKED").code)
+_BLOCKED = (SettingsDiffer.code, named("LOCKED").code, named("ALARM_VOUCHED").code)
 """The codes of notices that say why nothing moves."""
 
 

@@ -37,19 +37,26 @@ from kinematics.spaces import Motors
 
 
 class Polls:
-    """The unanswered status queries. `since_s` is the time of the oldest, or infinity.
+    """The status queries: `asked_s` is the time of the latest one.
 
-    `stray` means that the board's input line may hold a stray character.
+    `since_s` is the time of the oldest unanswered one, or infinity. `stray` means that the board's
+    input line may hold a stray character.
     """
 
     def __init__(self) -> None:
         self.stray = False
+        self.asked_s = -math.inf
         self.since_s = math.inf
+
+    @property
+    def awaited(self) -> bool:
+        """Whether a query is unanswered."""
+        return self.since_s < math.inf
 
     def ask(self, now_s: float) -> None:
         """Record a query. If an earlier one is still unanswered, that one was lost."""
         self.stray |= self.since_s < now_s
-        self.since_s = min(self.since_s, now_s)
+        self.asked_s, self.since_s = now_s, min(self.since_s, now_s)
 
     def answered(self) -> None:
         """Record a report."""
@@ -262,7 +269,8 @@ class BoardState:
             self.blocks = min(BLOCKS_328P, build.blocks)
         # a damaged number might never leave room for a line
         ring = build.rx_bytes or 0
-        self._host.ring_bytes = ring if SMALLEST_RING_BYTES <= ring <= RING_BYTES_MAX else None
+        plausible = SMALLEST_RING_BYTES <= ring <= RING_BYTES_MAX
+        self._host.dialect = replace(self._host.dialect, ring_bytes=ring if plausible else None)
 
     # -- what is known ------------------------------------------------------------------------
 
@@ -311,6 +319,10 @@ class BoardState:
     def locked_words(self) -> str:
         """Return that the board is locked by its alarm, and what unlocks it."""
         return f"{self.alarm_words()}. Look at the arm, then call `reset()` to unlock it"
+
+    def busy_words(self) -> str:
+        """Return that the board is in a state in which it takes no motion, and what leaves it."""
+        return f"the board's state is {self.state}; `reset()` leaves it"
 
     def registers(self) -> Registers:
         """Return the position from the latest report."""

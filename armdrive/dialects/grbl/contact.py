@@ -69,16 +69,16 @@ class GrblContact:
             return self.io.silence(began_s, "and none to a reset")
         if not (yield from self._end_leftover_motion()):
             return self.io.silence(began_s)
-        self.exchange.quiet()
+        self.exchange.end_echo()
         # that reset may have been lost or not needed, so check that the board reads lines
-        if not (yield from self.exchange.spoil()) and not (yield from self.exchange.soft_reset()):
+        if not (yield from self._reads_lines(seen=True)):
             return self.io.silence(began_s)
         yield from self._recognise()
         # the report's coordinates give the number of axes, if `$I` has not named them
         yield from self.exchange.look(self.settings.answer_s)
         if self.board.lacking:
             return RequestRejected(self._lacking_words(), moved=False)
-        self.exchange.press(Realtime.FEED_100)
+        self.exchange.send_realtime(Realtime.FEED_100)
         self.board.contacted = True
         if self.board.state is State.ALARM:
             self.io.notify(Alert(AlertKind.LOCKED, self.board.locked_words()))
@@ -155,7 +155,7 @@ class GrblContact:
         for _ in range(TRIES):
             if seen and self.board.state in MOVING:
                 yield from self.stops.hold()
-            elif not (yield from self._reads_lines(seen)):
+            elif not (yield from self._reads_lines(seen=seen)):
                 return self.io.silence(began_s)
             seen = yield from self.exchange.look(self.settings.answer_s)
             if self.board.state in (State.IDLE, State.ALARM):
@@ -170,11 +170,11 @@ class GrblContact:
             return RequestRejected(f"the board's state is {state}", moved=False)
         return Done()
 
-    def _reads_lines(self, seen: bool) -> Script[HostEvent, bool]:
+    def _reads_lines(self, *, seen: bool) -> Script[HostEvent, bool]:
         """Get the board to read lines, if necessary by a reset; `seen` is whether it reports."""
         stale = self.board.alarm is not None and self.board.alarm.code in RESET_ALARMS
         may_read = seen and not stale and self.board.state not in LINES_IGNORED
-        if may_read and (yield from self.exchange.spoil()):
+        if may_read and (yield from self.exchange.flush_line()):
             return True
         return (yield from self.exchange.soft_reset())
 
@@ -195,9 +195,7 @@ class GrblContact:
         if board.state is State.ALARM:
             return RequestRejected(board.locked_words(), moved=False)
         if board.state is not State.IDLE:
-            return RequestRejected(
-                f"the board's state is {board.state}; `reset()` leaves it", moved=False
-            )
+            return RequestRejected(board.busy_words(), moved=False)
         for _ in range(2):
             if (yield from self.exchange.clean_line()):
                 refused = yield from self._set_modes()

@@ -40,7 +40,6 @@ from armdrive.dialects.grbl.settings import (
     GrblSettings,
 )
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
-from armdrive.dialects.grbl.variants import IDLE
 from armdrive.errors import Refused
 from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
@@ -71,6 +70,7 @@ from firmware_protocol.grbl import (
     Line,
     QuerySettings,
     Sleep,
+    keys,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 
@@ -180,7 +180,7 @@ class GrblController(ScriptRunner[HostEvent]):
             found = Comparison(
                 self.settings, self.axes, board.letters, dict(reported), board.behaviour
             )
-            if isinstance(message, Acknowledged) and found.number(IDLE) is not None:
+            if isinstance(message, Acknowledged) and found.number(keys.IDLE_MS) is not None:
                 break
         if not isinstance(message, Acknowledged):
             return refusal(message, "the settings could not be read")

@@ -38,13 +38,13 @@ RESET_POLL_S = 0.02
 the reset was lost."""
 REPORTS_TO_OFFSET = 40
 """Reports after which one has contained the work offset: at least one in thirty does."""
-SPOILER = "))GG"
+FLUSH_LINE = "))GG"
 """Completes whatever is in the board's input line, a half line or a stray character, so that every
 board refuses it. The first bracket ends a comment. GRBL refuses the second one, which is not a
 letter; grblHAL and FluidNC drop it. All refuse a letter without a number (gnea/grbl grbl/protocol.c
 and gcode.c).
 """
-SPOILERS = 3
+FLUSHES = 3
 ECHO_OFF = b"\f"
 """Ends the echo of a FluidNC board that has heard a control character, from a terminal program or
 by a damaged byte (FluidNC lineedit.cpp). The others ignore it."""
@@ -67,19 +67,19 @@ class GrblExchange:
 
     # -- sending ------------------------------------------------------------------------------
 
-    def speak(self, command: Command) -> None:
+    def send(self, command: Command) -> None:
         """Send a line."""
-        self._say(self.host.send(command), command.text)
+        self._write(self.host.send(command), command.text)
 
-    def press(self, command: Realtime) -> None:
+    def send_realtime(self, command: Realtime) -> None:
         """Send a real-time command."""
         shown = in_words(command)
         if command is Realtime.STATUS:
             shown = ""
             self.board.polls.ask(self.io.now_s)
-        self._say(self.host.send_realtime(command), shown)
+        self._write(self.host.send_realtime(command), shown)
 
-    def _say(self, data: bytes, text: str) -> None:
+    def _write(self, data: bytes, text: str) -> None:
         self.io.write(data, text)
         through_s = max(self.wire_free_s, self.io.now_s)
         self.wire_free_s = through_s + len(data) * self.byte_s
@@ -123,6 +123,17 @@ class GrblExchange:
         """Whether the board has sent no report for `report_timeout_s`."""
         return self.io.now_s >= self.mute_at_s
 
+    @property
+    def poll_due_s(self) -> float:
+        """When to query next, to hear of the board every `poll_s`; a lost query is repeated."""
+        polls = self.board.polls
+        return polls.asked_s + (REPORT_TIMEOUT_S if polls.awaited else self.settings.poll_s)
+
+    def poll(self) -> None:
+        """Query if it is time."""
+        if self.io.now_s >= self.poll_due_s:
+            self.send_realtime(Realtime.STATUS)
+
     # -- asking -------------------------------------------------------------------------------
 
     def look(self, patience_s: float) -> Script[HostEvent, bool]:
@@ -135,7 +146,7 @@ class GrblExchange:
         """Query every `every_s` until a wanted message arrives; return False at the timeout."""
         end_s = self.io.now_s + patience_s
         while self.io.now_s < end_s:
-            self.press(Realtime.STATUS)
+            self.send_realtime(Realtime.STATUS)
             again_s = min(self.io.now_s + every_s, end_s)
             while self.io.now_s < again_s:
                 message = yield from self.listen(again_s)
@@ -155,9 +166,8 @@ class GrblExchange:
     def read_position(self) -> Script[HostEvent, Reply]:
         """Read the motor positions. Moves nothing."""
         began_s = self.io.now_s
-        unanswered = self.board.polls.since_s < began_s
         # the driver asks three times, and together the attempts must not take long
-        share = 4.0 if unanswered else 2.0  # a board that is mute already gets less
+        share = 4.0 if self.board.polls.awaited else 2.0  # a board that is mute already gets less
         if (yield from self.look_position(self.settings.report_timeout_s / share)):
             return self.board.registers()
         if self.board.alarm is not None:
@@ -184,17 +194,17 @@ class GrblExchange:
 
         Return False if the board answers no line at all.
         """
-        return not self.board.polls.stray or (yield from self.spoil())
+        return not self.board.polls.stray or (yield from self.flush_line())
 
-    def spoil(self) -> Script[HostEvent, bool]:
-        """Send `SPOILER` until the board refuses a line; return False if nothing was answered.
+    def flush_line(self) -> Script[HostEvent, bool]:
+        """Clear the input line by one that is refused; return False if nothing was answered.
 
         An ok means that the line ended in a comment, or belongs to an earlier line and is late. No
         answer may be outstanding afterwards, so wait a while and try again.
         """
         answered = False
-        for _ in range(SPOILERS):
-            answer = yield from self._ask(Line(SPOILER), self.settings.answer_s)
+        for _ in range(FLUSHES):
+            answer = yield from self._ask(Line(FLUSH_LINE), self.settings.answer_s)
             answered |= answer is not None
             if isinstance(answer, Acknowledged):
                 yield from self.io.pause(self.io.now_s + REPORT_TIMEOUT_S)
@@ -212,7 +222,7 @@ class GrblExchange:
 
     def _one_line(self, command: Command, patience_s: float) -> Script[HostEvent, Answer | None]:
         self.forget_lines()
-        self.speak(command)
+        self.send(command)
         end_s = self.wire_free_s + patience_s
         while True:
             message = yield from self.listen(end_s)
@@ -257,15 +267,15 @@ class GrblExchange:
         follows the reset at once, the line is planned at most, and the next reset drops it. Both
         orders were seen on FluidNC 4.0.5: it answers the line with ok, and nothing moves.
         """
-        self._press_reset(moving=False)
-        self.press(Realtime.FEED_HOLD)
+        self._send_reset(moving=False)
+        self.send_realtime(Realtime.FEED_HOLD)
         end_s = self.io.now_s + BANNER_TIMEOUT_S
         while self.io.now_s < end_s:
             if isinstance((yield from self.listen(end_s)), Restarted):
                 break
         self.forget_lines()
 
-    def quiet(self) -> None:
+    def end_echo(self) -> None:
         """End an echo that someone at a terminal has switched on."""
         self.io.write(ECHO_OFF, "")
 
@@ -278,13 +288,13 @@ class GrblExchange:
         button was pressed, a byte could end its boot loader early, and its greeting would come as
         soon as after our own reset.
         """
-        stale = self._press_reset(moving)
+        stale = self._send_reset(moving)
         end_s = self.io.now_s + BANNER_TIMEOUT_S
         asked_s = self.io.now_s
         while self.io.now_s < end_s:
             asking = moving and self.board.state is not State.ALARM
             if asking and self.io.now_s >= asked_s + RESET_POLL_S:
-                self.press(Realtime.STATUS)
+                self.send_realtime(Realtime.STATUS)
                 asked_s = self.io.now_s
             until_s = min(end_s, asked_s + RESET_POLL_S) if asking else end_s
             message = yield from self.listen(until_s)
@@ -292,19 +302,19 @@ class GrblExchange:
                 return True
             if isinstance(message, StatusReported):
                 if asking and not stale:
-                    self._press_reset(moving)
+                    self._send_reset(moving)
                 stale = False
         return False
 
-    def _press_reset(self, moving: bool) -> bool:
+    def _send_reset(self, moving: bool) -> bool:
         """Send the reset; return whether the report to an earlier query may be on its way."""
-        asked_s = self.board.polls.since_s
+        polls = self.board.polls
         if moving:
             self.board.greeting.await_late()
         else:
-            self.board.greeting.await_soon(max(self.io.now_s, self.wire_free_s), asked_s)
-        self.press(Realtime.SOFT_RESET)
-        return asked_s <= self.io.now_s
+            self.board.greeting.await_soon(max(self.io.now_s, self.wire_free_s), polls.since_s)
+        self.send_realtime(Realtime.SOFT_RESET)
+        return polls.awaited
 
 
 def refusal(message: HostEvent | None, what: str, *, moved: bool = False) -> RequestRejected:

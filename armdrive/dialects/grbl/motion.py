@@ -10,12 +10,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from armdrive.dialects.controller import HomingTime
+from armdrive.dialects.controller import HOMING_MARGIN_S, HomingTime
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import HELD, BoardState
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import (
-    REPORT_TIMEOUT_S,
     RESET_POLL_S,
     Answer,
     GrblExchange,
@@ -102,8 +101,6 @@ class GrblMotion:
     lead_s: float = 0.0
     not_before_s: float = -math.inf
     # reports
-    polled_s: float = -math.inf  # the latest query
-    awaiting: bool = False  # until its report arrives
     seen_s: float = -math.inf  # when the latest report was asked for
     changed_s: float = 0.0  # the latest progress
     off: int = 0  # successive reports off the path
@@ -128,7 +125,7 @@ class GrblMotion:
                 self._send()
             if self.exhausted and self.drawn is None and self.lines.empty:
                 return Done()
-            self._poll()
+            self.exchange.poll()
             message = yield from self.exchange.listen(self._wake_s())
             if (end := self._outcome(message)) is not None:
                 return (yield from self._break_off(end))
@@ -152,7 +149,7 @@ class GrblMotion:
         line = Line(self._text(self.drawn.steps, ahead))
         if not self._may_send(line):
             return
-        self.exchange.speak(line)
+        self.exchange.send(line)
         self.began_s = self.io.now_s if self.lines.empty else self.began_s
         self.lines.send(self.drawn.steps, ahead, self.io.now_s)
         self.guess_s, self.steps, self.drawn = driven_s, self.drawn.steps.largest, None
@@ -175,7 +172,7 @@ class GrblMotion:
     def _waits_for_ok(self) -> bool:
         """Whether to wait for a line's ok before sending the next: in a jog, and after the first.
 
-        A stray character may spoil the first line. Then the board refuses it before anything moves.
+        With a stray character before it, the first line is refused before anything moves.
         """
         return self.lines.unanswered > 0 and (self.request.jog or not self.lines.oks)
 
@@ -188,16 +185,8 @@ class GrblMotion:
         words = self.axes.words(self.lines.end, self.lines.end + steps)
         return f"{'$J=G91' if self.request.jog else 'G91G1'}{feed(ahead)}{words}"
 
-    def _poll(self) -> None:
-        if self.io.now_s >= self._poll_due_s():
-            self.exchange.press(Realtime.STATUS)
-            self.polled_s, self.awaiting = self.io.now_s, True
-
-    def _poll_due_s(self) -> float:
-        return self.polled_s + (REPORT_TIMEOUT_S if self.awaiting else self.settings.poll_s)
-
     def _wake_s(self) -> float:
-        wake_s = min(self._poll_due_s(), self.exchange.mute_at_s)
+        wake_s = min(self.exchange.poll_due_s, self.exchange.mute_at_s)
         for later_s in (self.exchange.wire_free_s, self.not_before_s):
             if self.io.now_s < later_s:
                 wake_s = min(wake_s, later_s)
@@ -225,7 +214,7 @@ class GrblMotion:
         return self._silence_of_mute() if self.exchange.mute else self._overdue()
 
     def _reported(self) -> Reply | None:
-        self.awaiting, self.seen_s = False, self.polled_s
+        self.seen_s = self.board.polls.asked_s
         board, state = self.board, self.board.state
         if state is State.ALARM:
             return RequestRejected(board.alarm_words())
@@ -234,7 +223,7 @@ class GrblMotion:
         if state in HELD:
             return RequestRejected("the safety door is open")
         if state in (State.SLEEP, State.CHECK):
-            return RequestRejected(f"the board's state is {state}; `reset()` leaves it")
+            return RequestRejected(board.busy_words())
         if not board.located or board.position is None:
             return None
         self.io.notify(Progress(board.registers()))
@@ -246,7 +235,8 @@ class GrblMotion:
             self.changed_s = self.io.now_s
         self.off = 0 if on_it else self.off + 1
         if self.off == 1:
-            self.polled_s = -math.inf  # the report may be damaged (no checksum): query again
+            # the report may be damaged, as it has no checksum: query again
+            self.exchange.send_realtime(Realtime.STATUS)
         return self._end_off_path() if self.off > 1 else None
 
     def _count_underrun(self, idle: bool) -> None:
@@ -310,7 +300,7 @@ class GrblMotion:
         """Stop a motion that has failed, and return the failure."""
         if isinstance(end, Timeout):
             # the board may still receive; a reset could make the arm sag
-            self.stops.press_brake()
+            self.stops.send_brake()
             return end
         if self.board.alarm is None and self.board.state not in (None, State.ALARM):
             yield from self.stops.hold()
@@ -320,6 +310,22 @@ class GrblMotion:
         """Return the reply to a motion during which the board has stopped reporting."""
         note = "while the arm was moving; a feed hold was sent"
         return Timeout("?", self.settings.report_timeout_s, note=note)
+
+
+class HomingWatch:
+    """Which motors have turned since a homing command was sent, as their counts show."""
+
+    def __init__(self, motor: int, start: Motors) -> None:
+        self.own = self.others = False
+        """Whether the motor to be homed has turned, and whether any other one has."""
+        self._motor = motor
+        self._start = start
+
+    def see(self, position: Motors) -> None:
+        """Compare a position with the one at the start."""
+        for motor, steps in enumerate(position - self._start):
+            self.own |= steps != 0 and motor == self._motor
+            self.others |= steps != 0 and motor != self._motor
 
 
 @dataclass(slots=True, eq=False)
@@ -337,35 +343,61 @@ class GrblHoming:
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[HostEvent, Reply]:
         """Make the board home one motor after the other, in the order of `commands`."""
-        yield from self.exchange.look(self.settings.answer_s)
-        if self.board.state in HELD:
-            return RequestRejected(
-                f"the board's state is {self.board.state}; `reset()` leaves it", moved=False
-            )
-        yield from self.exchange.clean_line()
+        began_s = self.io.now_s
+        if not (yield from self.exchange.look_position(self.settings.answer_s)):
+            return self.io.silence(began_s)
+        if self.board.state not in (State.IDLE, State.ALARM):
+            return RequestRejected(self.board.busy_words(), moved=False)
         before = self.board.alarm  # any other one is reported, and stays
         for command in self.commands(groups):
-            self.exchange.speak(command)
-            began_s = self.io.now_s
-            message = yield from self._answer(self.time_of(command))
-            if message is None:
-                yield from self._end()
-                if not self.io.stop_hard:
-                    yield from self.contact.clear()  # the driver knows: nothing is referenced
-                return Halted(kept=False)
-            if not isinstance(message, Acknowledged):
-                return refusal(message, f"`{command.text}`", moved=True)
-            too_soon = self.io.now_s < began_s + SHORTEST_HOMING_S
-            if too_soon and self.board.alarm is before:
-                return RequestRejected(
-                    f"the board answered `{command.text}` at once, so it has not homed: the line "
-                    "was changed on the wire"
-                )
-        yield from self.exchange.look(self.settings.answer_s)
+            if (failed := (yield from self._home_motor(command))) is not None:
+                return failed
         if self.board.state is State.ALARM and self.board.alarm is before:
             # FluidNC stays locked while an axis that could home has not: the arm file leaves it out
             return (yield from self.contact.clear())
         return Done()
+
+    def _home_motor(self, command: Home) -> Script[HostEvent, Reply | None]:
+        """Home one motor; return why that failed, or None.
+
+        A line has no checksum, so its letter may become that of another axis, and the board answers
+        ok as well. Hence no other motor's count may change. If the motor's own does not change
+        either, the line is sent once more: the motor may have stood at its switch already, or
+        another one that did has homed again.
+        """
+        motor = self.letters.index(command.axes)
+        for _ in range(2):
+            watch = HomingWatch(motor, self.board.registers().positions)
+            failed = yield from self._search(command, watch)
+            if watch.others:
+                words = "the line was changed on the wire, because another motor has turned"
+                return RequestRejected(f"`{command.text}`: {words}")
+            if failed is not None or watch.own:
+                return failed
+        return None
+
+    def _search(self, command: Home, watch: HomingWatch) -> Script[HostEvent, Reply | None]:
+        """Send a homing command and wait for its end; return why it failed, or None."""
+        yield from self.exchange.clean_line()
+        alarm, began_s = self.board.alarm, self.io.now_s
+        self.exchange.send(command)
+        message = yield from self._answer(self.time_of(command), watch)
+        if message is None:
+            if (yield from self._end()) and not self.io.stop_hard:
+                yield from self.contact.clear()  # the driver knows: nothing is referenced
+            return Halted(kept=False)
+        if not isinstance(message, Acknowledged):
+            return refusal(message, f"`{command.text}`", moved=True)
+        too_soon = self.io.now_s < began_s + SHORTEST_HOMING_S
+        if too_soon and self.board.alarm is alarm:
+            return RequestRejected(
+                f"the board answered `{command.text}` at once, so it has not homed: the line "
+                "was changed on the wire"
+            )
+        if not (yield from self.exchange.look_position(self.settings.answer_s)):
+            return self.io.silence(began_s)
+        watch.see(self.board.registers().positions)
+        return None
 
     def commands(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:
         """Return the homing commands: one for each motor, in the arm's order without groups.
@@ -375,28 +407,37 @@ class GrblHoming:
         motors = groups or (range(len(self.letters)),)
         return [Home(self.letters[motor]) for group in motors for motor in group]
 
-    def _answer(self, lasts: HomingTime) -> Script[HostEvent, Answer | None]:
+    def _answer(self, lasts: HomingTime, watch: HomingWatch) -> Script[HostEvent, Answer | None]:
         """Wait for the answer to a homing command; return None at a stop or at the timeout.
 
         The board homes on while this program is suspended, so everything that has arrived meanwhile
-        is read before the deadline counts.
+        is read before the deadline counts. A board that reports while it homes is lost soon if it
+        falls silent, and it shows at once if another motor turns.
         """
+        reports = self.board.behaviour.reports_homing
         end_s = self.io.now_s + lasts.waited_s
-        while not self.io.stop_asked:
-            message = yield from self.exchange.listen(end_s)
+        while not (self.io.stop_asked or watch.others):
+            until_s, wake_s = end_s, end_s
+            if reports:
+                self.exchange.poll()
+                until_s = min(end_s, self.board.polls.since_s + HOMING_MARGIN_S)
+                wake_s = min(until_s, self.exchange.poll_due_s)
+            message = yield from self.exchange.listen(wake_s)
             if isinstance(message, Answer):
                 return message
-            if message is None and self.io.now_s >= end_s:
+            if isinstance(message, StatusReported) and self.board.located:
+                watch.see(self.board.registers().positions)
+            if message is None and self.io.now_s >= until_s:
                 break
         return None
 
-    def _end(self) -> Script[HostEvent, None]:
-        """Reset a board that is homing, which obeys nothing else.
+    def _end(self) -> Script[HostEvent, bool]:
+        """Reset a board that is homing, which obeys nothing else; return whether it answered.
 
         It sends no report that would show a lost byte, so the reset is sent twice.
         """
         self.board.greeting.await_late()
-        self.exchange.press(Realtime.SOFT_RESET)
+        self.exchange.send_realtime(Realtime.SOFT_RESET)
         yield from self.io.pause(self.io.now_s + RESET_POLL_S)
         # if the first reset arrived, this one has no effect
-        yield from self.exchange.soft_reset(moving=True)
+        return (yield from self.exchange.soft_reset(moving=True))

@@ -10,31 +10,11 @@ from datetime import date
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.planner import Limits, MotorPath
-from armdrive.dialects.grbl.variants import (
-    ACCELERATIONS,
-    DEBOUNCE_MS,
-    HARD_LIMITS,
-    HOMING,
-    HOMING_DIRECTIONS,
-    HOMING_FEED,
-    HOMING_SEEK,
-    IDLE,
-    INCHES,
-    JUNCTION,
-    LOCATIONS,
-    PULL_OFF,
-    RATES,
-    REPORT,
-    SLEEP,
-    SOFT_LIMITS,
-    STEPS_PER_UNIT,
-    TRAVEL,
-    Behaviour,
-)
+from armdrive.dialects.grbl.variants import Behaviour
 from armdrive.errors import ArmFileError
 from armdrive.tasks import Difference
 from armdrive.text.toml import check_settings, setting
-from firmware_protocol.grbl import AXIS_LETTERS
+from firmware_protocol.grbl import AXIS_LETTERS, keys
 from firmware_protocol.grbl.dialect import write_number
 from kinematics.spaces import Joints, Motors
 from kinematics.text import counted
@@ -153,6 +133,34 @@ def _is_day(word: str) -> bool:
         return False
 
 
+def fitting(config: ArmConfig) -> Transmission:
+    """Return an arm's transmission, whose motors and gripper fit the section `[grbl]`.
+
+    Raises `ArmFileError` if they do not.
+    """
+    settings: GrblSettings = config.device
+    transmission = config.model.transmission
+    if transmission is None:
+        raise ArmFileError("the arm's motor steps are not known: give steps_per_turn")
+    count, outputs = len(transmission.motors), len(settings.outputs)
+    if len(settings.axes) < count:
+        raise ArmFileError(
+            f"grbl.axes names {counted(len(settings.axes), 'axis', 'axes')}, but the arm has "
+            f"{counted(count, 'motor')}"
+        )
+    for name in ("rates", "accelerations", "travel"):
+        if len(getattr(settings, name)) not in (0, count):
+            raise ArmFileError(
+                f"grbl.{name} must have {counted(count, 'entry', 'entries')}, one for each motor"
+            )
+    if config.gripper.kind == "output" and settings.gripper_output >= outputs:
+        raise ArmFileError(
+            f"grbl.gripper_output is bit {settings.gripper_output}, but grbl.outputs names "
+            f"{counted(outputs, 'output')}, counted from 0: name the gripper's"
+        )
+    return transmission
+
+
 # The mapping of an arm's motors to a board's axes: letters, units and speeds.
 #
 # A motion line is relative, and counts whole motor steps if those are the unit:
@@ -188,21 +196,8 @@ class BoardAxes:
     def of(cls, config: ArmConfig) -> BoardAxes:
         """Return the axes of an arm. Raises `ArmFileError`."""
         settings: GrblSettings = config.device
-        transmission = config.model.transmission
-        if transmission is None:
-            raise ArmFileError("the arm's motor steps are not known: give steps_per_turn")
+        transmission = fitting(config)
         count = len(transmission.motors)
-        if len(settings.axes) < count:
-            raise ArmFileError(
-                f"grbl.axes names {counted(len(settings.axes), 'axis', 'axes')}, but the "
-                f"arm has {counted(count, 'motor')}"
-            )
-        for name in ("rates", "accelerations", "travel"):
-            if len(getattr(settings, name)) not in (0, count):
-                raise ArmFileError(
-                    f"grbl.{name} must have {counted(count, 'entry', 'entries')}, one for "
-                    "each motor"
-                )
         per_unit = tuple(
             1.0
             if settings.unit == "steps"
@@ -327,7 +322,6 @@ def feed(path: MotorPath) -> str:
 ReportedSettings = Mapping[int | str, str]
 """A board's settings by key, as the board reports them."""
 
-ALWAYS_ON = 255
 SEARCH_TRAVELS, LOCATE_PULL_OFFS = 1.5, 10.0
 """How far homing seeks a switch, in travels ($130), and how far it approaches it, in pull-offs."""
 SETTING_TOLERANCE = 1e-3
@@ -356,7 +350,8 @@ def _is_switched(found: float, wanted: float) -> bool:
 class ExpectedSetting:
     """A setting as the arm file expects it.
 
-    `must` means that nothing moves until it is right, `homes` that no motor seeks its switch.
+    `must` means that nothing moves until it is right, `homes` that no motor seeks its switch, and
+    `needed` that it differs as well if the board does not report it.
     """
 
     key: int
@@ -365,15 +360,16 @@ class ExpectedSetting:
     differs: Callable[[float, float], bool]
     must: bool = False
     homes: bool = False
+    needed: bool = False
 
-    def difference(self, found: float, key: int | str | None) -> Difference:
+    def difference(self, found: float | None, key: int | str | None) -> Difference:
         """Return the difference of a reported value, and the line that corrects it by a key."""
         # rounded up, because three decimals must not make a limit lower than expected
         expected = write_number(math.ceil(self.wanted * 1000.0 - 1e-6) / 1000.0)
         where = "" if key is not None else ", in the board's configuration file"
         name = f"${self.key} ({self.what}{where})"
         line = "" if key is None else f"${key}={expected}"
-        found_text = write_number(found)
+        found_text = "not reported" if found is None else write_number(found)
         return Difference(name, found_text, expected, line, self.must, self.homes)
 
 
@@ -402,19 +398,22 @@ class Comparison:
         return value if math.isfinite(value) else None
 
     def limits(self) -> Limits:
-        """Return the axes' actual limits; those that the board does not report are as expected."""
-        expected = self.axes.expected(self.settings)
+        """Return the axes' actual limits; those that the board does not report are as expected.
+
+        So are rates and accelerations of zero: nothing moves until they are corrected.
+        """
+        expected, junction = self.axes.expected(self.settings), self.number(keys.JUNCTION)
         return replace(
             expected,
             rates=tuple(
-                (self._of_axis(RATES, index) or rate * 60.0) / 60.0
+                (self._of_axis(keys.RATE, index) or rate * 60.0) / 60.0
                 for index, rate in enumerate(expected.rates)
             ),
             accelerations=tuple(
-                self._of_axis(ACCELERATIONS, index) or slope
+                self._of_axis(keys.ACCELERATION, index) or slope
                 for index, slope in enumerate(expected.accelerations)
             ),
-            junction=self.number(JUNCTION) or expected.junction,
+            junction=expected.junction if junction is None else junction,
         )
 
     def searches_s(self) -> tuple[float | None, ...]:
@@ -436,8 +435,8 @@ class Comparison:
 
     def _search_s(self, index: int, fastest: float, slope: float) -> float | None:
         """Return how long a motor homes whose axis has this highest rate, in units a minute."""
-        approaches = 1.0 + (self.number(LOCATIONS) or 1.0)
-        travel = self._of_axis(TRAVEL, index)
+        approaches = 1.0 + (self.number(keys.HOMING_RUNS) or 1.0)
+        travel = self._of_axis(keys.TRAVEL, index)
         seek, feed, off, pause_ms, far, near = self._homing(index)
         if not (travel and seek and feed and off and far and near):
             return None
@@ -454,66 +453,68 @@ class Comparison:
         """Yield an axis's rates of seeking and approaching, pull-off, pause and scalers."""
         paths = self.behaviour.paths
         if paths is None:
-            yield from map(self.number, (HOMING_SEEK, HOMING_FEED, PULL_OFF, DEBOUNCE_MS))
+            yield from map(
+                self.number, (keys.HOMING_SEEK, keys.HOMING_FEED, keys.PULL_OFF, keys.DEBOUNCE_MS)
+            )
             yield from (SEARCH_TRAVELS, LOCATE_PULL_OFFS)
         else:
             yield from map(self._read, paths.homing_of(self.axes.letters[index]))
 
     def differences(self) -> Iterator[Difference]:
         """Yield each difference from the arm file, with the line that corrects it."""
-        yield from self._idle()
         for each in self._expected():
             found = self.number(each.key)
-            if found is not None and each.differs(found, each.wanted):
+            if each.needed if found is None else each.differs(found, each.wanted):
                 yield each.difference(found, self._key(each.key))
-
-    def _idle(self) -> Iterator[Difference]:
-        """Yield the difference of the only setting that may be missing."""
-        found, key = self.number(IDLE), self._key(IDLE)
-        if found != ALWAYS_ON:
-            yield Difference(
-                f"${key} (motors on while standing)",
-                "not reported" if found is None else write_number(found),
-                str(ALWAYS_ON),
-                f"${key}={ALWAYS_ON}",
-            )
 
     def _expected(self) -> Iterator[ExpectedSetting]:
         expected, settings = self.axes.expected(self.settings), self.settings
         behaviour = self.behaviour
+        what = "motors on while standing"
+        yield ExpectedSetting(
+            keys.IDLE_MS, keys.ALWAYS_ON_MS, what, _is_other, must=True, needed=True
+        )
         # the other parts may stay
-        mask = int(self.number(REPORT) or 0) | behaviour.report_bits
-        yield ExpectedSetting(REPORT, mask, "what reports contain", _is_other, must=True)
-        yield ExpectedSetting(INCHES, 0, "reports in inches", _is_switched, must=True)
+        mask = int(self.number(keys.REPORT) or 0) | behaviour.report_bits
+        yield ExpectedSetting(keys.REPORT, mask, "what reports contain", _is_other, must=True)
+        yield ExpectedSetting(keys.INCHES, 0, "reports in inches", _is_switched, must=True)
         for index, letter in enumerate(self.axes.letters):
             axis = self.board.index(letter)
             steps, what = expected.steps_per_unit[index], f"steps per unit of {letter}"
-            yield ExpectedSetting(STEPS_PER_UNIT + axis, steps, what, _is_other, must=True)
-            what = f"the highest rate of {letter}: motion is slower than requested"
-            yield ExpectedSetting(RATES + axis, expected.rates[index] * 60.0, what, _is_lower)
-            slope = expected.accelerations[index]
-            what = f"the acceleration of {letter}: motion starts and stops more slowly"
-            yield ExpectedSetting(ACCELERATIONS + axis, slope, what, _is_lower)
+            yield ExpectedSetting(keys.STEPS_PER_UNIT + axis, steps, what, _is_other, must=True)
+            rate, slope = expected.rates[index] * 60.0, expected.accelerations[index]
+            what, lower = f"the highest rate of {letter}", "motion is slower than requested"
+            yield self._at_least(keys.RATE + axis, rate, what, lower)
+            what, lower = f"the acceleration of {letter}", "motion starts and stops more slowly"
+            yield self._at_least(keys.ACCELERATION + axis, slope, what, lower)
             yield from self._travel(index, letter)
-        yield ExpectedSetting(JUNCTION, expected.junction, "the corner rounding", _is_far)
-        yield ExpectedSetting(SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched)
-        yield ExpectedSetting(HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched)
+        yield ExpectedSetting(keys.JUNCTION, expected.junction, "the corner rounding", _is_far)
+        yield ExpectedSetting(keys.SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched)
+        yield ExpectedSetting(keys.HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched)
         if behaviour.homing_bits is not None and settings.homing:
-            bits = int(self.number(HOMING) or 0) | behaviour.homing_bits
-            yield ExpectedSetting(HOMING, bits, "homing, also of single axes", _is_other)
+            bits = int(self.number(keys.HOMING) or 0) | behaviour.homing_bits
+            yield ExpectedSetting(keys.HOMING, bits, "homing, also of single axes", _is_other)
         else:
-            yield ExpectedSetting(HOMING, settings.homing, "homing", _is_switched)
+            yield ExpectedSetting(keys.HOMING, settings.homing, "homing", _is_switched)
         if settings.homing:
             what = "homing directions: motors would move away from their switches"
             mask = self._homing_mask()
-            yield ExpectedSetting(HOMING_DIRECTIONS, mask, what, _is_other, homes=True)
+            yield ExpectedSetting(keys.HOMING_DIRECTIONS, mask, what, _is_other, homes=True)
         if behaviour.sleep_switch:
-            yield ExpectedSetting(SLEEP, 1, "sleep: only it releases the motors", _is_switched)
+            yield ExpectedSetting(
+                keys.SLEEP_ENABLE, 1, "sleep: only it releases the motors", _is_switched
+            )
+
+    def _at_least(self, key: int, least: float, what: str, lower: str) -> ExpectedSetting:
+        """Return a limit of an axis, which may be lower than expected, but not zero."""
+        stuck = self.number(key) == 0.0
+        what = f"{what}: {'a motion would never end' if stuck else lower}"
+        return ExpectedSetting(key, least, what, _is_lower, must=stuck)
 
     def _travel(self, index: int, letter: str) -> Iterator[ExpectedSetting]:
         """Yield the travel of an axis, if soft limits or homing depend on it."""
         settings, what = self.settings, f"the travel of {letter}"
-        axis = TRAVEL + self.board.index(letter)
+        axis = keys.TRAVEL + self.board.index(letter)
         if settings.travel and settings.soft_limits:
             yield ExpectedSetting(axis, settings.travel[index], what, _is_other)
         elif settings.homing:
@@ -523,7 +524,7 @@ class Comparison:
 
     def _homing_mask(self) -> int:
         """Return the board's own mask with a bit for each motor that has to home downwards."""
-        mask = int(self.number(HOMING_DIRECTIONS) or 0)
+        mask = int(self.number(keys.HOMING_DIRECTIONS) or 0)
         for letter, way in zip(self.axes.letters, self.axes.seeks, strict=True):
             bit = 1 << self.board.index(letter)
             if way:

@@ -45,10 +45,11 @@ class GrblOutputs:
         self._gripper = gripper
         self._bits: int | None = None
         self._share: float | None = None
-        self.reset_lets_go = gripper in ("servo", "output")
-        outputs = settings.outputs[settings.gripper_output :][:1]
-        gripper_outputs = (settings.servo,) if gripper == "servo" else outputs
-        self.reported = set(gripper_outputs) <= REPORTED_OUTPUTS
+        output = settings.servo if gripper == "servo" else ""
+        if gripper == "output":
+            output = settings.outputs[settings.gripper_output]
+        self.reset_lets_go = output != ""
+        self.reported = output in REPORTED_OUTPUTS
 
     def check(self, bits: int) -> None:
         """Raise `Refused` if the arm file names no output for one of the bits."""
@@ -156,7 +157,7 @@ class GrblStops:
 
     def _watch(self, step_s: float) -> Script[HostEvent, StatusReported | None]:
         """Query once and return the latest report received within `step_s`."""
-        self.exchange.press(Realtime.STATUS)
+        self.exchange.send_realtime(Realtime.STATUS)
         end_s = self.io.now_s + step_s
         found: StatusReported | None = None
         while self.io.now_s < end_s and not self.io.stop_hard:
@@ -177,7 +178,7 @@ class GrblStops:
         idle, stood = 0, False
         while self._may_wait(end_s):
             if self.board.state not in HELD:  # the first one may be lost; a second is harmless
-                self.press_brake()
+                self.send_brake()
             seen = yield from self._watch(STOP_POLL_S)
             if seen is None:
                 continue
@@ -195,17 +196,17 @@ class GrblStops:
             return False
         return (yield from self.reset_and_restore(moving=not stood)) and stood
 
-    def press_brake(self) -> None:
+    def send_brake(self) -> None:
         """Tell the board to brake: by a feed hold, or by a jog cancel if that does not end a jog.
 
         Every board ignores a jog cancel outside of a jog.
         """
         cancels = self.board.state is State.JOG and not self.board.behaviour.holds_jogs
         if cancels and self.io.now_s >= self._cancel_again_s:
-            self.exchange.press(Realtime.JOG_CANCEL)
+            self.exchange.send_realtime(Realtime.JOG_CANCEL)
             self._cancel_again_s = self.io.now_s + RESEND_S
         else:
-            self.exchange.press(Realtime.FEED_HOLD)
+            self.exchange.send_realtime(Realtime.FEED_HOLD)
 
     def _may_wait(self, end_s: float) -> bool:
         """Return whether to keep waiting for the board to stop: not if mute or in an emergency."""
@@ -240,13 +241,13 @@ class GrblStops:
         yield from self._await_answers(lines)
         end_s = self.io.now_s + self.brake_s + self.settings.answer_s
         self._cancel_again_s = hold_s = self.io.now_s + RESEND_S
-        self.exchange.press(Realtime.JOG_CANCEL)
+        self.exchange.send_realtime(Realtime.JOG_CANCEL)
         while self._may_wait(end_s):
             seen = yield from self._watch(STOP_POLL_S)
             if seen is None:
                 continue
             if self.board.state is State.JOG and self.io.now_s >= hold_s:
-                self.press_brake()
+                self.send_brake()
                 hold_s = math.inf  # once: if it is lost too, `hold` below repeats it
             elif self.board.standing:
                 if (yield from self._reads_and_stands()):
@@ -270,7 +271,7 @@ class GrblStops:
 
     def _reads_and_stands(self) -> Script[HostEvent, bool]:
         """Return whether the board reads lines, and stands after all that were sent."""
-        reads = yield from self.exchange.spoil()
+        reads = yield from self.exchange.flush_line()
         return reads and (yield from self.exchange.look(REPORT_TIMEOUT_S)) and self.board.standing
 
     def free(self) -> Script[HostEvent, bool]:
@@ -280,4 +281,4 @@ class GrblStops:
         buffer. Resetting a board at rest keeps the position.
         """
         kept = yield from self.reset_and_restore(moving=False)
-        return kept and (yield from self.exchange.spoil())
+        return kept and (yield from self.exchange.flush_line())

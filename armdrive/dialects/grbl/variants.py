@@ -10,13 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from firmware_protocol.grbl import Variant
-
-# The numbers of settings; those from 100 on are followed by the axis.
-IDLE, REPORT, JUNCTION, INCHES = 1, 10, 11, 13
-SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS, SLEEP = 20, 21, 22, 23, 62
-HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF, LOCATIONS = 24, 25, 26, 27, 43
-STEPS_PER_UNIT, RATES, ACCELERATIONS, TRAVEL = 100, 110, 120, 130
+from firmware_protocol.grbl import Variant, keys
 
 SLOWEST_HZ = 16e6 / (8 * 65535)
 """The slowest step rate of an 8-bit board: its step timer counts 16 bits at 16 MHz, over at most
@@ -86,6 +80,10 @@ class Behaviour:
     """Whether a reset out of a hold leaves the line that was read meanwhile, and it is carried out.
     Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
     """
+    reports_homing: bool = False
+    """Whether it answers `?` while it homes. Observed on FluidNC, except for the time that it waits
+    at a switch (`settle_ms`, 1 s at most).
+    """
     report_bits: int = 3
     """Everything in a report that $10 could leave out and the driver needs: position and buffers,
     on grblHAL also speeds, pins and overrides (`$ES`, setting 10).
@@ -124,18 +122,19 @@ BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
             segments=11,
             slowest_hz=20e6 / (8 * 65535),
             keeps_line=True,
+            reports_homing=True,
             paths=Paths(
-                numbered=(REPORT, INCHES),
+                numbered=(keys.REPORT, keys.INCHES),
                 single={
-                    IDLE: "/stepping/idle_ms",
-                    JUNCTION: "/junction_deviation_mm",
-                    LOCATIONS: "/axes/homing_runs",
+                    keys.IDLE_MS: "/stepping/idle_ms",
+                    keys.JUNCTION: "/junction_deviation_mm",
+                    keys.HOMING_RUNS: "/axes/homing_runs",
                 },
                 of_axis={
-                    STEPS_PER_UNIT: "steps_per_mm",
-                    RATES: "max_rate_mm_per_min",
-                    ACCELERATIONS: "acceleration_mm_per_sec2",
-                    TRAVEL: "max_travel_mm",
+                    keys.STEPS_PER_UNIT: "steps_per_mm",
+                    keys.RATE: "max_rate_mm_per_min",
+                    keys.ACCELERATION: "acceleration_mm_per_sec2",
+                    keys.TRAVEL: "max_travel_mm",
                 },
                 homing=(
                     "homing/seek_mm_per_min",

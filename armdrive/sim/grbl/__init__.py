@@ -20,43 +20,21 @@ from dataclasses import dataclass
 from functools import partial
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.grbl.settings import GrblSettings
+from armdrive.dialects.grbl.settings import GrblSettings, fitting
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.sim.grbl.board import GrblBoard
-from armdrive.sim.grbl.firmware import (
-    ACCELERATION,
-    ALWAYS_ON_MS,
-    FIRMWARES,
-    HARD_LIMITS,
-    HOMING,
-    HOMING_DIRECTIONS,
-    HOMING_FEED,
-    HOMING_SEEK,
-    IDLE_MS,
-    JUNCTION,
-    LEAST_SPEED,
-    MINUTE_S,
-    MOST_SPEED,
-    PULL_OFF,
-    RATE,
-    REPORT,
-    SOFT_LIMITS,
-    STEPS,
-    TRAVEL,
-    BoardSettings,
-)
+from armdrive.sim.grbl.firmware import FIRMWARES, MINUTE_S, BoardSettings
 from armdrive.sim.grbl.hardware import BoardBuild, OutputWiring, Switches
 from armdrive.sim.grbl.orders import ROUTINES
 from armdrive.sim.mechanics.motors import LimitSwitch, switch_places
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.text.toml import setting
-from firmware_protocol.grbl import AXIS_LETTERS
-from kinematics.text import counted
+from firmware_protocol.grbl import AXIS_LETTERS, keys
 from kinematics.transmission import Transmission
 
 # --- What the board would trip over in an arm file -----------------------------------------------
-# The driver checks its own part of the file itself.
+# What the driver would trip over as well, `fitting` finds.
 
 LEAST, MOST = 0.001, 1e9
 """The range of a setting per axis: three decimals are stored, and a float holds few more digits."""
@@ -66,10 +44,10 @@ FARTHEST_STEPS = 2**31
 """The range in which a board counts steps (gnea/grbl grbl/system.h, sys_position)."""
 
 _AXIS_SETTINGS = {
-    STEPS: "steps a unit (steps_per_turn, steps_per_mm, grbl.unit)",
-    RATE: "a greatest rate (speeds_deg_s, steps_per_turn, grbl.rates)",
-    ACCELERATION: "an acceleration (grbl.accelerations, grbl.ramp_s)",
-    TRAVEL: "a travel (limits_deg, grbl.travel)",
+    keys.STEPS_PER_UNIT: "steps a unit (steps_per_turn, steps_per_mm, grbl.unit)",
+    keys.RATE: "a greatest rate (speeds_deg_s, steps_per_turn, grbl.rates)",
+    keys.ACCELERATION: "an acceleration (grbl.accelerations, grbl.ramp_s)",
+    keys.TRAVEL: "a travel (limits_deg, grbl.travel)",
 }
 
 
@@ -108,12 +86,9 @@ PULL_OFF_SHARE = 0.005
 """How far axes back off their switches, as a share of the travel."""
 
 
-def motor_letters(config: ArmConfig, count: int) -> str:
+def motor_letters(config: ArmConfig) -> str:
     """Return the axis letter of each motor."""
-    letters = _settings(config).axes[:count]
-    if len(letters) < count:
-        raise BadRequest(f"the axes {letters} cannot turn the {count} motors of this arm")
-    return letters
+    return _settings(config).axes[: len(fitting(config).motors)]
 
 
 def board_axes(letters: str, built: str) -> str:
@@ -130,15 +105,8 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
     Raises `ArmFileError` for an arm that no board can be configured for.
     """
     device = _settings(config)
-    turning = _transmission(config)
+    turning = fitting(config)
     _check_ranges(config)
-    for name in ("rates", "accelerations", "travel"):
-        given = getattr(device, name)
-        if given and len(given) != len(turning.motors):
-            raise ArmFileError(
-                f"grbl.{name} must have {counted(len(turning.motors), 'entry', 'entries')}, one "
-                f"for each motor, not {len(given)}"
-            )
     per_unit = _steps_per_unit(device, turning)
     rates = device.rates or _rates_hz(config, turning)
     slopes = device.accelerations or tuple(rate / device.ramp_s for rate in rates)
@@ -147,29 +115,29 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
         math.ceil(span / per) for span, per in zip(spans, per_unit, strict=True)
     )
     values: dict[int, float] = {
-        IDLE_MS: ALWAYS_ON_MS,
-        REPORT: MPOS_AND_BUFFERS,
-        JUNCTION: device.junction_steps / max(per_unit),
-        SOFT_LIMITS: float(device.soft_limits),
-        HARD_LIMITS: float(device.hard_limits),
-        HOMING: float(device.homing),
-        HOMING_DIRECTIONS: 0.0,
+        keys.IDLE_MS: keys.ALWAYS_ON_MS,
+        keys.REPORT: MPOS_AND_BUFFERS,
+        keys.JUNCTION: device.junction_steps / max(per_unit),
+        keys.SOFT_LIMITS: float(device.soft_limits),
+        keys.HARD_LIMITS: float(device.hard_limits),
+        keys.HOMING: float(device.homing),
+        keys.HOMING_DIRECTIONS: 0.0,
     }
     places = switch_places(config, turning, (0,) * len(letters))
     for motor, letter in enumerate(letters):
         axis, per = axes.index(letter), per_unit[motor]
-        values[HOMING_DIRECTIONS] += (places[motor].way < 0) << axis
-        values[STEPS + axis] = per
-        values[RATE + axis] = _up(rates[motor] / per * MINUTE_S)
-        values[ACCELERATION + axis] = _up(slopes[motor] / per)
-        values[TRAVEL + axis] = travels[motor]
+        values[keys.HOMING_DIRECTIONS] += (places[motor].way < 0) << axis
+        values[keys.STEPS_PER_UNIT + axis] = per
+        values[keys.RATE + axis] = _up(rates[motor] / per * MINUTE_S)
+        values[keys.ACCELERATION + axis] = _up(slopes[motor] / per)
+        values[keys.TRAVEL + axis] = travels[motor]
     slowest = min(rates[motor] / per_unit[motor] for motor in range(len(letters))) * MINUTE_S
-    values[HOMING_SEEK] = _up(slowest * SEEK_SHARE)
-    values[HOMING_FEED] = _up(slowest * FEED_SHARE)
-    values[PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
+    values[keys.HOMING_SEEK] = _up(slowest * SEEK_SHARE)
+    values[keys.HOMING_FEED] = _up(slowest * FEED_SHARE)
+    values[keys.PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
     if config.gripper.kind == "servo" and device.servo == "M3":
         widest = max(device.servo_closed, device.servo_open)
-        values[LEAST_SPEED], values[MOST_SPEED] = 0.0, widest
+        values[keys.LEAST_SPEED], values[keys.MOST_SPEED] = 0.0, widest
     _check_settings(values, letters, axes)
     return values
 
@@ -181,8 +149,10 @@ def switches(
 
     If the arm file states no such posture, they are at the upper end of each motor's travel.
     """
-    turned, turning = [axes.index(letter) for letter in letters], _transmission(config)
-    pull_offs = [round(values[PULL_OFF] * values[STEPS + axis]) for axis in turned]
+    turned, turning = [axes.index(letter) for letter in letters], fitting(config)
+    pull_offs = [
+        round(values[keys.PULL_OFF] * values[keys.STEPS_PER_UNIT + axis]) for axis in turned
+    ]
     found: dict[int, LimitSwitch] = {}
     for motor, (at, way) in enumerate(switch_places(config, turning, pull_offs)):
         if not abs(at) < FARTHEST_STEPS:
@@ -207,11 +177,6 @@ def gripper_wiring(config: ArmConfig) -> OutputWiring:
             return OutputWiring("spindle", 0, shut, wide)
         return OutputWiring("analog", int(device.servo.partition("E")[2]), shut, wide)
     if config.gripper.kind == "output":
-        if not 0 <= device.gripper_output < len(device.outputs):
-            raise ArmFileError(
-                f"grbl.gripper_output is bit {device.gripper_output}, but grbl.outputs names "
-                f"{counted(len(device.outputs), 'output')}, counted from 0: name the gripper's"
-            )
         name, closes = device.outputs[device.gripper_output], device.gripper_closes
         what = "digital" if name.startswith("P") else name
         port = int(name[1:]) if what == "digital" else 0
@@ -222,12 +187,6 @@ def gripper_wiring(config: ArmConfig) -> OutputWiring:
 def _settings(config: ArmConfig) -> GrblSettings:
     device: GrblSettings = config.device
     return device
-
-
-def _transmission(config: ArmConfig) -> Transmission:
-    if config.model.transmission is None:
-        raise BadRequest("the motor steps of this arm are not known, so it cannot be simulated")
-    return config.model.transmission
 
 
 def _steps_per_unit(device: GrblSettings, turning: Transmission) -> tuple[float, ...]:
@@ -291,12 +250,12 @@ class GrblChoices:
 
 def _make(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
     firmware = FIRMWARES[chosen.firmware]
-    letters = motor_letters(config, len(world.motors))
+    letters = motor_letters(config)
     axes = board_axes(letters, chosen.axes)
     values = well_set_up(config, letters, axes)
     wired = switches(config, world, letters, axes, values)
     if chosen.homing:
-        values[HOMING] = 1.0
+        values[keys.HOMING] = 1.0
     values = firmware.adapted(values)
     build = BoardBuild(
         firmware,

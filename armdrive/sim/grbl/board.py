@@ -17,14 +17,13 @@ Sources: gnea/grbl grbl/protocol.c, serial.c, motion_control.c and stepper.c (st
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Generic, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board
-from armdrive.sim.grbl.firmware import HARD_LIMITS, HOMING, INCHES, MINUTE_S, REPORT, BoardSettings
+from armdrive.sim.grbl.firmware import MINUTE_S, BoardSettings
 from armdrive.sim.grbl.hardware import (
     BoardBuild,
     BoardDrive,
@@ -50,8 +49,9 @@ from firmware_protocol.grbl import (
     Realtime,
     State,
     StatusReport,
+    keys,
+    pieces,
 )
-from firmware_protocol.grbl.commands import is_picked_out, realtime_of
 from firmware_protocol.grbl.gcode import MM_PER_INCH
 from kinematics.spaces import Motors
 
@@ -168,10 +168,10 @@ class StatusReporter:
     def report(self, board: GrblBoard) -> StatusReport:
         """Return the report for this moment."""
         self.asked = False
-        per_unit = 1.0 / MM_PER_INCH if board.settings.on(INCHES) else 1.0
+        per_unit = 1.0 / MM_PER_INCH if board.settings.on(keys.INCHES) else 1.0
         position = tuple(at * per_unit for at in board.drive.units_of(board.drive.counts))
         offset = tuple(at * per_unit for at in board.parser.offset)
-        mask = int(board.settings[REPORT])
+        mask = int(board.settings[keys.REPORT])
         work = tuple(a - b for a, b in zip(position, offset, strict=True))
         buffers = bool(mask & _BUFFERS)
         wco, overrides = self._now_and_then(board.state in _BUSY)
@@ -217,7 +217,7 @@ class StatusReporter:
 
 
 def _free_bytes(board: GrblBoard) -> int:
-    told = board.firmware.told_bytes
+    told = board.firmware.reported_free_bytes
     return board.ring.free if told is None else told
 
 
@@ -277,7 +277,7 @@ class HardLimits:
 
 def _in_force(board: GrblBoard) -> bool:
     """Return whether a change of a switch is an alarm: not every build acts on $21=1."""
-    return board.firmware.hard_limits and board.settings.on(HARD_LIMITS)
+    return board.firmware.hard_limits and board.settings.on(keys.HARD_LIMITS)
 
 
 # --- The motion of the queued lines, from the start to a stand -----------------------------------
@@ -527,7 +527,7 @@ class GrblBoard(Board):
         self.codec = Device(
             replace(firmware.dialect, axes=build.axes, ring_bytes=firmware.ring_bytes)
         )
-        self.parser = GcodeParser(build.axes, firmware.unknown)
+        self.parser = GcodeParser(build.axes, firmware.unknown_words)
         self.outputs = BoardOutputs()
         self.fingers = OutputFingers(world, build, self.outputs)
         self.reporter = StatusReporter(baud)
@@ -541,10 +541,6 @@ class GrblBoard(Board):
         self.cycle = MotionCycle()
         self.main_loop = MainLoop()
         self.unread = UnreadCommands()
-        variant = firmware.dialect.variant
-        picked = [byte for byte in range(256) if is_picked_out(byte, variant)]
-        self._picked = re.compile(b"[%s]" % re.escape(bytes(picked)))
-        self._orders = {byte: realtime_of(byte, variant) for byte in picked}
         self.again: list[int] = []
         self.unhomed: set[int] = set()
         self.start(0.0)
@@ -581,7 +577,7 @@ class GrblBoard(Board):
 
     def unhome(self) -> None:
         """Forget which axes have been homed, if the firmware keeps count."""
-        homes = self.firmware.locks_until_homed and self.settings.on(HOMING)
+        homes = self.firmware.locks_until_homed and self.settings.on(keys.HOMING)
         self.unhomed = set(range(len(self.axes))) if homes else set()
 
     # Observable state.
@@ -609,7 +605,7 @@ class GrblBoard(Board):
 
     def tell(self, text: str) -> None:
         """Send a message for people."""
-        self.say(Feedback(f"INFO: {text}" if self.firmware.explains else text))
+        self.say(Feedback(f"INFO: {text}" if self.firmware.verbose else text))
 
     def say(self, answer: Answer) -> None:
         """Send a message."""
@@ -620,15 +616,12 @@ class GrblBoard(Board):
         if self.now_s < self.deaf_until_s:  # the interrupts are off: even a reset is ignored
             self.ring.lost += len(data)
             return
-        start = 0
-        for found in self._picked.finditer(data):
-            self._put(data[start : found.start()])
-            start = found.end()
-            command = self._orders[data[found.start()]]
-            if command is not None:
-                self.unread.put(self, command)
+        for piece in pieces(data, self.firmware.dialect.variant):
+            if isinstance(piece, Realtime):
+                self.unread.put(self, piece)
                 self.unread.obey(self)
-        self._put(data[start:])
+            else:
+                self._put(piece)
         self.main_loop.run(self)
 
     def _put(self, data: bytes) -> None:

@@ -9,21 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.sim.grbl.board import GrblBoard
-from armdrive.sim.grbl.firmware import (
-    ALWAYS_ON_MS,
-    DEBOUNCE_MS,
-    HOMING,
-    HOMING_DIRECTIONS,
-    HOMING_FEED,
-    HOMING_SEEK,
-    LOCATE,
-    MINUTE_S,
-    PULL_OFF,
-    SEARCH,
-    SLEEP_ENABLE,
-    STEPS,
-    TRAVEL,
-)
+from armdrive.sim.grbl.firmware import LOCATE, MINUTE_S, SEARCH
 from armdrive.sim.grbl.parser import STORED
 from firmware_protocol.grbl import (
     Bracketed,
@@ -43,6 +29,7 @@ from firmware_protocol.grbl import (
     State,
     SystemCommand,
     Unlock,
+    keys,
 )
 
 # --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
@@ -70,25 +57,25 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
     settings = board.settings
     board.state = State.HOME
     board.current.keep_on()
-    far = SEARCH * max(settings.axis(TRAVEL, axis) for axis in axes)
-    back, seek = settings[PULL_OFF], settings[HOMING_SEEK] / MINUTE_S
-    feed = settings[HOMING_FEED] / MINUTE_S
+    far = SEARCH * max(settings.axis(keys.TRAVEL, axis) for axis in axes)
+    back, seek = settings[keys.PULL_OFF], settings[keys.HOMING_SEEK] / MINUTE_S
+    feed = settings[keys.HOMING_FEED] / MINUTE_S
     leave = feed if board.firmware.backs_off_at_feed else seek
     for search, rate in ((far, seek), (LOCATE * back, feed)):
         _count_from_zero(board, axes)
         found = yield from _approach(board, axes, search, rate)
         if not found:
             return _NOT_FOUND
-        yield board.now_s + settings[DEBOUNCE_MS] / 1000
+        yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
         _count_from_zero(board, axes)
         yield from _go(board, axes, -back, leave)
         board.switches.unwatched.clear()
         if any(board.switches.pressed(axis) for axis in axes):
             return STILL_PRESSED
-        yield board.now_s + settings[DEBOUNCE_MS] / 1000
+        yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
     _set_position(board, axes)
     board.unhomed -= set(axes)
-    if board.firmware.explains:
+    if board.firmware.verbose:
         board.say(Feedback(f"Homed:{''.join(board.axes[axis] for axis in axes)}"))
     board.state = State.ALARM if board.unhomed else State.IDLE
     board.current.release_at_rest(board.now_s)
@@ -109,7 +96,7 @@ def _approach(
         yield from _go(board, left, way, rate)
         search -= way
         left = [axis for axis in left if not board.switches.pressed(axis)]
-        if board.firmware.rewatches:
+        if board.firmware.rechecks_after_pull_off:
             board.switches.unwatched.update(set(axes) - set(left))
     return True
 
@@ -117,11 +104,11 @@ def _approach(
 def _units_to_switch(board: GrblBoard, axis: int) -> float | None:
     """Return how far an axis must go, at least a whole step; None if its switch is out of reach."""
     steps = board.switches.steps_to(axis, _way(board, axis))
-    return None if steps is None else max(steps, 1) / board.settings.axis(STEPS, axis)
+    return None if steps is None else max(steps, 1) / board.settings.axis(keys.STEPS_PER_UNIT, axis)
 
 
 def _way(board: GrblBoard, axis: int) -> int:
-    return -1 if board.settings.mask(HOMING_DIRECTIONS, axis) else 1
+    return -1 if board.settings.mask(keys.HOMING_DIRECTIONS, axis) else 1
 
 
 def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Waits:
@@ -156,9 +143,9 @@ def _homed_at(board: GrblBoard, axis: int) -> float:
     settings = board.settings
     if board.firmware.homes_at is not None:
         return board.firmware.homes_at
-    if settings.mask(HOMING_DIRECTIONS, axis):
-        return settings[PULL_OFF] - settings.axis(TRAVEL, axis)
-    return -settings[PULL_OFF]
+    if settings.mask(keys.HOMING_DIRECTIONS, axis):
+        return settings[keys.PULL_OFF] - settings.axis(keys.TRAVEL, axis)
+    return -settings[keys.PULL_OFF]
 
 
 # --- Settings with names: `$/stepping/idle_ms`, and `=255` to change one --------------------------
@@ -224,7 +211,7 @@ def refused_command(board: GrblBoard, line: str, code: int) -> int:
     homes = line.startswith("$H") and board.firmware.sticks_in_homing
     if not homes or board.state not in _STILL:
         return code
-    if not board.settings[HOMING]:
+    if not board.settings[keys.HOMING]:
         return NO_HOMING
     board.state = State.HOME
     return code
@@ -238,7 +225,7 @@ def _help(board: GrblBoard, _: Help) -> int:
 def _settings(board: GrblBoard, _: QuerySettings) -> int:
     texts = dict(board.settings.written())
     paths = board.firmware.paths
-    for number in paths.told(texts) if paths else texts:
+    for number in paths.listed(texts) if paths else texts:
         board.say(Setting(number, texts[number]))
     return 0
 
@@ -286,7 +273,7 @@ def _check(board: GrblBoard, _: CheckMode) -> Steps:
 
 def _sleep(board: GrblBoard, _: Sleep) -> int:
     """Fall asleep once the line is answered: observed on both 8-bit boards and on grblHAL."""
-    if not board.settings.values.get(SLEEP_ENABLE, 1.0):
+    if not board.settings.values.get(keys.SLEEP_ENABLE, 1.0):
         return UNKNOWN
 
     def fall_asleep() -> None:
@@ -294,20 +281,20 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
         board.outputs.off()
         board.fingers.follow_output(board.now_s)
         board.state, board.cycle.stands = State.SLEEP, True
-        board.current.off_s = board.now_s + ALWAYS_ON_MS / 1000
+        board.current.off_s = board.now_s + keys.ALWAYS_ON_MS / 1000
 
     board.main_loop.afterwards = fall_asleep
     return 0
 
 
 def _home(board: GrblBoard, command: Home) -> Steps:
-    firmware, homing = board.firmware, int(board.settings[HOMING])
+    firmware, homing = board.firmware, int(board.settings[keys.HOMING])
     if not homing:
         return firmware.refused_axis if command.axes else NO_HOMING
     if command.axes and not homing & firmware.single_axis_bits:
         return NO_HOMING
     for axes in _cycles(board, command.axes):
-        ambiguous = firmware.rewatches and board.switches.mask()
+        ambiguous = firmware.rechecks_after_pull_off and board.switches.mask()
         code = _AMBIGUOUS if ambiguous else (yield from home(board, axes))
         if code:
             yield from board.routines.fail(board, code)
@@ -334,7 +321,7 @@ def _cycles(board: GrblBoard, letters: str) -> list[list[int]]:
 def _set(board: GrblBoard, command: SetSetting) -> Steps:
     if (paths := board.firmware.paths) is not None:
         if command.setting not in paths.changeable:
-            told = command.setting in paths.told(board.settings.values)
+            told = command.setting in paths.listed(board.settings.values)
             return READ_ONLY if told else UNKNOWN
         if command.value > paths.changeable[command.setting]:
             return OUT_OF_RANGE

@@ -16,23 +16,10 @@ from enum import Enum
 from types import MappingProxyType
 
 from armdrive.sim.mechanics.planner import PathLimits, Stepping
-from firmware_protocol.grbl import FLUIDNC, GRBL, GRBLHAL, Banner, Dialect, State, Variant
+from firmware_protocol.grbl import FLUIDNC, GRBL, GRBLHAL, Banner, Dialect, State, Variant, keys
 
-# The numbers of settings.
-IDLE_MS, REPORT, JUNCTION = 1, 10, 11
-HOMING_CYCLES = range(44, 50)
-"""The axes that each cycle of grblHAL's `$H` homes."""
-SLEEP_ENABLE = 62
-"""grblHAL refuses `$SLP` while this is 0, as it is at the factory."""
-SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
-HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF = 24, 25, 26, 27
 SEARCH, LOCATE = 1.5, 5.0
 """How far homing seeks a switch, in travels, and how far it approaches it again, in pull-offs."""
-INCHES = 13
-MOST_SPEED, LEAST_SPEED, LASER = 30, 31, 32
-STEPS, RATE, ACCELERATION, TRAVEL = 100, 110, 120, 130
-ALWAYS_ON_MS = 255
-"""The step idle delay that leaves the motors on."""
 _ANY_BIT = 255
 
 
@@ -64,7 +51,7 @@ class SettingPaths:
     number of all axes."""
     fixed: Mapping[str, float]
     """What cannot be changed here, by the same words."""
-    told_first: tuple[int, ...]
+    listed_first: tuple[int, ...]
     """The numbers that `$$` lists before those of the axes and $10; it lists no others."""
     changeable: Mapping[int, float]
     """The numbers that can be changed as on GRBL (`$10=3`), and their greatest values."""
@@ -77,16 +64,20 @@ class SettingPaths:
         if found[1].upper() not in axes or found[2] not in self.of_axis:
             return None
         number = self.of_axis[found[2]]
-        return number + axes.index(found[1].upper()) if number >= STEPS else number
+        return number + axes.index(found[1].upper()) if number >= keys.STEPS_PER_UNIT else number
 
     def fixed_value(self, path: str) -> float | None:
         """Return what is fixed at a path, or None if nothing is."""
         found = _AXIS_PATH.fullmatch(path)
         return self.fixed.get(path if found is None else found[2])
 
-    def told(self, numbers: Collection[int]) -> list[int]:
+    def listed(self, numbers: Collection[int]) -> list[int]:
         """Return the settings that `$$` lists, in their order."""
-        return [*self.told_first, *(number for number in numbers if number >= STEPS), REPORT]
+        return [
+            *self.listed_first,
+            *(number for number in numbers if number >= keys.STEPS_PER_UNIT),
+            keys.REPORT,
+        ]
 
 
 _AXIS_PATH = re.compile(r"axes/([a-z])/([\w/]+)")
@@ -121,7 +112,7 @@ class Firmware:
     """How many lines the planner queues."""
     ring_bytes: int = 128
     """How many bytes the receive ring holds. grblHAL's holds one less than `$I` says."""
-    told_bytes: int | None = None
+    reported_free_bytes: int | None = None
     """How many free bytes every report gives, if that is no measurement. Observed on FluidNC."""
     stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
@@ -142,7 +133,7 @@ class Firmware:
     """Whether a control character makes the board echo what it hears, until 0x0C. Observed on
     FluidNC (lineedit.cpp).
     """
-    unknown: frozenset[str] = frozenset()
+    unknown_words: frozenset[str] = frozenset()
     """Words that its build refuses with error 20. Observed: M7 on the 328p."""
     refuses_on: bool = False
     """Whether g-code after a refused line is refused with the same error, until an empty line, a
@@ -162,9 +153,7 @@ class Firmware:
     deaf_in_eeprom: bool = True
     """Whether bytes that arrive meanwhile are lost."""
     alarm_s: float = 0.5
-    """After an alarm its messages are sent before the board restarts, or FluidNC goes on ..."""
-    start_s: float = 5e-3
-    """... and this is how long the restart takes."""
+    """From the alarm to the restart of the board, or until FluidNC goes on."""
     boot_s: float = 1.5
     """From a reset of the board to its banner; the motors have no current."""
 
@@ -214,7 +203,7 @@ class Firmware:
     """Where a homed axis stands; if None, a pull-off inside its travel, which is all negative.
     FluidNC: `mpos_mm`, as if it were not changed.
     """
-    homing: float = 1.0
+    homing_value: float = 1.0
     """$22 with homing, as an arm needs it. On grblHAL it has bits: homing, and single axes (`$HX`).
     """
     single_axis_bits: int = _ANY_BIT
@@ -225,7 +214,7 @@ class Firmware:
     """
     homing_counts: bool = True
     """Whether each motion of homing counts from zero. Observed on the Mega, and so in grblHAL."""
-    tells_pull_off: bool = True
+    raises_pull_off_alarm: bool = True
     """Whether a reset while homing backs off a pressed switch raises ALARM:8, as if backing off had
     failed. Observed on the Mega (limits.c), and so in grblHAL; otherwise it is ALARM:6.
     """
@@ -247,7 +236,7 @@ class Firmware:
     """Whether, with homing, the board stays locked until each axis has been homed. Observed on
     FluidNC; the alarm after a reset is then 14.
     """
-    rewatches: bool = False
+    rechecks_after_pull_off: bool = False
     """Whether homing looks at a pressed switch again only once the axis has backed off. Observed on
     FluidNC: homing that ends before leaves it pressed until the board restarts, and with
     `limit_all_pin` all homing is refused then.
@@ -295,7 +284,7 @@ class Firmware:
     """Whether `?` is unanswered while homing is under way. Observed on grblHAL, which sends one
     report as homing begins. Bit 12 of its $10 enables more; neither is built in here.
     """
-    explains: bool = False
+    verbose: bool = False
     """Whether messages say how important they are, refusals and alarms come with words, and homing
     names its axes. Observed on FluidNC; the words are not its own.
     """
@@ -314,7 +303,8 @@ class Firmware:
 
     def adapted(self, values: Mapping[int, float]) -> dict[int, float]:
         """Return an arm's settings as they have to be on this firmware."""
-        return {**values, **self.needs, HOMING: self.homing if values[HOMING] else 0.0}
+        homing = self.homing_value if values[keys.HOMING] else 0.0
+        return {**values, **self.needs, keys.HOMING: homing}
 
 
 _EVERYTHING = 511
@@ -326,7 +316,7 @@ _FIRMWARES = (
         "grbl",
         Banner("1.1h"),
         ("VER:1.1h.20190830:", "OPT:V,15,128"),
-        unknown=frozenset(("M7",)),
+        unknown_words=frozenset(("M7",)),
     ),
     Firmware(
         "mega5x",
@@ -371,12 +361,12 @@ _FIRMWARES = (
         killed=Killed.NEVER,
         resets_kept=1,
         answers_dropped=False,
-        homing=3.0,
+        homing_value=3.0,
         single_axis_bits=2,
         checks_limits=False,
         sticks_in_homing=False,
         homing_locks=False,
-        homing_masks=HOMING_CYCLES,
+        homing_masks=keys.HOMING_CYCLES,
         holds_jogs=False,
         cancel_clears_in=tuple(State),
         cancel_keeps=2,
@@ -386,10 +376,10 @@ _FIRMWARES = (
         empty_accessories=True,
         mute_in_critical=False,
         factory=MappingProxyType(
-            {REPORT: _EVERYTHING, SLEEP_ENABLE: 0.0}
-            | dict(zip(HOMING_CYCLES, (4.0, 3.0, 0.0, 0.0, 0.0, 0.0), strict=True))
+            {keys.REPORT: _EVERYTHING, keys.SLEEP_ENABLE: 0.0}
+            | dict(zip(keys.HOMING_CYCLES, (4.0, 3.0, 0.0, 0.0, 0.0, 0.0), strict=True))
         ),
-        needs=MappingProxyType({REPORT: _EVERYTHING, SLEEP_ENABLE: 1.0}),
+        needs=MappingProxyType({keys.REPORT: _EVERYTHING, keys.SLEEP_ENABLE: 1.0}),
     ),
     Firmware(
         "fluidnc",
@@ -397,7 +387,7 @@ _FIRMWARES = (
         ("VER:4.0 FluidNC v4.0.5-pre2 (esp32-wifi) :", "OPT:MPHS", "MSG:Machine: arm"),
         dialect=FLUIDNC,
         ring_bytes=256,
-        told_bytes=128,
+        reported_free_bytes=128,
         stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),
         reads_every_s=0.051,
         edits_lines=True,
@@ -414,37 +404,37 @@ _FIRMWARES = (
         checks_limits=False,
         limit_locks=False,
         homing_counts=False,
-        tells_pull_off=False,
+        raises_pull_off_alarm=False,
         sticks_in_homing=False,
         backs_off_at_feed=True,
         homes_at=0.0,
         homing_cycles=MappingProxyType({}),
         refused_axis=19,
         locks_until_homed=True,
-        rewatches=True,
+        rechecks_after_pull_off=True,
         failed_homing_restarts=False,
         cancel_hangs_s=0.0,
         resume_unhangs=False,
         keeps_speed=True,
         mute_in_critical=False,
         silent_in_homing=False,
-        explains=True,
+        verbose=True,
         program_end="Program End",
         how_to_unlock="",
         paths=SettingPaths(
             single=MappingProxyType(
-                {"stepping/idle_ms": IDLE_MS, "junction_deviation_mm": JUNCTION}
+                {"stepping/idle_ms": keys.IDLE_MS, "junction_deviation_mm": keys.JUNCTION}
             ),
             of_axis=MappingProxyType(
                 {
-                    "steps_per_mm": STEPS,
-                    "max_rate_mm_per_min": RATE,
-                    "acceleration_mm_per_sec2": ACCELERATION,
-                    "max_travel_mm": TRAVEL,
-                    "homing/seek_mm_per_min": HOMING_SEEK,
-                    "homing/feed_mm_per_min": HOMING_FEED,
-                    "homing/settle_ms": DEBOUNCE_MS,
-                    "motor0/pulloff_mm": PULL_OFF,
+                    "steps_per_mm": keys.STEPS_PER_UNIT,
+                    "max_rate_mm_per_min": keys.RATE,
+                    "acceleration_mm_per_sec2": keys.ACCELERATION,
+                    "max_travel_mm": keys.TRAVEL,
+                    "homing/seek_mm_per_min": keys.HOMING_SEEK,
+                    "homing/feed_mm_per_min": keys.HOMING_FEED,
+                    "homing/settle_ms": keys.DEBOUNCE_MS,
+                    "motor0/pulloff_mm": keys.PULL_OFF,
                 }
             ),
             fixed=MappingProxyType(
@@ -454,16 +444,16 @@ _FIRMWARES = (
                     "homing/feed_scaler": LOCATE,
                 }
             ),
-            told_first=(
-                INCHES,
-                SOFT_LIMITS,
-                HARD_LIMITS,
-                HOMING,
-                HOMING_DIRECTIONS,
-                MOST_SPEED,
-                LASER,
+            listed_first=(
+                keys.INCHES,
+                keys.SOFT_LIMITS,
+                keys.HARD_LIMITS,
+                keys.HOMING,
+                keys.HOMING_DIRECTIONS,
+                keys.MOST_SPEED,
+                keys.LASER,
             ),
-            changeable=MappingProxyType({REPORT: 3.0, INCHES: 1.0}),
+            changeable=MappingProxyType({keys.REPORT: 3.0, keys.INCHES: 1.0}),
         ),
     ),
 )
@@ -479,9 +469,14 @@ _WHOLE: Mapping[int, float] = {
     0: 10, 1: 25, 2: 0, 3: 0, 4: 0, 5: 0, 6: 0, 10: 1, 13: 0, 20: 0, 21: 0, 22: 0, 23: 0, 26: 250,
     30: 1000, 31: 0, 32: 0,
 }  # fmt: skip
-_WHOLE_NUMBERS = {*_WHOLE, *HOMING_CYCLES, SLEEP_ENABLE}
+_WHOLE_NUMBERS = {*_WHOLE, *keys.HOMING_CYCLES, keys.SLEEP_ENABLE}
 _DECIMAL: Mapping[int, float] = {11: 0.01, 12: 0.002, 24: 25.0, 25: 500.0, 27: 1.0}
-_PER_AXIS: Mapping[int, float] = {STEPS: 250.0, RATE: 500.0, ACCELERATION: 10.0, TRAVEL: 200.0}
+_PER_AXIS: Mapping[int, float] = {
+    keys.STEPS_PER_UNIT: 250.0,
+    keys.RATE: 500.0,
+    keys.ACCELERATION: 10.0,
+    keys.TRAVEL: 200.0,
+}
 _SHORTEST_PULSE = 3
 MINUTE_S = 60.0
 
@@ -524,20 +519,20 @@ class BoardSettings:
     @property
     def motors_stay_on(self) -> bool:
         """Whether the motors keep their current at rest."""
-        return self.values[IDLE_MS] == ALWAYS_ON_MS
+        return self.values[keys.IDLE_MS] == keys.ALWAYS_ON_MS
 
     @property
     def idle_s(self) -> float:
         """How long after a motion the motors keep their current, unless they always keep it."""
-        return self.values[IDLE_MS] / 1000
+        return self.values[keys.IDLE_MS] / 1000
 
     def limits(self) -> PathLimits:
         """Return the limits that the planner observes."""
         return PathLimits(
-            self.per_axis(STEPS),
-            tuple(rate / MINUTE_S for rate in self.per_axis(RATE)),
-            self.per_axis(ACCELERATION),
-            self.values[JUNCTION],
+            self.per_axis(keys.STEPS_PER_UNIT),
+            tuple(rate / MINUTE_S for rate in self.per_axis(keys.RATE)),
+            self.per_axis(keys.ACCELERATION),
+            self.values[keys.JUNCTION],
         )
 
     def store(self, number: int, value: float) -> int:
@@ -548,13 +543,13 @@ class BoardSettings:
             return 3
         if number == 0 and value < _SHORTEST_PULSE:
             return 6
-        if number == SOFT_LIMITS and value and not self.on(HOMING):
+        if number == keys.SOFT_LIMITS and value and not self.on(keys.HOMING):
             return 10
-        if number >= STEPS and not value:
+        if number >= keys.STEPS_PER_UNIT and not value:
             return 4  # a real board accepts it, and later divides by zero
         self.values[number] = float(int(value)) if number in _WHOLE_NUMBERS else value
-        if number == HOMING and not value:
-            self.values[SOFT_LIMITS] = 0.0
+        if number == keys.HOMING and not value:
+            self.values[keys.SOFT_LIMITS] = 0.0
         return 0
 
     def written(self) -> list[tuple[int, str]]:

@@ -48,10 +48,10 @@ class BoardBuild:
     firmware: Firmware
     axes: str
     order: Sequence[int]
-    fingers: OutputWiring = field(default_factory=OutputWiring)
-    opening_mm: tuple[float, float] = (0.0, 76.0)
-    finger_mm_s: float = 100.0
-    resets_on_open: bool = False
+    fingers: OutputWiring
+    opening_mm: tuple[float, float]
+    finger_mm_s: float
+    resets_on_open: bool
 
 
 # --- The receive ring: when it is full, bytes are lost without a word ----------------------------

@@ -28,17 +28,8 @@ from armdrive.sim.grbl.commands import (
     run_system,
     write_eeprom,
 )
-from armdrive.sim.grbl.firmware import (
-    HARD_LIMITS,
-    HOMING,
-    IDLE_MS,
-    LEAST_SPEED,
-    MOST_SPEED,
-    SOFT_LIMITS,
-    TRAVEL,
-    Killed,
-)
-from armdrive.sim.grbl.parser import MotionMode, Work
+from armdrive.sim.grbl.firmware import Killed
+from armdrive.sim.grbl.parser import RequestedMove, Work
 from armdrive.sim.mechanics.planner import SEGMENT_S
 from firmware_protocol.grbl import (
     Alarm,
@@ -54,10 +45,13 @@ from firmware_protocol.grbl import (
     State,
     alarm_code,
     error_code,
+    keys,
 )
 
 LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
 _TOO_LONG = 11
+RESTART_S = 5e-3
+"""How long a restart takes: from a soft reset, or the end of its alarm, to the banner."""
 _CANCELLED = -1
 """A planned line that a jog cancel removed; it is answered with ok."""
 
@@ -70,7 +64,7 @@ def run_line(board: GrblBoard, line: LineReceived) -> Script:
     unlooked = gcode and board.firmware.refuses_on and board.state not in (State.ALARM, State.JOG)
     code = (loop.refused if unlooked else 0) or (yield from _run(board, line))
     loop.refused = code
-    if code and board.firmware.explains:
+    if code and board.firmware.verbose:
         _explain(board, line.text, code)
     return Error(code) if code else Ok()
 
@@ -111,8 +105,8 @@ def _block(board: GrblBoard, block: Block) -> Steps:
     checking = board.state is State.CHECK
     if not checking:
         yield from _serve(board, work)
-    for way in work.ways:
-        code = yield from _move(board, way, work)
+    for move in work.moves:
+        code = yield from _move(board, move, work)
         if code:
             return max(code, 0)
     moved = work.g92 is not None or work.stores or work.new_system
@@ -143,7 +137,7 @@ def _serve(board: GrblBoard, work: Work) -> Waits:
     if work.waits:
         yield from until_still(board)
     if work.spindle:
-        least, most = board.settings[LEAST_SPEED], board.settings[MOST_SPEED]
+        least, most = board.settings[keys.LEAST_SPEED], board.settings[keys.MOST_SPEED]
         board.outputs.spin(work.after, least, most, keeps=board.firmware.keeps_speed)
     if work.coolant:
         board.outputs.cool(work.after.coolant)
@@ -159,13 +153,13 @@ def _serve(board: GrblBoard, work: Work) -> Waits:
         yield from write_eeprom(board)
 
 
-def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
+def _move(board: GrblBoard, move: RequestedMove, work: Work) -> Steps:
     """Queue a line as soon as there is room.
 
     A jog cancel removes lines that are planned or being planned. A line that was read but not yet
     planned runs afterwards, to the target computed before the cancel.
     """
-    if board.settings.on(SOFT_LIMITS) and _outside(board, way):
+    if board.settings.on(keys.SOFT_LIMITS) and _outside(board, move):
         if work.jog:
             return TRAVEL_EXCEEDED
         yield from _leave(board)
@@ -179,19 +173,19 @@ def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
     rack = board.drive.rack
     if board.state is State.IDLE:
         rack.hold(board.now_s)  # until no more lines arrive
-    rate = way.rate
+    rate = move.rate
     if work.jog:
         rate *= 100 / board.overrides[0]  # a jog ignores this override
-    board.drive.queue_to(way.target, rate, board.now_s, rapid=way.rapid)
+    board.drive.queue_to(move.target, rate, board.now_s, rapid=move.rapid)
     if work.jog and board.state is State.IDLE and rack.waiting:
         board.cycle.start(board, State.JOG)
     return 0
 
 
-def _outside(board: GrblBoard, way: MotionMode) -> bool:
+def _outside(board: GrblBoard, move: RequestedMove) -> bool:
     """Return whether a target lies outside the travel, which is all negative."""
-    travels = board.settings.per_axis(TRAVEL)
-    return any(not -far <= at <= 0 for at, far in zip(way.target, travels, strict=True))
+    travels = board.settings.per_axis(keys.TRAVEL)
+    return any(not -far <= at <= 0 for at, far in zip(move.target, travels, strict=True))
 
 
 def _leave(board: GrblBoard) -> Waits:
@@ -276,7 +270,7 @@ def soft_reset(board: GrblBoard) -> None:
     code = 0
     if board.state is State.HOME:
         backing_off = board.drive.moving and board.switches.mask()
-        tells = backing_off and board.firmware.tells_pull_off
+        tells = backing_off and board.firmware.raises_pull_off_alarm
         code = STILL_PRESSED if tells else _HOMING_ABORTED
     elif board.drive.moving:
         code = _ABORTED
@@ -311,7 +305,7 @@ def raise_critical(board: GrblBoard, code: int) -> None:
 
 def _alarm(board: GrblBoard, code: int) -> None:
     """Send an alarm, perhaps with words before it."""
-    if board.firmware.explains:
+    if board.firmware.verbose:
         board.tell(f"ALARM: {alarm_code(code, board.codec.dialect.variant).meaning}")
     board.say(Alarm(code))
 
@@ -330,7 +324,7 @@ def fail(board: GrblBoard, code: int) -> Waits:
 def switched_on(board: GrblBoard, wait_s: float) -> Boot:
     """Start after power-on, with all counts at zero; most boards with homing are locked."""
     yield board.now_s + wait_s
-    locked = board.firmware.homing_locks and board.settings.on(HOMING)
+    locked = board.firmware.homing_locks and board.settings.on(keys.HOMING)
     board.state = State.ALARM if locked else State.IDLE
     board.holds_next = False
     board.unhome()
@@ -340,10 +334,10 @@ def switched_on(board: GrblBoard, wait_s: float) -> Boot:
 
 def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
     if board.state is State.SLEEP and board.firmware.killed is Killed.LATE:
-        yield board.now_s + board.settings[IDLE_MS] / 1000  # observed: 0.26 s at $1=255
+        yield board.now_s + board.settings[keys.IDLE_MS] / 1000  # observed: 0.26 s at $1=255
     if code:
         if code == _ABORTED and board.firmware.killed is Killed.LATE:
-            yield board.now_s + board.settings[IDLE_MS] / 1000
+            yield board.now_s + board.settings[keys.IDLE_MS] / 1000
         board.state = State.ALARM
         _alarm(board, code)
         said_s = board.now_s
@@ -357,7 +351,7 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
     # a board that executes a line has not fetched another one
     kept = board.ring.take_line() if _keeps_a_line(board) else b""
     board.main_loop.drop_line(board)
-    yield board.now_s + board.firmware.start_s
+    yield board.now_s + RESTART_S
     _start(board)
     if board.stalls:
         board.stalls, stalled = False, board.state is State.IDLE
@@ -367,7 +361,7 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
         if code:
             _alarm(board, code)
             yield board.now_s + board.firmware.alarm_s
-        yield board.now_s + board.firmware.start_s
+        yield board.now_s + RESTART_S
         _start(board)
     if kept and board.state is State.HOLD:  # it is planned, but not started
         board.codec.receive_data(kept)
@@ -395,7 +389,7 @@ def _outputs_off(board: GrblBoard) -> None:
 
 
 def _start(board: GrblBoard) -> None:
-    pressed = board.settings.on(HARD_LIMITS) and board.switches.mask()
+    pressed = board.settings.on(keys.HARD_LIMITS) and board.switches.mask()
     checked = bool(pressed) and board.firmware.checks_limits
     locked = checked or board.state in (State.ALARM, State.SLEEP)
     held, board.holds_next = board.holds_next and not locked, False

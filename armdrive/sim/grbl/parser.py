@@ -21,7 +21,7 @@ _NOT_BUILT = ("G2", "G3", "G38", "G43", "G49", "G93")
 
 
 @dataclass(frozen=True, slots=True)
-class MotionMode:
+class RequestedMove:
     """A motion to a target; `rate` is in units per second."""
 
     target: Place
@@ -42,7 +42,7 @@ class Work:
     stores: dict[str, Place] = field(default_factory=dict)
     g92: Place | None = None
     new_system: bool = False
-    ways: list[MotionMode] = field(default_factory=list)
+    moves: list[RequestedMove] = field(default_factory=list)
     pause: bool = False
     end: bool = False
 
@@ -64,7 +64,7 @@ class Work:
 class GcodeParser:
     """Modes, work offsets, and the position up to which lines have been parsed."""
 
-    def __init__(self, axes: str, unknown: frozenset[str] = frozenset()) -> None:
+    def __init__(self, axes: str, unknown: frozenset[str]) -> None:
         self.axes = axes
         self._unknown = unknown
         self.zero: Place = (0.0,) * len(axes)
@@ -107,8 +107,8 @@ class GcodeParser:
         self.modal = work.after
         self.stored.update(work.stores)
         self.g92 = self.g92 if work.g92 is None else work.g92
-        if work.ways:
-            self.position = work.ways[-1].target
+        if work.moves:
+            self.position = work.moves[-1].target
 
     def _outputs(self, block: Block, modes: Modal, work: Work) -> None:
         turned = modes.spindle != "M5" and modes.speed != self.modal.speed
@@ -141,21 +141,21 @@ class GcodeParser:
                 work.stores[name[:3]] = self.position
             case "G28" | "G30":
                 if words:
-                    work.ways.append(MotionMode(self._target(words, modes, shift), rapid=True))
-                start = work.ways[-1].target if work.ways else self.position
+                    work.moves.append(RequestedMove(self._target(words, modes, shift), rapid=True))
+                start = work.moves[-1].target if work.moves else self.position
                 kept = self.stored[name]
                 picked = {a: kept[i] for i, a in enumerate(self.axes) if a in (words or self.axes)}
-                work.ways.append(
-                    MotionMode(self._changed(start, picked, lambda _, v: v), rapid=True)
+                work.moves.append(
+                    RequestedMove(self._changed(start, picked, lambda _, v: v), rapid=True)
                 )
             case _ if words and block.motion_use:
                 target = self._target(words, modes, self.zero if name == "G53" else shift, name)
-                work.ways.append(self._way(target, modes))
+                work.moves.append(self._move_to(target, modes))
 
-    def _way(self, target: Place, modes: Modal) -> MotionMode:
+    def _move_to(self, target: Place, modes: Modal) -> RequestedMove:
         if modes.motion == "G0":
-            return MotionMode(target, rapid=True)
-        return MotionMode(target, modes.feed / MINUTE_S)
+            return RequestedMove(target, rapid=True)
+        return RequestedMove(target, modes.feed / MINUTE_S)
 
     def _target(
         self, words: dict[str, float], modes: Modal, shift: Place, name: str | None = None

@@ -2,8 +2,9 @@
 
 Which file decides what:
 
-    profiles   one axis speeding up, running and slowing down
-    planner    queued lines, and the speed at their corners
-    motors     steppers that turn together, their true speed, and where a limit switch closes
-    shafts     set-points in a closed loop, and the arm that follows them
+    profiles       one axis speeding up, running and slowing down
+    planner        queued lines, and the speed at their corners
+    accelstepper   steppers that turn independently, step by step
+    motors         steppers that turn together, their true speed, and where a limit switch closes
+    shafts         set-points in a closed loop, and the arm that follows them
 """

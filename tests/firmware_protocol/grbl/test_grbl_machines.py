@@ -70,7 +70,7 @@ def test_a_line_goes_out_only_where_the_ring_has_room_for_it():
         host.send(line)
     assert host.outstanding_lines == (line,)
     assert host.room_for(grbl.Line("X" * 61 + "1"))
-    host.ring_bytes = 129
+    host.dialect = replace(host.dialect, ring_bytes=129)
     assert host.room_for(line)
 
 

@@ -40,6 +40,7 @@ from armdrive.sim.grbl.board import HARD_LIMIT
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.status import State, Trust
 from armdrive.tasks import Alert, AlertKind
+from firmware_protocol.grbl import State as BoardMode
 from firmware_protocol.grbl.answers import Ok
 from kinematics import Joints
 
@@ -84,6 +85,42 @@ def test_a_board_that_starts_locked_is_in_standby_with_a_notice_until_it_is_home
     leave(arm)
     assert (arm.status.state, arm.status.notice) == (State.STANDBY, "")
     arm.move_motors(1, 0, 0, 0, 0, 0)
+
+
+def test_a_locked_board_whose_settings_differ_is_said_to_be_both_until_each_is_mended():
+    made = homing_config()
+    twin = simulate(made, firmware="mega5x")
+    twin.board.settings.values[1] = 25.0
+    arm = Arm(connect_simulated(made, twin=twin))
+    both = r"locked.*`reset\(\)`.*\[E206\] \$1 .* is 25"
+    for look_again in (lambda: None, arm.enable):
+        look_again()
+        assert re.search(both, arm.status.notice)
+        assert arm.status.notice_code == "E506"
+    arm.controller.fix_settings(["$1=255"])
+    assert "locked" in arm.status.notice
+    assert "E206" not in arm.status.notice
+    twin.board.settings.values[1] = 25.0
+    arm.enable()
+    run_blocking(arm.parts.runner.perform(compare_settings(arm.parts.context)))
+    arm.reset()
+    assert arm.status.notice_code == "E206"
+    assert "locked" not in arm.status.notice
+    with pytest.raises(SettingsDiffer):
+        arm.move_motors(1, 0, 0, 0, 0, 0)
+
+
+@pytest.mark.parametrize("code", [1, 2])
+def test_an_alarm_while_connecting_latches_no_error_but_is_said(code):
+    """After ALARM:2 the board vouches for its position, after ALARM:1 it does not."""
+    made = config()
+    twin = simulate(made, firmware="mega5x")
+    link = Disturbed(twin.link)
+    link.back.append(Rule(rb"\$0=", instead(b"ALARM:%d\r\n" % code)))
+    arm = Arm(connect_simulated(made, twin=replace(twin, link=link)))
+    assert (arm.status.state, arm.status.error) == (State.STANDBY, "")
+    assert f"the board is in alarm {code}" in arm.status.notice
+    assert arm.status.notice_code
 
 
 def test_a_board_that_was_asleep_when_its_link_came_back_is_unlocked_as_the_arm_is_enabled():
@@ -183,6 +220,25 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     assert arm.parts.core.differences == ()
     arm.move_j(base_deg=3)
     assert standing_as_said(arm)
+
+
+@pytest.mark.parametrize(("number", "what"), [(110, "highest rate"), (121, "acceleration")])
+def test_an_axis_that_its_settings_keep_from_ever_arriving_moves_nothing(number, what):
+    """grbl-Mega-5X and grblHAL accept the zero, and a motion of that axis never ends."""
+    made = homing_config()
+    twin = simulate(made, firmware="mega5x")
+    wanted, twin.board.settings.values[number] = twin.board.settings.values[number], 0.0
+    arm = Arm(connect_simulated(made, twin=twin))
+    arm.reset()  # it boots locked
+    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
+    motors = twin.world.motors
+    refusal = rf"the {what} of .*: a motion would never end\) is 0, expected .*`\${number}="
+    for move in (lambda: arm.move_j(base_deg=3), arm.home, lambda: arm.jog_j(base_deg=3)):
+        with pytest.raises(SettingsDiffer, match=refusal):
+            move()
+    assert twin.world.motors == motors
+    arm.controller.fix_settings([f"${number}={wanted}"])
+    arm.move_j(base_deg=3)
 
 
 @pytest.mark.parametrize("jog", ["hold", "nudge"])
@@ -368,6 +424,63 @@ def test_a_homing_command_that_was_changed_on_the_wire_references_nothing():
     with pytest.raises(DeviceFault, match=r"`.HY` at once, so it has not homed"):
         arm.home()
     assert arm.status.trust is not Trust.REFERENCED
+
+
+def homing_with_a_changed_line(firmware, letter, other):
+    arm = found(homing_config(), firmware=firmware)
+    line = Rule(b"[$]H" + letter, becoming(lambda line: line.replace(letter, other)))
+    arm.twin.link.to.append(line)
+    return arm
+
+
+@pytest.mark.parametrize(
+    ("firmware", "letter", "other"),
+    [(each, b"X", b"Y") for each in HOME_SINGLE_AXES] + [("fluidnc", b"Y", b"X")],
+)
+def test_a_homing_command_that_turns_another_motor_references_nothing(firmware, letter, other):
+    arm = homing_with_a_changed_line(firmware, letter, other)
+    with pytest.raises(DeviceFault, match="changed on the wire, because another motor has turned"):
+        arm.home()
+    assert not arm.twin.device.moving
+    assert arm.status.trust is not Trust.REFERENCED
+
+
+@pytest.mark.parametrize("firmware", ["mega5x", "grblhal"])
+@pytest.mark.parametrize("letter", [b"Y", b"Z"])
+def test_a_homing_command_that_homes_a_homed_motor_once_more_is_repeated(firmware, letter):
+    """These boards do not report while they home, and the count of that motor is as before."""
+    arm = homing_with_a_changed_line(firmware, letter, b"X")
+    arm.home()
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_homing_an_arm_that_stands_at_its_switches_leaves_it_there():
+    arm = found(homing_config(), firmware="mega5x")
+    arm.home()
+    motors = arm.twin.world.motors
+    arm.home()
+    assert arm.twin.world.motors == motors == arm.status.acknowledged
+
+
+@pytest.mark.parametrize("state", ["Sleep", "Check"])
+def test_a_board_that_executes_no_lines_does_not_home(state):
+    arm = found(homing_config(), firmware="mega5x")
+    arm.reset()  # it boots locked
+    arm.twin.board.state = BoardMode(state)
+    began_s = arm.status.time_s
+    with pytest.raises(DeviceFault, match=rf"the board's state is {state}; `reset\(\)` leaves it"):
+        arm.home()
+    assert arm.status.time_s - began_s < 1.0
+
+
+def test_a_board_that_reports_while_it_homes_is_lost_soon_once_it_is_silent():
+    arm = found(homing_config(), firmware="fluidnc")
+    arm.twin.link.back.append(Rule(rb".", lost, skip=50, times=math.inf))
+    began_s = arm.status.time_s
+    with pytest.raises(DeviceFault, match="not ended after"):
+        arm.home()
+    assert arm.status.time_s - began_s < 16.0
+    assert not arm.twin.device.moving
 
 
 @pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)

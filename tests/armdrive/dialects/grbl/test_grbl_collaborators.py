@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from armdrive.config.sections import HomingSettings
 from armdrive.dialects.controller import ScriptRunner, StopPart
 from armdrive.dialects.grbl.board import BoardState
-from armdrive.dialects.grbl.exchange import SPOILER, GrblExchange
+from armdrive.dialects.grbl.exchange import FLUSH_LINE, GrblExchange
 from armdrive.dialects.grbl.planner import (
     InFlightLines,
     Limits,
@@ -24,7 +24,7 @@ from armdrive.dialects.grbl.planner import (
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, feed
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.dialects.grbl.variants import BEHAVIOURS
-from armdrive.errors import Refused
+from armdrive.errors import ArmFileError, Refused
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, Registers, RequestRejected
 from firmware_protocol.grbl import (
@@ -98,7 +98,7 @@ def standing(piece):
     if piece == b"\x18":
         return [BANNER]
     if piece.endswith(b"\n"):
-        return ["error:1" if piece == SPOILER.encode() + b"\n" else "ok"]
+        return ["error:1" if piece == FLUSH_LINE.encode() + b"\n" else "ok"]
     return []
 
 
@@ -165,7 +165,7 @@ def test_a_build_tells_how_many_lines_and_bytes_are_taken(told, blocks, ring):
     parts = Parts()
     parts.hear_line(f"[OPT:{told}]")
     assert parts.board.blocks == blocks
-    assert parts.exchange.host.ring_bytes == ring
+    assert parts.exchange.host.dialect.ring_bytes == ring
 
 
 def test_axes_are_counted_in_a_report_until_contact_is_made():
@@ -416,6 +416,8 @@ def test_grblhal_needs_more_of_its_reports_homing_and_sleep():
         ({"s102": "250.000"}, "$102=1", True),
         ({"s110": "500.000"}, "$110=24987.072", False),
         ({"s124": "10.000"}, "$124=4164.512", False),
+        ({"s110": "0.000"}, "$110=24987.072", True),
+        ({"s124": "0.000"}, "$124=4164.512", True),
         ({"s11": "0.010"}, "$11=1", False),
         ({"s20": "1"}, "$20=0", False),
         ({"s22": "1"}, "$22=0", False),
@@ -455,6 +457,14 @@ def test_the_boards_real_speed_is_used():
     limits = told(s110="600.000", s121="50.000").limits()
     assert limits.rates[0] == pytest.approx(10.0)
     assert limits.accelerations[1] == 50.0
+    assert told(s11="0.000").limits().junction == 0.0
+
+
+def test_a_gripper_on_an_output_that_the_arm_file_does_not_name_is_refused():
+    """Otherwise it would be said to open and close, and nothing would be sent."""
+    made = config(gripper="output", device={"outputs": ("flood",), "gripper_output": 1})
+    with pytest.raises(ArmFileError, match=r"grbl.gripper_output is bit 1, but .* 1 output"):
+        BoardAxes.of(made)
 
 
 def test_axes_are_found_in_the_boards_own_order():

@@ -27,7 +27,7 @@ from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, Stopped
 from armdrive.registry import dialect
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice
-from armdrive.sim.mechanics.profiles import UncoordinatedRack
+from armdrive.sim.mechanics.accelstepper import UncoordinatedRack
 from armdrive.sim.robko01 import AVR, RobkoQuirks, SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import State, Trust

@@ -10,16 +10,10 @@ from amounts import every_row
 from grbl_bench import HOMING, MACHINE, SLOPE, Bench, config_of, homing_bench, stands_at, stream
 
 from armdrive.config.sections import HomingSettings
-from armdrive.sim.grbl.firmware import (
-    ALWAYS_ON_MS,
-    FIRMWARES,
-    HOMING_FEED,
-    IDLE_MS,
-    BoardSettings,
-)
+from armdrive.sim.grbl.firmware import FIRMWARES, BoardSettings
 from armdrive.sim.grbl.hardware import BoardOutputs, MotorCurrent, OutputFingers, OutputWiring
 from armdrive.sim.mechanics.motors import LimitSwitch, SwitchState
-from firmware_protocol.grbl import Line, State
+from firmware_protocol.grbl import Line, State, keys
 from kinematics import Joints
 
 RESET = "\x18"
@@ -432,7 +426,7 @@ def test_each_motion_of_homing_counts_from_zero_so_the_place_is_lost_when_it_fai
 
 def test_fluidnc_backs_off_as_slowly_as_it_approaches_and_calls_that_place_zero():
     """Observed; its configuration says where it stands then (`mpos_mm`)."""
-    values = {**HOMING, HOMING_FEED: 300}
+    values = {**HOMING, keys.HOMING_FEED: 300}
     fast, slow = (homing_bench(values, firmware=name) for name in ("mega5x", "fluidnc"))
     at_feed_s, at_seek_s = 1 / (300 / 60), 2 * math.sqrt(1 / SLOPE)  # for a pull-off of 1
     longer_s = home(slow, "$HX") - home(fast, "$HX")
@@ -689,15 +683,15 @@ def test_a_saved_board_that_resets_on_open_has_forgotten_its_place():
 
 def current_of(idle_ms):
     world = Bench().device.world
-    return world, MotorCurrent(world, BoardSettings(6, {IDLE_MS: idle_ms}))
+    return world, MotorCurrent(world, BoardSettings(6, {keys.IDLE_MS: idle_ms}))
 
 
 def test_the_current_is_off_at_first_unless_the_motors_stay_on():
     assert not current_of(25)[0].energised
-    assert current_of(ALWAYS_ON_MS)[0].energised
+    assert current_of(keys.ALWAYS_ON_MS)[0].energised
 
 
-@pytest.mark.parametrize(("idle_ms", "rest_s"), [(25, 7.025), (ALWAYS_ON_MS, math.inf)])
+@pytest.mark.parametrize(("idle_ms", "rest_s"), [(25, 7.025), (keys.ALWAYS_ON_MS, math.inf)])
 def test_at_rest_the_current_goes_off_after_the_idle_delay_unless_the_motors_stay_on(
     idle_ms, rest_s
 ):

@@ -8,9 +8,9 @@ from amounts import every_row
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from armdrive.sim.mechanics.accelstepper import UncoordinatedRack
 from armdrive.sim.mechanics.motors import MotorDrive, MotorRack
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
-from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.teachmover import rate_hz
 from armdrive.sim.world import World
 
