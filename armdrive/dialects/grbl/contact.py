@@ -111,7 +111,7 @@ class GrblContact:
         $1 is 255.
         """
         if not (yield from self.exchange.look(self.settings.answer_s)):
-            return True
+            return True  # it may read lines nevertheless
         end_s = self.io.now_s + LEFTOVER_MOTION_S
         while self.board.state in MOVING and self.io.now_s < end_s:
             yield from self.io.pause(self.io.now_s + self.settings.poll_s)

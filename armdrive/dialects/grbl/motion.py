@@ -113,7 +113,6 @@ class GrblMotion:
         The board must be ready for lines, and its position known.
         """
         self.changed_s = self.io.now_s
-        self.stops.brake_s = self.bounds.slowest_stop_s + self.bounds.ramp_s()
         while True:
             if self.io.stop_asked or self.request.released():
                 return (yield from self._halt())

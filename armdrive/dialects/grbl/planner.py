@@ -152,7 +152,11 @@ class SegmentBuffer:
 
     @property
     def longest_s(self) -> float:
-        """The longest motion that the buffer can hold: at the slowest rate."""
+        """The longest motion that the buffer can hold: at the slowest rate of any board.
+
+        FluidNC is never so slow. The rest covers that it obeys a stop late while homing waits at a
+        switch: it still begins the next motion.
+        """
         return self.segments * self._segment_s(SLOWEST_HZ)
 
     def longest_of_s(self, parts: Sequence[StopPart], piece_s: float) -> float:

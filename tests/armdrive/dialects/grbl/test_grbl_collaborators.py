@@ -60,7 +60,9 @@ class Parts(ScriptRunner):
         self.board = BoardState(host, self.settings, axes)
         self.exchange = GrblExchange(self.io, host, self.board, self.settings, 1e-4)
         self.outputs = GrblOutputs(self.exchange, self.settings, gripper)
-        self.stops = GrblStops(self.io, self.exchange, self.board, self.outputs, self.settings)
+        self.stops = GrblStops(
+            self.io, self.exchange, self.board, self.outputs, self.settings, lambda: 1.0
+        )
         self.sent = []
 
     def script(self, request):
