@@ -462,12 +462,12 @@ class InFlightLines:
         # the earliest line that explains the position is the one under way; all before it are done
         for index, line in enumerate(self._lines):
             share = line.share_at(position, self._tolerance)
-            if share is not None:
-                late = self._too_far_behind(position, index, share, planned)
-                self._drop(index)
-                self._share = share
-                self.ends_s = now_s + sum(each.nominal_s for each in self.rest())
-                return not late
+            if share is None or self._too_far_behind(position, index, share, planned):
+                continue  # on a way that turns back, a later line may pass the same position
+            self._drop(index)
+            self._share = share
+            self.ends_s = now_s + sum(each.nominal_s for each in self.rest())
+            return True
         return False
 
     def _too_far_behind(

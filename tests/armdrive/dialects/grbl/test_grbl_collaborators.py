@@ -367,6 +367,20 @@ def test_a_road_knows_where_on_it_a_position_is():
     assert not road.report(Motors((300, 40, 0, 0, 0, 0)), 0.0, idle=True)
 
 
+def test_a_position_on_the_way_back_is_not_taken_for_one_on_the_way_there():
+    """Both lines pass it, but the planner has computed both, and the first one long ago."""
+    road = InFlightLines(ZERO, LINE_LIMITS, 2.0, SegmentBuffer(5))
+    there, back = Motors((300, 0, 0, 0, 0, 0)), Motors((-300, 0, 0, 0, 0, 0))
+    for steps in (there, back):
+        road.send(steps, line_path(steps, 1.0, LINE_LIMITS), 0.0)
+        road.answered(0.0)
+    assert road.report(Motors((30, 0, 0, 0, 0, 0)), 0.1, idle=False, planned=2)
+    assert road.report(Motors((270, 0, 0, 0, 0, 0)), 0.9, idle=False, planned=2)
+    assert road.report(Motors((40, 0, 0, 0, 0, 0)), 1.9, idle=False, planned=0)
+    assert road.waiting == 1
+    assert not road.report(Motors((220, 0, 0, 0, 0, 0)), 1.9, idle=False, planned=0)
+
+
 def test_a_road_knows_when_its_motion_may_have_ended():
     road = InFlightLines(ZERO, LINE_LIMITS, 2.0, SegmentBuffer(9))
     assert not road.ends_by(1.0)  # nothing is under way
