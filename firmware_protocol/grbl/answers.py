@@ -363,7 +363,7 @@ def wholes(text: str, count: int) -> tuple[int, ...]:
 class ReportField:
     """A field of a report: the attributes that it fills, and how their values are read.
 
-    It is written only if as many of the attributes are known as `counts` says.
+    It is written only if the number of known attributes is in `counts`.
     """
 
     attributes: tuple[str, ...]
@@ -373,7 +373,7 @@ class ReportField:
     write: Callable[[Any], str] = written
 
     def text(self, report: StatusReport) -> str | None:
-        """Return what is written of a report; None where it is left out."""
+        """Return this field of a report as text; None if the report leaves it out."""
         if getattr(report, self.attributes[0]) is None:  # as most of them are, in most reports
             return None
         values = [getattr(report, name) for name in self.attributes]
@@ -381,7 +381,7 @@ class ReportField:
         return ",".join(map(self.write, known)) if len(known) in self.counts else None
 
     def values(self, text: str) -> dict[str, object]:
-        """Return what a text says of the attributes; raises `RemoteProtocolError`."""
+        """Read the attributes from a text; raises `RemoteProtocolError`."""
         found = self.read(text)
         if len(found) not in self.counts:
             raise RemoteProtocolError(f"'{text[:48]}' is not {self.called}")
@@ -428,7 +428,7 @@ def read_status(line: str) -> StatusReport:
         others += [] if field else [part]
     try:
         return StatusReport(state[1], others=tuple(others), **found)  # type: ignore[arg-type]
-    except LocalProtocolError as error:  # what does not fit was not our choice
+    except LocalProtocolError as error:  # the board chose the values
         raise RemoteProtocolError(f"status report: {error}") from None
 
 
@@ -443,7 +443,7 @@ Info: TypeAlias = (
     | StartupEcho
     | Bracketed
 )
-"""What is pushed, or follows a query, and changes nothing in the host's machine."""
+"""Messages that follow a query or come by themselves, and answer no line."""
 
 
 @message()
@@ -494,12 +494,12 @@ def decode_answer(line: bytes) -> Answer | WordedError | WordedAlarm:
                 return reader(text)
             except LocalProtocolError as error:  # the board chose the value
                 raise RemoteProtocolError(str(error)) from None
-    raise RemoteProtocolError("the line is nothing that this firmware family sends")
+    raise RemoteProtocolError("no firmware of this family sends such a line")
 
 
 def _ok(text: str) -> Ok:
     if text != "ok":
-        raise RemoteProtocolError("an ok has something behind it")
+        raise RemoteProtocolError("an ok is followed by more text")
     return Ok()
 
 
@@ -516,7 +516,7 @@ def _alarm(text: str) -> Alarm | WordedAlarm:
 
 
 def _words(rest: str) -> str:
-    """Admit words alone: damaged digits are no words."""
+    """Return a message in words; damaged digits are no words."""
     if not re.search("[A-Za-z]{2}", rest):
         raise RemoteProtocolError(f"'{rest[:16]}' is no code")
     return rest.strip()

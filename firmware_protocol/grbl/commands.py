@@ -188,7 +188,7 @@ _WRITES_EEPROM = re.compile(
 
 
 def writes_eeprom(text: str) -> bool:
-    """Return whether a line makes GRBL write EEPROM.
+    """Return whether GRBL writes EEPROM when it executes a line.
 
     During the write GRBL loses received bytes, so no other line may be sent.
     """

@@ -54,11 +54,10 @@ class Unusable:
 
 
 class LineReader:
-    """Lines out of bytes that hold no real-time commands, whatever the chunks they come in.
+    """Splits bytes without real-time commands into lines, in any chunks.
 
-    Of a line that is too long no more than `max_line` characters are held. At most `MAX_WAITING`
-    lines wait: in a flood the last of them is `Unusable`, and what comes after it is lost until
-    lines are fetched. A simulated ring can feed byte by byte and look for a line after each.
+    It keeps at most `max_line` characters of a line, and at most `MAX_WAITING` lines. If more
+    arrive, the last line is `Unusable`, and the others are lost until lines are fetched.
     """
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
@@ -173,9 +172,9 @@ Content: TypeAlias = Empty | SystemCommand | Block | Rejected
 
 
 def parse_line(text: str, dialect: Dialect) -> Content:
-    """Read a cleaned line. What depends on the machine's state (errors 8 and 9) is not looked at.
+    """Parse a cleaned line by its words alone.
 
-    The modes in force are not looked at either: `Modal.after` does.
+    The machine's state (errors 8 and 9) and the active modes (`Modal.after`) are not considered.
     """
     if len(text) > dialect.max_line:
         return Rejected(dialect.overlong, f"a line of more than {dialect.max_line} characters")
@@ -187,7 +186,7 @@ def parse_line(text: str, dialect: Dialect) -> Content:
         return _system(text, dialect) if text.startswith("$") else parse_block(text, dialect)
     except GcodeError as error:
         return Rejected(error.code, str(error))
-    except LocalProtocolError as error:  # a value that no message of ours can hold
+    except LocalProtocolError as error:  # a value that none of our messages can hold
         return Rejected(3, str(error))
 
 
@@ -262,11 +261,11 @@ Request: TypeAlias = RealtimeReceived | LineReceived
 
 
 class Device:
-    """The machine that a simulated board speaks with. Raises `LocalProtocolError` for its owner.
+    """The board's end. Raises `LocalProtocolError` for mistakes of its owner.
 
-    Real-time commands come out of the middle of a line at once, before that line, and after the
-    lines that had ended before them. In a flood that no reader fetches, lines are lost once 512
-    wait, with a report, and real-time commands without one: they are flags on a real board too.
+    A real-time command comes before the line that it interrupts, and after the lines that ended
+    before it. If nobody fetches events, further lines are lost with a report, and real-time
+    commands without one: on a real board they are flags.
     """
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
@@ -315,10 +314,10 @@ class Device:
         return LineReceived(entry, parse_line(entry, self._dialect))
 
     def send(self, answer: Answer) -> bytes:
-        """Return the bytes of an answer, or of anything that is pushed.
+        """Return the bytes of an answer or message.
 
-        `Ok` and `Error` each answer the oldest line; without one `LocalProtocolError` is raised.
-        A banner means that what was unanswered never will be.
+        `Ok` and `Error` answer the oldest line; without one, this raises `LocalProtocolError`. A
+        banner ends the wait of all earlier lines.
         """
         if isinstance(answer, Ok | Error):
             if self._unanswered == 0:

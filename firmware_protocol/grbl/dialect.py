@@ -1,10 +1,9 @@
-"""GRBL's numbers, axis letters and lines of text: how they are checked, written and read.
+"""How GRBL's numbers, axis letters and lines of text are checked, written and read.
 
-GRBL reads a number as an optional sign, digits and one point, no exponent. It keeps the first
-eight digits, leading zeros included, and holds the result as a float32: 24 bits, about 7.2 digits
-(gnea/grbl grbl/nuts_bolts.c, read_float). So a number is written here with as many decimals as
-eight digits leave room for, four at most; beyond 16,777,216 a float32 no longer holds every whole
-number, and such numbers are refused.
+GRBL reads a number as an optional sign, digits and one point, without an exponent. It keeps the
+first eight digits, including leading zeros, as a float32 of 24 bits, about 7.2 digits (gnea/grbl
+grbl/nuts_bolts.c, read_float). So a number is written here with at most eight digits, and at most
+four decimals. Numbers beyond 16,777,216 are refused: a float32 does not hold every one of them.
 """
 
 from __future__ import annotations
@@ -25,9 +24,9 @@ COORDINATE_DECIMALS = 3
 """Of coordinates in reports."""
 COORDINATE_MAX = 1e9
 DIGITS = 8
-"""The digits of a number that GRBL reads; it drops the others."""
+"""Digits that GRBL reads of a number; it drops the others."""
 NUMBER_MAX = float(1 << 24)
-"""Up to here a float32 holds every whole number."""
+"""A float32 holds every whole number up to this one."""
 
 _NUMBER = re.compile(r"[+-]?(?:([0-9]+)(?:\.([0-9]*))?|\.([0-9]+))")
 _REALTIME_IN_TEXT = "?!~"
@@ -42,7 +41,7 @@ def number(field: str, value: object, low: float = -NUMBER_MAX, high: float = NU
 
 
 def write_number(value: float) -> str:
-    """Return a number in fixed decimals, without zeros that mean nothing."""
+    """Return a number as text, without trailing zeros."""
     whole_digits = len(str(int(abs(value))))
     text = f"{value:.{max(0, min(DECIMALS, DIGITS - whole_digits))}f}"
     if "." in text:
@@ -51,9 +50,9 @@ def write_number(value: float) -> str:
 
 
 def take_number(text: str, start: int) -> tuple[float, int] | None:
-    """Read a number at `start` as GRBL does; return it and where it ends, or None.
+    """Read a number at `start` as GRBL does; return it and the index of its end, or None.
 
-    Digits after the eighth are dropped: zeros in their place before the point, nothing behind it.
+    Digits after the eighth are dropped. Before the point, zeros take their place.
     """
     found = _NUMBER.match(text, start)
     if found is None:
@@ -67,7 +66,7 @@ def take_number(text: str, start: int) -> tuple[float, int] | None:
 
 @message()
 class Template:
-    """The text of a message, as `$N{which}={line}`: its fields stand in braces.
+    """The text of a message, such as `${setting}={value}`, with its fields in braces.
 
     Numbers are written as GRBL reads them, coordinates as it reports them.
     """
@@ -95,7 +94,7 @@ def written(value: object) -> str:
 def line_text(field: str, value: object) -> str:
     """Return text that one line can carry to the device, or raise `BadField`.
 
-    `?`, `!` and `~` are refused: the device picks them out of any line as real-time commands.
+    `?`, `!` and `~` are refused, because the device takes them out of any line.
     """
     text = printable(field, value)
     if any(sign in text for sign in _REALTIME_IN_TEXT):
@@ -111,7 +110,7 @@ def printable(field: str, value: object) -> str:
 
 
 def within(forbidden: str) -> Rule:
-    """Return the rule of printable text without the signs that would end it early."""
+    """Return the rule of printable text without the characters that would end it early."""
 
     def rule(field: str, value: object) -> str:
         text = printable(field, value)
@@ -149,12 +148,12 @@ class Variant(StrEnum):
 
 @message()
 class Dialect:
-    """A firmware as its build made it.
+    """What one build of a firmware understands.
 
-    `max_line` counts characters without the line end. `ring_bytes` is the receive ring as `$I`
-    gives it, or None where it is unknown: then one line at a time. `outputs` admits M62 to M68.
-    `crlf_answers_twice`: CR and LF each end a line, and an empty line gets its ok. Observed on GRBL
-    and FluidNC, but not on grblHAL.
+    `max_line` counts characters without the line end. `ring_bytes` is the size of the receive ring
+    by `$I`; None if it is unknown, which allows one line at a time. With `outputs`, M62 to M68 are
+    allowed. `crlf_answers_twice`: CR and LF each end a line, and an empty line gets its ok.
+    Observed on GRBL and FluidNC, but not on grblHAL.
     """
 
     variant: Variant = Variant.GRBL

@@ -1,4 +1,4 @@
-"""The g-code words of the GRBL family: which there are, and what excludes what.
+"""The g-code words of the GRBL family, and which of them exclude each other.
 
 Source: gnea/grbl grbl/gcode.c, step 2; the M62 to M68 of grbl-Mega-5X and grblHAL.
 """
@@ -18,7 +18,7 @@ from firmware_protocol.grbl.dialect import Dialect, take_number, write_number
 
 
 class Group(Enum):
-    """Modal groups: of each a block may have one word."""
+    """Modal groups. A block may have one word of each."""
 
     NON_MODAL = auto()
     MOTION = auto()
@@ -38,7 +38,7 @@ class Group(Enum):
 
 
 class AxisUse(Enum):
-    """What wants the axis words of a block."""
+    """What the axis words of a block are for."""
 
     MOTION = auto()
     NON_MODAL = auto()
@@ -47,7 +47,7 @@ class AxisUse(Enum):
 
 @message()
 class Word:
-    """A command word, the group it is of, and whether it claims the axis words."""
+    """A command word, its group, and what it needs axis words for, if it does."""
 
     name: str
     group: Group
@@ -83,9 +83,9 @@ COMMANDS: dict[str, Word] = {
 """Every command word by its name."""
 
 WHOLE_COMMANDS = frozenset(name.partition(".")[0] for name in COMMANDS)
-"""Commands whose whole part is known: behind them a wrong decimal is error 20 or 23."""
+"""The whole parts of the commands: after them, a wrong decimal is error 20 or 23."""
 BAD_DECIMALS_UNSUPPORTED = frozenset({"G28", "G30", "G38", "G43", "G61", "G90", "G91", "G92"})
-"""Where decimals that do not exist are answered with error 20, elsewhere with error 23."""
+"""After these, decimals that do not exist are error 20, after others error 23."""
 VALUE_LETTERS = frozenset("FIJKLNPRST")
 OUTPUT_LETTERS = frozenset("EQ")
 NOT_NEGATIVE = frozenset("FNPTS")
@@ -94,10 +94,10 @@ LINE_NUMBER_MAX = 10_000_000
 TOOL_MAX = 255
 
 
-# One line of g-code read into a block, as GRBL's parser does in its step 2.
+# One line of g-code as a block, like step 2 of GRBL's parser.
 #
-# What is wrong with the words alone is found here; what depends on the modes in force is found by
-# `Modal`. A block that is refused carries the number that GRBL answers with.
+# Errors of the words alone are found here, errors that depend on the active modes by `Modal`. A
+# refusal has the number of GRBL's answer.
 
 
 class GcodeError(RemoteProtocolError):
@@ -113,8 +113,8 @@ class GcodeError(RemoteProtocolError):
 class Block:
     """The words of one line: commands by group, axis words, and the other values by letter.
 
-    Numbers are as they were written, in whatever unit is in force. `axis_use` is what an explicit
-    command wants the axis words for. `jog` marks what stood behind `$J=`.
+    Numbers are as written, in the active unit. `axis_use` is what an explicit command needs the
+    axis words for. `jog` means that the words followed `$J=`.
     """
 
     commands: Mapping[Group, str] = field(default_factory=dict, hash=False)
@@ -129,7 +129,7 @@ class Block:
 
     @property
     def motion_use(self) -> bool:
-        """Tell whether axis words, where there are any, are the target of a motion."""
+        """Whether the block's axis words are the target of a motion."""
         return self.axis_use is AxisUse.MOTION or (self.axis_use is None and bool(self.axes))
 
 
@@ -192,7 +192,7 @@ def _store(
     axes: dict[str, float],
     values: dict[str, float],
 ) -> None:
-    """Keep a value word, once."""
+    """Add a value word to the axes or the other values."""
     into = axes if letter in dialect.axes else values
     known = VALUE_LETTERS | OUTPUT_LETTERS if dialect.outputs else VALUE_LETTERS
     if into is values and letter not in known:
@@ -206,10 +206,10 @@ def _store(
     into[letter] = value
 
 
-# The modes in force, and what a block does to them, as GRBL's parser checks in its step 3.
+# The active modes and how a block changes them, like step 3 of GRBL's parser.
 #
-# Not checked here, for it needs positions: whether an arc is possible (errors 33 and 34), whether
-# a probe's target is where it stands (33), and whether a target lies outside the travel.
+# Checks that need positions are left out: impossible arcs (errors 33 and 34), a probe that stands
+# at its target (33), and targets outside the travel.
 
 MM_PER_INCH = 25.4
 _PLANES = {"G17": ("XY", "IJ"), "G18": ("ZX", "KI"), "G19": ("YZ", "JK")}
@@ -232,7 +232,7 @@ _COORDINATE_SYSTEMS = 6
 
 @message()
 class Modal:
-    """GRBL's parser state at a start. `feed` is in millimetres a minute, 0 where none is set."""
+    """GRBL's parser state, at first as after a start. `feed` is in mm/min, 0 if none is set."""
 
     motion: str = "G0"
     coordinates: str = "G54"
@@ -254,10 +254,7 @@ class Modal:
         return ParserState((*modes, self.feed_mode, self.spindle, self.coolant, *numbers))
 
     def during(self, block: Block) -> Modal:
-        """Return the modes that hold while a block is executed; raises `GcodeError`.
-
-        Of a jog too, which changes nothing once it is over: keep the modes from before it.
-        """
+        """Return the modes while a block is executed; raises `GcodeError`."""
         words = {_FIELDS[group]: name for group, name in block.commands.items() if group in _FIELDS}
         modes = replace(self, **words)  # type: ignore[arg-type]
         if block.jog:
@@ -276,7 +273,7 @@ class Modal:
         return modes
 
     def after(self, block: Block) -> Modal:
-        """Return the modes that hold when a block is over; raises `GcodeError`."""
+        """Return the modes after a block, which a jog leaves unchanged; raises `GcodeError`."""
         modes = self.during(block)
         if block.jog:
             return self
@@ -287,7 +284,7 @@ class Modal:
         return modes
 
     def _feed(self, block: Block, modes: Modal) -> float:
-        """Find the feed that holds; in inverse time (G93) a motion names its own."""
+        """Return the feed of a block; in inverse time (G93) each motion needs its own."""
         given = block.values.get("F")
         if block.jog and given is None:
             raise GcodeError(22)
@@ -301,7 +298,7 @@ class Modal:
 
     @property
     def unit_mm(self) -> float:
-        """How many millimetres one unit of length is."""
+        """The length of one unit in mm."""
         return MM_PER_INCH if self.units == "G20" else 1.0
 
 
@@ -352,19 +349,19 @@ def _check_motion(block: Block, modes: Modal) -> None:
 
 
 def _check_leftovers(block: Block, modes: Modal) -> None:
-    """Refuse value words that nothing uses; axis words always have a use, or were refused."""
+    """Refuse unused value words; axis words are used, or were refused before."""
     names = list(block.commands.values())
     if block.motion_use:
         names.append(modes.motion)
     used = set().union(*(_USED.get(name, "") for name in names))
-    if "R" in block.values:  # a radius leaves the offsets without a use
+    if "R" in block.values:  # with a radius, the offsets are unused
         used -= set("IJK")
     if block.values.keys() - used - _ALWAYS_USED[block.jog]:
         raise GcodeError(36)
 
 
 def _check_jog(block: Block) -> None:
-    """Admit distance, units and G53 in a jog.
+    """Refuse all commands in a jog except distance, units and G53.
 
     A jog without an axis word is accepted and moves nothing: observed on grbl-Mega-5X, grblHAL and
     FluidNC, although doc/markdown/jogging.md says that it is refused.

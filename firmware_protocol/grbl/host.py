@@ -84,10 +84,10 @@ class Restarted:
 
 @message()
 class StatusReported:
-    """A status report, with both positions where they are known.
+    """A status report with both positions.
 
-    The one that the report lacks is computed with the last work offset that was reported since
-    the board's start; it is None where none was.
+    The position that the report lacks is computed with the latest work offset since the board's
+    start; it is None if no offset has been reported.
     """
 
     report: StatusReport
@@ -100,9 +100,9 @@ Event: TypeAlias = (
 )
 
 
-# Machine position and work position out of reports that give one of them.
+# Machine position and work position from reports that give only one of them.
 #
-# WPos = MPos - WCO, and the offset (WCO) is reported now and then: at once when it has changed.
+# WPos = MPos - WCO. The offset (WCO) is reported now and then, and at once after a change.
 
 Coordinates: TypeAlias = tuple[float, ...]
 _DECIMALS = 6
@@ -116,10 +116,10 @@ class Positions:
         self._offset: Coordinates | None = None
 
     def of(self, report: StatusReport, axes: int) -> tuple[Coordinates | None, Coordinates | None]:
-        """Return machine position and work position, None where it cannot be known.
+        """Return machine position and work position; None for one that cannot be computed.
 
-        Raises `RemoteProtocolError` where the report has another number of axes: a damaged line,
-        or a board that was built otherwise than its owner believes.
+        Raises `RemoteProtocolError` if the report has another number of axes: the line is damaged,
+        or the board has other axes than assumed.
         """
         for values in (report.machine_position, report.work_position, report.work_offset):
             if values is not None and len(values) != axes:
@@ -142,7 +142,7 @@ class Positions:
 
 
 LINE_BYTES_MAX = 512
-"""Longer lines from the board are dropped and reported."""
+"""Longer lines are dropped and reported."""
 _LINE_ENDS = b"\r\n"
 _IN_WORDS = "the firmware answered in words"
 
@@ -162,10 +162,10 @@ class _Sent:
 
 
 class Host(LineHost[Event]):
-    """The machine that speaks to a board. Raises `LocalProtocolError` for its owner's mistakes.
+    """The host's end. Raises `LocalProtocolError` for mistakes of its owner.
 
-    At most 256 lines of up to 512 bytes wait to be fetched; what comes after them is lost, and an
-    `Unreadable` says so. Unanswered lines are bounded by the ring, or by one.
+    At most 256 lines of up to 512 bytes wait to be fetched. Further lines are lost, which an
+    `Unreadable` reports. As many lines may be unanswered as the ring holds, or one.
     """
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
@@ -183,7 +183,7 @@ class Host(LineHost[Event]):
 
     @property
     def outstanding_bytes(self) -> int:
-        """How many bytes of the board's ring they may fill, line ends included."""
+        """Bytes of the board's ring that the unanswered lines may fill, with their line ends."""
         return self._bytes
 
     def room_for(self, command: Command) -> bool:
@@ -193,10 +193,9 @@ class Host(LineHost[Event]):
     def send(self, command: Command) -> bytes:
         """Return the bytes of a line.
 
-        Raises `LocalProtocolError` where it does not fit the dialect, where it could overfill the
-        ring (a full ring drops bytes silently), where EEPROM is or would be written beside
-        another line, and between a soft reset and its banner. Answers that were received before
-        this call are never taken for this line's.
+        Raises `LocalProtocolError` if the line does not fit the dialect, if it could overfill the
+        ring (a full ring drops bytes silently), if it or an unanswered line writes EEPROM, and
+        between a soft reset and its banner. Answers received before this call do not count.
         """
         check_command(command, self.dialect)
         text = command.text
@@ -224,8 +223,8 @@ class Host(LineHost[Event]):
     def forget_outstanding(self) -> tuple[Command, ...]:
         """Forget the unanswered lines, and an awaited banner, and return the lines.
 
-        Meant for after a timeout. A late answer is `Stray` until the next `send`, and is
-        then taken for the new line's: reset the board, or be sure that it is silent.
+        For use after a timeout. A late answer is `Stray` until the next `send`, and counts as the
+        answer to that line afterwards: reset the board, or be sure that it is silent.
         """
         lost = self.outstanding_lines
         self._outstanding.clear()

@@ -28,7 +28,7 @@ from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.text import counted
 
 TRIES = 3
-"""Attempts to read the build information, to set the modes, and to confirm a surprising report."""
+"""Attempts to read the build information, to set the modes, and to clear an alarm."""
 CONFIRMING_REPORTS = 2
 """Reports that must show an output to be off; a report has no checksum, so one may be wrong."""
 RESET_ALARMS = (1, 2, 8, 9, 15)
@@ -111,7 +111,7 @@ class GrblContact:
         $1 is 255.
         """
         if not (yield from self.exchange.look(self.settings.answer_s)):
-            return True
+            return True  # it may read lines nevertheless
         end_s = self.io.now_s + LEFTOVER_MOTION_S
         while self.board.state in MOVING and self.io.now_s < end_s:
             yield from self.io.pause(self.io.now_s + self.settings.poll_s)
@@ -179,19 +179,11 @@ class GrblContact:
         return (yield from self.exchange.soft_reset())
 
     def prepare(self) -> Script[HostEvent, RequestRejected | None]:
-        """Make the board ready for a motion; return the reason if that fails, or None.
-
-        A report has no checksum, so a surprising one counts only when it is repeated.
-        """
+        """Make the board ready for a motion; return the reason if that fails, or None."""
         board = self.board
-        seen: object = State.IDLE, board.position
-        for _ in range(TRIES):
-            if not (yield from self.exchange.look_position(self.settings.answer_s)):
-                words = board.alarm_words() if board.alarm else "the board reports no position"
-                return RequestRejected(words, moved=False)
-            if seen == (board.state, board.position):
-                break
-            seen = board.state, board.position
+        if not (yield from self.exchange.confirm_position(self.settings.answer_s)):
+            words = board.alarm_words() if board.alarm else "the board reports no position"
+            return RequestRejected(words, moved=False)
         if board.state is State.ALARM:
             return RequestRejected(board.locked_words(), moved=False)
         if board.state is not State.IDLE:

@@ -32,6 +32,8 @@ REPORT_TIMEOUT_S = 0.25
 """A report that takes longer counts as lost."""
 BANNER_TIMEOUT_S = 1.5
 """Timeout for the banner after a reset; a board that stops its motors waits 0.26 s first."""
+CONFIRMATIONS = 3
+"""Attempts to get two reports in a row that agree."""
 RESETS = 3
 RESET_POLL_S = 0.02
 """Interval of queries after a reset in motion. A restarting board is mute, so an answer means that
@@ -162,6 +164,21 @@ class GrblExchange:
             if self.board.located:
                 return True
         return False
+
+    def confirm_position(self, patience_s: float) -> Script[HostEvent, bool]:
+        """Query until a report repeats the state and the position that were known before it.
+
+        A report has no checksum, so a surprising one counts only when it is repeated. Return False
+        if the position remains unknown.
+        """
+        board = self.board
+        for _ in range(CONFIRMATIONS):
+            known = board.state, board.position
+            if not (yield from self.look_position(patience_s)):
+                return False
+            if known == (board.state, board.position):
+                break
+        return True
 
     def read_position(self) -> Script[HostEvent, Reply]:
         """Read the motor positions. Moves nothing."""

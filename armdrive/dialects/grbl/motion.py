@@ -113,7 +113,6 @@ class GrblMotion:
         The board must be ready for lines, and its position known.
         """
         self.changed_s = self.io.now_s
-        self.stops.brake_s = self.bounds.slowest_stop_s + self.bounds.ramp_s()
         while True:
             if self.io.stop_asked or self.request.released():
                 return (yield from self._halt())
@@ -313,19 +312,34 @@ class GrblMotion:
 
 
 class HomingWatch:
-    """Which motors have turned since a homing command was sent, as their counts show."""
+    """Which motors have turned since a homing command was sent.
+
+    A count must differ from that at the start in two reports in a row: a single one, which has no
+    checksum, may be damaged.
+    """
 
     def __init__(self, motor: int, start: Motors) -> None:
-        self.own = self.others = False
-        """Whether the motor to be homed has turned, and whether any other one has."""
         self._motor = motor
         self._start = start
+        self._latest: set[int] = set()
+        self._turned: set[int] = set()
+
+    @property
+    def own(self) -> bool:
+        """Whether the motor to be homed has turned."""
+        return self._motor in self._turned
+
+    @property
+    def others(self) -> bool:
+        """Whether any other motor has turned."""
+        return bool(self._turned - {self._motor})
 
     def see(self, position: Motors) -> None:
-        """Compare a position with the one at the start."""
-        for motor, steps in enumerate(position - self._start):
-            self.own |= steps != 0 and motor == self._motor
-            self.others |= steps != 0 and motor != self._motor
+        """Compare a reported position with the one at the start."""
+        steps = enumerate(position - self._start)
+        differing = {motor for motor, count in steps if count}
+        self._turned |= differing & self._latest
+        self._latest = differing
 
 
 @dataclass(slots=True, eq=False)
@@ -344,7 +358,7 @@ class GrblHoming:
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[HostEvent, Reply]:
         """Make the board home one motor after the other, in the order of `commands`."""
         began_s = self.io.now_s
-        if not (yield from self.exchange.look_position(self.settings.answer_s)):
+        if not (yield from self.exchange.confirm_position(self.settings.answer_s)):
             return self.io.silence(began_s)
         if self.board.state not in (State.IDLE, State.ALARM):
             return RequestRejected(self.board.busy_words(), moved=False)
@@ -367,6 +381,9 @@ class GrblHoming:
         """
         motor = self.letters.index(command.axes)
         for _ in range(2):
+            began_s = self.io.now_s
+            if not (yield from self.exchange.confirm_position(self.settings.answer_s)):
+                return self.io.silence(began_s)
             watch = HomingWatch(motor, self.board.registers().positions)
             failed = yield from self._search(command, watch)
             if watch.others:
@@ -394,9 +411,10 @@ class GrblHoming:
                 f"the board answered `{command.text}` at once, so it has not homed: the line "
                 "was changed on the wire"
             )
-        if not (yield from self.exchange.look_position(self.settings.answer_s)):
-            return self.io.silence(began_s)
-        watch.see(self.board.registers().positions)
+        for _ in range(2):
+            if not (yield from self.exchange.look_position(self.settings.answer_s)):
+                return self.io.silence(began_s)
+            watch.see(self.board.registers().positions)
         return None
 
     def commands(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:

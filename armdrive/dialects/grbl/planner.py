@@ -152,7 +152,11 @@ class SegmentBuffer:
 
     @property
     def longest_s(self) -> float:
-        """The longest motion that the buffer can hold: at the slowest rate."""
+        """The longest motion that the buffer can hold: at the slowest rate of any board.
+
+        FluidNC is never so slow. The rest covers that it obeys a stop late while homing waits at a
+        switch: it still begins the next motion.
+        """
         return self.segments * self._segment_s(SLOWEST_HZ)
 
     def longest_of_s(self, parts: Sequence[StopPart], piece_s: float) -> float:
@@ -458,12 +462,12 @@ class InFlightLines:
         # the earliest line that explains the position is the one under way; all before it are done
         for index, line in enumerate(self._lines):
             share = line.share_at(position, self._tolerance)
-            if share is not None:
-                late = self._too_far_behind(position, index, share, planned)
-                self._drop(index)
-                self._share = share
-                self.ends_s = now_s + sum(each.nominal_s for each in self.rest())
-                return not late
+            if share is None or self._too_far_behind(position, index, share, planned):
+                continue  # on a way that turns back, a later line may pass the same position
+            self._drop(index)
+            self._share = share
+            self.ends_s = now_s + sum(each.nominal_s for each in self.rest())
+            return True
         return False
 
     def _too_far_behind(

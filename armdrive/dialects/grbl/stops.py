@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.dialects.exchange import Script, ScriptIO
@@ -142,17 +143,14 @@ OK_TIMEOUT_S = 0.3
 
 @dataclass(slots=True, eq=False)
 class GrblStops:
-    """Stops the board.
-
-    `brake_s` is the longest time that the present motion takes to stop.
-    """
+    """Stops the board. `brakes_s` bounds how long a motion takes to stop after a feed hold."""
 
     io: ScriptIO[HostEvent]
     exchange: GrblExchange
     board: BoardState
     outputs: GrblOutputs
     settings: GrblSettings
-    brake_s: float = 1.0
+    brakes_s: Callable[[], float]
     _cancel_again_s: float = -math.inf
 
     def _watch(self, step_s: float) -> Script[HostEvent, StatusReported | None]:
@@ -174,7 +172,7 @@ class GrblStops:
         other way in the meantime, so the reset counts as one in motion. A mute board is left in its
         hold, because no report shows whether a reset would interrupt a motion.
         """
-        end_s = self.io.now_s + self.brake_s + self.settings.answer_s
+        end_s = self.io.now_s + self.brakes_s() + self.settings.answer_s
         idle, stood = 0, False
         while self._may_wait(end_s):
             if self.board.state not in HELD:  # the first one may be lost; a second is harmless
@@ -239,7 +237,7 @@ class GrblStops:
         that it must refuse proves that it reads lines and that its receive buffer holds no motion.
         """
         yield from self._await_answers(lines)
-        end_s = self.io.now_s + self.brake_s + self.settings.answer_s
+        end_s = self.io.now_s + self.brakes_s() + self.settings.answer_s
         self._cancel_again_s = hold_s = self.io.now_s + RESEND_S
         self.exchange.send_realtime(Realtime.JOG_CANCEL)
         while self._may_wait(end_s):

@@ -1,7 +1,7 @@
 """The boards of the GRBL family as data: a row for each firmware, and its settings.
 
-No other code of the simulator asks which firmware a board has, but only what this one does.
-Unknown figures are guessed on the harsher side. Times are in seconds. Those of the 8-bit boards
+All other code of the simulator asks for a property, and never for the name of a firmware.
+Unknown figures are guesses on the harsher side. Times are in seconds. Those of the 8-bit boards
 were measured on the real firmware in a processor simulator. "Observed" without more means there;
 where another board was observed, the docstring says so: FluidNC 4.0.5 and grblHAL's Simulator ran
 as programs.
@@ -98,8 +98,8 @@ class Firmware:
     name: str
     banner: Banner
     info: tuple[str, ...]
-    """What `$I` tells of a build with these `{axes}`, which are so `{many}`. Observed: VNMGH and a
-    number of flags on the Mega, V on the 328p; FluidNC does not mention its ring.
+    """The answer to `$I`, with the letters of the `{axes}` and their number, `{many}`. Observed:
+    VNMGH on the Mega, V on the 328p; FluidNC does not report its ring.
     """
 
     # capacities, and what it reads
@@ -113,13 +113,13 @@ class Firmware:
     ring_bytes: int = 128
     """How many bytes the receive ring holds. grblHAL's holds one less than `$I` says."""
     reported_free_bytes: int | None = None
-    """How many free bytes every report gives, if that is no measurement. Observed on FluidNC."""
+    """The free bytes in every report, if they are a constant. Observed on FluidNC."""
     stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
     and 0.24 s (328p) at 31 steps/s, 0.27 s and 0.15 s at 50; 40 steps at 5, 10, 20 and 30 steps/s
     in 1.278 s each. Observed on grblHAL, from a hold to the last step: 0.43 to 0.46 s at 31
-    steps/s, 0.27 s at 50, 0.19 s at 100; 5, 10 and 20 steps/s are what they say. Observed on
+    steps/s, 0.27 s at 50, 0.19 s at 100; it really turns at 5, 10 and 20 steps/s. Observed on
     FluidNC with the 20 MHz of an ESP32: 0.45 s at 39 steps/s, 0.33 s at 50, 0.23 s at 100; 40 steps
     at 5 to 30 steps/s in 1.022 s each.
     """
@@ -230,7 +230,8 @@ class Firmware:
     the Mega with five and six axes.
     """
     homing_masks: range = range(0)
-    """The settings that say so instead. Observed on grblHAL: at the factory Z, then X and Y.
+    """The settings that hold these cycles instead. Observed on grblHAL: at the factory Z, then X
+    and Y.
     """
     locks_until_homed: bool = False
     """Whether, with homing, the board stays locked until each axis has been homed. Observed on
@@ -275,7 +276,7 @@ class Firmware:
     empty_accessories: bool = False
     """Whether the first report after a change says `A:` if all are off. Observed on grblHAL."""
     keeps_speed: bool = False
-    """Whether reports tell the last speed of a spindle that stands (M5). Observed on FluidNC."""
+    """Whether reports give the last speed of a stopped spindle (M5). Observed on FluidNC."""
     mute_in_critical: bool = True
     """Whether `?` is unanswered after a limit alarm until the reset. Observed: not on the Mega, in
     the version of 4 January 2021 and later.
@@ -285,8 +286,8 @@ class Firmware:
     report as homing begins. Bit 12 of its $10 enables more; neither is built in here.
     """
     verbose: bool = False
-    """Whether messages say how important they are, refusals and alarms come with words, and homing
-    names its axes. Observed on FluidNC; the words are not its own.
+    """Whether messages have a severity, refusals and alarms have words, and homing names its
+    axes. Observed on FluidNC; the words are not its own.
     """
     program_end: str = "Pgm End"
     """The message after M2 and M30."""

@@ -454,6 +454,19 @@ def test_a_homing_command_that_homes_a_homed_motor_once_more_is_repeated(firmwar
     assert arm.twin.world.motors == arm.status.acknowledged
 
 
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
+def test_a_damaged_report_is_no_motor_that_turns_while_another_one_homes(firmware):
+    arm = found(homing_config(), firmware=firmware)
+    arm.reset()
+    report = rb"(<(?:Idle|Home|Alarm)\|MPos:[^,]+,[^,]+,[^,]+,[^,]+,)[^,]+"
+    damage = becoming(lambda line: re.sub(report, rb"\g<1>7.000", line))
+    rules = [Rule(report, damage, skip=skip) for skip in (0, 3, 9, 17, 30)]
+    arm.twin.link.back += rules
+    arm.home()
+    assert arm.twin.world.motors == arm.status.acknowledged
+    assert not rules[0].times
+
+
 def test_homing_an_arm_that_stands_at_its_switches_leaves_it_there():
     arm = found(homing_config(), firmware="mega5x")
     arm.home()

@@ -60,7 +60,9 @@ class Parts(ScriptRunner):
         self.board = BoardState(host, self.settings, axes)
         self.exchange = GrblExchange(self.io, host, self.board, self.settings, 1e-4)
         self.outputs = GrblOutputs(self.exchange, self.settings, gripper)
-        self.stops = GrblStops(self.io, self.exchange, self.board, self.outputs, self.settings)
+        self.stops = GrblStops(
+            self.io, self.exchange, self.board, self.outputs, self.settings, lambda: 1.0
+        )
         self.sent = []
 
     def script(self, request):
@@ -363,6 +365,20 @@ def test_a_road_knows_where_on_it_a_position_is():
     assert road.report(Motors((300, 30, 0, 0, 0, 0)), 0.0, idle=True)
     assert road.empty
     assert not road.report(Motors((300, 40, 0, 0, 0, 0)), 0.0, idle=True)
+
+
+def test_a_position_on_the_way_back_is_not_taken_for_one_on_the_way_there():
+    """Both lines pass it, but the planner has computed both, and the first one long ago."""
+    road = InFlightLines(ZERO, LINE_LIMITS, 2.0, SegmentBuffer(5))
+    there, back = Motors((300, 0, 0, 0, 0, 0)), Motors((-300, 0, 0, 0, 0, 0))
+    for steps in (there, back):
+        road.send(steps, line_path(steps, 1.0, LINE_LIMITS), 0.0)
+        road.answered(0.0)
+    assert road.report(Motors((30, 0, 0, 0, 0, 0)), 0.1, idle=False, planned=2)
+    assert road.report(Motors((270, 0, 0, 0, 0, 0)), 0.9, idle=False, planned=2)
+    assert road.report(Motors((40, 0, 0, 0, 0, 0)), 1.9, idle=False, planned=0)
+    assert road.waiting == 1
+    assert not road.report(Motors((220, 0, 0, 0, 0, 0)), 1.9, idle=False, planned=0)
 
 
 def test_a_road_knows_when_its_motion_may_have_ended():
