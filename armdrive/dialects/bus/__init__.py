@@ -40,7 +40,8 @@ trouble is asked why if it replies, all hold where they stand, and the position 
   mute        missed four polls while another drive replied                  observer
               MKS, braking: missed eight                                     mks.stops
               CiA 402: missed 20 SYNCs, or does not tell its state           cia402.leading
-              CiA 402, at rest: missed 3.5 heartbeats and four questions     cia402.exchange
+              CiA 402, at rest: missed 3.5 heartbeats and four questions,    cia402.exchange
+              or did not answer a request
   silent      all drives missed ten polls                                    observer
   late        five outages, and no reading in time since the first           observer
               CiA 402: five, and no SYNC was answered in time                cia402.leading

@@ -372,8 +372,11 @@ class DriveGroup:
             self.on = False
 
     def lose(self, drive: Cia402Drive) -> None:
-        """Report, once, that a drive which held its motor does not answer, although others do."""
-        if self.on and not drive.reported:
+        """Report, once, that a drive which held its motor does not answer, although others do.
+
+        One that has left the bus's operation answers no SYNC, but it holds.
+        """
+        if self.on and drive.operates and not drive.reported:
             words = f"{drive} no longer answers: it has lost its power, or its cable"
             self.alarm(drive, Alert(AlertKind.SWITCHED_OFF, words))
 

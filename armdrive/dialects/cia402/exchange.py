@@ -181,8 +181,9 @@ class Cia402Exchange(ScriptIO[HostEvent]):
     ) -> Timeout | RequestRejected:
         """Return the reply that names missing drives; the next request makes contact again.
 
-        A missing drive may have restarted unnoticed, and then has to be set up again. If something
-        had `moved`, the drives fell silent in the middle of it.
+        A missing drive may have restarted unnoticed, and then has to be set up again. It may have
+        dropped its motor, which is reported unless all are silent. If something had `moved`, the
+        drives fell silent in the middle of it.
         """
         self.group.contacted = False
         if len(drives) < len(self.drives):

@@ -252,14 +252,11 @@ class MotionRun:
         Such a drive would take its next target as an order to continue, and jump to where the
         others, or the targets, are by now.
         """
-        now_s, drives = self.io.now_s, self.io.drives
-        settings = self.io.settings
-        most_s = (settings.heartbeat_timeout_ms - settings.heartbeat_period_ms / 2.0) / 1000.0
-        if now_s - self.io.beats.sent_s >= most_s:
-            return True
-        since_s = now_s - most_s + self.io.beats.period_s  # the last heartbeat may be that old
-        return all(drive.missed > SILENT_CYCLES for drive in drives) or any(
-            drive.shaft.read_s <= since_s for drive in drives
+        now_s, drives, settings = self.io.now_s, self.io.drives, self.io.settings
+        return (
+            now_s - self.io.beats.sent_s >= settings.heartbeat_wait_s
+            or all(drive.missed > SILENT_CYCLES for drive in drives)
+            or any(now_s - drive.shaft.read_s >= settings.report_age_s for drive in drives)
         )
 
     # -- actions ------------------------------------------------------------------------------

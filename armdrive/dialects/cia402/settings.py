@@ -106,6 +106,19 @@ class Cia402Settings:
                 )
 
     @property
+    def heartbeat_wait_s(self) -> float:
+        """How long drives surely wait for the next heartbeat; half a period is the margin."""
+        return (self.heartbeat_timeout_ms - self.heartbeat_period_ms / 2.0) / 1000.0
+
+    @property
+    def report_age_s(self) -> float:
+        """How old the last report of a drive may be that surely still waits for a heartbeat.
+
+        It may have heard the last one a period before that report.
+        """
+        return self.heartbeat_wait_s - self.heartbeat_period_ms / 1000.0
+
+    @property
     def bounds(self) -> Bounds:
         """How far from its orders a healthy drive may be; beyond that it faults by itself."""
         window, late_s = self.following_window, MAX_DELAY_S + self.following_ms / 1000.0
@@ -150,9 +163,20 @@ class DriveLimits:
 
     @classmethod
     def of(cls, settings: Cia402Settings, motors: BusMotors, bit_rate: int) -> DriveLimits:
-        """Return the limits of an arm on a bus with this bit rate."""
+        """Return the limits of an arm on a bus with this bit rate.
+
+        Raises `ArmFileError` if drives would report too rarely to show that they heard a heartbeat.
+        """
+        cycle_ms = period_ms(settings, motors.count, bit_rate)
+        missing_ms = cycle_ms - round(1000.0 * settings.report_age_s)
+        if missing_ms > 0:
+            raise ArmFileError(
+                "cia402.heartbeat_timeout_ms must be at least "
+                f"{settings.heartbeat_timeout_ms + missing_ms}: the drives report every {cycle_ms} "
+                "ms, and their reports show whether they missed a heartbeat"
+            )
         return cls(
-            period_ms(settings, motors.count, bit_rate) / 1000.0,
+            cycle_ms / 1000.0,
             motors.fastest_hz,
             motors.ranges,
             motors.fastest_hz / settings.ramp_s,

@@ -88,6 +88,12 @@ def test_the_announced_stop_covers_what_the_settings_make_of_it():
         assert other.silent_s >= 0.5 + 0.5
 
 
+def test_reports_that_come_more_rarely_than_the_heartbeat_timeout_allows_are_refused():
+    made("cia402", device=Cia402Settings(period_ms=25, heartbeat_timeout_ms=100))
+    with pytest.raises(ArmFileError, match=r"heartbeat_timeout_ms must be at least 101.*26 ms"):
+        made("cia402", device=Cia402Settings(period_ms=26, heartbeat_timeout_ms=100))
+
+
 def test_a_bus_that_is_slow_has_a_longer_period():
     assert period_ms(Cia402Settings(), 6, 500_000) == 10
     assert period_ms(Cia402Settings(), 6, 125_000) > 14

@@ -429,6 +429,17 @@ def test_the_current_of_a_drive_that_falls_silent_is_unknown_whoever_notices_fir
     assert re.search(r"drive 2 \(shoulder\) (no longer answers|does not answer)", arm.status.error)
 
 
+@pytest.mark.parametrize("before_s", [0.0, 0.001, 0.02, 0.15])
+def test_one_drive_that_missed_a_heartbeat_at_rest_is_taken_back_without_an_alert(before_s):
+    rig = Rig().ready()
+    rig.node(2).silent_s = rig.now_s  # the others have heard the heartbeat
+    rig.run(before_s)
+    assert isinstance(rig.do(ReadPosition()), Registers)
+    rig.run(0.5)
+    assert isinstance(rig.do(ReadPosition()), Registers)
+    assert not rig.alerts()
+
+
 def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
     rig = Rig({"heartbeat_timeout_ms": 2000}).ready()
     rig.suspend(1.5)
