@@ -425,7 +425,7 @@ class CommissioningOutcome:
         return not self.left_out and not self.missing
 
 
-def walk(
+def commission(
     dialog: DriveDialog, plan: CommissioningPlan, notes: dict[str, Notes], *, again: bool = False
 ) -> CommissioningOutcome:
     """Commission every drive of an arm; steps noted earlier are skipped, unless `again`.
@@ -438,9 +438,9 @@ def walk(
     left_out = []
     for drive in plan.order:
         dialog.say("", f"--- {drive.title}")
-        if not one(dialog, plan, drive, notes, again=again):
+        if not commission_drive(dialog, plan, drive, notes, again=again):
             left_out.append(drive.name)
-    missing = together(dialog, plan)
+    missing = ask_together(dialog, plan)
     return CommissioningOutcome(notes, tuple(left_out), missing)
 
 
@@ -475,7 +475,7 @@ def _others_command(dialog: DriveDialog) -> bool:
     return bool(traffic.commands)
 
 
-def one(
+def commission_drive(
     dialog: DriveDialog,
     plan: CommissioningPlan,
     drive: Planned,
@@ -512,7 +512,7 @@ def one(
     return noted.done
 
 
-def together(dialog: DriveDialog, plan: CommissioningPlan) -> tuple[str, ...]:
+def ask_together(dialog: DriveDialog, plan: CommissioningPlan) -> tuple[str, ...]:
     """Ask all drives once they are plugged in; return the names of those that do not answer."""
     dialog.say("", "--- all together")
     while True:

@@ -39,11 +39,17 @@ from armdrive.registry.arm_files import (
     require_name,
 )
 from armdrive.setup import dialog_runner
-from armdrive.setup import plan as kept
-from armdrive.setup.commissioning import CommissioningOutcome, measure_units, walk
+from armdrive.setup.commissioning import CommissioningOutcome, commission, measure_units
 from armdrive.setup.dialog_runner import DialogClock, drive_dialog
 from armdrive.setup.filing import after_writing, propose_drives, propose_keys, signs_of
-from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
+from armdrive.setup.plan import (
+    CommissioningPlan,
+    commissionable,
+    plan_of,
+    read_notes,
+    without_motions,
+    write_notes,
+)
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.arm_lock import hold
@@ -92,12 +98,12 @@ def _config(name: str) -> ArmConfig:
 def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:
     """Commission real drives."""
     port = _port_of(config, options)
-    notes = kept.read(plan.name, config.calibration)
+    notes = read_notes(plan.name, config.calibration)
     with _opened(config, port) as link:
-        keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
+        keep = lambda found: write_notes(plan.name, config.calibration, found)  # noqa: E731
         person = _person(config)
         dialog = drive_dialog(link, plan.scripts(), dialog_runner.RealClock(), person, keep)
-        outcome = walk(dialog, plan, notes, again=options.again)
+        outcome = commission(dialog, plan, notes, again=options.again)
     _end(config, plan, outcome, port, options)
     return DONE if outcome.finished else UNFINISHED
 
@@ -147,7 +153,7 @@ def _practise(
     twin, person = _new_drives(config, attended)
     person.unplug_all(len(plan.drives))
     dialog = drive_dialog(twin.link, plan.scripts(), DialogClock(), person, lambda _notes: None)
-    outcome = walk(dialog, plan, {}, again=True)
+    outcome = commission(dialog, plan, {}, again=True)
     notes, left_out = outcome.notes, outcome.left_out
     text = propose_drives(arm_path(options.name), config, plan, notes, "", left_out).after
     view = {"arm": plan.name, "left_out": list(left_out), "arm_file": text}
@@ -231,8 +237,8 @@ def _end(
         f"Write this to {path}{old}?", "no leaves the file unchanged; the notes are kept."
     ):
         proposal.write(keep_old=True)
-        found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
-        kept.write(plan.name, arm.calibration, found)
+        found = {name: without_motions(each) for name, each in outcome.notes.items()}
+        write_notes(plan.name, arm.calibration, found)
         say_lines("\n".join(after_writing(path, arm)))
 
 

@@ -19,7 +19,7 @@ from armdrive.config.write import complete
 from armdrive.connect.target import SIM, simulated_config
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import dialect
-from armdrive.registry.arm_files import arm_paths, arm_problems, load_arm, parse_arm
+from armdrive.registry.arm_files import ENDING, arm_paths, arm_problems, load_arm, parse_arm
 from armdrive.runtime.stop_bounds import homing_bound, stop_bound
 from armdrive.status import pose_view, rounded_up
 from armdrive.storage import files as places
@@ -128,7 +128,7 @@ def _require_usable(name: str) -> None:
     if name.startswith(SIM):
         simulated_config(name.removeprefix(SIM))
         return
-    if name.endswith(".toml"):
+    if name.endswith(ENDING):
         raise BadRequest(f"the name of an arm file, not its path: {name!r}")
     load_arm(path_of(name))
 
