@@ -281,9 +281,9 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
     wiring = PortOpening(config)
     with ExitStack() as opened:
         lock = opened.enter_context(hold_arm(config.name, wiring.find()))
-        link = opened.enter_context(closing(wiring.open()))
         recorder = FlightRecorder(places.recordings())
         with explaining(recorder.ring.entries, config.connection):
+            link = opened.enter_context(closing(wiring.open()))
             parts = await coroutine_of(assemble)(
                 config,
                 link,

@@ -186,8 +186,8 @@ class TaskRunner:
         broken = self.engine.broken
         if isinstance(broken, LinkLost):
             raise LinkLost(
-                f"the {request} did not reach the arm ({broken}): look at the arm, and stop it at "
-                "its own switch"
+                f"the {request} did not reach the arm ({broken}): look at the arm; only its own "
+                "switch stops it now"
             )
 
     def require_no_stop(self, since: int | None, when: str) -> None:
