@@ -26,7 +26,7 @@ from armdrive.dialog import About, Question, choice, number
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import command_line
 from armdrive.runtime.clock import SignalsBetweenSteps
-from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way, trials
+from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way, trial_of
 from armdrive.setup.draft import ratio
 from armdrive.setup.plan import CommissioningPlan, Notes, Planned
 from armdrive.setup.prober import is_command
@@ -549,8 +549,8 @@ def measure_units(
     arm, transmission = config.model.arm, config.model.transmission
     if transmission is None:
         raise BadRequest(f"{config.name} has no motors: its model file has no [transmission]")
-    by_motor = {each.motor: each for each in trials(arm, transmission, found_posture(arm))}
-    tried = [by_motor[motor] for motor in range(len(transmission.motors))]
+    posture, motors = found_posture(arm), range(len(transmission.motors))
+    tried = [trial_of(arm, transmission, posture, motor) for motor in motors]
     dialog.say(
         f"Measuring in which units the {counted(len(tried), 'drive')} of {config.name} count "
         "speeds and ramps. One motor after the other turns slowly, for about ten seconds: by 5° "

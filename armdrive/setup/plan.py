@@ -16,7 +16,7 @@ from armdrive.dialects.controller import Controller
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.errors import ArmFileError, BadRequest, StateFileError
 from armdrive.registry import DIALECTS, language_of
-from armdrive.setup.directions import ArmMotion, Trial, roll_joint, trials
+from armdrive.setup.directions import ArmMotion, Trial, roll_joint, trial_of
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
@@ -127,7 +127,6 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
         )
     arm = config.model.arm
     posture = found_posture(arm)
-    by_motor = {each.motor: each for each in trials(arm, transmission, posture)}
     drives = []
     for motor, node in enumerate(device.ids[: len(transmission.motors)]):
         column = [row[motor] for row in transmission.inverse]
@@ -139,7 +138,7 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
             per_step = math.degrees(turning[most])
         else:
             moves, unit, per_step = "fingers", MM, column[-1]
-        trial, spec = by_motor[motor], transmission.motors[motor]
+        trial, spec = trial_of(arm, transmission, posture, motor), transmission.motors[motor]
         amount = abs(trial.steps * per_step)
         gear = abs(spec.steps_per_unit) * (1.0 if unit == MM else math.tau) / tools.counts_per_turn
         drives.append(Planned(motor, spec.name, node, trial, moves, amount, unit, gear))
