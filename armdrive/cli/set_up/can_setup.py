@@ -10,14 +10,7 @@ import contextlib
 import tomllib
 from collections.abc import Iterator
 
-from armdrive.cli.presenter import (
-    Outcome,
-    Result,
-    put,
-    say,
-    say_lines,
-    tell,
-)
+from armdrive.cli.presenter import Outcome, Result, put, say, say_lines, tell
 from armdrive.cli.questions import TerminalPerson, ask_value, ask_yes_no
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.cli.set_up.attendance import Attendance, attendance
@@ -101,7 +94,7 @@ def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Na
     notes = read_notes(plan.name, config.calibration)
     with _opened(config, port) as link:
         keep = lambda found: write_notes(plan.name, config.calibration, found)  # noqa: E731
-        person = _person(config)
+        person = _person(options)
         dialog = drive_dialog(link, plan.scripts(), dialog_runner.RealClock(), person, keep)
         outcome = commission(dialog, plan, notes, again=options.again)
     _end(config, plan, outcome, port, options)
@@ -132,8 +125,8 @@ def _known_port(config: ArmConfig) -> str:
     return PortOpening(config).find() if config.connection.names_port else ""
 
 
-def _person(config: ArmConfig) -> TerminalPerson:
-    return TerminalPerson(command_line("can", "setup", config.name))
+def _person(options: argparse.Namespace) -> TerminalPerson:
+    return TerminalPerson(command_line("can", "setup", options.name))
 
 
 def _new_drives(config: ArmConfig, attended: Attendance) -> tuple[SimulatedArm, SimulatedPerson]:
@@ -179,7 +172,7 @@ def _measure(
         found = _measured(twin.link, DialogClock(), person, config, bus)
     else:
         with _opened(config, _port_of(config, options)) as link:
-            found = _measured(link, dialog_runner.RealClock(), _person(config), config, bus)
+            found = _measured(link, dialog_runner.RealClock(), _person(options), config, bus)
     if not found:
         return Result({"arm": config.name, "units": {}}, (), UNFINISHED)
     path, keys = arm_path(options.name), units(config.device, found)
