@@ -14,7 +14,6 @@ from armdrive.arm import Arm
 from armdrive.blocking import Wait, coroutine_of, has_ended, resume, run_blocking
 from armdrive.runtime.clock import (
     ClockProgress,
-    RealPace,
     SignalsBetweenSteps,
     SimulatedClock,
     SimulatedPace,
@@ -311,7 +310,7 @@ async def ended(
 
 def in_simulated_time(arm: Arm) -> bool:
     """Return whether an arm runs in simulated time, which the loop advances."""
-    return not isinstance(arm.parts.pace, RealPace)
+    return not arm.parts.pace.real_time
 
 
 def loop_context() -> LoopContext:

@@ -16,7 +16,6 @@ from armdrive.motion import device as device_tasks
 from armdrive.motion.device import RowReport, require_inputs, require_outputs
 from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.clock import RealPace
 from armdrive.runtime.overrides import LONGEST_SIMULATED_WAIT_S
 from armdrive.runtime.states import Event
 from armdrive.status import BELIEVED, State
@@ -149,7 +148,7 @@ class InputsOutputs(ArmPart):
 
     def _patience_s(self, within_s: float | None) -> float:
         if within_s is None or within_s == math.inf:
-            return math.inf if isinstance(self._parts.pace, RealPace) else LONGEST_SIMULATED_WAIT_S
+            return math.inf if self._parts.pace.real_time else LONGEST_SIMULATED_WAIT_S
         return within_s
 
 

@@ -8,6 +8,7 @@
     presenter          printing, JSON or text, and reading a line
     arm_files          which arm `--arm` and the default name
     chosen_arm         a connection to it; the saved world of a simulated one
+    holders            the programs that hold arms: which are meant, and asking one
     questions          questions in a terminal; `terminal_operator` asks those of `home`
     unexpected         an internal error
     drive/, program/, set_up/, look/, learn/   the commands

@@ -246,6 +246,14 @@ def count(text: str) -> int:
     return int(text)
 
 
+def named_number(text: str) -> tuple[str, float]:
+    """Return the name and the number of `shoulder=40`; a name may be typed with - for _."""
+    name, equals, value = text.partition("=")
+    if not (name and equals):
+        raise BadRequest(f"write NAME=DEGREES, such as shoulder=40, not {text!r}")
+    return name.strip().replace("-", "_"), number(value)
+
+
 SPEED_HELP = "a fraction of the limits: 0.5 or 50%%"
 
 

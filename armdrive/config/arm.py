@@ -362,7 +362,7 @@ def _posture(config: ArmConfig, section: str, pose: Pose) -> Iterator[str]:
 
 def remarks_on(config: ArmConfig) -> Iterator[str]:
     """Yield remarks that are no errors, but good to know before the arm is driven."""
-    if not config.connection.port:
+    if not config.connection.names_port:
         yield "no port is named, so the arm can only be simulated: write connection.port"
     if not config.model.verified:
         yield (

@@ -8,7 +8,6 @@ closing it: then with a `ResourceWarning`, as for a file. No way of closing move
 from __future__ import annotations
 
 import atexit
-import contextlib
 import gc
 import threading
 import warnings
@@ -131,7 +130,8 @@ class ArmConnection:
 
         def unguard() -> None:
             lost.detach()
-            atexit.unregister(self._close_at_exit)
+            if self._closing is None:  # the end of the program waits for that thread's last word
+                atexit.unregister(self._close_at_exit)
 
         self.closers.append(unguard)
 
@@ -150,6 +150,8 @@ class ArmConnection:
             run_blocking(self.close())
         except ArmError as error:
             getLogger(LOGGER).critical("armdrive: closing %s: %s", self.core.config.name, error)
+        finally:
+            atexit.unregister(self._close_at_exit)
 
     def _lost(self) -> None:
         """Close an arm that the program has lost, in a thread.
@@ -158,10 +160,11 @@ class ArmConnection:
         """
         if self.closed or self.engine.forked:
             return
-        closing = ClosingThread(self._close_uncalled)
-        with contextlib.suppress(RuntimeError):  # no thread is left: closed at the program's end
+        self._closing = closing = ClosingThread(self._close_uncalled)
+        try:
             closing.start()
-            self._closing = closing
+        except RuntimeError:  # no thread is left: closed at the program's end
+            self._closing = None
         warnings.warn(
             f"{self.core.config.name} was not closed, and is stopped and closed now: use the arm "
             "in a `with` statement, or call `close`",

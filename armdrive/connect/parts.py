@@ -130,17 +130,17 @@ async def assemble(
     with ExitStack() as opened:  # of an arm that does not connect, nothing stays open
         controller = dialect(config.connection.dialect).controller(config)
         # in simulated time a disk takes no time: the record is written at once
-        wake = pace.wake if isinstance(pace, RealPace) and record_store is not None else None
+        wake = pace.wake if pace.real_time and record_store is not None else None
         tracer = tracer or FlightRecorder()
         core = Core(config, controller, tracer, record_store or RecordInMemory(), wake)
         core.allow_restored = allow_restored
-        core.speed_override.others = isinstance(pace, RealPace)
+        core.speed_override.others = pace.real_time
         core.geometry_known |= simulated  # a simulated arm has the lengths that its file states
         driven = _Driven(core, link, rewiring)
         runner = TaskRunner(core, driven.engine, pace)
         connection = ArmConnection(runner, driven.reconnector, simulated=simulated)
         opened.callback(connection.release)
-        if isinstance(pace, RealPace):  # its thread would drive the arm on
+        if pace.real_time:  # its thread would drive the arm on
             connection.guard()
         parts = Parts(
             config, pace, core, driven.engine, driven.context, runner, connection, tracer,
@@ -281,9 +281,9 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
     wiring = PortOpening(config)
     with ExitStack() as opened:
         lock = opened.enter_context(hold_arm(config.name, wiring.find()))
-        link = opened.enter_context(closing(wiring.open()))
         recorder = FlightRecorder(places.recordings())
         with explaining(recorder.ring.entries, config.connection):
+            link = opened.enter_context(closing(wiring.open()))
             parts = await coroutine_of(assemble)(
                 config,
                 link,

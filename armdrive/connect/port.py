@@ -19,6 +19,7 @@ from armdrive.errors.printable import command_line, reason_of
 from armdrive.motion.connecting import recover
 from armdrive.motion.context import MotionContext, without_reset
 from armdrive.registry import DIALECTS, dialect
+from armdrive.registry.arm_files import port_problem
 from armdrive.runtime.engine import NOT_THE_ANSWER, Engine, excerpt
 from armdrive.tasks import TaskBody
 from armdrive.trace.entries import EntryKind, TraceEntry
@@ -69,19 +70,15 @@ class PortOpening:
 
 
 def require_port(config: ArmConfig) -> None:
-    """Raise `PortUnavailable` if an arm names no port, or a bus that its controller is not on."""
-    connection = config.connection
-    if not connection.names_port:
+    """Raise `PortUnavailable` if an arm names no port, or one that cannot be its own."""
+    if not config.connection.names_port:
         raise PortUnavailable(
             f'the arm file of {config.name} names no port: write port (such as "/dev/ttyUSB0") '
             f"or usb_serial under [connection]; `armdrive ports` lists the ports, and with "
             f"{FORCE_SIM}=1 in the environment the arm is simulated"
         )
-    if is_can(connection.port) and DIALECTS[connection.dialect].bus is None:
-        raise PortUnavailable(
-            f"{connection.port} is a CAN bus, but a controller that speaks "
-            f"{connection.dialect} is not on a bus: correct the port or the dialect"
-        )
+    if problem := port_problem(config.connection):
+        raise PortUnavailable(problem)
 
 
 def lock_names(config: ArmConfig) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from armdrive.blocking import Wait
 from armdrive.errors import LinkLost, NoAnswer, Stopped
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.clock import Pace, RealPace
+from armdrive.runtime.clock import Pace
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.overrides import given_up
 from armdrive.runtime.states import Event, after
@@ -109,7 +109,7 @@ class TaskRunner:
         Raises `WrongState` if the pause lasts too long.
         """
         override = self.core.speed_override
-        simulated = not isinstance(self.pace, RealPace)
+        simulated = not self.pace.real_time
 
         def resumed() -> bool:
             if simulated and override.paused and not done():
@@ -152,7 +152,7 @@ class TaskRunner:
     async def _waited(self, task: Task[Any], timeout_s: float) -> bool:
         """Wait for a task to end; pauses and the speed override extend the timeout."""
         speed_override = self.core.speed_override
-        simulated, delay_s = not isinstance(self.pace, RealPace), speed_override.delay_s
+        simulated, delay_s = not self.pace.real_time, speed_override.delay_s
         waited_s = -speed_override.waited_s  # pauses of earlier motions do not count
 
         def ended() -> bool:
@@ -186,8 +186,8 @@ class TaskRunner:
         broken = self.engine.broken
         if isinstance(broken, LinkLost):
             raise LinkLost(
-                f"the {request} did not reach the arm ({broken}): look at the arm, and stop it at "
-                "its own switch"
+                f"the {request} did not reach the arm ({broken}): look at the arm; only its own "
+                "switch stops it now"
             )
 
     def require_no_stop(self, since: int | None, when: str) -> None:

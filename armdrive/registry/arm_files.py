@@ -15,6 +15,7 @@ from armdrive.registry import DEFAULT, dialect
 from armdrive.storage import files as places
 from armdrive.text.reading import is_there
 from armdrive.text.toml import Problems, TomlTable, require_format
+from armdrive.transports.address import CanAddress, is_can
 from kinematics.errors import KinematicsError
 
 ENDING = ".toml"
@@ -95,7 +96,24 @@ def arm_problems(table: dict[str, Any], name: str, folder: Path) -> list[str]:
     config = read_arm(TomlTable(table, "", problems), _find, name=name, folder=folder)
     if config is not None:
         problems.found += unusable(config, dialect(config.connection.dialect))
+        problems.found += filter(None, (port_problem(config.connection),))
     return problems.found
+
+
+def port_problem(connection: Connection) -> str:
+    """Return what is wrong with the port of an arm file: empty, as also if it names none."""
+    if not is_can(connection.port):
+        return ""
+    if dialect(connection.dialect).bus is None:
+        return (
+            f"{connection.port} is a CAN bus, but a controller that speaks "
+            f"{connection.dialect} is not on a bus: correct the port or the dialect"
+        )
+    try:
+        CanAddress.parse(connection.port)
+    except BadRequest as error:
+        return str(error)
+    return ""
 
 
 def preset_arm(key: str, *, name: str, connection: Connection) -> ArmConfig:

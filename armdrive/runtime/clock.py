@@ -216,6 +216,10 @@ class Pace(Protocol):
     lock: threading.RLock
     lateness: Lateness
 
+    @property
+    def real_time(self) -> bool:
+        """Whether time passes by itself, and not only while a caller waits."""
+
     def now_s(self) -> float:
         """Return the arm's own time in seconds, from an arbitrary start."""
 
@@ -234,6 +238,8 @@ class Pace(Protocol):
 
 class SimulatedPace:
     """Simulated time, which passes only while a caller waits. Several arms may share a clock."""
+
+    real_time = False
 
     def __init__(self, clock: SimulatedClock | None = None) -> None:
         self.clock = clock or SimulatedClock()
@@ -287,6 +293,8 @@ class _Mark:
 
 class RealPace:
     """Real time: a thread advances the engine by the monotonic clock and sleeps in between."""
+
+    real_time = True
 
     def __init__(self, *, speed: float = 1.0) -> None:
         """Create a pace; `speed` makes an in-process simulated arm's clock run faster."""

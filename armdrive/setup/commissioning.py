@@ -26,7 +26,7 @@ from armdrive.dialog import About, Question, choice, number
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import command_line
 from armdrive.runtime.clock import SignalsBetweenSteps
-from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way, trials
+from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way, trial_of
 from armdrive.setup.draft import ratio
 from armdrive.setup.plan import CommissioningPlan, Notes, Planned
 from armdrive.setup.prober import is_command
@@ -425,7 +425,7 @@ class CommissioningOutcome:
         return not self.left_out and not self.missing
 
 
-def walk(
+def commission(
     dialog: DriveDialog, plan: CommissioningPlan, notes: dict[str, Notes], *, again: bool = False
 ) -> CommissioningOutcome:
     """Commission every drive of an arm; steps noted earlier are skipped, unless `again`.
@@ -438,9 +438,9 @@ def walk(
     left_out = []
     for drive in plan.order:
         dialog.say("", f"--- {drive.title}")
-        if not one(dialog, plan, drive, notes, again=again):
+        if not commission_drive(dialog, plan, drive, notes, again=again):
             left_out.append(drive.name)
-    missing = together(dialog, plan)
+    missing = ask_together(dialog, plan)
     return CommissioningOutcome(notes, tuple(left_out), missing)
 
 
@@ -475,7 +475,7 @@ def _others_command(dialog: DriveDialog) -> bool:
     return bool(traffic.commands)
 
 
-def one(
+def commission_drive(
     dialog: DriveDialog,
     plan: CommissioningPlan,
     drive: Planned,
@@ -512,7 +512,7 @@ def one(
     return noted.done
 
 
-def together(dialog: DriveDialog, plan: CommissioningPlan) -> tuple[str, ...]:
+def ask_together(dialog: DriveDialog, plan: CommissioningPlan) -> tuple[str, ...]:
     """Ask all drives once they are plugged in; return the names of those that do not answer."""
     dialog.say("", "--- all together")
     while True:
@@ -549,8 +549,8 @@ def measure_units(
     arm, transmission = config.model.arm, config.model.transmission
     if transmission is None:
         raise BadRequest(f"{config.name} has no motors: its model file has no [transmission]")
-    by_motor = {each.motor: each for each in trials(arm, transmission, found_posture(arm))}
-    tried = [by_motor[motor] for motor in range(len(transmission.motors))]
+    posture, motors = found_posture(arm), range(len(transmission.motors))
+    tried = [trial_of(arm, transmission, posture, motor) for motor in motors]
     dialog.say(
         f"Measuring in which units the {counted(len(tried), 'drive')} of {config.name} count "
         "speeds and ramps. One motor after the other turns slowly, for about ten seconds: by 5° "

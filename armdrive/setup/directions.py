@@ -275,10 +275,11 @@ def trials(arm: ArmGeometry, transmission: Transmission, posture: Joints) -> tup
     order = list(range(len(transmission.motors)))
     if transmission.has_gripper:
         order = [order[-1], *order[:-1]]  # it is the controller's last motor
-    return tuple(_trial(arm, transmission, posture, motor) for motor in order)
+    return tuple(trial_of(arm, transmission, posture, motor) for motor in order)
 
 
-def _trial(arm: ArmGeometry, transmission: Transmission, posture: Joints, motor: int) -> Trial:
+def trial_of(arm: ArmGeometry, transmission: Transmission, posture: Joints, motor: int) -> Trial:
+    """Return the trial of one motor."""
     column = [row[motor] for row in transmission.inverse]
     count = len(transmission.joint_names)
     turning = column[:count]

@@ -1,7 +1,4 @@
-"""Bytes from a terminal as what they mean: keys, and the terminal's answers to questions.
-
-Nothing here reads a terminal or a clock: bytes and the time of their arrival come in.
-"""
+"""How keys repeat in a terminal, and whether that is enough to jog by a held key."""
 
 from __future__ import annotations
 
@@ -35,6 +32,8 @@ if sys.platform != "win32":
     import tty
 else:
     import msvcrt
+
+# Bytes from a terminal as what they mean: keys, and the terminal's answers to questions.
 
 ASK_FOCUS = b"\x1b[?1004$p"
 """Asks whether focus events are known (DECRQM)."""

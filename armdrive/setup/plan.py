@@ -16,7 +16,7 @@ from armdrive.dialects.controller import Controller
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.errors import ArmFileError, BadRequest, StateFileError
 from armdrive.registry import DIALECTS, language_of
-from armdrive.setup.directions import ArmMotion, Trial, roll_joint, trials
+from armdrive.setup.directions import ArmMotion, Trial, roll_joint, trial_of
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
@@ -127,7 +127,6 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
         )
     arm = config.model.arm
     posture = found_posture(arm)
-    by_motor = {each.motor: each for each in trials(arm, transmission, posture)}
     drives = []
     for motor, node in enumerate(device.ids[: len(transmission.motors)]):
         column = [row[motor] for row in transmission.inverse]
@@ -139,7 +138,7 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
             per_step = math.degrees(turning[most])
         else:
             moves, unit, per_step = "fingers", MM, column[-1]
-        trial, spec = by_motor[motor], transmission.motors[motor]
+        trial, spec = trial_of(arm, transmission, posture, motor), transmission.motors[motor]
         amount = abs(trial.steps * per_step)
         gear = abs(spec.steps_per_unit) * (1.0 if unit == MM else math.tau) / tools.counts_per_turn
         drives.append(Planned(motor, spec.name, node, trial, moves, amount, unit, gear))
@@ -152,7 +151,7 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
 #
 # The drives keep their ids and settings themselves; the notes hold directions, gears and trials.
 
-ENDING = "can-setup.json"
+NOTES_ENDING = "can-setup.json"
 
 
 @dataclass(slots=True)
@@ -172,18 +171,18 @@ class Notes:
     done: bool = False
 
 
-def path_of(arm: str) -> Path:
+def notes_file(arm: str) -> Path:
     """Return the file of an arm's notes."""
-    return places.states() / f"{places.file_name(arm)}.{ENDING}"
+    return places.states() / f"{places.file_name(arm)}.{NOTES_ENDING}"
 
 
-def read(arm: str, calibration: str) -> dict[str, Notes]:
+def read_notes(arm: str, calibration: str) -> dict[str, Notes]:
     """Return the notes of an arm by its motors' names, empty if there are none.
 
     The motions seen count only as long as the arm file gives steps the same meaning. Raises
     `StateFileError`.
     """
-    path = path_of(arm)
+    path = notes_file(arm)
     try:
         if not is_there(path):
             return {}
@@ -199,17 +198,17 @@ def read(arm: str, calibration: str) -> dict[str, Notes]:
             f"{path} cannot be read ({error}): delete it; ids and settings are in the drives, and "
             "only directions and gears have to be found once more"
         ) from None
-    return found if same else {name: absorbed(each) for name, each in found.items()}
+    return found if same else {name: without_motions(each) for name, each in found.items()}
 
 
-def absorbed(notes: Notes) -> Notes:
+def without_motions(notes: Notes) -> Notes:
     """Return notes without the motions seen: the arm file contains them, or has changed."""
     return replace(notes, way="", roll="", gear=0.0)
 
 
-def write(arm: str, calibration: str, notes: Mapping[str, Notes]) -> None:
+def write_notes(arm: str, calibration: str, notes: Mapping[str, Notes]) -> None:
     """Keep the notes of an arm, whose file has that calibration."""
-    path = path_of(arm)
+    path = notes_file(arm)
     motors = {name: asdict(each) for name, each in notes.items()}
     table = {FORMAT_KEY: FORMAT, "calibration": calibration, "motors": motors}
     replace_file(path, json.dumps(table, indent=1))

@@ -12,7 +12,7 @@ from pathlib import Path
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.dialog import Finding, Grade, note, ok, parted, problem
-from armdrive.errors import ArmError, NoSuchPort, PortUnavailable
+from armdrive.errors import ArmError, BadRequest, NoSuchPort, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry.arm_files import arm_paths, load_arm
 from armdrive.storage.lock_client import is_held, name_held
@@ -90,7 +90,10 @@ def strangers_to(port: str, namings: Iterable[PortNaming]) -> tuple[PortNaming, 
 
 def serial_device(port: str) -> str:
     """Return the serial port that is a CAN adapter; any other port unchanged."""
-    return (CanAddress.parse(port).device if is_can(port) else "") or port
+    try:
+        return (CanAddress.parse(port).device if is_can(port) else "") or port
+    except BadRequest:  # a mistake in one arm file, which keeps no other port from being looked at
+        return port
 
 
 def same_port(one: str, other: str) -> bool:

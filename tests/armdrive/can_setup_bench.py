@@ -16,7 +16,7 @@ from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import ask_round
 from armdrive.dialog import About, AskPerson
 from armdrive.registry import simulate, simulate_device
-from armdrive.setup.commissioning import CommissioningOutcome, one, walk
+from armdrive.setup.commissioning import CommissioningOutcome, commission, commission_drive
 from armdrive.setup.dialog_runner import DialogClock, carry_out, drive_dialog
 from armdrive.setup.plan import CommissioningPlan, plan_of
 from armdrive.setup.prober import is_command
@@ -116,13 +116,13 @@ class Bench:
         self, notes: dict[str, Any] | None = None, *, again: bool = False
     ) -> CommissioningOutcome:
         """Run the whole dialog."""
-        return walk(self.dialog, self.plan, {} if notes is None else notes, again=again)
+        return commission(self.dialog, self.plan, {} if notes is None else notes, again=again)
 
     def one(self, name: str = "shoulder", notes: dict[str, Any] | None = None) -> bool:
         """Run the dialog about one motor; `self.kept` has its notes."""
         drive = next(each for each in self.plan.drives if each.name == name)
         notes = self.kept if notes is None else notes
-        return one(self.dialog, self.plan, drive, notes, again=False)
+        return commission_drive(self.dialog, self.plan, drive, notes, again=False)
 
     def set_up(self) -> None:
         """Run the dialog about the shoulder's drive with a motor that is not built in yet."""

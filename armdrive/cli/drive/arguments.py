@@ -18,6 +18,7 @@ from armdrive.cli.options import (
     add_driven_arm_options,
     add_force_option,
     add_switches,
+    named_number,
     naming,
 )
 from armdrive.errors import BadRequest
@@ -233,7 +234,7 @@ def _move(parser: argparse.ArgumentParser) -> None:
     turn.add_argument(
         "--joint",
         action="append",
-        type=_named_angle,
+        type=named_number,
         default=[],
         metavar="NAME=DEG",
         help="a joint of an arm that a model file describes; may be repeated",
@@ -244,13 +245,6 @@ def _move(parser: argparse.ArgumentParser) -> None:
     add_switches(parser, {"--park": "go to the park posture"})
     _how_it_moves(parser)
     add_arm_options(parser)
-
-
-def _named_angle(word: str) -> tuple[str, float]:
-    name, equals, angle = word.partition("=")
-    if not (name and equals):
-        raise BadRequest(f"write it like shoulder=40, not {word!r}")
-    return name, number(angle)
 
 
 def _point(word: str) -> tuple[float, ...]:

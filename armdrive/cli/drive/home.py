@@ -11,6 +11,7 @@ from armdrive.arm.reference import homes_by_switches
 from armdrive.blocking import run_blocking
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm, switch_on
+from armdrive.cli.options import named_number
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, reporter, say, tell
 from armdrive.cli.terminal_operator import TerminalOperator, ready_arm
 from armdrive.errors import BadRequest, OperatorNeeded
@@ -18,7 +19,6 @@ from armdrive.motion.reference import Verdict, Verified, verified_view
 from armdrive.motion.resolve import park_pose
 from armdrive.moves import GRIPPER_AXIS
 from armdrive.status import State, status_view
-from armdrive.text.numbers import number
 from kinematics.spaces import Joints, Pose
 
 PARK = "park"
@@ -117,19 +117,14 @@ def _declared(options: argparse.Namespace) -> tuple[Joints | Pose, float] | None
             raise BadRequest("this arm has no park posture: add [park] to its arm file")
         return park_pose(config), 0.0
     names = config.model.arm.joint_names
-    given = dict(_named(word, (*names, GRIPPER_AXIS)) for word in options.declare)
+    given = dict(map(named_number, options.declare))
+    known = (*names, GRIPPER_AXIS)
+    if unknown := [name for name in given if name not in known]:
+        raise BadRequest(f"write NAME=DEGREES with one of {', '.join(known)}, not {unknown[0]!r}")
     opening_mm = given.pop(GRIPPER_AXIS, 0.0)
     if missing := [name for name in names if name not in given]:
         raise BadRequest(f"every joint needs an angle: {', '.join(missing)} missing")
     return Joints.of(*(given[name] for name in names), names=names), opening_mm
-
-
-def _named(word: str, names: tuple[str, ...]) -> tuple[str, float]:
-    name, equals, angle = word.partition("=")
-    plain = name.strip().replace("-", "_")
-    if not equals or plain not in names:
-        raise BadRequest(f"write NAME=DEGREES with one of {', '.join(names)}, not {word!r}")
-    return plain, number(angle)
 
 
 # Measuring the drift: with its finger tips on the mark, the arm shows where it really is.

@@ -12,7 +12,7 @@ from armdrive.cli.chosen_arm import connect_chosen, switch_on_settled
 from armdrive.cli.holders import held_name
 from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
-from armdrive.cli.options import names_arm
+from armdrive.cli.options import ARM_OPTIONS, names_arm
 from armdrive.cli.presenter import Outcome, Result, require_screen, say
 from armdrive.cli.terminal_operator import confirm_simulated
 from armdrive.connect.target import DEFAULT_TARGET
@@ -82,10 +82,8 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
 def _on_file(options: argparse.Namespace, path: Path) -> argparse.Namespace:
     """Return the same options with the arm of a file."""
     named = path.stem if path.parent == places.arm_files() else str(path)
-    return argparse.Namespace(
-        **vars(options)
-        | {"arm": named, "sim": None, "port": None, "dialect": None, "baud": None, "fresh": False}
-    )
+    chosen = dict.fromkeys(ARM_OPTIONS) | {"arm": named, "fresh": False}
+    return argparse.Namespace(**vars(options) | chosen)
 
 
 def _hint(options: argparse.Namespace, keys: Keyboard) -> str:

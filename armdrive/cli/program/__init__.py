@@ -4,7 +4,8 @@ Which file decides what:
 
     run          which kind of program a file is; Python scripts
     run_program  program files: rehearsal, output, journal, and resuming
-    run_common   the user's input during a run: Enter, pauses, a second Ctrl-C
+    run_person   the person's input during a run: Enter, pauses, a second Ctrl-C
+    run_arm      the arm of a run: its table, its speed, its recording
     run_output   what is printed while a program runs
     shell        reading and completing lines at a prompt
     teach        a program recorded as another program moves the arm

@@ -13,18 +13,15 @@ from pathlib import Path
 from armdrive.arm import Arm
 from armdrive.cli.presenter import as_json, put_error
 from armdrive.cli.program.arguments import SCRIPT
-from armdrive.cli.program.run_common import (
-    RunTerminal,
+from armdrive.cli.program.run_arm import (
     connect_to_run,
     keep_recording,
     require_recordable,
-    script_words,
     slow_down,
-    standard_input,
     stands_at,
-    stopped_by_interrupt,
 )
-from armdrive.cli.program.run_output import Display, RunOutput
+from armdrive.cli.program.run_output import Display, RunOutput, script_words
+from armdrive.cli.program.run_person import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.connect.parts import ConnectOptions, connect
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.programs.acts import RunStep

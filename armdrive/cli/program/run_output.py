@@ -6,6 +6,7 @@ On a terminal one line is rewritten in place; elsewhere each motion and each wai
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import json
 import os
@@ -13,19 +14,31 @@ import shutil
 import sys
 import threading
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import Result, background_thread, fit, put, put_error
-from armdrive.errors import Stopped
+from armdrive.cli.presenter import (
+    ERROR_LABEL,
+    Result,
+    as_json,
+    background_thread,
+    complain,
+    fit,
+    put,
+    put_error,
+)
+from armdrive.errors import ArmError, Stopped
 from armdrive.errors.actions import COMMAND_LINE, Words, presented
 from armdrive.errors.printable import printable
-from armdrive.errors.table import error_view
+from armdrive.errors.table import error_view, tagged
 from armdrive.moves import GraspMove
 from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.problems import SourceLines, SourceMark, excerpt
 from armdrive.programs.progress import RunView, duration, place_words
+from armdrive.programs.scripts import own_traceback, place_of
 from armdrive.status import pose_view
+from kinematics.errors import KinematicsError
 from kinematics.text import counted, mm_text
 
 if TYPE_CHECKING:
@@ -247,3 +260,30 @@ class Display:
         slowed = step is not None and step.arm.speed_override < 1.0
         words = place_words(view) + "  slowed" * slowed + "  PAUSED" * self._paused
         self._output.rewrite(words)
+
+
+# What a script says besides its calls.
+
+
+@contextlib.contextmanager
+def script_words(options: argparse.Namespace) -> Iterator[None]:
+    """Keep what a script prints apart from JSON, and show the errors of its threads as its own."""
+    # what a script prints is no JSON: it goes where the words for people go
+    prints = contextlib.redirect_stdout(sys.stderr) if as_json(options) else None
+    before = threading.excepthook
+    threading.excepthook = lambda found: _thread_failed(options.program, found.exc_value)
+    try:
+        with prints or contextlib.nullcontext():
+            yield
+    finally:
+        threading.excepthook = before
+
+
+def _thread_failed(script: Path, error: BaseException | None) -> None:
+    """Show what ended a thread of a script: the rest of the script goes on, as in Python."""
+    if isinstance(error, ArmError | KinematicsError):
+        mark = place_of(error, script)
+        where = "" if mark is None else f"{mark}: "
+        complain(f"{ERROR_LABEL} {where}{tagged(error)}")
+    elif error is not None and not isinstance(error, SystemExit):
+        put_error(own_traceback(error, script))

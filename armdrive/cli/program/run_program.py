@@ -14,17 +14,9 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import switch_on
 from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
-from armdrive.cli.program.run_common import (
-    RunTerminal,
-    connect_to_run,
-    keep_recording,
-    script_words,
-    slow_down,
-    standard_input,
-    stands_at,
-    stopped_by_interrupt,
-)
-from armdrive.cli.program.run_output import Display, RunOutput
+from armdrive.cli.program.run_arm import connect_to_run, keep_recording, slow_down, stands_at
+from armdrive.cli.program.run_output import Display, RunOutput, script_words
+from armdrive.cli.program.run_person import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
 from armdrive.errors.printable import command_line
 from armdrive.programs.acts import Answer, RunStep

@@ -19,16 +19,9 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen, switch_on_settled
 from armdrive.cli.presenter import agreed, as_json, complain, forget_typed, put, tell
-from armdrive.cli.program.run_common import (
-    LOOK_EVERY_S,
-    Pressed,
-    RunTerminal,
-    put_blocks,
-    require_table,
-    slow_down,
-    stopped_by_interrupt,
-)
+from armdrive.cli.program.run_arm import put_blocks, require_table, slow_down
 from armdrive.cli.program.run_output import Display, RunOutput
+from armdrive.cli.program.run_person import LOOK_EVERY_S, Pressed, RunTerminal, stopped_by_interrupt
 from armdrive.cli.terminal_operator import ask_operator, settle_trust
 from armdrive.dialog import PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded

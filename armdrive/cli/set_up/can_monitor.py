@@ -9,12 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from armdrive.cli.presenter import (
-    Result,
-    put_error,
-    show,
-    tell,
-)
+from armdrive.cli.presenter import Result, put_error, show, tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening, lock_names
 from armdrive.connect.target import find, require_real_ports

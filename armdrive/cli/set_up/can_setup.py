@@ -10,14 +10,7 @@ import contextlib
 import tomllib
 from collections.abc import Iterator
 
-from armdrive.cli.presenter import (
-    Outcome,
-    Result,
-    put,
-    say,
-    say_lines,
-    tell,
-)
+from armdrive.cli.presenter import Outcome, Result, put, say, say_lines, tell
 from armdrive.cli.questions import TerminalPerson, ask_value, ask_yes_no
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.cli.set_up.attendance import Attendance, attendance
@@ -39,11 +32,17 @@ from armdrive.registry.arm_files import (
     require_name,
 )
 from armdrive.setup import dialog_runner
-from armdrive.setup import plan as kept
-from armdrive.setup.commissioning import CommissioningOutcome, measure_units, walk
+from armdrive.setup.commissioning import CommissioningOutcome, commission, measure_units
 from armdrive.setup.dialog_runner import DialogClock, drive_dialog
 from armdrive.setup.filing import after_writing, propose_drives, propose_keys, signs_of
-from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
+from armdrive.setup.plan import (
+    CommissioningPlan,
+    commissionable,
+    plan_of,
+    read_notes,
+    without_motions,
+    write_notes,
+)
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.arm_lock import hold
@@ -92,12 +91,12 @@ def _config(name: str) -> ArmConfig:
 def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:
     """Commission real drives."""
     port = _port_of(config, options)
-    notes = kept.read(plan.name, config.calibration)
+    notes = read_notes(plan.name, config.calibration)
     with _opened(config, port) as link:
-        keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
-        person = _person(config)
+        keep = lambda found: write_notes(plan.name, config.calibration, found)  # noqa: E731
+        person = _person(options)
         dialog = drive_dialog(link, plan.scripts(), dialog_runner.RealClock(), person, keep)
-        outcome = walk(dialog, plan, notes, again=options.again)
+        outcome = commission(dialog, plan, notes, again=options.again)
     _end(config, plan, outcome, port, options)
     return DONE if outcome.finished else UNFINISHED
 
@@ -126,8 +125,8 @@ def _known_port(config: ArmConfig) -> str:
     return PortOpening(config).find() if config.connection.names_port else ""
 
 
-def _person(config: ArmConfig) -> TerminalPerson:
-    return TerminalPerson(command_line("can", "setup", config.name))
+def _person(options: argparse.Namespace) -> TerminalPerson:
+    return TerminalPerson(command_line("can", "setup", options.name))
 
 
 def _new_drives(config: ArmConfig, attended: Attendance) -> tuple[SimulatedArm, SimulatedPerson]:
@@ -147,7 +146,7 @@ def _practise(
     twin, person = _new_drives(config, attended)
     person.unplug_all(len(plan.drives))
     dialog = drive_dialog(twin.link, plan.scripts(), DialogClock(), person, lambda _notes: None)
-    outcome = walk(dialog, plan, {}, again=True)
+    outcome = commission(dialog, plan, {}, again=True)
     notes, left_out = outcome.notes, outcome.left_out
     text = propose_drives(arm_path(options.name), config, plan, notes, "", left_out).after
     view = {"arm": plan.name, "left_out": list(left_out), "arm_file": text}
@@ -173,7 +172,7 @@ def _measure(
         found = _measured(twin.link, DialogClock(), person, config, bus)
     else:
         with _opened(config, _port_of(config, options)) as link:
-            found = _measured(link, dialog_runner.RealClock(), _person(config), config, bus)
+            found = _measured(link, dialog_runner.RealClock(), _person(options), config, bus)
     if not found:
         return Result({"arm": config.name, "units": {}}, (), UNFINISHED)
     path, keys = arm_path(options.name), units(config.device, found)
@@ -231,8 +230,8 @@ def _end(
         f"Write this to {path}{old}?", "no leaves the file unchanged; the notes are kept."
     ):
         proposal.write(keep_old=True)
-        found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
-        kept.write(plan.name, arm.calibration, found)
+        found = {name: without_motions(each) for name, each in outcome.notes.items()}
+        write_notes(plan.name, arm.calibration, found)
         say_lines("\n".join(after_writing(path, arm)))
 
 

@@ -19,7 +19,7 @@ from armdrive.config.write import complete
 from armdrive.connect.target import SIM, simulated_config
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import dialect
-from armdrive.registry.arm_files import arm_paths, arm_problems, load_arm, parse_arm
+from armdrive.registry.arm_files import ENDING, arm_paths, arm_problems, load_arm, parse_arm
 from armdrive.runtime.stop_bounds import homing_bound, stop_bound
 from armdrive.status import pose_view, rounded_up
 from armdrive.storage import files as places
@@ -48,7 +48,14 @@ def _row(path: Path, default: str) -> dict[str, Any]:
         "title": config.title,
         "dialect": config.connection.dialect,
         "port": config.connection.port,
+        "usb_serial": config.connection.usb_serial,
     }
+
+
+def _port_words(view: Mapping[str, Any]) -> str:
+    """Return the port as its arm file names it."""
+    by_number = f"USB adapter {view['usb_serial']}" if view["usb_serial"] else ""
+    return view["port"] or by_number or "(no port: only simulated)"
 
 
 def _listed(arms: Sequence[Mapping[str, Any]], default: str) -> Iterator[str]:
@@ -62,7 +69,7 @@ def _listed(arms: Sequence[Mapping[str, Any]], default: str) -> Iterator[str]:
             yield f"    {row['error']}"
         else:
             cells = "  ".join(row[key].ljust(widths[key]) for key in columns)
-            yield f"{'*' if row['default'] else ' '} {cells}  {row['port'] or '(no port)'}"
+            yield f"{'*' if row['default'] else ' '} {cells}  {_port_words(row)}"
     yield f"without a name, commands use {default}"
 
 
@@ -128,7 +135,7 @@ def _require_usable(name: str) -> None:
     if name.startswith(SIM):
         simulated_config(name.removeprefix(SIM))
         return
-    if name.endswith(".toml"):
+    if name.endswith(ENDING):
         raise BadRequest(f"the name of an arm file, not its path: {name!r}")
     load_arm(path_of(name))
 
@@ -148,6 +155,7 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
         "verified": model.verified,
         "dialect": config.connection.dialect,
         "port": config.connection.port,
+        "usb_serial": config.connection.usb_serial,
         "baud": config.connection.baud,
         "reach_mm": round(model.arm.levers_mm(None)[0], 1),
         "limits_deg": {
@@ -228,11 +236,10 @@ def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
 
 def arm_lines(view: dict[str, Any]) -> list[str]:
     """Return the view as lines of text."""
-    port = view["port"] or "(no port: only simulated)"
     lines = [
         f"{view['arm']}: {view['title']}, model {view['model']}"
         + ("" if view["verified"] else " (a template: Cartesian motion is refused)"),
-        f"speaks {view['dialect']} at {port}, {view['baud']} baud",
+        f"speaks {view['dialect']} at {_port_words(view)}, {view['baud']} baud",
     ]
     if "lengths" in view:
         named = view["lengths"].items()

@@ -345,15 +345,15 @@ def test_points_in_another_layout_get_the_format_when_rewritten():
 
 @every_row("number", ["2", "0", "true", '"1"', "1.0"])
 def test_notes_of_a_commissioning_of_an_unknown_format_are_not_used(number):
-    kept.write("bench", "x", {"base": kept.Notes(way="left", done=True)})
-    path = kept.path_of("bench")
+    kept.write_notes("bench", "x", {"base": kept.Notes(way="left", done=True)})
+    path = kept.notes_file("bench")
     text = path.read_text(encoding="utf-8")
     assert '"format": 1' in text
     path.write_text(text.replace('"format": 1', f'"format": {number}'), encoding="utf-8")
     with pytest.raises(StateFileError, match=r"format: expected the whole number 1|newer than"):
-        kept.read("bench", "x")
+        kept.read_notes("bench", "x")
     path.write_text(text.replace('"format": 1,', ""), encoding="utf-8")
-    assert kept.read("bench", "x")["base"].way == "left"
+    assert kept.read_notes("bench", "x")["base"].way == "left"
 
 
 def test_a_journal_of_another_format_is_not_called_damaged():

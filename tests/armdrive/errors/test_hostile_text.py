@@ -125,7 +125,7 @@ OWN_WORDS = {
         "control + _printable(text, stream)",
         "control + ''.join((f'{line}{line_end}' for line in shown))",
     },
-    "program/run_common.py": {"f'{words}\\n'"},  # in a signal handler; constants
+    "program/run_person.py": {"f'{words}\\n'"},  # in a signal handler; constants
 }
 """What is written past that module: our own words, that quote nothing."""
 

@@ -14,7 +14,7 @@ from armdrive.dialects.bus.tools import DrivePlace
 from armdrive.dialog import About
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import parse_arm
-from armdrive.setup.commissioning import TriedMotor, together
+from armdrive.setup.commissioning import TriedMotor, ask_together
 from armdrive.setup.directions import NOTHING, OTHER
 from armdrive.setup.filing import commissioned, new_text, signs_of
 from armdrive.setup.plan import Notes, plan_of
@@ -274,7 +274,7 @@ def test_in_the_end_all_drives_are_queried_and_missing_ones_are_named():
         bench.board.node(motor).port.plugged = True
     answers = iter(["yes", "no"])
     bench.person.says["in all? Then they are asked"] = lambda: next(answers)
-    missing = together(bench.dialog, bench.plan)
+    missing = ask_together(bench.dialog, bench.plan)
     assert "Not there, or two drives with one id: left wrist (drive 5)" in bench.person.text
     assert missing == NAMES
 

@@ -85,8 +85,8 @@ def a_world():
 
 
 def some_notes():
-    notes.write("bench", "1", {"base": notes.Notes()})
-    return notes.path_of("bench")
+    notes.write_notes("bench", "1", {"base": notes.Notes()})
+    return notes.notes_file("bench")
 
 
 def a_journal():
@@ -132,7 +132,7 @@ def a_default():
 WRITERS = {
     "position": (a_record, state_file),
     "world": (a_world, chosen_arm.world_file),
-    "notes": (some_notes, notes.path_of),
+    "notes": (some_notes, notes.notes_file),
     "journal": (a_journal, journal_file),
     "memory": (a_memory, lambda _: memory_file()),
     "history": (a_history, lambda _: places.states() / shell.HISTORY),
@@ -228,7 +228,7 @@ def read_world():
 
 def read_notes():
     with pytest.raises(StateFileError, match="cannot be read") as found:
-        notes.read("bench", "1")
+        notes.read_notes("bench", "1")
     return str(found.value)
 
 
@@ -254,7 +254,7 @@ def read_logbook():
 READERS = {
     "position": (read_record, state_file),
     "world": (read_world, chosen_arm.world_file),
-    "notes": (read_notes, notes.path_of),
+    "notes": (read_notes, notes.notes_file),
     "journal": (read_journal, journal_file),
     "memory": (read_memory, lambda _: memory_file()),
     "notice": (read_notice, lambda _: notice_path("bench", "holder")),

@@ -10,7 +10,7 @@ import pytest
 from cli_calls import started
 from waiting import LONG_S
 
-from armdrive.cli.program.run_common import INTERRUPTED, stopped_by_interrupt
+from armdrive.cli.program.run_person import INTERRUPTED, stopped_by_interrupt
 from armdrive.programs.journal import journal_file
 
 if sys.platform == "win32":

@@ -8,8 +8,8 @@ from amounts import every_row
 from program_acts import go
 from running_bench import table_arm
 
-from armdrive.cli.program.run_common import PromptLines, RunTerminal
 from armdrive.cli.program.run_output import CLEAR_LINE, Display, RunOutput
+from armdrive.cli.program.run_person import PromptLines, RunTerminal
 from armdrive.connect.control_socket import _lasting, _shown
 from armdrive.programs.acts import RunStep
 from armdrive.programs.problems import SourceMark, numbered_lines

@@ -261,7 +261,7 @@ def test_practice_needs_no_drives_and_writes_nothing(call):
     assert called.json["left_out"] == []
     assert tomllib.loads(called.json["arm_file"])["mks"]["ids"] == [1, 2, 3, 4, 5, 6]
     assert not places.arm_files().exists() or not list(places.arm_files().iterdir())
-    assert state_files(kept.ENDING) == []
+    assert state_files(kept.NOTES_ENDING) == []
 
 
 def test_the_file_is_written_once_that_is_agreed_to_and_the_rest_goes_on_later(
@@ -272,7 +272,7 @@ def test_the_file_is_written_once_that_is_agreed_to_and_the_rest_goes_on_later(
     called = call("can", "setup", "bench", "--port", PORT, code=1)
     assert "Left out: right wrist, left wrist, gripper, base" in called.out
     assert not path.exists()
-    assert kept.read("bench", arm().calibration)["elbow"].done
+    assert kept.read_notes("bench", arm().calibration)["elbow"].done
     type_in(monkeypatch, "yes")
     called = call("can", "setup", "bench", "--port", PORT, code=1)
     assert "its settings: nothing to do" in called.out
@@ -390,16 +390,18 @@ def test_an_adapter_is_chosen_from_those_that_are_there(call, drives, monkeypatc
 
 
 def test_unreadable_notes_are_reported_with_the_remedy():
-    path = kept.path_of("bench")
+    path = kept.notes_file("bench")
     path.parent.mkdir(parents=True, exist_ok=True)
     for text in ("{", '{"calibration": "x", "motors": {"base": {"gear": "much"}}}', "[]", '"x"'):
         path.write_text(text)
         with pytest.raises(StateFileError, match="delete it"):
-            kept.read("bench", "x")
-    kept.write("bench", "x", {"base": kept.Notes(way="left", gear=3.0, done=True)})
-    assert kept.read("bench", "x")["base"].way == "left"
-    assert kept.read("bench", "y")["base"] == kept.Notes(done=True)  # steps mean something else
-    assert kept.read("other", "x") == {}
+            kept.read_notes("bench", "x")
+    kept.write_notes("bench", "x", {"base": kept.Notes(way="left", gear=3.0, done=True)})
+    assert kept.read_notes("bench", "x")["base"].way == "left"
+    assert kept.read_notes("bench", "y")["base"] == kept.Notes(
+        done=True
+    )  # steps mean something else
+    assert kept.read_notes("other", "x") == {}
     assert set(NAMES) == {each.name for each in plan_of(arm()).drives}
 
 

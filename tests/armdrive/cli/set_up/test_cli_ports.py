@@ -109,6 +109,14 @@ def test_arm_files_that_are_broken_or_lack_their_port_are_listed(call, adapter):
     assert "broken cannot be used" in said
 
 
+def test_an_address_that_makes_no_sense_hides_no_other_port(call, adapter):
+    write_bench(adapter)
+    connection = '[connection]\ndialect = "mks"\nport = "can:slcan:/dev/x?bitrate500000"\n'
+    write_arm_file("bus", f'model = "minimover5-mks"\n{connection}')
+    (seen,) = call("ports", "--json", code=0).json["ports"]
+    assert seen["arm_files"] == ["bench"]
+
+
 @pytest.mark.parametrize("named", ["", "/dev/ttyUSB9"], ids=["no name", "its name of yesterday"])
 def test_an_arm_file_with_a_usb_number_has_the_port_of_that_adapter(call, adapter, named):
     write_bench(named, usb_serial=NUMBER)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 from chain_files import NAMES, shown_files, six_arm, six_links
-from cli_calls import Caller, typed, write_arm_file
+from cli_calls import Caller, typed, write_arm_file, write_bench
 from pages import blocks, page
 
 from armdrive import Arm
@@ -408,6 +408,28 @@ def test_all_problems_are_reported_at_once(call):
     assert not said["ok"]
     assert ["spede" in said["problems"][0], "baud" in said["problems"][1]] == [True, True]
     assert "2 problems" in call("config", "check", code=2).out
+
+
+@pytest.mark.parametrize(
+    ("dialect", "port", "said"),
+    [
+        ("mks", "can:slcan:/dev/x?bitrate500000", "write options as ?bitrate=500000"),
+        ("teachmover", "can:socketcan:can0", "is not on a bus: correct the port or the dialect"),
+    ],
+)
+def test_a_port_that_cannot_be_the_arms_is_a_problem(call, dialect, port, said):
+    model = "minimover5-mks" if dialect == "mks" else "teachmover"
+    connection = f'[connection]\ndialect = "{dialect}"\nport = "{port}"\n'
+    write_arm_file("bench", f'model = "{model}"\n{connection}')
+    assert said in call("config", "check", "bench", code=2).out
+
+
+def test_an_arm_whose_adapter_is_known_by_its_number_has_a_port(call):
+    write_bench("", usb_serial="A50285BI")
+    for words in (("list",), ("show", "bench"), ("check", "bench")):
+        said = call("config", *words, code=0).out
+        assert "no port" not in said
+        assert words == ("check", "bench") or "USB adapter A50285BI" in said
 
 
 def test_a_missing_arm_file_is_reported_as_in_the_list(call):

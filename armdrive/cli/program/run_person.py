@@ -1,43 +1,27 @@
-"""How a person answers and interrupts a run, and how a run begins and ends.
+"""The person at a run: Enter while a program waits, and Ctrl-C, which stops the arm.
 
 Program files, scripts and the entries of a prompt share this.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import json
 import os
 import queue
 import signal
 import sys
-import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
-from pathlib import Path
 from types import FrameType
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.commands import INTERRUPTED
-from armdrive.cli.presenter import ERROR_LABEL, as_json, complain, put_error, tell
 from armdrive.cli.program.run_output import Display
-from armdrive.cli.terminal_operator import ask_operator, settle_trust
-from armdrive.connect.target import Target
-from armdrive.errors import ArmError, BadRequest
-from armdrive.errors.printable import reason_of
-from armdrive.errors.table import tagged
-from armdrive.programs.scripts import own_traceback, place_of
-from armdrive.runtime.clock import PaceChoice
-from armdrive.sim.world.table import TableBlock
-from armdrive.storage.files import require_free
-from kinematics.errors import KinematicsError
 
-# A person's answers while a program runs: Enter, `armdrive resume`, and Ctrl-C.
+# Answers while a program waits: Enter, or `armdrive resume` from elsewhere.
 
 LOOK_EVERY_S = 0.05
 
@@ -202,103 +186,3 @@ def _say(words: str) -> None:
     except (OSError, ValueError):  # closed, or none of the system's
         with contextlib.suppress(OSError, ValueError):
             sys.stderr.write(f"{words}\n")
-
-
-# What running a program file and running a script have in common: arms, pictures, ends.
-
-
-def connect_to_run(options: argparse.Namespace, *, pace: PaceChoice = None) -> Arm:
-    """Connect to the arm that the options name, and settle whether its position can be trusted."""
-    require_table(chosen_target(options), options.put)
-    arm = connect_chosen(options, pace=options.pace or pace)
-    try:
-        put_blocks(arm, options.put)
-        options.put = []  # once, however often a script connects
-        tell(options, arm.status.which)
-        if arm.simulated or not options.check:
-            settle_trust(arm)
-        if not arm.simulated and sys.stdin.isatty() and not as_json(options):
-            arm.operator = ask_operator  # for a program that references the arm
-    except BaseException:
-        arm.close()
-        raise
-    return arm
-
-
-def require_table(target: Target, blocks: list[TableBlock]) -> None:
-    """Raise `BadRequest` where blocks are to be put on the table of a real arm."""
-    if blocks and not target.simulated:
-        raise BadRequest(
-            f"--put puts blocks on the table of a simulated arm, and {target.config.name} is a "
-            "real one: lay them out by hand"
-        )
-
-
-def put_blocks(arm: Arm, blocks: Sequence[TableBlock]) -> None:
-    """Put blocks on a simulated arm's table, one after the other, each on what lies there."""
-    if arm.twin is None:
-        return
-    with arm.parts.pace.lock:
-        for block in blocks:
-            arm.twin.world.put(block)
-
-
-def slow_down(arm: Arm, options: argparse.Namespace) -> None:
-    """Slow an arm down to the speed that the person asked for."""
-    if options.speed is not None:
-        arm.speed_override = options.speed
-
-
-def stands_at(arm: Arm) -> str:
-    """Return where an arm stands, as people read it."""
-    status = arm.status
-    return "the arm's position is unknown" if status.pose is None else f"tip {status.pose}"
-
-
-def require_recordable(path: Path, *, overwrite: bool) -> None:
-    """Raise `BadRequest` if no recording can be written there: after the run it is too late."""
-    require_free(path, overwrite=overwrite)
-    try:
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        reason = reason_of(error)
-        raise BadRequest(f"{path} could not be written: {reason}; nothing moved") from None
-
-
-def keep_recording(arm: Arm, options: argparse.Namespace) -> None:
-    """Write the recording of a run, if one is wanted; how the run ended counts for more."""
-    if options.record is None:
-        return
-    try:
-        # asked before the run; a script that connects twice writes the same file twice
-        arm.recorder.save(options.record, overwrite=True)
-    except ArmError as error:
-        complain(f"armdrive: {tagged(error)}")
-
-
-# What a script says besides its calls.
-
-
-@contextlib.contextmanager
-def script_words(options: argparse.Namespace) -> Iterator[None]:
-    """Keep what a script prints apart from JSON, and show the errors of its threads as its own."""
-    # what a script prints is no JSON: it goes where the words for people go
-    prints = contextlib.redirect_stdout(sys.stderr) if as_json(options) else None
-    before = threading.excepthook
-    threading.excepthook = lambda found: _thread_failed(options.program, found.exc_value)
-    try:
-        with prints or contextlib.nullcontext():
-            yield
-    finally:
-        threading.excepthook = before
-
-
-def _thread_failed(script: Path, error: BaseException | None) -> None:
-    """Show what ended a thread of a script: the rest of the script goes on, as in Python."""
-    if isinstance(error, ArmError | KinematicsError):
-        mark = place_of(error, script)
-        where = "" if mark is None else f"{mark}: "
-        complain(f"{ERROR_LABEL} {where}{tagged(error)}")
-    elif error is not None and not isinstance(error, SystemExit):
-        put_error(own_traceback(error, script))
