@@ -19,7 +19,7 @@ from armdrive.dialects.controller import (
     answer_without_device,
 )
 from armdrive.dialects.exchange import Script, ScriptIO
-from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
+from armdrive.dialects.speed_table import SpeedMeter, SpeedTable, speed_margin
 from armdrive.tasks import (
     DeviceProgram,
     Done,
@@ -134,12 +134,7 @@ class TeachMoverSettings:
         ),
         "SP, half-steps a second",
     )
-    speed_margin: float = setting(
-        2.0,
-        "how many times slower the arm may be, until it has been measured",
-        low=1.0,
-        high=20.0,
-    )
+    speed_margin: float = speed_margin(2.0)
     grip_bit: int = setting(0, "input bit of the grip switch", low=0, high=7)
     answer_margin_s: float = setting(0.5, "added to every deadline", low=0.1, high=10.0)
     careful_contact: bool = setting(
@@ -151,10 +146,6 @@ class TeachMoverSettings:
         for speed, rate_hz in SpeedTable(self.speed_table).points:
             within("teachmover.speed_table's setting", speed, 0, SPEED_MAX)
             within("teachmover.speed_table's rate", rate_hz, 1.0, 20_000.0)
-
-
-ANSWER_FACTOR = 2.0
-"""The timeout of an answer, as a multiple of the slowest arm's motion time."""
 
 
 class TeachMoverController(ScriptRunner[HostEvent]):
@@ -187,14 +178,14 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         data = self._host.send(command)
         began_s = self.io.now_s
         self.io.write(data, data.decode("ascii").strip())
-        motion_s = longest_s = 0.0
+        motion_s = timeout_s = 0.0
         if isinstance(command, Step):
             busiest = max(map(abs, command.steps))
             motion_s = busiest / self._table.rate_hz(command.speed)
-            longest_s = self._meter.longest_s(busiest, command.speed)
+            timeout_s = self._meter.timeout_s(busiest, command.speed)
         answer = LONGEST_REGISTERS if isinstance(command, Read) else ANSWER
         wire_s = (len(data) + answer) * self._byte_s
-        until_s = began_s + longest_s * ANSWER_FACTOR + wire_s + self._settings.answer_margin_s
+        until_s = began_s + timeout_s + wire_s + self._settings.answer_margin_s
         message = yield from self.io.wait_for(until_s, lambda event: isinstance(event, Completed))
         if not isinstance(message, Completed):
             self.give_up()

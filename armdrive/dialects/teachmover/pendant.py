@@ -239,8 +239,8 @@ def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> Row
     steps = (count + at for count, at in zip(row.positions, program.origin, strict=True))
     joints, opening_mm = transmission.to_joints(Motors(steps))
     rate = rate_hz(config, row)
-    fastest = SpeedTable(config.device.speed_table).points[-1][1]
-    speed = min(max(round(rate / fastest, 2), SLOWEST), 1.0)
+    fastest_hz = SpeedTable(config.device.speed_table).fastest_hz
+    speed = min(max(round(rate / fastest_hz, 2), SLOWEST), 1.0)
     return RowPlace(row.number, joints, opening_mm, rate, speed)
 
 
@@ -288,7 +288,7 @@ def move_row(
     Raises `BadField` if a row cannot hold a value.
     """
     table = SpeedTable(config.device.speed_table)
-    return ProgramRow.move(number, table.setting(table.points[-1][1] * speed), positions)
+    return ProgramRow.move(number, table.setting(table.fastest_hz * speed), positions)
 
 
 def places(config: ArmConfig, program: PendantProgram) -> tuple[RowPlace, ...]:
