@@ -14,7 +14,7 @@ from pages import DOCS, PAGES, ROOT, blocks, page
 from armdrive.config import arm as armfile
 from armdrive.config import sections as armsections
 from armdrive.config.write import MEANINGS, complete
-from armdrive.dialects.teachmover.controller import TeachMoverSettings
+from armdrive.dialects.teachmover.settings import TeachMoverSettings
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm, preset_arm
 from armdrive.text.toml import rule_of

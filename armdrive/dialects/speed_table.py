@@ -10,21 +10,26 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from operator import itemgetter
+from typing import Any
 
 from armdrive.errors import ArmFileError
+from armdrive.text.toml import setting
 
 
 @dataclass(frozen=True, slots=True)
 class SpeedTable:
-    """Pairs of (setting, steps a second), rising in both; settings between are interpolated.
+    """Pairs of (setting, steps a second), rising in both.
 
-    Raises `ArmFileError`, since the pairs come from an arm file.
+    Settings between two pairs are `interpolated`, or are never used: some boards round them. Raises
+    `ArmFileError`, since the pairs come from an arm file.
     """
 
     points: tuple[tuple[int, float], ...]
+    interpolated: bool = True
 
     def __post_init__(self) -> None:
         if len(self.points) < 2 or any(
@@ -37,6 +42,17 @@ class SpeedTable:
         if self.points[-1][0] - self.points[0][0] > MOST_SETTINGS:
             raise ArmFileError(f"speed_table spans more than {MOST_SETTINGS} settings")
 
+    @property
+    def settings(self) -> Sequence[int]:
+        """The settings that may be used, the slowest first."""
+        listed = [setting for setting, _ in self.points]
+        return range(listed[0], listed[-1] + 1) if self.interpolated else listed
+
+    @property
+    def fastest_hz(self) -> float:
+        """The steps a second of the fastest setting."""
+        return self.points[-1][1]
+
     def rate_hz(self, setting: int) -> float:
         """Return the steps a second that the table gives for a setting inside it."""
         (low, low_hz), (high, high_hz) = self._interval(setting)
@@ -44,7 +60,7 @@ class SpeedTable:
 
     def setting(self, rate_hz: float) -> int:
         """Return the fastest setting that is no faster than `rate_hz`; the slowest if all are."""
-        settings = range(self.points[0][0], self.points[-1][0] + 1)
+        settings = self.settings
         found = bisect_right(settings, rate_hz + 1e-9, key=self.rate_hz)
         return settings[max(found - 1, 0)]
 
@@ -55,6 +71,12 @@ class SpeedTable:
     def _interval(self, setting: int) -> tuple[tuple[int, float], tuple[int, float]]:
         index = min(self.part(setting), len(self.points) - 2)
         return self.points[index], self.points[index + 1]
+
+
+def speed_margin(default: float) -> Any:
+    """Declare the key `speed_margin` of a dialect's section, with its default."""
+    means = "how many times slower the arm may be, until it has been measured"
+    return setting(default, means, low=1.0, high=20.0)
 
 
 EARLY, LATE = 0.4, 1.5
@@ -123,8 +145,15 @@ class SpeedMeter:
         """Return how long these steps take if the arm is as slow as it may be."""
         return steps / self._table.rate_hz(setting) * self.part(setting).doubt
 
+    def timeout_s(self, steps: float, setting: int) -> float:
+        """Return how long the end of these steps is awaited."""
+        return TIMEOUT_FACTOR * self.longest_s(steps, setting)
+
 
 MOST_SETTINGS = 10_000
+
+TIMEOUT_FACTOR = 2.0
+"""The timeout of a motion, as a multiple of the slowest arm's time."""
 
 SHORTEST_MEASURED_S = 0.04
 """The time of a shorter motion says more about the wire than about the motors."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.teachmover.controller import TeachMoverSettings
+from armdrive.dialects.teachmover.settings import TeachMoverSettings
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board, speed_error
 from armdrive.sim.mechanics.motors import CoordinatedDrive
@@ -80,7 +80,7 @@ def rate_hz(speed: int, error: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class TwinSettings:
+class TeachMoverQuirks:
     """What is unverified about the real arm, or differs between arms.
 
     `grip_bit` is the input bit of the grip switch, by the arm file; the rest can be chosen.
@@ -144,13 +144,13 @@ class TeachMoverBoard(Board):
     def __init__(
         self,
         world: World | None = None,
-        settings: TwinSettings | None = None,
+        quirks: TeachMoverQuirks | None = None,
         *,
         baud: int | None = BAUD,
     ) -> None:
         world = world or World()
         super().__init__(world, CoordinatedDrive(world), baud)
-        self.settings = settings or TwinSettings()
+        self.quirks = quirks or TeachMoverQuirks()
         self.forget()
 
     def forget(self) -> None:
@@ -198,19 +198,19 @@ class TeachMoverBoard(Board):
     @property
     def inputs(self) -> int:
         """The input byte: bits set from outside, and the grip switch."""
-        grip = 1 << self.settings.grip_bit
+        grip = 1 << self.quirks.grip_bit
         return self.inputs_set & ~grip | (grip if self.world.grip_switch else 0)
 
     def details(self) -> dict[str, Json]:
         """Return the pendant's key, the outputs and the speed error."""
-        error = self.settings.speed_error
+        error = self.quirks.speed_error
         return {"key": self.key.name, "outputs": self.outputs, "speed_error": error}
 
     # Actions of a person.
 
     def set_input(self, bit: int, on: bool) -> None:
         """Set an input bit. The grip switch's own bit follows only the fingers."""
-        if bit == self.settings.grip_bit:
+        if bit == self.quirks.grip_bit:
             raise BadRequest(f"input {bit + 1} is the grip switch, which the fingers close")
         super().set_input(bit, on)
 
@@ -263,7 +263,7 @@ class TeachMoverBoard(Board):
                 self.outputs = self.outputs if output is None else output
                 self.drive.start(steps, self._rate_hz(speed), self.now_s)
             case Close(speed):
-                slow = CLOSE_RATE_HZ / (1.0 + self.settings.speed_error)
+                slow = CLOSE_RATE_HZ / (1.0 + self.quirks.speed_error)
                 rate = slow if speed is None else self._rate_hz(speed)
                 self.drive.start(self.world.steps_to_trip(), rate, self.now_s)
             case Run():
@@ -309,13 +309,13 @@ class TeachMoverBoard(Board):
         self.outgoing += self._codec.send(status)
 
     def _rate_hz(self, speed: int) -> float:
-        return rate_hz(speed, self.settings.speed_error)
+        return rate_hz(speed, self.quirks.speed_error)
 
 
-def _make(config: ArmConfig, world: World, settings: TwinSettings) -> TeachMoverBoard:
+def _make(config: ArmConfig, world: World, quirks: TeachMoverQuirks) -> TeachMoverBoard:
     device: TeachMoverSettings = config.device
-    settings = replace(settings, grip_bit=device.grip_bit)
-    return TeachMoverBoard(world, settings, baud=config.connection.baud)
+    quirks = replace(quirks, grip_bit=device.grip_bit)
+    return TeachMoverBoard(world, quirks, baud=config.connection.baud)
 
 
-KIND = SimDeviceKind(TeachMoverBoard, _make, TwinSettings)
+KIND = SimDeviceKind(TeachMoverBoard, _make, TeachMoverQuirks)

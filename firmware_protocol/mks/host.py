@@ -137,7 +137,7 @@ UNANSWERED_MAX = 8
 """Most motions per code that wait for their first reply; beyond that, the oldest is dropped."""
 
 
-class Course:
+class MotionReplies:
     """Tracks the motions with one code that were sent to a drive."""
 
     def __init__(self, node: int, code: Code) -> None:
@@ -221,7 +221,7 @@ class Course:
 # -- all requests to one drive -------------------------------------------------------------------
 
 
-class Expecting:
+class OpenRequests:
     """A drive's unanswered requests.
 
     Several motions may be unanswered, but only one other request per code.
@@ -230,20 +230,20 @@ class Expecting:
     def __init__(self, node: int) -> None:
         self._node = node
         self._asked: dict[Code, Request] = {}
-        self._courses: dict[Code, Course] = {}
+        self._motions: dict[Code, MotionReplies] = {}
 
     @property
     def unanswered(self) -> tuple[Request, ...]:
         """All requests without a first answer, in no particular order."""
-        motions = (course.unanswered for course in self._courses.values())
-        return (*self._asked.values(), *chain.from_iterable(motions))
+        motions = chain.from_iterable(each.unanswered for each in self._motions.values())
+        return (*self._asked.values(), *motions)
 
     def send(self, request: Request) -> None:
         """Record a request. Raises `LocalProtocolError` while a similar one is unanswered."""
         if isinstance(request, Motion):
-            if request.code not in self._courses:
-                self._courses[request.code] = Course(self._node, request.code)
-            self._courses[request.code].send(request)
+            if request.code not in self._motions:
+                self._motions[request.code] = MotionReplies(self._node, request.code)
+            self._motions[request.code].send(request)
             return
         code = answer_code(request)
         earlier = self._asked.get(code)
@@ -256,21 +256,21 @@ class Expecting:
 
     def settle(self) -> None:
         """Record that the motor is at rest."""
-        for course in self._courses.values():
-            course.settle()
+        for each in self._motions.values():
+            each.settle()
 
     def forget(self, request: Request) -> None:
         """Stop waiting for the answer to a request."""
         if isinstance(request, Motion):
-            if request.code in self._courses:
-                self._courses[request.code].forget(request)
+            if request.code in self._motions:
+                self._motions[request.code].forget(request)
         elif self._asked.get(answer_code(request)) == request:
             del self._asked[answer_code(request)]
 
     def clear(self) -> None:
         """Stop waiting for all answers."""
         self._asked.clear()
-        self._courses.clear()
+        self._motions.clear()
 
     def awaited(self, code: int) -> Request | None:
         """Return the request (not a motion) that an answer with this code belongs to."""
@@ -287,8 +287,8 @@ class Expecting:
         return Stray(self._node, answer)
 
     def _status(self, status: Status) -> Event | None:
-        if (course := self._courses.get(status.code)) is not None:
-            return course.receive(status.outcome)
+        if (motions := self._motions.get(status.code)) is not None:
+            return motions.receive(status.outcome)
         request = self._asked.pop(status.code, None)
         if request is None:
             return None
@@ -314,7 +314,7 @@ class Host:
     """
 
     def __init__(self, nodes: Iterable[int]) -> None:
-        self._drives: dict[int, Expecting] = {}
+        self._drives: dict[int, OpenRequests] = {}
         self._unpacker = Unpacker()
         self._events: EventQueue[Event] = EventQueue(EVENTS_MAX)
         for node in nodes:
@@ -333,7 +333,7 @@ class Host:
     def add(self, node: int) -> None:
         """Add a drive."""
         whole("node", node, 1, NODE_MAX)
-        self._drives.setdefault(node, Expecting(node))
+        self._drives.setdefault(node, OpenRequests(node))
 
     def unanswered(self, node: int) -> tuple[Request, ...]:
         """Return a drive's requests without a first answer, in no particular order."""
@@ -379,7 +379,7 @@ class Host:
         """
         self._drive(node).settle()
 
-    def _drive(self, node: int) -> Expecting:
+    def _drive(self, node: int) -> OpenRequests:
         if node not in self._drives:
             raise LocalProtocolError(f"no drive of this host has the id {node}")
         return self._drives[node]

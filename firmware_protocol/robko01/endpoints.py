@@ -10,7 +10,7 @@ from typing import TypeAlias
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.events import Overrun, Stray, Unreadable
 from firmware_protocol.fields import message
-from firmware_protocol.robko01.frames import Frame, FrameSplitter
+from firmware_protocol.robko01.frames import FrameSplitter, SuperFrame
 from firmware_protocol.robko01.messages import (
     Answer,
     Ping,
@@ -108,7 +108,7 @@ class Host(Endpoint):
     def next_event(self) -> Event | None:
         """Return the next event from the bytes received so far, or None."""
         frame = self._frames.next_frame()
-        if not isinstance(frame, Frame):
+        if not isinstance(frame, SuperFrame):
             return frame
         try:
             answer = decode_answer(frame)
@@ -127,7 +127,7 @@ class Host(Endpoint):
         """
         return super().forget()
 
-    def _accept(self, frame: Frame, answer: Answer) -> Event:
+    def _accept(self, frame: SuperFrame, answer: Answer) -> Event:
         request = self._request
         if request is None or frame.start < self._sent_at or not _answers(request, answer):
             return Stray(answer)
@@ -164,7 +164,7 @@ class Device(Endpoint):
         if self._request is not None:
             return None
         frame = self._frames.next_frame()
-        if not isinstance(frame, Frame):
+        if not isinstance(frame, SuperFrame):
             return frame
         try:
             self._request = decode_request(frame)

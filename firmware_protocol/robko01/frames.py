@@ -52,7 +52,7 @@ _LENGTHS = {
 
 
 @message()
-class Frame:
+class SuperFrame:
     """A frame with correct check bytes. `start` is the number of bytes received before it."""
 
     raw: bytes
@@ -105,7 +105,7 @@ class FrameSplitter:
         self._pending = bytearray()
         self._run = bytearray()
         self._reason = _NO_FRAME
-        self._waiting = EventQueue[Frame | Unreadable](_WAITING_MAX)
+        self._waiting = EventQueue[SuperFrame | Unreadable](_WAITING_MAX)
         self._consumed = 0
 
     @property
@@ -116,7 +116,7 @@ class FrameSplitter:
     @property
     def buffered(self) -> int:
         """Number of buffered bytes."""
-        waiting = sum(len(e.raw if isinstance(e, Frame) else e.data) for e in self._waiting)
+        waiting = sum(len(e.raw if isinstance(e, SuperFrame) else e.data) for e in self._waiting)
         return waiting + len(self._run) + len(self._pending)
 
     def feed(self, data: bytes) -> None:
@@ -137,7 +137,7 @@ class FrameSplitter:
             self.feed(b"")
         self._end_run()
 
-    def next_frame(self) -> Frame | Unreadable | Overrun | None:
+    def next_frame(self) -> SuperFrame | Unreadable | Overrun | None:
         """Return the next frame, the next run of bytes between frames, or None."""
         return self._waiting.next()
 
@@ -162,7 +162,7 @@ class FrameSplitter:
         wanted = check_bytes(frame[:-_CHECK])
         if size and frame[-_CHECK:] == wanted:
             self._end_run()
-            self._waiting.put(Frame(frame, self._consumed + at))
+            self._waiting.put(SuperFrame(frame, self._consumed + at))
             return size
         reason = f"the check bytes should be {wanted.hex(' ')}" if size else _NO_FRAME
         self._skip(pending[at : at + 1], reason)

@@ -27,8 +27,8 @@ from firmware_protocol.fields import (
 )
 from firmware_protocol.robko01.frames import (
     PAYLOAD_MAX,
-    Frame,
     Kind,
+    SuperFrame,
     frame_bytes,
 )
 
@@ -415,14 +415,14 @@ def encode_answer(answer: Answer, *, counts_check: bool = False) -> bytes:
     return frame_bytes(Kind.ANSWER, answer.op, rest, counts_check=counts_check)
 
 
-def decode_request(frame: Frame) -> Request:
+def decode_request(frame: SuperFrame) -> Request:
     """Decode a request. Raises `RemoteProtocolError`."""
     if frame.kind is not Kind.REQUEST:
         raise RemoteProtocolError("an answer, where requests belong")
     return _REQUESTS[_named(frame)].read(frame.rest)
 
 
-def decode_answer(frame: Frame) -> Answer:
+def decode_answer(frame: SuperFrame) -> Answer:
     """Decode an answer. Raises `RemoteProtocolError`."""
     if frame.kind is not Kind.ANSWER:
         raise RemoteProtocolError("a request, where answers belong")
@@ -440,7 +440,7 @@ def decode_answer(frame: Frame) -> Answer:
     return Acknowledged(op, status)
 
 
-def _named(frame: Frame) -> Op:
+def _named(frame: SuperFrame) -> Op:
     try:
         return Op(frame.op)
     except ValueError:

@@ -15,7 +15,7 @@ from armdrive.abilities import Abilities, Switching
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, BoardExchange
-from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, deviation_steps
+from armdrive.dialects.armdroid.settings import ArmdroidSettings
 from armdrive.dialects.controller import (
     HOST_DELAY_S,
     ScriptRunner,
@@ -24,6 +24,7 @@ from armdrive.dialects.controller import (
     answer_without_device,
 )
 from armdrive.dialects.exchange import TRIES, Script, ScriptIO, T
+from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -55,7 +56,6 @@ from firmware_protocol.armdroid.messages import encode_command
 from firmware_protocol.fields import wrapped16
 from kinematics.spaces import Motors
 
-ANSWER_TIMEOUT_FACTOR = 2.0  # timeout of a motion: this multiple of the slowest arm's time
 NEW_SESSION = (
     "the Armdroid's board sent its greeting: it was reset, or another program has opened its port"
 )
@@ -68,7 +68,8 @@ class ArmdroidMotion:
 
     io: ScriptIO[HostEvent]
     board: BoardExchange
-    rates: StepRates
+    table: SpeedTable
+    meter: SpeedMeter
     settings: ArmdroidSettings
     byte_s: float
 
@@ -84,8 +85,8 @@ class ArmdroidMotion:
             return rest
         sent_s, expected = self.io.now_s, _sum(start, drive.steps)
         self.board.let_loose(rest, encode_command(drive).decode("ascii"))
-        longest_s = self.rates.longest_s(Motors(drive.steps).largest, rpm) * ANSWER_TIMEOUT_FACTOR
-        came = yield from self.board.offsets_after(expected, len(rest), longest_s)
+        timeout_s = self.meter.timeout_s(Motors(drive.steps).largest, rpm)
+        came = yield from self.board.offsets_after(expected, len(rest), timeout_s)
         if came is None:
             return self.io.silence(sent_s)
         if came != expected:
@@ -119,13 +120,19 @@ class ArmdroidMotion:
         )
 
     def _measure(self, drive: DriveAll, rpm: int, took_s: float, sent: int) -> bool:
-        """Learn the arm's speed; return False if the duration is not plausible."""
+        """Learn the arm's speed; return False if the duration is not plausible.
+
+        The motors make their first step at once, so n steps take n - 1 intervals.
+        """
         if self.io.overdue:
             return False
-        moved_s = took_s - (sent + self.board.answer_bytes) * self.byte_s
-        slow_s = sent * self.settings.character_s  # an upper bound; a fast board needs less
-        steps = Motors(drive.steps).largest
-        return self.rates.measured(steps, rpm, least_s=moved_s - slow_s, most_s=moved_s)
+        most_s = took_s - (sent + self.board.answer_bytes) * self.byte_s
+        least_s = most_s - sent * self.settings.character_s  # a fast board needs no time for them
+        steps, rate_hz = Motors(drive.steps).largest, self.table.rate_hz(rpm)
+        meter = self.meter.part(rpm)
+        believable = any(meter.believable(steps / rate_hz, each) for each in (least_s, most_s))
+        meter.learn((steps - 1) / rate_hz, least_s)
+        return believable
 
 
 class ArmdroidController(ScriptRunner[HostEvent]):
@@ -140,16 +147,19 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         super().__init__(abilities, host)
         self._settings = settings
         self._byte_s = config.connection.byte_s
-        self._rates = StepRates(settings.speed_table, settings.speed_margin)
+        self._table = SpeedTable(settings.speed_table, interpolated=False)
+        self._meter = SpeedMeter(self._table, settings.speed_margin)
         self._board = BoardExchange(self.io, host, settings, self._byte_s)
-        self._motion = ArmdroidMotion(self.io, self._board, self._rates, settings, self._byte_s)
+        self._motion = ArmdroidMotion(
+            self.io, self._board, self._table, self._meter, settings, self._byte_s
+        )
 
     def script(self, request: Request) -> Script[HostEvent, Reply]:
         """Return the script for a request; commands that are safe to repeat are retried."""
         match request:
             case MoveBy(steps, rate_hz):
                 drive = DriveAll(_by_channel(self._settings.channels, steps))
-                return self._motion.move(drive, self._rates.rpm(rate_hz), request.released)
+                return self._motion.move(drive, self._table.setting(rate_hz), request.released)
             case ReadPosition():
                 return self._answered(self._board.look(), self._registers)
             case SwitchOn() if self._settings.switches_torque:
@@ -190,21 +200,26 @@ class ArmdroidController(ScriptRunner[HostEvent]):
 
     def usable_rate_hz(self, rate_hz: float) -> float:
         """Return the highest available rate at or below `rate_hz`, or else the lowest one."""
-        return self._rates.rate_hz(self._rates.rpm(rate_hz))
+        return self._table.rate_hz(self._table.setting(rate_hz))
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
         """Return the longest time that the steps may take, allowing for a slow arm."""
-        return self._rates.longest_s(steps, self._rates.rpm(rate_hz))
+        return self._meter.longest_s(steps, self._table.setting(rate_hz))
 
     def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
-        """Bound each motor's lead over its share of the path; all turn at the same rate."""
-        return deviation_steps(steps)
+        """Bound each motor's lead over its share of the path.
+
+        All turn at the same rate, so one with few steps ends early, and the path bends.
+        """
+        most = max(steps.largest, 1)
+        return tuple(abs(each) * (1.0 - abs(each) / most) for each in steps)
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Assume a whole burst after its letter (or its text): nothing ends it early."""
         text = 1
         if not self._settings.check_numbers:  # the numbers are sent along with the letter
-            text = self.abilities.motors * self._rates.number_bytes(burst_s)
+            most = max(int(burst_s * self._table.fastest_hz), 1)
+            text = self.abilities.motors * len(f"{most}-,")
         sent_s = self._board.taking_s(text) + HOST_DELAY_S
         seen_s = LONGEST_OFFSETS * self._byte_s + HOST_DELAY_S
         return self.whole_burst(burst_s, parts, sent_s, seen_s)

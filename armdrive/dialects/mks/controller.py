@@ -70,7 +70,7 @@ class MksController(ScriptRunner[Event]):
         self._contact = MksContact(io, self._stops, self._inquiry, self._choose)
         self._motion = MksMotion(io, self._stops, self._inquiry)
         self._bursts = MksBursts(io, self._motion)
-        self._homing = MksHoming(io, self._stops, motors.ranges)
+        self._homing = MksHoming(io, self._stops, self._inquiry, motors.ranges)
         self._choose()
 
     def _choose(self) -> None:

@@ -23,12 +23,12 @@ from armdrive.dialects.bus.phases import (
     run_phases,
 )
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
-from armdrive.dialects.mks.contact import OWN_ID
+from armdrive.dialects.mks.contact import OWN_ID, MksInquiry, stall_words
 from armdrive.dialects.mks.drive import MksDrive, setting_of
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.stops import MksStops
 from armdrive.dialects.mks.survey import is_shared
-from armdrive.tasks import Done, Halted, Progress, RequestRejected
+from armdrive.tasks import Alert, AlertKind, Done, Halted, Progress, RequestRejected
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     COUNTS_S_PER_RPM,
@@ -70,8 +70,10 @@ def two_zeros_words(drive: MksDrive) -> str:
 class MksHoming:
     """Lets drives home themselves."""
 
-    def __init__(self, io: MksExchange, stops: MksStops, ranges: Sequence[float]) -> None:
-        self._io, self._stops = io, stops
+    def __init__(
+        self, io: MksExchange, stops: MksStops, inquiry: MksInquiry, ranges: Sequence[float]
+    ) -> None:
+        self._io, self._stops, self._inquiry = io, stops, inquiry
         self._ranges = dict(zip(io.drives, ranges, strict=True))
         """How far each motor turns, in counts, between its joints' limits."""
         self._rates_hz: dict[MksDrive, float] = {}
@@ -120,10 +122,19 @@ class MksHoming:
         acts = {Act.STOP_HARD: stop, Act.HOLD: lambda: self._stops.hold(braking, judged=False)}
         yield from run_phases(io, Phase.HOMING, stages, acts)
         if search.wrong:
-            return RequestRejected(search.wrong)
+            return RequestRejected((yield from self._explained(search)))
         if search.left:
             return braking.unstopped() or Halted(kept=False)
         return (yield from self._verify_zeros(drives))
+
+    def _explained(self, search: HomingSearch[MksDrive]) -> MksScript[str]:
+        """Return what went wrong, and report a drive that has released its shaft."""
+        stalled = yield from self._inquiry.stalled(search.left)
+        if not stalled:
+            return search.wrong
+        words = stall_words(stalled[0])
+        self._io.notify(Alert(AlertKind.SWITCHED_OFF, words))
+        return f"{search.wrong}; {words}, or set the direction of its homing (90) the other way"
 
     def _verify_zeros(self, drives: Sequence[MksDrive]) -> Script:
         """Check that drives which have found their switches count from zero there.

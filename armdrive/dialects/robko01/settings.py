@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 
+from armdrive.dialects.speed_table import speed_margin
 from armdrive.text.toml import check_settings, setting
 
 
@@ -51,12 +52,7 @@ class RobkoSettings:
     step_chance_s: float | None = setting(
         None, "a motor can step once in this time; 0 at any moment", low=0.0, high=0.1
     )
-    speed_margin: float = setting(
-        1.5,
-        "how many times slower the arm may be, until it has been measured",
-        low=1.0,
-        high=20.0,
-    )
+    speed_margin: float = speed_margin(1.5)
     watchdog_s: float = setting(
         0.0,
         "the firmware stops after this long without a request; 0: it has no watchdog",

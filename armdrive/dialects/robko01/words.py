@@ -10,7 +10,7 @@ from armdrive.dialects.words import Describer, Message, Sentences, Weight, moved
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.events import Overrun, Unreadable
 from firmware_protocol.robko01 import Host, Op, Ping, Stray
-from firmware_protocol.robko01.frames import Frame, FrameSplitter
+from firmware_protocol.robko01.frames import FrameSplitter, SuperFrame
 from firmware_protocol.robko01.messages import (
     AXIS_NAMES,
     Acknowledged,
@@ -83,7 +83,7 @@ class RobkoFrames:
         return found
 
 
-def _weighed(frame: Frame | Unreadable) -> Message:
+def _weighed(frame: SuperFrame | Unreadable) -> Message:
     if isinstance(frame, Unreadable):
         return Message(frame.data, Weight.ANSWER)
     if frame.op in (Op.GET_ROBOT_ID, Op.SET_ROBOT_ID):
@@ -91,14 +91,14 @@ def _weighed(frame: Frame | Unreadable) -> Message:
     return Message(frame.raw, Weight.MOMENT, bytes((frame.op,)))
 
 
-def _frame(data: bytes) -> Frame:
+def _frame(data: bytes) -> SuperFrame:
     """Return the last frame in the data; the bytes before it flush the board's reader."""
     splitter = FrameSplitter()
     splitter.feed(data)
     splitter.silence()
     found = None
     while (frame := splitter.next_frame()) is not None:
-        found = frame if isinstance(frame, Frame) else found
+        found = frame if isinstance(frame, SuperFrame) else found
     if found is None:
         raise RemoteProtocolError("no frame")
     return found

@@ -2,7 +2,8 @@
 
 Which file decides what:
 
-    controller   an arm's requests, its settings, and the bounds of its stops
+    controller   an arm's requests, and the bounds of its stops
+    settings     what differs from arm to arm
     pendant      the program in the arm's memory: rows, file, meaning
     words        messages in words, and recognition
 """

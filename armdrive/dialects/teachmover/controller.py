@@ -6,7 +6,6 @@ A burst is one `@STEP`. Nothing can end it early, and its answer comes when the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
@@ -20,6 +19,7 @@ from armdrive.dialects.controller import (
 )
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
+from armdrive.dialects.teachmover.settings import TeachMoverSettings
 from armdrive.tasks import (
     DeviceProgram,
     Done,
@@ -35,10 +35,8 @@ from armdrive.tasks import (
     SetOutputs,
     WriteRow,
 )
-from armdrive.text.toml import check_settings, setting, within
 from firmware_protocol.teachmover import (
     MAX_ROWS,
-    SPEED_MAX,
     Command,
     Completed,
     Host,
@@ -108,7 +106,7 @@ ANSWER = len("1\r")
 LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
 STILL = (0, 0, 0, 0, 0, 0)
 
-FIRST_LINE = b"@25sd,,,,,d\r"
+HARMLESS_LINE = b"@25sd,,,,,d\r"
 """Makes an Armdroid harmless that was taken for a TeachMover.
 
 An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
@@ -119,42 +117,6 @@ last `d` moves every motor by zero steps. A TeachMover does not understand the l
 
 CONTACT_S = 0.25
 """Timeout for the answer to the first line, beyond its time on the wire."""
-
-
-@dataclass(frozen=True, slots=True)
-class TeachMoverSettings:
-    """The arm file's settings for facts that were never published or differ between arms."""
-
-    speed_table: tuple[tuple[int, float], ...] = setting(
-        (
-            (0, 30.0),
-            (140, 150.0),
-            (190, 250.0),
-            (240, 470.0),
-        ),
-        "SP, half-steps a second",
-    )
-    speed_margin: float = setting(
-        2.0,
-        "how many times slower the arm may be, until it has been measured",
-        low=1.0,
-        high=20.0,
-    )
-    grip_bit: int = setting(0, "input bit of the grip switch", low=0, high=7)
-    answer_margin_s: float = setting(0.5, "added to every deadline", low=0.1, high=10.0)
-    careful_contact: bool = setting(
-        True, "the first line is one that harms no Armdroid taken for a TeachMover"
-    )  # see FIRST_LINE
-
-    def __post_init__(self) -> None:
-        check_settings(self, "teachmover")
-        for speed, rate_hz in SpeedTable(self.speed_table).points:
-            within("teachmover.speed_table's setting", speed, 0, SPEED_MAX)
-            within("teachmover.speed_table's rate", rate_hz, 1.0, 20_000.0)
-
-
-ANSWER_FACTOR = 2.0
-"""The timeout of an answer, as a multiple of the slowest arm's motion time."""
 
 
 class TeachMoverController(ScriptRunner[HostEvent]):
@@ -187,14 +149,14 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         data = self._host.send(command)
         began_s = self.io.now_s
         self.io.write(data, data.decode("ascii").strip())
-        motion_s = longest_s = 0.0
+        motion_s = timeout_s = 0.0
         if isinstance(command, Step):
             busiest = max(map(abs, command.steps))
             motion_s = busiest / self._table.rate_hz(command.speed)
-            longest_s = self._meter.longest_s(busiest, command.speed)
+            timeout_s = self._meter.timeout_s(busiest, command.speed)
         answer = LONGEST_REGISTERS if isinstance(command, Read) else ANSWER
         wire_s = (len(data) + answer) * self._byte_s
-        until_s = began_s + longest_s * ANSWER_FACTOR + wire_s + self._settings.answer_margin_s
+        until_s = began_s + timeout_s + wire_s + self._settings.answer_margin_s
         message = yield from self.io.wait_for(until_s, lambda event: isinstance(event, Completed))
         if not isinstance(message, Completed):
             self.give_up()
@@ -220,8 +182,8 @@ class TeachMoverController(ScriptRunner[HostEvent]):
     def _make_contact(self) -> Script[HostEvent, None]:
         """Send the first line, and wait for its answer: a `0`, or nothing at all."""
         self._contacted = True
-        self.io.write(FIRST_LINE, "a line that moves no arm")
-        until_s = self.io.now_s + (len(FIRST_LINE) + len("0\r")) * self._byte_s + CONTACT_S
+        self.io.write(HARMLESS_LINE, "a line that moves no arm")
+        until_s = self.io.now_s + (len(HARMLESS_LINE) + len("0\r")) * self._byte_s + CONTACT_S
         message = yield from self.io.wait_for(until_s, lambda event: isinstance(event, Stray))
         if message is not None:
             yield from self.io.pause(self.io.now_s + 2.0 * self._byte_s)

@@ -140,7 +140,7 @@ def _shifted(row: ProgramRow, by: tuple[int, ...]) -> ProgramRow:
 # certainly a move is written as `move`. Any other keeps the device's own words, so that it can be
 # written back unchanged.
 
-FIRST_LINE = "armdrive pendant program 1"
+FORMAT_LINE = "armdrive pendant program 1"
 LARGEST_BYTES = 1_000_000
 """A larger file is no program."""
 
@@ -161,9 +161,9 @@ def parse_pendant(text: str) -> PendantProgram:
         for number, line in enumerate(text.splitlines(), 1)
         if (words := line.partition("#")[0].split())
     ]
-    if not lines or lines[0][1] != FIRST_LINE.split():
+    if not lines or lines[0][1] != FORMAT_LINE.split():
         raise PendantFileError(
-            f"this is not a pendant program: the first line must be `{FIRST_LINE}`"
+            f"this is not a pendant program: the first line must be `{FORMAT_LINE}`"
         )
     origin: tuple[int, ...] | None = None
     rows: list[ProgramRow] = []
@@ -239,8 +239,8 @@ def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> Row
     steps = (count + at for count, at in zip(row.positions, program.origin, strict=True))
     joints, opening_mm = transmission.to_joints(Motors(steps))
     rate = rate_hz(config, row)
-    fastest = SpeedTable(config.device.speed_table).points[-1][1]
-    speed = min(max(round(rate / fastest, 2), SLOWEST), 1.0)
+    fastest_hz = SpeedTable(config.device.speed_table).fastest_hz
+    speed = min(max(round(rate / fastest_hz, 2), SLOWEST), 1.0)
     return RowPlace(row.number, joints, opening_mm, rate, speed)
 
 
@@ -261,7 +261,7 @@ def text_of(config: ArmConfig, program: PendantProgram, when: str) -> str:
     heading = HEADING.format(arm=config.name, when=when).rstrip("\n")
     columns = "#     row speed" + "".join(f"{name:>12.11}" for name in names)
     rows = [f"{_line(row)}   # {meaning(config, program, row)}" for row in program.rows]
-    return "\n".join([FIRST_LINE, heading, *origin, "", columns, *rows, ""])
+    return "\n".join([FORMAT_LINE, heading, *origin, "", columns, *rows, ""])
 
 
 def view(config: ArmConfig, program: PendantProgram) -> dict[str, Any]:
@@ -288,7 +288,7 @@ def move_row(
     Raises `BadField` if a row cannot hold a value.
     """
     table = SpeedTable(config.device.speed_table)
-    return ProgramRow.move(number, table.setting(table.points[-1][1] * speed), positions)
+    return ProgramRow.move(number, table.setting(table.fastest_hz * speed), positions)
 
 
 def places(config: ArmConfig, program: PendantProgram) -> tuple[RowPlace, ...]:

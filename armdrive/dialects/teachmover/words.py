@@ -14,7 +14,7 @@ from armdrive.dialects.recognition import (
     Risk,
     decoded,
 )
-from armdrive.dialects.teachmover.controller import FIRST_LINE
+from armdrive.dialects.teachmover.controller import HARMLESS_LINE
 from armdrive.dialects.teachmover.pendant import PENDANT
 from armdrive.dialects.words import (
     AnswerLines,
@@ -96,7 +96,7 @@ SENTENCES: Sentences = MappingProxyType(
 
 
 def _sent(data: bytes) -> object:
-    if data == FIRST_LINE:
+    if data == HARMLESS_LINE:
         return "moves nothing, and makes an Armdroid harmless that was taken for a TeachMover"
     return decode_command(data.strip().lstrip(b"@"))
 
@@ -130,7 +130,7 @@ RECOGNITION = Recognition(
     Certainty.BARE,
     (
         # sent late: an Armdroid that was too busy to answer has no motion to repeat after this
-        Probe(_HARMLESS, FIRST_LINE, 0.5, risk=Risk.SETTINGS),
+        Probe(_HARMLESS, HARMLESS_LINE, 0.5, risk=Risk.SETTINGS),
         Probe("@READ", encode_command(Read(), ATTENTION), 1.0, risk=Risk.MOTION, after=_HARMLESS),
     ),
 )

@@ -163,7 +163,7 @@ _GOALS: Mapping[type, Callable[[NodeMotor, Any, float], int]] = MappingProxyType
 """The target of each kind of move; `pulse` is one pulse in counts."""
 
 
-class MksMotion:
+class MksNodeMotion:
     """The motion of one drive. `says` reports the outcome of a request.
 
     `lets_go` is called when a protection switches the motor's current off.

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, get_args
 
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import NodeMotor, NodePort
-from armdrive.sim.mks.motion import AGAINST_A_STOP, STALL_COUNTS, Flash, MksMotion
+from armdrive.sim.mks.motion import AGAINST_A_STOP, STALL_COUNTS, Flash, MksNodeMotion
 from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.world.saved import Json
 from firmware_protocol import mks
@@ -55,7 +55,7 @@ class MksNode:
         self.port = NodePort()
         self.firmware, self.flash, self.quirks = firmware, flash, quirks
         self.remake()
-        self.motion = MksMotion(
+        self.motion = MksNodeMotion(
             motor,
             flash,
             quirks,

@@ -28,7 +28,7 @@ from armdrive.connect.parts import assemble, connect_real, connect_simulated
 from armdrive.connect.port import explained, explaining
 from armdrive.connect.target import find, simulated_config, state_file
 from armdrive.dialects.recognition import comes_back
-from armdrive.dialects.teachmover.controller import FIRST_LINE
+from armdrive.dialects.teachmover.controller import HARMLESS_LINE
 from armdrive.dialog import Grade
 from armdrive.errors import DeviceFault, SettingsDiffer
 from armdrive.errors.printable import command_line
@@ -149,7 +149,7 @@ def test_a_simulated_arm_accepts_longer_planned_bursts_than_a_real_one():
 def test_the_first_line_to_a_teachmover_leaves_an_armdroid_nothing_to_repeat(left_over):
     host, droid = ArmdroidHost(), ArmdroidDevice()
     last = host.send(armdroid.DriveAll((10, 20, 30, 40, 50, 60)))
-    droid.receive_data(last + left_over + FIRST_LINE + b"@READ\r")
+    droid.receive_data(last + left_over + HARMLESS_LINE + b"@READ\r")
     heard = []
     while (event := droid.next_event()) is not None:
         heard.append(event)

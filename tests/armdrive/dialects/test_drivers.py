@@ -70,6 +70,13 @@ def test_a_rate_gets_the_fastest_setting_that_is_no_faster(rate_hz):
     assert TABLE.setting(rate_hz) == max(no_faster, default=3)
 
 
+@given(st.floats(1.0, 600.0))
+def test_a_table_that_is_not_interpolated_yields_only_its_own_settings(rate_hz):
+    table = SpeedTable(TABLE.points, interpolated=False)
+    no_faster = [setting for setting, hz in TABLE.points if hz <= rate_hz + 1e-9]
+    assert table.setting(rate_hz) == max(no_faster, default=3)
+
+
 def test_a_setting_of_the_table_is_in_the_part_that_it_begins():
     assert [TABLE.part(setting) for setting in (3, 139, 140, 190, 239, 240)] == [0, 0, 1, 2, 2, 3]
     assert [TABLE.rate_hz(setting) for setting, _ in TABLE.points] == [30.0, 150.0, 250.0, 470.0]

@@ -188,7 +188,7 @@ def test_every_motor_needs_a_drive(dialect, ids):
 
 def test_settings_reach_the_device():
     twin = simulate(simulated_config("teachmover"), speed_error=0.25)
-    assert twin.board.settings.speed_error == 0.25
+    assert twin.board.quirks.speed_error == 0.25
     robko = simulate_device(
         simulated_config("robko01"), settings={"board": "esp32", "watchdog_s": 3.0}
     )

@@ -17,7 +17,7 @@ from armdrive.connect.control_socket import (
     TAP_MOST,
     traffic,
 )
-from armdrive.dialects.teachmover.controller import FIRST_LINE
+from armdrive.dialects.teachmover.controller import HARMLESS_LINE
 from armdrive.dialects.words import plain
 from armdrive.errors.table import found
 from armdrive.registry import DIALECTS
@@ -280,7 +280,7 @@ SENT = [
     ("teachmover", b"@NONSENSE\r", "unreadable"),
     (
         "teachmover",
-        FIRST_LINE,
+        HARMLESS_LINE,
         "moves nothing, and makes an Armdroid harmless that was taken for a TeachMover",
     ),
     ("robko01", bytes.fromhex("aa 01 01 0b ab 0a"), "read the positions"),

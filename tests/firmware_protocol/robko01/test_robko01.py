@@ -33,9 +33,9 @@ from firmware_protocol.robko01 import (
 )
 from firmware_protocol.robko01.frames import (
     FRAME_MAX,
-    Frame,
     FrameSplitter,
     Kind,
+    SuperFrame,
     check_bytes,
     frame_bytes,
 )
@@ -100,13 +100,13 @@ ANSWER_BYTES = [
 @every_row("request_, data", REQUEST_BYTES)
 def test_a_request_is_these_bytes(request_, data):
     assert encode_request(request_).hex(" ").upper() == data
-    assert decode_request(Frame(bytes.fromhex(data), 0)) == request_
+    assert decode_request(SuperFrame(bytes.fromhex(data), 0)) == request_
 
 
 @every_row("answer, data", ANSWER_BYTES)
 def test_an_answer_is_these_bytes(answer, data):
     assert encode_answer(answer).hex(" ").upper() == data
-    assert decode_answer(Frame(bytes.fromhex(data), 0)) == answer
+    assert decode_answer(SuperFrame(bytes.fromhex(data), 0)) == answer
 
 
 def test_the_tables_leave_no_operation_out():
@@ -126,14 +126,14 @@ def test_a_firmware_that_counts_the_check_bytes_has_longer_lengths():
 def test_what_a_host_sends_can_be_read(request_):
     data = encode_request(request_)
     assert len(data) <= robko01.FRAME_MAX - 1
-    assert decode_request(Frame(data, 0)) == request_
+    assert decode_request(SuperFrame(data, 0)) == request_
 
 
 @given(ANSWERS)
 def test_what_a_device_sends_can_be_read(answer):
     data = encode_answer(answer)
     assert len(data) <= robko01.FRAME_MAX
-    assert decode_answer(Frame(data, 0)) == answer
+    assert decode_answer(SuperFrame(data, 0)) == answer
 
 
 @given(st.binary(min_size=4, max_size=31), st.integers(0, 40 * 8))
@@ -146,7 +146,7 @@ def test_one_wrong_bit_never_passes(data, bit):
 
 @given(st.sampled_from(Kind), st.integers(0, 255), st.binary(min_size=1, max_size=26))
 def test_any_frame_has_a_meaning_or_a_typed_reason(kind, op, rest):
-    frame = Frame(frame_bytes(kind, op, rest), 0)
+    frame = SuperFrame(frame_bytes(kind, op, rest), 0)
     decode, encode = {
         Kind.REQUEST: (decode_request, encode_request),
         Kind.ANSWER: (decode_answer, encode_answer),
@@ -168,7 +168,7 @@ def test_any_frame_has_a_meaning_or_a_typed_reason(kind, op, rest):
 )
 def test_a_frame_that_is_no_request_says_why(kind, op, rest, reason):
     with pytest.raises(RemoteProtocolError, match=reason):
-        decode_request(Frame(frame_bytes(kind, op, rest), 0))
+        decode_request(SuperFrame(frame_bytes(kind, op, rest), 0))
 
 
 @every_row(
@@ -185,7 +185,7 @@ def test_a_frame_that_is_no_request_says_why(kind, op, rest, reason):
 )
 def test_a_frame_that_is_no_answer_says_why(kind, op, rest, reason):
     with pytest.raises(RemoteProtocolError, match=reason):
-        decode_answer(Frame(frame_bytes(kind, op, rest), 0))
+        decode_answer(SuperFrame(frame_bytes(kind, op, rest), 0))
 
 
 @every_row(
@@ -433,7 +433,7 @@ PIECES = st.lists(
 )
 
 
-def split(chunks: list[bytes]) -> tuple[list[Frame | robko01.Unreadable], FrameSplitter]:
+def split(chunks: list[bytes]) -> tuple[list[SuperFrame | robko01.Unreadable], FrameSplitter]:
     splitter = FrameSplitter()
     found = []
     for chunk in chunks:
@@ -462,12 +462,12 @@ def test_every_byte_is_told_once_and_in_order(pieces):
     found, splitter = split([stream])
     splitter.silence()
     found += iter(splitter.next_frame, None)
-    raw = [entry.raw if isinstance(entry, Frame) else entry.data for entry in found]
+    raw = [entry.raw if isinstance(entry, SuperFrame) else entry.data for entry in found]
     assert b"".join(raw) == stream
     assert splitter.buffered == 0
     at = 0
     for entry, data in zip(found, raw, strict=True):
-        assert not isinstance(entry, Frame) or entry.start == at
+        assert not isinstance(entry, SuperFrame) or entry.start == at
         at += len(data)
 
 
@@ -492,7 +492,7 @@ def test_after_noise_a_good_frame_is_heard_once_a_silence_follows(noise, exchang
 @given(st.binary(max_size=80), REQUESTS.map(encode_request))
 def test_after_noise_a_good_frame_is_heard_once_a_longest_frame_has_followed(noise, frame):
     found, _ = split([noise + frame + bytes(robko01.FRAME_MAX)])
-    assert [entry.raw for entry in found if isinstance(entry, Frame)] == [frame]
+    assert [entry.raw for entry in found if isinstance(entry, SuperFrame)] == [frame]
 
 
 @given(EXCHANGES, st.data())

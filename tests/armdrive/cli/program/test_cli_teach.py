@@ -12,7 +12,7 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.program import teach
 from armdrive.connect.control_socket import serve
 from armdrive.connect.target import find, simulated_config
-from armdrive.dialects.teachmover.pendant import FIRST_LINE
+from armdrive.dialects.teachmover.pendant import FORMAT_LINE
 from armdrive.errors import ArmError
 from armdrive.motion import device as program_memory
 from armdrive.programs.teaching.recording import ProgramRecorder
@@ -251,7 +251,7 @@ WORDS = [[1, 3841, 14436, 28716, 43252, 65280, 65025, 64769], [2, 1, 2, 3, 4, 5,
 @pytest.fixture
 def rows(tmp_path):
     path = tmp_path / "rows.pendant"
-    path.write_text(f"{FIRST_LINE}\n{ROWS}", encoding="utf-8")
+    path.write_text(f"{FORMAT_LINE}\n{ROWS}", encoding="utf-8")
     return path
 
 
@@ -285,14 +285,14 @@ def test_without_a_person_to_ask_the_answer_is_no(call, rows):
 def test_a_file_that_cannot_be_used_is_named_with_its_line(call, tmp_path):
     path = tmp_path / "bad.pendant"
     assert "cannot be read" in call.refused("pendant", "write", str(path), code=2)
-    path.write_text(f"{FIRST_LINE}\nmove 1\n", encoding="utf-8")
+    path.write_text(f"{FORMAT_LINE}\nmove 1\n", encoding="utf-8")
     assert "line 2" in call.refused("pendant", "write", str(path), code=2)
 
 
 def test_rows_of_a_homed_arm_become_a_program_and_its_points(call, tmp_path):
     call("home", code=0)
     path = tmp_path / "home.pendant"
-    path.write_text(f"{FIRST_LINE}\nmove 1 140 0 0 0 0 0 0\n", encoding="utf-8")
+    path.write_text(f"{FORMAT_LINE}\nmove 1 140 0 0 0 0 0 0\n", encoding="utf-8")
     call("pendant", "write", str(path), "--yes", code=0)
     out = tmp_path / "out.pendant"
     call("pendant", "read", str(out), code=0)

@@ -26,6 +26,7 @@ from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.stops import ramp_to
 from armdrive.errors import Refused
 from armdrive.tasks import (
+    AlertKind,
     ClearFault,
     DeviceSettings,
     Done,
@@ -52,6 +53,7 @@ from firmware_protocol.mks import (
     MoveAbsoluteAxis,
     ReadStall,
     RunAtSpeed,
+    SetStallProtection,
     SilenceWatchdog,
     Stop,
     decode_request,
@@ -383,6 +385,21 @@ def test_a_search_that_finds_no_switch_is_ended(firmware, rpm, homing_s, words):
     drive.flash.put(homing_at(rpm))
     reply = bench.do(HomeDevice(((4,),)), 100.0)
     assert f"drive 5 (left wrist) found {words}" in denied(reply)
+    bench.check_stands(1.0)
+
+
+def test_a_drive_that_stalls_as_it_homes_is_said_to_have_released_its_shaft():
+    bench = MksBench().ready()
+    bench.node(5).sim.flash.put(SetStallProtection(on=True))
+    bench.begin(HomeDevice(((3, 4),)))
+    bench.run(0.2)
+    bench.node(5).block()
+    words = denied(bench.finish())
+    assert "drive 5 (left wrist) did not find its switch or stop" in words
+    assert "drive 5 (left wrist) has stalled" in words
+    assert "direction" in words
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.SWITCHED_OFF
     bench.check_stands(1.0)
 
 

@@ -14,7 +14,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import find
 from armdrive.dialects.teachmover.pendant import (
-    FIRST_LINE,
+    FORMAT_LINE,
     PendantProgram,
     meaning,
     parse_pendant,
@@ -279,7 +279,7 @@ def test_a_written_file_reads_back_the_same(program, origin):
 def test_rows_stand_below_their_motors():
     rows = (ProgramRow.move(1, 240, (100, -200, 300, -400, 500, -600)), ProgramRow(2, 250, ZERO))
     lines = written(PendantProgram(rows)).splitlines()
-    assert lines[0] == FIRST_LINE
+    assert lines[0] == FORMAT_LINE
     assert lines[-2] == (
         "move    1   240"
         + "".join(f"{n:>12}" for n in (100, -200, 300, -400, 500, -600))
@@ -305,13 +305,13 @@ def test_rows_stand_below_their_motors():
 )
 def test_a_line_that_is_none_is_named(line, words):
     with pytest.raises(PendantFileError, match=words):
-        parse_pendant(f"{FIRST_LINE}\n{line}\n")
+        parse_pendant(f"{FORMAT_LINE}\n{line}\n")
 
 
 @given(st.text(alphabet="mover awign0123456789- #\n", max_size=80))
 def test_whatever_stands_in_a_file_is_a_program_or_a_sentence(text):
     try:
-        read = parse_pendant(f"{FIRST_LINE}\n{text}")
+        read = parse_pendant(f"{FORMAT_LINE}\n{text}")
     except PendantFileError:
         return  # the only error that may be raised
     assert parse_pendant(written(read)) == read
@@ -324,7 +324,7 @@ def test_a_file_that_is_no_program_is_refused():
 
 def test_a_row_that_is_there_twice_can_be_kept_but_not_used():
     row = "move 1 240 1 2 3 4 5 6\n"
-    program = parse_pendant(f"{FIRST_LINE}\norigin 0 0 0 0 0 131072\n{row}{row.replace('6', '7')}")
+    program = parse_pendant(f"{FORMAT_LINE}\norigin 0 0 0 0 0 131072\n{row}{row.replace('6', '7')}")
     assert parse_pendant(written(program)) == program
     with pytest.raises(BadRequest, match="row 1 is there twice"):
         places(CONFIG, program)

@@ -9,7 +9,7 @@ from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice
 from armdrive.sim.simulated_arm import link_to
-from armdrive.sim.teachmover import TeachMoverBoard, TwinSettings
+from armdrive.sim.teachmover import TeachMoverBoard, TeachMoverQuirks
 from armdrive.tasks import Done, Interrupted, MoveBy, RequestRejected
 from firmware_protocol.teachmover import Key
 from kinematics import Motors
@@ -24,7 +24,7 @@ class TeachMoverBench(DriverBench):
     def __init__(self) -> None:
         table = {"model": "teachmover", "connection": {"dialect": "teachmover"}}
         super().__init__(DIALECTS["teachmover"].controller(parse_arm(table, name="bench")))
-        self.board = TeachMoverBoard(settings=TwinSettings(speed_error=SLOWER))
+        self.board = TeachMoverBoard(quirks=TeachMoverQuirks(speed_error=SLOWER))
         self.link = link_to(SimDevice(self.board))
 
     def _step(self, end_s: float) -> None:

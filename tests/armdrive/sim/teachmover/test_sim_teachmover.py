@@ -6,7 +6,7 @@ import pytest
 from sim_bench import BYTE_S, TeachMoverBench, descend, grasp, spread
 
 from armdrive.errors import BadRequest, LinkLost
-from armdrive.sim.teachmover import TeachMoverBoard, TwinSettings
+from armdrive.sim.teachmover import TeachMoverBoard, TeachMoverQuirks
 from armdrive.sim.world import World
 from armdrive.sim.world.table import TableBlock
 from firmware_protocol.teachmover import (
@@ -53,7 +53,7 @@ class TestSteps:
         assert bench.device.moving
 
     def test_a_slow_arm_takes_longer_and_goes_as_far(self):
-        slow = TeachMoverBench(TeachMoverBoard(settings=TwinSettings(speed_error=0.2)))
+        slow = TeachMoverBench(TeachMoverBoard(quirks=TeachMoverQuirks(speed_error=0.2)))
         slow.ask(STEP)
         assert slow.now_s == pytest.approx(30 * BYTE_S + 1.2, abs=1e-9)
         assert registers(slow) == (470, -235, 0, 10, 0, 0)
@@ -100,7 +100,7 @@ class TestCommands:
         assert (answer.key, answer.inputs) == (Key.GRIP, 0b1000)
 
     def test_the_grip_switch_has_an_input_bit(self):
-        bench = TeachMoverBench(TeachMoverBoard(settings=TwinSettings(grip_bit=2)))
+        bench = TeachMoverBench(TeachMoverBoard(quirks=TeachMoverQuirks(grip_bit=2)))
         spread(bench.device.world, 5.0)
         assert bench.ask(Read()).registers.inputs == 0
         grasp(bench.device.world)
