@@ -336,7 +336,7 @@ class DeskScreen(Screen[None]):
     @property
     def armed(self) -> bool:
         """Whether keys of this screen move the arm without a second press."""
-        return False
+        return self.hand is not None and self.hand.armed
 
     @property
     def says(self) -> str:
@@ -351,9 +351,9 @@ class DeskScreen(Screen[None]):
         return ""
 
     @property
-    def idle(self) -> tuple[str, ...]:
-        """Rows of the table of keys that would change nothing now, by id."""
-        return ()
+    def works(self) -> Mapping[str, bool]:
+        """Whether rows of the table of keys do anything now, by id; all others do."""
+        return {}
 
     @property
     def hint(self) -> str:
@@ -362,6 +362,8 @@ class DeskScreen(Screen[None]):
 
     def disarm(self, reason: str) -> None:
         """End a held jog of this screen, and disarm its keys."""
+        if self.hand is not None:
+            self.hand.disarm(reason)
 
     def compose(self) -> ComposeResult:
         """Lay out what every screen has around its own middle."""
@@ -423,7 +425,8 @@ class DeskScreen(Screen[None]):
             message = ""
         if lost:
             message = f"{without_link(status)}\n{message}".strip()
-        idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
+        idle = {row for row, works in self.works.items() if not works}
+        idle |= {*self._resting, *((STOP,) if lost else ())}
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
         fill_frame(self, message or self.hint + self._more, rows)
