@@ -78,10 +78,10 @@ class ArmLink:
         self.paused_at = ""
         """The screen of this desk that paused the arm; empty if another program did."""
         self._desk = desk
-        self._was_lost = False
+        self._unchecked = False
+        """Whether the link was lost, and the arm has not been checked since."""
         # counted, not flagged: a stop that comes and goes between two polls must not be missed
         self._stops = desk.arm.stops
-        self._notices, self._heard = 0, ""
 
     @property
     def lost(self) -> bool:
@@ -109,18 +109,18 @@ class ArmLink:
 
     def take(self, status: Status) -> None:
         """Store the latest status, and disarm the keys if the arm cannot move any more."""
-        if self.status.paused and not status.paused:
+        before, self.status = self.status, status
+        if before.paused and not status.paused:
             self.paused_at = ""  # another program may make the next pause
-        self.status = status
         self.follow_stops()
-        if self.lost:
+        if self.lost and not self._unchecked:
             self._note_loss()
-        elif self._was_lost:
-            self._note_return()
+        elif self._unchecked and status.state in (State.ERROR_STOP, State.DISABLED):
+            self._note_return()  # in other states the check still runs
         hand = self._desk.screens.hand
         if hand is not None and hand.armed and (why := self.hindrance(Needs.MOTORS)):
             hand.disarm(why)  # the first key after a reset must not move the arm
-        self._hear(status)
+        self._hear(before, status)
 
     def follow_stops(self, reason: str = STOPPED) -> None:
         """After a stop, by this desk or another program, end everything that was begun before it.
@@ -133,12 +133,11 @@ class ArmLink:
             self._desk.disarm(reason)
             self._desk.dialogs.close_questions()
 
-    def _hear(self, status: Status) -> None:
+    def _hear(self, before: Status, status: Status) -> None:
         """Show a new notice of the arm as the desk's message; clear it when the notice ends."""
-        new, self._notices = status.notices != self._notices, status.notices
-        before, self._heard = self._heard, status.notice
+        new = status.notices != before.notices
         # an ended notice clears the message only if the message is that notice
-        if new and (status.notice or self._desk.message == before):
+        if new and (status.notice or self._desk.message == before.notice):
             self._desk.message = status.notice
 
     @property
@@ -162,17 +161,15 @@ class ArmLink:
 
     def _note_loss(self) -> None:
         """Disarm the jog keys, and close the questions about a lost arm."""
+        self._unchecked = True
         self._desk.disarm("the link is lost")
-        if not self._was_lost:
-            self._was_lost = True
-            self._desk.say("")  # the last message was about a link that worked
-            self._desk.dialogs.close_questions()
+        self._desk.say("")  # the last message was about a link that worked
+        self._desk.dialogs.close_questions()
 
     def _note_return(self) -> None:
-        """Report the state in which the link came back; in other states the check still runs."""
-        if self.status.state in (State.ERROR_STOP, State.DISABLED):
-            self._was_lost = False
-            self._desk.say("the link is back: nothing was moved")
+        """Say that the link is back, and that the arm was checked."""
+        self._unchecked = False
+        self._desk.say("the link is back: nothing was moved")
 
 
 class ArmControl:
@@ -567,6 +564,7 @@ class Desk(KeyApp):
         self.input.person_s, self.input.hand = GATE_S, lambda: self.screens.hand
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
+        self.message = arm.status.notice
         self.control = ArmControl(self)
 
     def disarm(self, reason: str) -> None:
