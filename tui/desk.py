@@ -22,12 +22,11 @@ from textual.screen import Screen
 
 from armdrive import Arm
 from armdrive.errors import ArmError, BadRequest
-from armdrive.motion.dead_man import GATE_S
 from armdrive.moves import ParkMove
 from armdrive.render.scene import Moment
 from armdrive.status import IMMOBILE, IN_MOTION, State, Status, Trust
 from kinematics.spaces import Joints
-from tui.app import SUSPENDED_S, KeyApp, Outcome
+from tui.app import KeyApp, Outcome
 from tui.arm_view import SpaceView, move_cameras
 from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.jog.jogging import STOPPED, DeskJogging
@@ -59,9 +58,6 @@ from tui.widgets import PlainText, ScreenTabs, fill_frame, framed, text_of
 
 POLL_S = 0.05
 """Interval between two looks at the arm's status."""
-
-STARVED_S = 0.3
-"""A desk that was idle for this long has kept keys in its queue."""
 
 _SIGNAL_EXIT = 128  # as a shell reports the signal that ended a program
 
@@ -560,8 +556,7 @@ class Desk(KeyApp):
         """The arm file that the next desk is to be opened on."""
         # from the thread that reads the keys, so that a stop waits for no picture
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
-        self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
-        self.input.person_s, self.input.hand = GATE_S, lambda: self.screens.hand
+        self.input.hand = lambda: self.screens.hand
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
         self.message = arm.status.notice
