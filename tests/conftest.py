@@ -19,6 +19,9 @@ if sys.dont_write_bytecode:
 from _pytest.runner import runtestprotocol
 from amounts import THOROUGH
 from hypothesis import Phase, settings
+from waiting import FOREVER_S
+
+from armdrive.runtime import clock
 
 GARBAGE = 200_000
 """The number of new objects after which Python searches for garbage. By its default it would search
@@ -130,6 +133,15 @@ def tmp_path(_folders):
     folder = next(_folders)
     folder.mkdir()
     return folder
+
+
+@pytest.fixture(autouse=True)
+def _a_busy_computer_suspends_nothing(monkeypatch):
+    """Let an arm in real time wait for its turn, however long: a busy computer suspends nothing.
+
+    A test of a suspension says how long one lasts, or suspends a process of its own.
+    """
+    monkeypatch.setattr(clock, "SUSPENDED_S", FOREVER_S)
 
 
 @pytest.fixture(autouse=True)

@@ -152,6 +152,44 @@ def soon(call: Callable[..., object], *args: object) -> threading.Thread:
     return timer
 
 
+TURN_S = 0.1
+"""The time that passes between two turns of a device at most: a third of the shortest timeout."""
+
+
+class PatientClock:
+    """The computer's clock, which waits for a device that a busy computer keeps from its turn.
+
+    So no timeout of a driver ends before the device had several turns to answer. Without a device
+    this is `time.monotonic`. It never goes back.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._waited_s = 0.0
+        self._turns: dict[threading.Thread, float] = {}
+        """When each device had its latest turn."""
+
+    def wait_for(self, device: threading.Thread) -> None:
+        """Wait for the turns of this thread, as long as it is alive."""
+        with self._lock:
+            self._turns[device] = self._now_s()
+
+    def monotonic(self) -> float:
+        """Return the time in s; in the thread of a device this is one of its turns."""
+        with self._lock:
+            now_s, thread = self._now_s(), threading.current_thread()
+            if thread in self._turns:
+                self._turns[thread] = now_s
+            return now_s
+
+    def _now_s(self) -> float:
+        self._turns = {device: s for device, s in self._turns.items() if device.is_alive()}
+        now_s = time.monotonic() - self._waited_s
+        latest_s = min(self._turns.values(), default=now_s) + TURN_S
+        self._waited_s += max(now_s - latest_s, 0.0)
+        return min(now_s, latest_s)
+
+
 def suspended(pid: int) -> bool:
     """Return whether a process of this computer is stopped, as by SIGSTOP (Linux only)."""
     text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")

@@ -30,6 +30,7 @@ from textual.timer import Timer
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import in_words
+from armdrive.motion.dead_man import GATE_S
 from kinematics.errors import KinematicsError
 from tui.dialogs import HelpScreen, PostureScreen, StillPalette
 from tui.keys.keyboard import Keyboard
@@ -53,6 +54,9 @@ Found = TypeVar("Found")
 
 SUSPENDED_S = 1.0
 """An app that was idle for this long was suspended, because it polls more often than that."""
+
+STARVED_S = 0.3
+"""An app that was idle for this long has kept keys in its queue."""
 
 
 def is_printable(character: str) -> bool:
@@ -132,11 +136,9 @@ class AppInput:
     def __init__(self, app: KeyApp) -> None:
         self.urgent: Mapping[str, Callable[[], object]] = {}
         """What keys do in the thread that reads them, before the app handles them."""
-        self.suspended_s = math.inf
-        """An app that was idle for this long was suspended."""
-        self.starved_s = math.inf
-        """An app that was idle for this long has kept keys in its queue."""
-        self.person_s = 0.0
+        self.suspended_s = SUSPENDED_S
+        self.starved_s = STARVED_S
+        self.person_s = GATE_S
         """A key waits this long, and does nothing if another key arrives in that time."""
         self.hand: Callable[[], Hand | None] = lambda: None
         """Returns the jogging of the current screen; None if the screen has no jog keys."""

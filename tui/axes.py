@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from textual import events
 
@@ -79,40 +80,55 @@ def bar_parts(value: float | None, low: float, high: float, width: int) -> tuple
     return line * place, outside or "\N{BLACK CIRCLE}", line * (width - 1 - place)
 
 
+class HeldButton(Protocol):
+    """The jog key whose cap the mouse holds."""
+
+    held_button: str
+    """The key; empty if nothing is held."""
+
+    def moved(self) -> None:
+        """Note that the mouse has moved while it holds a cap."""
+
+    def lift(self) -> None:
+        """Let go of the cap."""
+
+
 class AxisTable(PlainText):
     """A titled panel of axes. Its key caps are buttons: pressing one holds it.
 
-    `push(pair, plus)` is called when a cap is pressed, `moved()` when the mouse moves while it
-    holds, `lift()` when it is let go. The table is never focused: no key can press a cap.
+    The table is never focused: no key can press a cap.
     """
 
     can_focus = False
 
     def __init__(
         self,
-        push: Callable[[JogPair, bool], None],
-        moved: Callable[[], None],
-        lift: Callable[[], None],
+        button: HeldButton,
+        push: Callable[[str], None],
         *,
         cap: Callable[[str], str],
         id: str,  # noqa: A002
     ) -> None:
-        """`cap` returns what is printed on a jog key."""
+        """`push` holds the cap of a jog key; `cap` returns what is printed on it."""
         super().__init__(id=id, classes="panel")
-        self._push, self._moved, self._lift = push, moved, lift
+        self._button = button
+        self._push = push
         self._cap = cap
         self._rows: tuple[AxisRow, ...] = ()
         self._note = ""
-        self.held: tuple[JogPair, bool] | None = None
-        """The pair and side that is held down."""
+        self._filled: object = None
 
-    def show_axes(self, rows: Sequence[AxisRow], note: str = "", *, held: bool) -> None:
-        """Show these axes; `held` says whether a pressed key cap still moves something."""
-        shown = (self._rows, self._note, self.held)
-        if not held:
-            self.held = None
+    @property
+    def held(self) -> str:
+        """The jog key whose cap in this table is held; empty if none is."""
+        key = self._button.held_button
+        pairs = (row.pair for row in self._rows if row.pair is not None)
+        return key if any(key in (pair.plus, pair.minus) for pair in pairs) else ""
+
+    def show_axes(self, rows: Sequence[AxisRow], note: str = "") -> None:
+        """Show these axes."""
         self._rows, self._note = tuple(rows), note
-        if (self._rows, self._note, self.held) != shown:
+        if (self._rows, self._note, self.held) != self._filled:
             self._fill()
 
     def set_titles(self, title: str, more: str) -> None:
@@ -130,6 +146,7 @@ class AxisTable(PlainText):
         width = self.content_size.width
         if width <= 0:
             return
+        self._filled = (self._rows, self._note, self.held)
         caps, spans = self._caps_width(), list[Span]()
         for row in self._rows:
             spans += [*self._row(row, width, caps), ("\n", "")]
@@ -160,8 +177,8 @@ class AxisTable(PlainText):
         if pair is None:
             yield " " * width, ""
             return
-        for plus, key in ((True, pair.plus), (False, pair.minus)):
-            left, right = ("<", ">") if self.held == (pair, plus) else (" ", " ")
+        for key in (pair.plus, pair.minus):
+            left, right = ("<", ">") if key == self.held else (" ", " ")
             text = f"{left}{self._cap(key):^{width // 2 - 2}}{right}"
             yield text, CAP_STYLE if left == " " else f"bold {CAP_STYLE} $warning"
 
@@ -173,15 +190,17 @@ class AxisTable(PlainText):
 
     # -- the mouse ------------------------------------------------------------------------------
 
-    def at(self, x: int, y: int) -> tuple[JogPair, bool] | None:
-        """Return the pair and side at a place in the content, None outside the key caps."""
+    def at(self, x: int, y: int) -> str:
+        """Return the jog key at a place in the content; empty outside the key caps."""
         width = self._caps_width()
         if not (0 <= y < len(self._rows) and 0 <= x < width):
-            return None
+            return ""
         pair = self._rows[y].pair
-        return None if pair is None else (pair, x < width // 2)
+        if pair is None:
+            return ""
+        return pair.plus if x < width // 2 else pair.minus
 
-    def _under(self, event: events.MouseEvent) -> tuple[JogPair, bool] | None:
+    def _under(self, event: events.MouseEvent) -> str:
         inner = self.content_region
         return self.at(math.floor(event.screen_x) - inner.x, math.floor(event.screen_y) - inner.y)
 
@@ -190,19 +209,17 @@ class AxisTable(PlainText):
         event.stop()
         self._let_go()
         found = self._under(event)
-        if event.button != 1 or found is None:
-            return
-        self.held = found
-        self.capture_mouse()
-        self._fill()
-        self._push(*found)
+        if event.button == 1 and found:
+            self.capture_mouse()
+            self._push(found)
+            self._fill()
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
         """Go on while the mouse stays on its cap; leaving it lets go."""
-        if self.held is None:
+        if not self.held:
             return
         if self._under(event) == self.held:
-            self._moved()
+            self._button.moved()
         else:
             self._let_go()
 
@@ -221,7 +238,6 @@ class AxisTable(PlainText):
 
     def _let_go(self) -> None:
         self.release_mouse()
-        if self.held is not None:
-            self.held = None
+        if self.held:
+            self._button.lift()
             self._fill()
-            self._lift()

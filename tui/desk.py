@@ -22,12 +22,11 @@ from textual.screen import Screen
 
 from armdrive import Arm
 from armdrive.errors import ArmError, BadRequest
-from armdrive.motion.dead_man import GATE_S
 from armdrive.moves import ParkMove
 from armdrive.render.scene import Moment
 from armdrive.status import IMMOBILE, IN_MOTION, State, Status, Trust
 from kinematics.spaces import Joints
-from tui.app import SUSPENDED_S, KeyApp, Outcome
+from tui.app import KeyApp, Outcome
 from tui.arm_view import SpaceView, move_cameras
 from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.jog.jogging import STOPPED, DeskJogging
@@ -60,9 +59,6 @@ from tui.widgets import PlainText, ScreenTabs, fill_frame, framed, text_of
 POLL_S = 0.05
 """Interval between two looks at the arm's status."""
 
-STARVED_S = 0.3
-"""A desk that was idle for this long has kept keys in its queue."""
-
 _SIGNAL_EXIT = 128  # as a shell reports the signal that ended a program
 
 
@@ -78,10 +74,10 @@ class ArmLink:
         self.paused_at = ""
         """The screen of this desk that paused the arm; empty if another program did."""
         self._desk = desk
-        self._was_lost = False
+        self._unchecked = False
+        """Whether the link was lost, and the arm has not been checked since."""
         # counted, not flagged: a stop that comes and goes between two polls must not be missed
         self._stops = desk.arm.stops
-        self._notices, self._heard = 0, ""
 
     @property
     def lost(self) -> bool:
@@ -109,18 +105,18 @@ class ArmLink:
 
     def take(self, status: Status) -> None:
         """Store the latest status, and disarm the keys if the arm cannot move any more."""
-        if self.status.paused and not status.paused:
+        before, self.status = self.status, status
+        if before.paused and not status.paused:
             self.paused_at = ""  # another program may make the next pause
-        self.status = status
         self.follow_stops()
-        if self.lost:
+        if self.lost and not self._unchecked:
             self._note_loss()
-        elif self._was_lost:
-            self._note_return()
+        elif self._unchecked and status.state in (State.ERROR_STOP, State.DISABLED):
+            self._note_return()  # in other states the check still runs
         hand = self._desk.screens.hand
         if hand is not None and hand.armed and (why := self.hindrance(Needs.MOTORS)):
             hand.disarm(why)  # the first key after a reset must not move the arm
-        self._hear(status)
+        self._hear(before, status)
 
     def follow_stops(self, reason: str = STOPPED) -> None:
         """After a stop, by this desk or another program, end everything that was begun before it.
@@ -133,12 +129,11 @@ class ArmLink:
             self._desk.disarm(reason)
             self._desk.dialogs.close_questions()
 
-    def _hear(self, status: Status) -> None:
+    def _hear(self, before: Status, status: Status) -> None:
         """Show a new notice of the arm as the desk's message; clear it when the notice ends."""
-        new, self._notices = status.notices != self._notices, status.notices
-        before, self._heard = self._heard, status.notice
+        new = status.notices != before.notices
         # an ended notice clears the message only if the message is that notice
-        if new and (status.notice or self._desk.message == before):
+        if new and (status.notice or self._desk.message == before.notice):
             self._desk.message = status.notice
 
     @property
@@ -162,17 +157,15 @@ class ArmLink:
 
     def _note_loss(self) -> None:
         """Disarm the jog keys, and close the questions about a lost arm."""
+        self._unchecked = True
         self._desk.disarm("the link is lost")
-        if not self._was_lost:
-            self._was_lost = True
-            self._desk.say("")  # the last message was about a link that worked
-            self._desk.dialogs.close_questions()
+        self._desk.say("")  # the last message was about a link that worked
+        self._desk.dialogs.close_questions()
 
     def _note_return(self) -> None:
-        """Report the state in which the link came back; in other states the check still runs."""
-        if self.status.state in (State.ERROR_STOP, State.DISABLED):
-            self._was_lost = False
-            self._desk.say("the link is back: nothing was moved")
+        """Say that the link is back, and that the arm was checked."""
+        self._unchecked = False
+        self._desk.say("the link is back: nothing was moved")
 
 
 class ArmControl:
@@ -336,7 +329,7 @@ class DeskScreen(Screen[None]):
     @property
     def armed(self) -> bool:
         """Whether keys of this screen move the arm without a second press."""
-        return False
+        return self.hand is not None and self.hand.armed
 
     @property
     def says(self) -> str:
@@ -351,9 +344,9 @@ class DeskScreen(Screen[None]):
         return ""
 
     @property
-    def idle(self) -> tuple[str, ...]:
-        """Rows of the table of keys that would change nothing now, by id."""
-        return ()
+    def works(self) -> Mapping[str, bool]:
+        """Whether rows of the table of keys do anything now, by id; all others do."""
+        return {}
 
     @property
     def hint(self) -> str:
@@ -362,6 +355,8 @@ class DeskScreen(Screen[None]):
 
     def disarm(self, reason: str) -> None:
         """End a held jog of this screen, and disarm its keys."""
+        if self.hand is not None:
+            self.hand.disarm(reason)
 
     def compose(self) -> ComposeResult:
         """Lay out what every screen has around its own middle."""
@@ -423,7 +418,8 @@ class DeskScreen(Screen[None]):
             message = ""
         if lost:
             message = f"{without_link(status)}\n{message}".strip()
-        idle = [*self.idle, *self._resting, *((STOP,) if lost else ())]
+        idle = {row for row, works in self.works.items() if not works}
+        idle |= {*self._resting, *((STOP,) if lost else ())}
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
         fill_frame(self, message or self.hint + self._more, rows)
@@ -560,10 +556,10 @@ class Desk(KeyApp):
         """The arm file that the next desk is to be opened on."""
         # from the thread that reads the keys, so that a stop waits for no picture
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
-        self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
-        self.input.person_s, self.input.hand = GATE_S, lambda: self.screens.hand
+        self.input.hand = lambda: self.screens.hand
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
+        self.message = arm.status.notice
         self.control = ArmControl(self)
 
     def disarm(self, reason: str) -> None:

@@ -425,6 +425,7 @@ class ModelDesk(KeyApp):
         self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS, look: str = ""
     ) -> None:
         super().__init__(model_keys(keys), braille=braille, look=look)
+        self.input.suspended_s = math.inf  # it does not poll, and seems idle between two keys
         self.hand = ModelHand(subject)
         self.pairs = self.hand.pairs
 

@@ -84,7 +84,7 @@ def run_desk(
         first=first,
         program=program,
     )
-    desk.message = hint or desk.message
+    desk.message = desk.message or hint
     try:
         with short_turns():
             desk.run_or_raise()

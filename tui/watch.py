@@ -20,7 +20,6 @@ from textual.screen import Screen
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
-from armdrive.motion.dead_man import GATE_S
 from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
 from armdrive.status import Trust
@@ -28,7 +27,7 @@ from armdrive.storage.lock_client import ask_holder, follow_holder
 from armdrive.text.reading import read_text
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
-from tui.app import SUSPENDED_S, KeyApp
+from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, keyboard_of
 from tui.keys.table import STOP
@@ -294,7 +293,6 @@ class Watching(KeyApp):
         self.view: Mapping[str, Any] = {}
         self.ended = ""
         self.message = "watching: no key here begins a motion, and leaving does not stop the arm"
-        self.input.suspended_s, self.input.person_s = SUSPENDED_S, GATE_S
         self._holder = holder
 
     def get_default_screen(self) -> Screen[None]:

@@ -7,16 +7,27 @@ import os
 import queue
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-from waiting import LONG_S
+from waiting import LONG_S, TURN_S, PatientClock
 from watched_sim import Watch
 
 from armdrive.connect.target import simulated_config
 from armdrive.registry import DIALECTS, simulate_device
+from armdrive.runtime import clock
+from armdrive.setup import dialog_runner
+from armdrive.sim import serving
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults import parse_option
 from armdrive.sim.serving import make_server, run_device
+from armdrive.transports import can_link, can_slcan
+
+# Device and driver share one clock, on which a late device is not late.
+PATIENT = PatientClock()
+serving.LONGEST_SLEEP_S = TURN_S / 2.0
+for module in (clock, can_link, can_slcan, dialog_runner, serving):
+    module.time = SimpleNamespace(monotonic=PATIENT.monotonic)
 
 
 class ServedDevice:
@@ -33,6 +44,7 @@ class ServedDevice:
             daemon=True,
         )
         self._thread.start()
+        PATIENT.wait_for(self._thread)
 
     def tell(self, line: str) -> str:
         """Give a command of the console and return its answer."""

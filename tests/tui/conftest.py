@@ -56,8 +56,7 @@ def _time_stands_still(monkeypatch):
 @pytest.fixture(autouse=True)
 def _keys_do_not_wait(monkeypatch):
     """Let a test press keys one after the other at once; a test of pasted text lets them wait."""
-    monkeypatch.setattr("tui.desk.GATE_S", 0.0)
-    monkeypatch.setattr("tui.watch.GATE_S", 0.0)
+    monkeypatch.setattr(app_module, "GATE_S", 0.0)
 
 
 @pytest.fixture

@@ -24,10 +24,10 @@ import fcntl, sys, termios
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 sys.path[:0] = sys.argv[2:]
 from desk_fake import FakeArm
-import tui.desk
+import tui.app
 from tui import run_desk
 
-tui.desk.GATE_S = 0.0  # these keys come at once, one after the other
+tui.app.GATE_S = 0.0  # these keys come at once, one after the other
 
 class Noting(FakeArm):
     def note(self, word):

@@ -83,7 +83,10 @@ def base(tmux):
 def test_a_person_arms_jogs_stops_and_leaves_inside_tmux(tmux):
     tmux.seen("Before you move anything")
     tmux.pressed("Enter", r"\A(?!(?s:.*)Before you move anything)")
-    tmux.pressed("q", "jog keys move nothing")
+    # a busy desk shows late that it has closed the dialog: one more Enter arms the keys
+    unarmed = lambda: tmux.press("Space" if " ARMED " in tmux.shown else "q")  # noqa: E731
+    told = lambda: "jog keys move nothing" in tmux.shown  # noqa: E731
+    tried(unarmed, told, "nothing was said about keys that are not armed", LOOK_S)
     start = base(tmux)
     tmux.pressed("Enter", " ARMED ")
     # a busy desk leaves out a key that it hears too late, and disarms where it was kept from work
@@ -91,7 +94,7 @@ def test_a_person_arms_jogs_stops_and_leaves_inside_tmux(tmux):
     tried(jog, lambda: base(tmux) != start, "the key jogged nothing", LOOK_S)
     assert base(tmux) > start
     tmux.press("Space")
-    tmux.seen("STOP requested")
+    tmux.seen("STOP requested|the jog was stopped")
     tmux.seen("DISARMED")
     tmux.press("C-q")
     tmux.gone()

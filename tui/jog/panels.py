@@ -20,7 +20,7 @@ from kinematics.text import deg_text, mm_text, shown_name
 from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
 from tui.desk import Desk
 from tui.jog.jogging import DeskJogging
-from tui.keys.table import MM_AXES, JogPair, Needs
+from tui.keys.table import MM_AXES, Needs
 from tui.safety import bound_text
 from tui.settings import JogSettings
 from tui.widgets import Span
@@ -320,7 +320,7 @@ class AxisPanels:
         self._changed = RecentChange(desk.clock)
         self._limits = tip_limits(desk.arm.model)
         self._tip, self._joints, self._gripper = (
-            AxisTable(self._push, hand.moved, hand.lift, cap=desk.keys.jog, id=name)
+            AxisTable(hand, self._push, cap=desk.keys.jog, id=name)
             for name in ("tip", "joints", "gripper")
         )
 
@@ -331,18 +331,16 @@ class AxisPanels:
     def show(self, status: Status) -> tuple[AxisRow, ...]:
         """Show a status; return the rows of the joints."""
         settings, model = self._desk.settings.jog, self._desk.arm.model
-        held = bool(self._hand.held_button)
         pose, limits = self._pose(status)
         joints = joint_rows(status, model, settings, self._changed)
         driven = settings.cartesian and pose is not None and limits_hold(status)
         tip = tip_rows(pose, limits, settings, self._changed, driven=driven)
-        self._tip.show_axes(tip, held=held)
-        self._joints.show_axes(joints, held=held)
+        self._tip.show_axes(tip)
+        self._joints.show_axes(joints)
         force_n = self._desk.arm.gripper.force_n
         self._gripper.show_axes(
             (gripper_row(status, model, settings, self._changed),),
             grip_line(status.gripping, force_n),
-            held=held,
         )
         self._name(settings)
         return joints
@@ -388,11 +386,11 @@ class AxisPanels:
         except ArmError:
             return None, limits  # it has become unknown since the status was taken
 
-    def _push(self, pair: JogPair, plus: bool) -> None:
-        """Hold the key cap of an axis."""
+    def _push(self, key: str) -> None:
+        """Hold the key cap of a jog key."""
         with self._desk.calls.acting():
             self._desk.link.require(Needs.MOTORS)
-            self._hand.push(pair.plus if plus else pair.minus)
+            self._hand.push(key)
 
 
 def _tip_title(frame: str) -> str:

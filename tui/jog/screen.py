@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import ClassVar, cast
 
@@ -134,11 +135,6 @@ class JogScreen(DeskScreen):
         self._load = Load()
 
     @property
-    def armed(self) -> bool:
-        """Whether jog keys have any effect."""
-        return self.hand.armed
-
-    @property
     def says(self) -> str:
         """The state of the jog keys, in words."""
         keys = self.desk.keys
@@ -162,16 +158,16 @@ class JogScreen(DeskScreen):
         return f"speed {settings.speed * 100:.0f}%{FACT_GAP}step {' '.join(steps)}"
 
     @property
-    def idle(self) -> tuple[str, ...]:
+    def works(self) -> Mapping[str, bool]:
         """Keys that are armed need no arming; keys that are not grasp nothing."""
-        frame = () if self.desk.settings.jog.cartesian else ("frame",)
-        link = self.desk.link
-        if link.status.state is State.HOMING:
-            return ("arm", "grasp", "park", *frame)
-        if not self.armed:
-            return ("grasp", *frame)
-        able = can_grasp(link.status.dialect)
-        return ("arm", *frame) if able else ("arm", "grasp", *frame)
+        status = self.desk.link.status
+        homing = status.state is State.HOMING
+        return {
+            "arm": not (self.armed or homing),
+            "grasp": self.armed and not homing and can_grasp(status.dialect),
+            "park": not homing,
+            "frame": self.desk.settings.jog.cartesian,
+        }
 
     @property
     def hint(self) -> str:
@@ -181,10 +177,6 @@ class JogScreen(DeskScreen):
             reference = keys.label("reference")
             return f"{reference} references the arm: only then does the desk know where it is"
         return f"{keys.label('stop')} stops at any time; {keys.label('help')} explains the keys"
-
-    def disarm(self, reason: str) -> None:
-        """End what is held, and let no jog key have effect."""
-        self.hand.disarm(reason)
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: the arm on the left, panels of numbers on the right."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -49,17 +50,14 @@ class MoveScreen(DeskScreen):
         return self.form.field(self.form.name)
 
     @property
-    def idle(self) -> tuple[str, ...]:
-        """The keys that go, or take another goal, while there is none."""
+    def works(self) -> Mapping[str, bool]:
+        """Without a goal no key goes, or takes another one."""
         preview = self.planned.preview
-        goes = preview is not None and preview.refusal is None
-        has_nearest = preview is not None and preview.nearest is not None
-        works = {
-            "move-go": goes,
-            "move-nearest": has_nearest,
+        return {
+            "move-go": preview is not None and preview.refusal is None,
+            "move-nearest": preview is not None and preview.nearest is not None,
             "move-posture": bool(other_ways(preview)),
         }
-        return tuple(row for row, does in works.items() if not does)
 
     def first_keys(self, status: Status) -> tuple[str, ...]:
         """Return the rows of every screen, and the key of a possible goal after a refusal."""

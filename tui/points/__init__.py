@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -86,7 +86,7 @@ def naming_text(naming: PointNaming, keys: Keyboard) -> str:
     return f"{asked}: {naming.text}_{hint}\n{enter} takes it, {stop} drops it"
 
 
-OF_NONE = ("teach", "pause")
+OF_NONE = ("points-teach", "points-pause")
 """Rows that do something although nothing has been saved yet."""
 
 
@@ -179,13 +179,13 @@ class PointsScreen(DeskScreen):
         return self.planned.text(status, self.planned.preview if fresh else None)
 
     @property
-    def idle(self) -> tuple[str, ...]:
-        """Keys that would do nothing. While a name is typed, they are its letters."""
-        if self.selection.naming is None and self.selection.listed.points:
-            return ()
-        none = () if self.selection.naming is not None else OF_NONE
-        all_ = (row.id for row in self.desk.keys.rows if row.place == self.place)
-        return tuple(name for name in all_ if name.removeprefix("points-") not in none)
+    def works(self) -> Mapping[str, bool]:
+        """While a name is typed, keys are its letters; before the first point, few do anything."""
+        naming = self.selection.naming is not None
+        if self.selection.listed.points and not naming:
+            return {}
+        rows = (row.id for row in self.desk.keys.rows if row.place == self.place)
+        return {row: row in OF_NONE and not naming for row in rows}
 
     def needs(self, row: DeskKey) -> Needs:
         """Return what a key needs of the arm: nothing while a name is typed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import ClassVar
 
@@ -58,11 +58,16 @@ def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
         yield f"line {far.mark.line}, {acts}, {took} of simulated time", ""
 
 
-def rehearsed_lines(found: Rehearsal, keys: Keyboard, again: str) -> Iterator[Span]:
-    """Say what a rehearsal found; `again` asks for the second press of the key that runs it."""
+def rehearsed_lines(
+    found: Rehearsal, keys: Keyboard, again: str, spoken: Callable[[str], str]
+) -> Iterator[Span]:
+    """Say what a rehearsal found; `again` asks for the second press of the key that runs it.
+
+    `spoken` puts a sentence into the words of the desk.
+    """
     if found.refusal is not None:
         where = "" if found.at is None else f" IN LINE {found.at.line}"
-        yield f"REFUSED{where}: {reason(found.refusal)}", WRONG
+        yield f"REFUSED{where}: {spoken(reason(found.refusal))}", WRONG
     else:
         acts = counted(sum(map(len, found.loops)), "act")
         yield f"rehearsed: {duration(found.took_s)}, {acts}{found.end_words}", "$text-success"
@@ -71,7 +76,7 @@ def rehearsed_lines(found: Rehearsal, keys: Keyboard, again: str) -> Iterator[Sp
         else:
             yield f"{keys.label('program-go')} twice runs it: THE ARM MOVES", ""
     for each in found.assumptions:
-        yield f"assumed: {each}", "dim"
+        yield spoken(f"assumed: {each}"), "dim"
 
 
 def running_lines(
@@ -203,13 +208,17 @@ class ProgramScreen(DeskScreen):
         return f"a program moves the arm: {stop} stops it" if self.run.busy else super().says
 
     @property
-    def idle(self) -> tuple[str, ...]:
-        """The ids of rows that would do nothing now, depending on the program."""
-        names: tuple[str, ...] = ("next", "rehearse") if self.run.busy else ("forward",)
-        if not self.files.paths:
-            names = ("go", "next", "rehearse", "stepping")
-        asks = () if self.run.asks else ("forward",)
-        return tuple(f"program-{name}" for name in (*names, *asks))
+    def works(self) -> Mapping[str, bool]:
+        """A program with mistakes does not run; a running one is not chosen or rehearsed."""
+        checked, busy = self.files.checked, self.run.busy
+        runs = checked is not None and checked.program is not None
+        return {
+            "program-go": runs,
+            "program-next": bool(self.files.paths) and not busy,
+            "program-rehearse": runs and not busy,
+            "program-stepping": bool(self.files.paths),
+            "program-forward": bool(self.run.asks),
+        }
 
     def first_keys(self, status: Status) -> tuple[str, ...]:
         """Return the key that a waiting program needs, or those that every screen needs."""
@@ -245,8 +254,7 @@ class ProgramScreen(DeskScreen):
         programs.show_rows(names, files.at if names else None)
         programs.display = bool(files.paths) and not run.busy
         self._show_lines()
-        lines = ((self.desk.spoken(line), ink) for line, ink in self._run_lines(status))
-        self.text("run").show_lines(lines)
+        self.text("run").show_lines(self._run_lines(status))
         printed = [printable(each) for each in [*run.printed][-PRINTS_SHOWN:]]
         self.show_panel("printed", "\n".join(printed))
 
@@ -274,16 +282,18 @@ class ProgramScreen(DeskScreen):
         elif checked is None:
             yield "reading it ...", ""
         elif checked.program is None:
-            yield mistakes(checked.error, checked.path), WRONG
+            # not `spoken`: it quotes lines of the file
+            yield keys.presented(mistakes(checked.error, checked.path)), WRONG
         else:
             if run.outcome:
                 file, failed = file_name(checked.path, self.files.folder), run.failed
-                yield from ended_lines(run.outcome, file, failed=failed)
+                yield from ended_lines(self.desk.spoken(run.outcome), file, failed=failed)
             found = self.start.rehearsal.fresh(checked.program, status)
             if self.start.rehearsal.job.busy:
                 yield from rehearsing_lines(self.start.rehearsal.far)
             elif found is not None:
-                yield from rehearsed_lines(found, keys, self.desk.confirmation.again)
+                again = self.desk.confirmation.again
+                yield from rehearsed_lines(found, keys, again, self.desk.spoken)
             elif not run.outcome:
                 yield from checked_lines(keys)
         if run.stepping:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import ClassVar
 
@@ -147,9 +148,10 @@ class SetupScreen(DeskScreen):
             self.query_one("#setup-panel").scroll_home(animate=False)
 
     @property
-    def idle(self) -> tuple[str, ...]:
-        """Keys that are for another stage than this one."""
-        return (*self.stage.idle, *(["setup-back"] if self.stage.before is None else []))
+    def works(self) -> Mapping[str, bool]:
+        """Some keys are for another stage than this one."""
+        back = self.stage.before is not None
+        return {**dict.fromkeys(self.stage.idle, False), "setup-back": back}
 
     def disarm(self, reason: str) -> None:
         """Let nothing be half chosen; a stop also leaves the step."""

@@ -256,18 +256,17 @@ class Ports(SetupStage):
         self.candidates: tuple[ClosedPort, ...] = ()
         self.other = TypedText()
         """A port that is not listed."""
-        self._looking = True
         self.found: Report | None = None
         self._asked = ""
-        desk.calls.make(self._look)  # who holds a port is not found in a moment
+        """The port that is being asked."""
+        # who holds a port is not found in a moment
+        self._looking = desk.calls.work_out(closed_ports, self._list)
 
-    def _look(self) -> None:
-        try:
-            found = closed_ports()
-        finally:
-            self._looking = False
-        self.marked = len(found) if self.other.text else 0
-        self.candidates = found
+    def _list(self, found: tuple[ClosedPort, ...] | None) -> bool:
+        if found is not None:
+            self.marked = len(found) if self.other.text else 0
+            self.candidates = found
+        return True
 
     @property
     def idle(self) -> tuple[str, ...]:
@@ -291,7 +290,7 @@ class Ports(SetupStage):
     def text(self) -> StageText:
         """List the ports; of the marked one, all that is known, and what was found behind it."""
         rows = [each.port for each in self.candidates]
-        looking = "looking for ports ..." if self._looking else "Listing has opened none."
+        looking = "looking for ports ..." if self._looking.busy else "Listing has opened none."
         head = f"Which port leads to the arm? {looking}"
         known = [] if self.typing else ["", *self.candidates[self.marked].lines]
         tail = "\n".join([*known, "", *self._next()]).removeprefix("\n")
@@ -328,16 +327,17 @@ class Ports(SetupStage):
     def _begin_asking(self) -> None:
         """Ask the port, in a thread."""
         self._asked = self.port
-        self.desk.calls.make(partial(self._ask, self.port))
+        self.desk.calls.work_out(partial(_report_on, self.port), self._take_report)
 
-    def _ask(self, port: str) -> None:
-        try:
-            closed = look_at(port)
-            self.found = (
-                probe(port) if closed.openable else Report(port, findings=[*closed.findings])
-            )
-        finally:
-            self._asked = ""
+    def _take_report(self, found: Report | None) -> bool:
+        self._asked, self.found = "", found or self.found
+        return True
+
+
+def _report_on(port: str) -> Report:
+    """Ask a port that can be opened what is behind it; else say why it cannot."""
+    closed = look_at(port)
+    return probe(port) if closed.openable else Report(port, findings=[*closed.findings])
 
 
 class InterviewAsking(SetupStage):

@@ -256,9 +256,7 @@ def test_another_thread_stops_a_run_in_real_time():
     from armdrive.connect.parts import connect_simulated
     from armdrive.connect.target import simulated_config
 
-    config = simulated_config("teachmover")
-    with Arm(connect_simulated(config, pace=200.0)) as arm:
-        arm.home()
+    with Arm(connect_simulated(simulated_config("teachmover"), pace="real")) as arm:
         ended = threading.Event()
 
         def stop():  # what comes before the run stops nothing

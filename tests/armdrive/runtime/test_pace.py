@@ -26,7 +26,7 @@ from armdrive.dialog import Grade
 from armdrive.errors import ArmError, BadRequest, DeviceFault, Stopped
 from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime import clock as pace
-from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
+from armdrive.runtime.clock import SUSPENDED_S, RealPace, SimulatedClock, SimulatedPace
 from armdrive.setup.survey import measured_jitter, of_jitter
 from armdrive.status import Lateness, SchedulingJitter, State, Trust, status_view
 from armdrive.tasks import ReadPosition, Registers, Timeout
@@ -244,12 +244,13 @@ class Sleeper:
 def test_a_suspension_is_noticed_wherever_it_falls(place, asleep_s, monkeypatch):
     clock = Clock()
     monkeypatch.setattr(pace, "time", clock)
+    monkeypatch.setattr(pace, "SUSPENDED_S", SUSPENDED_S)
     real = RealPace()
     sleeper = Sleeper(clock, place, asleep_s)
     real._engine = sleeper
     real._drive()
     assert [(rounds, round(time_s, 3)) for rounds, time_s in sleeper.missed] == [(2, asleep_s)]
-    if asleep_s > pace.SUSPENDED_S:
+    if asleep_s > SUSPENDED_S:
         assert (2 in sleeper.waits) == (place == "wait")
 
 

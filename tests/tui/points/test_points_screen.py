@@ -60,6 +60,16 @@ async def test_the_list_shows_points_and_what_is_chosen():
         await session.follow([("up", {"list": "> up", "chosen": "base -20.0°"})])
 
 
+async def test_points_are_renamed_and_deleted_while_the_link_is_lost():
+    async with PointSession() as session:
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        await session.keys("r 'ab enter")
+        assert set(session.arm.points) == {"leftab", "right", "up"}
+        await session.twice("delete")
+        assert set(session.arm.points) == {"right", "up"}
+
+
 async def test_a_point_is_gone_to_after_two_presses_and_no_held_key():
     async with PointSession() as session:
         await session.choose("right")

@@ -30,7 +30,7 @@ draw 0, -20, 0
 """
 WRONG = """\
 type "ok"
-mov nowhere
+mov wrist_pitch
 """
 REFUSED = """\
 type "off we go"
@@ -129,8 +129,10 @@ async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown
             f"> {named}", "  waits.arm", "  wave.arm"
         ]  # fmt: skip
         assert "line 2, column 1: there is no word 'mov'" in session.text("run")
+        session.shows("mistakes", run="    mov wrist_pitch", not_footer="go (twice)")
+        session.shows("mistakes", not_footer="rehearse")
         await session.follow([("enter", {"messages": "correct its file first"})])
-        assert ">   2  mov nowhere" in session.text("program")
+        assert ">   2  mov wrist_pitch" in session.text("program")
         await session.press("up")
         await at_rest(session.pilot)
         assert "> wave.arm" in session.text("programs")
