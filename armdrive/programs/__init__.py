@@ -7,8 +7,7 @@ Which file decides what:
                       many lines it may run without an act
     interpreter       what each word does, as acts; the bounds of calls and values
     acts              what a program can ask of an arm
-    running           acts carried out on an arm; the person
-    waits             delays of programs, and how pauses and stops affect them
+    running           acts carried out on an arm; the person; how pauses and stops affect delays
     rehearsal         the same acts on a simulated twin, its assumptions, and its time limit
     progress          the progress of a run, and its remaining time
     journal           the record of an interrupted run, and whether it may be resumed

@@ -33,8 +33,7 @@ from armdrive.programs.rehearsal import (
     SeenArm,
     rehearse,
 )
-from armdrive.programs.running import Performer, ProgramRun, RunPlan
-from armdrive.programs.waits import BREATH_S
+from armdrive.programs.running import BREATH_S, Performer, ProgramRun, RunPlan
 from armdrive.status import Status
 from armdrive.storage.files import stamp_of
 from armdrive.text.reading import read_text

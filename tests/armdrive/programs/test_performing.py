@@ -19,7 +19,7 @@ from waiting import until
 from armdrive import Arm
 from armdrive.arm import device
 from armdrive.errors import BadRequest, InputTimeout, Refused, Stopped
-from armdrive.programs import waits
+from armdrive.programs import running
 from armdrive.programs.acts import (
     AwaitInputs,
     Delay,
@@ -200,7 +200,7 @@ def test_while_the_arm_is_paused_no_act_begins_and_a_stop_ends_the_wait(arm, mon
             arm.request_stop()
             arm.sleep(0.1)
 
-    monkeypatch.setattr(waits.time, "sleep", breath)
+    monkeypatch.setattr(running.time, "sleep", breath)
     arm.pause()
     performer(arm).perform(Outputs(on=(1,)))
     assert len(slept) == 3
@@ -218,7 +218,7 @@ def test_a_pause_lengthens_a_delay(arm, monkeypatch):
         if len(paused) == 7:
             arm.resume()
 
-    monkeypatch.setattr(waits.time, "sleep", breath)
+    monkeypatch.setattr(running.time, "sleep", breath)
     device.at(device.now_s + 0.3, arm.pause)
     began_s = arm.parts.pace.now_s()
     performer(arm).perform(Delay(2.0))
@@ -317,7 +317,7 @@ def test_a_person_lets_a_program_go_on_after_a_suspension(arm, monkeypatch):
     does = performer(arm, Sleeper()).perform
     does(Hold("look"))
     monkeypatch.setattr(
-        waits.time, "sleep", lambda _: arm.parts.engine.suspended(9.0) or arm.resume()
+        running.time, "sleep", lambda _: arm.parts.engine.suspended(9.0) or arm.resume()
     )
     arm.pause()
     does(Outputs(on=(1,)))

@@ -17,7 +17,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, DeviceFault, LinkLost, OperatorNeeded, Stopped, WrongState
 from armdrive.motion.device import set_outputs
 from armdrive.motion.resolve import prepare
-from armdrive.programs.waits import Waits
+from armdrive.programs.running import Waits
 from armdrive.runtime.arm_state import alerted
 from armdrive.runtime.states import TRANSITIONS, Event, after
 from armdrive.status import State, Trust
