@@ -128,7 +128,6 @@ def disable(context: MotionContext) -> TaskBody[None]:
     core.learn(Evidence.CURRENT_DROPPED, context.now_s)  # whatever the answer will be
     yield from be_remembered(context)  # without a mark: a full disk must not keep the motors on
     core.happen(Event.DISABLE)
-    core.readings.current = Current.UNKNOWN
     reply = yield from context.request(DropCurrent())
     if not isinstance(reply, Done):
         why = f" ({reply})" if isinstance(reply, RequestRejected) else ""

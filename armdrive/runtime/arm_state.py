@@ -30,6 +30,7 @@ from armdrive.runtime.states import (
     ALERTED,
     FIRST_BELIEF,
     PLANNED_MOTION,
+    UNPOWERED,
     Belief,
     Event,
     after,
@@ -183,7 +184,9 @@ class Core:
         self.speed_override.end_pause()
 
     def learn(self, evidence: Evidence, now_s: float, detail: str = "") -> None:
-        """Apply evidence to the trust in the position, and save a changed trust."""
+        """Apply evidence to the trust in the position and the current; save a changed trust."""
+        if evidence in UNPOWERED:
+            self.readings.current = Current.UNKNOWN
         before = self.belief
         self.belief = before.after(evidence, now_s, detail)
         if self.belief is not before:
@@ -393,7 +396,5 @@ def alerted(core: Core, alert: Alert, now_s: float) -> None:
     if evidence is not None:
         core.learn(evidence, now_s, alert.text)
         core.early_evidence = core.early_evidence or (evidence, alert.text)
-    if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
-        core.readings.current = Current.UNKNOWN
     code = ALARM_VOUCHED if evidence is None else code_of(evidence)
     core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)

@@ -127,6 +127,18 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
     }
 )
 
+UNPOWERED = frozenset(
+    {
+        Evidence.ANSWER_LOST,
+        Evidence.SILENT,
+        Evidence.SWITCHED_OFF,
+        Evidence.CURRENT_DROPPED,
+        Evidence.RESTARTED,
+        Evidence.CONTROLLER_RESTARTED,
+    }
+)
+"""Evidence that the motors may be without current, until the device says whether they are."""
+
 # An alert, a device's unsolicited message, is evidence too.
 
 ALERTED: Mapping[AlertKind, Evidence | None] = MappingProxyType(

@@ -154,6 +154,7 @@ class GrblExchange:
                 message = yield from self.listen(again_s)
                 if isinstance(message, wanted):
                     return True
+        self.io.last_command = "?"
         return False
 
     def look_position(self, patience_s: float) -> Script[HostEvent, bool]:

@@ -21,7 +21,7 @@ from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
 from armdrive.motion import execute as pausing
 from armdrive.moves import Jog
-from armdrive.programs import waits
+from armdrive.programs import running
 from armdrive.programs.acts import Say
 from armdrive.programs.running import Performer
 from armdrive.registry import DIALECTS, simulate
@@ -30,7 +30,7 @@ from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
 from armdrive.runtime.engine import CALL_LIMIT_S, Engine, Received, call_limit_s, excerpt
 from armdrive.runtime.overrides import LONGEST_PAUSE_S, NAPS
 from armdrive.sim.simulated_arm import SimulatedArm
-from armdrive.status import State
+from armdrive.status import Current, Evidence, State
 from armdrive.tasks import ReadPosition, RequestRejected, SleepUntil
 from armdrive.transports.link import Link
 from firmware_protocol.frames import Frame, Unpacker, pack
@@ -70,6 +70,8 @@ class Wire(Link):
         self.twin = twin
         self.now: Link = twin.link
         self.closed = False
+        self.spoil_at = b""
+        self.kind = ""
 
     def spoil(self, kind: str | None) -> None:
         """Make it a wire of a kind from now on; None makes it a good one again."""
@@ -77,6 +79,8 @@ class Wire(Link):
 
     def write(self, data: bytes, now_s: float) -> None:
         self.now.write(data, now_s)
+        if self.spoil_at and self.spoil_at in data:
+            self.spoil(self.kind)
 
     def read(self, now_s: float) -> bytes:
         return self.now.read(now_s)
@@ -282,6 +286,8 @@ def test_a_call_ends_on_time_and_the_arm_comes_back(dialect, kind, call):
     except NoAnswer as error:
         if not longer_s:
             told(error, pace.now_s() - began_s)
+        if arm.status.trust_reason in (Evidence.ANSWER_LOST.value, Evidence.SILENT.value):
+            assert arm.status.current is Current.UNKNOWN
     except (DeviceFault, Refused):
         pass
     if not (slow and call == "home"):  # its operator jogs for long, and each of it ends
@@ -391,7 +397,7 @@ def test_homing_by_switches_ends_on_time_and_quotes_what_was_received(kind):
     arm = Arm(assemble(config, wire, pace, simulated=True, operator=wire.twin.operator))
     arm.enable()
     arm.parts.core.controller.searches_s = (None,) * 6  # the board does not report its speeds
-    wire.spoil(kind)
+    wire.spoil_at, wire.kind = b"$H", kind
     began_s = pace.now_s()
     with pytest.raises(DeviceFault, match=r"not ended after 4\d s, .*received"):
         arm.home()
@@ -552,7 +558,7 @@ def test_a_pause_on_simulated_time_that_cannot_end_does_not_hang(monkeypatch, di
 
 def test_a_program_that_paused_its_own_arm_does_not_hang(monkeypatch):
     slept = []
-    monkeypatch.setattr(waits.time, "sleep", slept.append)
+    monkeypatch.setattr(running.time, "sleep", slept.append)
     arm = Arm.connect("sim:teachmover")
     arm.pause()
     with pytest.raises(WrongState, match="still paused"):
