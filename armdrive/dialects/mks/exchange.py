@@ -293,11 +293,9 @@ class MksExchange(ScriptIO[Event]):
         """Return the last positions of the drives' encoders."""
         return Registers(Motors(drive.register for drive in self.drives))
 
-    def absence(
-        self, missing: Sequence[MksDrive], since_s: float, *, moved: bool = False
-    ) -> Timeout | RequestRejected:
+    def absence(self, missing: Sequence[MksDrive], since_s: float) -> Timeout | RequestRejected:
         """Return the reply that names missing drives."""
-        return absence(missing, self.drives, "id", self.silence(since_s), moved=moved)
+        return absence(missing, self.drives, "id", self.silence(since_s))
 
     def can(self, ability: Ability) -> bool:
         """Return whether all drives have an ability."""
