@@ -90,7 +90,7 @@ class MksExchange(ScriptIO[Event]):
     def witness(self, others: Collection[MksDrive]) -> tuple[MksDrive, ...]:
         """Return a drive to ask along with others, or none; its reply shows that the bus works.
 
-        Without it, one drive that falls silent looks like a bus that does.
+        Without it, drives that fall silent together look like a bus that does.
         """
         return tuple(drive for drive in self.drives if drive not in others)[:1]
 

@@ -456,7 +456,7 @@ class Arriving:
             return min(self._due_s, io.observer.rejected_s)
         self._due_s, self._asked_s = now_s + STOP_POLL_S, now_s
         left = io.under_way
-        for drive in (*left, *(io.witness(left) if len(left) == 1 else ())):
+        for drive in (*left, *io.witness(left)):
             io.put(drive, ReadEncoder())
         for drive in left:
             drive.state = None
