@@ -96,10 +96,7 @@ def _home_group(context: MotionContext, request: HomeDevice) -> TaskBody[None]:
     core.learn(Evidence.HOMING_FAILED, context.now_s)
     if context.stopping:
         raise context.stopped("homing was stopped: nothing was referenced")
-    late = (
-        f"it had not ended after {context.now_s - began_s:.0f} s, {context.engine.received}"
-        f"{lasts.remedy}"
-    )
+    late = f"it had not ended after {context.now_s - began_s:.0f} s{lasts.remedy}"
     why = late if isinstance(reply, Halted) else reply  # without a stop, a halt is a timeout
     words = f"homing failed: {why}. Look at the switches and the arm, then call `reset()`"
     raise context.fault(DeviceFault(words))

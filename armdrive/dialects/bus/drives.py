@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.observer import MAX_DELAY_S
@@ -93,16 +93,19 @@ def absence(
     drives: Sequence[object],
     number: str,
     silence: Timeout,
-    *,
-    moved: bool = False,
 ) -> Timeout | RequestRejected:
     """Return the reply that names missing drives; `silence` if all of them are missing.
 
-    If something had `moved`, they fell silent in the middle of it.
+    It is for a request that has moved nothing yet; else see `midway`.
     """
     if len(missing) == len(drives):
         return silence
-    return RequestRejected(absent_words(missing, number), moved=moved, silent=moved)
+    return RequestRejected(absent_words(missing, number), moved=False)
+
+
+def midway(reply: Timeout | RequestRejected) -> Timeout | RequestRejected:
+    """Return such a reply about drives that fell silent in the middle of a motion."""
+    return replace(reply, moved=True, silent=True) if isinstance(reply, RequestRejected) else reply
 
 
 FEEDS_OUTLASTED = 2

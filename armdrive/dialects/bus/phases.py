@@ -13,6 +13,7 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
+from armdrive.dialects.bus.drives import midway
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
 from armdrive.dialects.exchange import ListenedTime, Obstructed, Script, ScriptIO
@@ -170,7 +171,7 @@ class Brakes(Protocol[D_contra]):
         """Return whether a drive has left too many questions unanswered."""
 
     def absence(self, mute: Sequence[D_contra]) -> Timeout | RequestRejected:
-        """Return the reply that names drives that fell silent while they braked."""
+        """Return the reply that names missing drives."""
 
 
 class Braking(Generic[D]):
@@ -211,7 +212,7 @@ class Braking(Generic[D]):
         if not self.left:
             return None
         if len(self._mute) == len(self.left):
-            return self._brakes.absence(self._mute)
+            return midway(self._brakes.absence(self._mute))
         return RequestRejected(f"{self.left[0]} did not come to rest after a stop")
 
 

@@ -176,21 +176,18 @@ class Cia402Exchange(ScriptIO[HostEvent]):
             self._looked_s = self.now_s
             self.sync()
 
-    def absence(
-        self, drives: Collection[Cia402Drive], *, moved: bool = False
-    ) -> Timeout | RequestRejected:
+    def absence(self, drives: Collection[Cia402Drive]) -> Timeout | RequestRejected:
         """Return the reply that names missing drives; the next request makes contact again.
 
         A missing drive may have restarted unnoticed, and then has to be set up again. It may have
-        dropped its motor, which is reported unless all are silent. If something had `moved`, the
-        drives fell silent in the middle of it.
+        dropped its motor, which is reported unless all are silent.
         """
         self.group.contacted = False
         if len(drives) < len(self.drives):
             for drive in drives:
                 self.group.lose(drive)
         silence = self.silence(self.began_s)
-        return absence(tuple(drives), self.drives, "node number", silence, moved=moved)
+        return absence(tuple(drives), self.drives, "node number", silence)
 
 
 class SetPointHandshakes:

@@ -476,8 +476,8 @@ class Cia402Brakes:
         return bool(self._io.mute((drive,)))
 
     def absence(self, mute: Sequence[Cia402Drive]) -> Timeout | RequestRejected:
-        """Return the reply that names drives that fell silent while they braked."""
-        return self._io.absence(mute, moved=True)
+        """Return the reply that names missing drives."""
+        return self._io.absence(mute)
 
 
 def _joined(reason: RequestRejected | None, unstopped: Reply | None) -> Reply | None:

@@ -90,7 +90,7 @@ class MksExchange(ScriptIO[Event]):
     def witness(self, others: Collection[MksDrive]) -> tuple[MksDrive, ...]:
         """Return a drive to ask along with others, or none; its reply shows that the bus works.
 
-        Without it, one drive that falls silent looks like a bus that does.
+        Without it, drives that fall silent together look like a bus that does.
         """
         return tuple(drive for drive in self.drives if drive not in others)[:1]
 
@@ -293,11 +293,9 @@ class MksExchange(ScriptIO[Event]):
         """Return the last positions of the drives' encoders."""
         return Registers(Motors(drive.register for drive in self.drives))
 
-    def absence(
-        self, missing: Sequence[MksDrive], since_s: float, *, moved: bool = False
-    ) -> Timeout | RequestRejected:
+    def absence(self, missing: Sequence[MksDrive], since_s: float) -> Timeout | RequestRejected:
         """Return the reply that names missing drives."""
-        return absence(missing, self.drives, "id", self.silence(since_s), moved=moved)
+        return absence(missing, self.drives, "id", self.silence(since_s))
 
     def can(self, ability: Ability) -> bool:
         """Return whether all drives have an ability."""

@@ -204,7 +204,7 @@ class Searching:
             return self._due_s
         self._due_s = now_s + HOMING_POLL_S
         io, left = self._io, self._search.left
-        for drive in io.witness(left) if len(left) == 1 else ():
+        for drive in io.witness(left):
             io.put(drive, ReadEncoder())
         for drive in left:
             drive.state = drive.homing = None

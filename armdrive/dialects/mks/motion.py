@@ -13,6 +13,7 @@ from typing import TypeAlias
 from armdrive.dialects.bus.drives import (
     NONE_HEARD,
     SLOW_BUS,
+    midway,
     not_heard_words,
 )
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
@@ -227,7 +228,7 @@ class MotionRun:
         left = self.braking.left
         self.braking.left = [drive for drive in left if drive not in missing]
         if missing:
-            self._reply = io.absence(missing, since_s, moved=True)
+            self._reply = midway(io.absence(missing, since_s))
         else:
             words = not_heard_words(", ".join(map(str, self._silent)) or "a drive")
             if verdict.finding is DriveFinding.LATE:
@@ -455,7 +456,7 @@ class Arriving:
             return min(self._due_s, io.observer.rejected_s)
         self._due_s, self._asked_s = now_s + STOP_POLL_S, now_s
         left = io.under_way
-        for drive in (*left, *(io.witness(left) if len(left) == 1 else ())):
+        for drive in (*left, *io.witness(left)):
             io.put(drive, ReadEncoder())
         for drive in left:
             drive.state = None

@@ -135,8 +135,8 @@ class MksBrakes:
         return drive.ledger.unanswered_polls >= 2 * MUTE_POLLS
 
     def absence(self, mute: Sequence[MksDrive]) -> Timeout | RequestRejected:
-        """Return the reply that names drives that fell silent while they braked."""
-        return self._io.absence(mute, self._began_s, moved=True)
+        """Return the reply that names missing drives."""
+        return self._io.absence(mute, self._began_s)
 
 
 class MksStops:

@@ -106,6 +106,7 @@ ANSWER = len("1\r")
 LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
 STILL = (0, 0, 0, 0, 0, 0)
 
+HARMLESS = "a line that moves no arm"
 HARMLESS_LINE = b"@25sd,,,,,d\r"
 """Makes an Armdroid harmless that was taken for a TeachMover.
 
@@ -182,7 +183,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
     def _make_contact(self) -> Script[HostEvent, None]:
         """Send the first line, and wait for its answer: a `0`, or nothing at all."""
         self._contacted = True
-        self.io.write(HARMLESS_LINE, "a line that moves no arm")
+        self.io.write(HARMLESS_LINE, HARMLESS)
         until_s = self.io.now_s + (len(HARMLESS_LINE) + len("0\r")) * self._byte_s + CONTACT_S
         message = yield from self.io.wait_for(until_s, lambda event: isinstance(event, Stray))
         if message is not None:

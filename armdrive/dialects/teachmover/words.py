@@ -14,7 +14,7 @@ from armdrive.dialects.recognition import (
     Risk,
     decoded,
 )
-from armdrive.dialects.teachmover.controller import HARMLESS_LINE
+from armdrive.dialects.teachmover.controller import HARMLESS, HARMLESS_LINE
 from armdrive.dialects.teachmover.pendant import PENDANT
 from armdrive.dialects.words import (
     AnswerLines,
@@ -106,8 +106,6 @@ TALK = Describer(lambda: AnswerLines(b"\r\n", answer), decode_reply, _sent, sent
 
 # Recognise a TeachMover by its registers directly after a status line.
 
-_HARMLESS = "a line that moves no arm"
-
 
 def _sign(received: bytes) -> Identity | None:
     """Recognise seven numbers as a TeachMover's registers only after a status line."""
@@ -130,8 +128,8 @@ RECOGNITION = Recognition(
     Certainty.BARE,
     (
         # sent late: an Armdroid that was too busy to answer has no motion to repeat after this
-        Probe(_HARMLESS, HARMLESS_LINE, 0.5, risk=Risk.SETTINGS),
-        Probe("@READ", encode_command(Read(), ATTENTION), 1.0, risk=Risk.MOTION, after=_HARMLESS),
+        Probe(HARMLESS, HARMLESS_LINE, 0.5, risk=Risk.SETTINGS),
+        Probe("@READ", encode_command(Read(), ATTENTION), 1.0, risk=Risk.MOTION, after=HARMLESS),
     ),
 )
 

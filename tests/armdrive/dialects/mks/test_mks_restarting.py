@@ -309,6 +309,21 @@ def test_a_restart_of_a_fast_drive_that_is_slow_afterwards_is_found(start, slow,
     check_blamed(bench, kind=AlertKind.RESTARTED)
 
 
+@in_pairs("start, after_s, dead_s", [0, -300], [0.36, 0.4], [0.06, 0.1])
+def test_two_drives_that_restart_together_as_they_arrive_are_told_from_a_silent_bus(
+    start, after_s, dead_s
+):
+    """A drive that stands is asked along with them, and answers."""
+    bench = MksBench(starts=(0, 0, 0, start, start, 0)).ready()
+    began_s = bench.now_s
+    begins_anew(bench, 4, after_s, dead_s)
+    begins_anew(bench, 5, after_s + 1e-6, dead_s)
+    bench.begin(along(straight(4, (0, 0, 0, 300, -300, 0))))
+    alert = check_blamed(bench, "drive 4 (right wrist) was reset or lost its power")
+    assert alert.kind is AlertKind.RESTARTED
+    assert bench.now_s < began_s + after_s + dead_s + 0.2
+
+
 def check_restart_found(bench, *, hard=False):
     """Stop the motion; check that the first drive, and no other, is reported to have restarted."""
     bench.controller.stop(hard=hard)
