@@ -22,7 +22,7 @@ from desk_terminal import CHILD, LinedTerminal, Terminal, desk_of, instructed
 from measuring import Row, Section, command, interleaved, own_home, report, timing
 from sim_process import SimProcess
 
-from tui.desk import POLL_S
+from tui.app import POLL_S
 
 PAUSE_S, FLOOR_PAUSE_S = 0.6, 0.05
 PATIENCE_S = 10.0

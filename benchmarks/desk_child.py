@@ -128,7 +128,7 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
 
     tui.startup.Desk = LinedDesk  # type: ignore[attr-defined]
     if rate_hz:
-        tui.desk.POLL_S = 1.0 / rate_hz
+        tui.desk.POLL_S = 1.0 / rate_hz  # type: ignore[attr-defined]
     try:
         with _signals(), ready(port, dialect, Motors(motors)) as arm:
             arm.move_j(MIDDLE)

@@ -35,7 +35,7 @@ from kinematics.textbook.systems import system
 from tui.desk import Desk
 from tui.model_desk import ModelDesk
 from tui.program import ProgramScreen
-from tui.startup import SCREENS
+from tui.startup import SCREEN_FACTORIES
 from tui.watch import HeldArm, Watching
 
 FOLDER = Path(__file__).parent / "pictures"
@@ -155,7 +155,7 @@ async def of(arm: Arm, keys: tuple[str, ...], memory: Path | None = None) -> str
         clock.now_s += KEY_S
         arm.sleep(KEY_S)
 
-    app = Desk(arm, screens=SCREENS, braille=True, clock=clock, memory=memory)
+    app = Desk(arm, screens=SCREEN_FACTORIES, braille=True, clock=clock, memory=memory)
     app.input.suspended_s = app.input.starved_s = math.inf  # however busy this computer is
     app.input.person_s = 0.0  # keys act at once, but jog keys wait for another one all the same
     app.programs = Path(os.environ["ARMDRIVE_HOME"])  # what is taught is written there
@@ -192,7 +192,7 @@ async def program() -> str:
     """Picture a program that is stepped through: it waits before a motion."""
     with standing() as arm:
         clock = Clock()
-        app = Desk(arm, screens=SCREENS, braille=True, clock=clock)
+        app = Desk(arm, screens=SCREEN_FACTORIES, braille=True, clock=clock)
         app.programs = EXAMPLES
         app.input.suspended_s = app.input.starved_s = math.inf
         app.input.person_s = 0.0
@@ -214,6 +214,7 @@ async def program() -> str:
 async def model(name: str, *keys: str) -> str:
     """Picture a model without an arm."""
     app = ModelDesk(subject_of_system(system(name)), braille=True)
+    app.input.person_s = 0.0
     return await keyed(app, keys, lambda: None)
 
 

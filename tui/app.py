@@ -52,6 +52,9 @@ STYLES = Path(__file__).with_name("desk.tcss")
 Answer = TypeVar("Answer")
 Found = TypeVar("Found")
 
+POLL_S = 0.05
+"""Interval between two looks at an arm's status."""
+
 SUSPENDED_S = 1.0
 """An app that was idle for this long was suspended, because it polls more often than that."""
 

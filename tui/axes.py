@@ -11,7 +11,7 @@ from textual import events
 
 from kinematics.text import shown_name, tenths
 from tui.keys.table import JogPair
-from tui.widgets import PlainText, Span
+from tui.widgets import UNKNOWN, PlainText, Span
 
 NAME_WIDTH = 11
 VALUE_WIDTH = 9
@@ -24,7 +24,6 @@ NEAR_SHARE = 0.05
 AT_SHARE = 0.002
 """Less than any printed digit: a value this close to a limit is at it."""
 
-UNKNOWN = "?"
 DEGREE = "\N{DEGREE SIGN}"
 CAP_STYLE = "reverse"
 MOVING_STYLE = "bold $text-primary"

@@ -26,7 +26,7 @@ from armdrive.moves import ParkMove
 from armdrive.render.scene import Moment
 from armdrive.status import IMMOBILE, IN_MOTION, State, Status, Trust
 from kinematics.spaces import Joints
-from tui.app import KeyApp, Outcome
+from tui.app import POLL_S, KeyApp, Outcome
 from tui.arm_view import SpaceView, move_cameras
 from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.jog.jogging import STOPPED, DeskJogging
@@ -55,9 +55,6 @@ from tui.safety import (
 from tui.settings import DeskSettings
 from tui.terminal import KeyUp, on_ending_signals, send_changed_spans
 from tui.widgets import PlainText, ScreenTabs, fill_frame, framed, text_of
-
-POLL_S = 0.05
-"""Interval between two looks at the arm's status."""
 
 _SIGNAL_EXIT = 128  # as a shell reports the signal that ended a program
 

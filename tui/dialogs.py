@@ -97,7 +97,7 @@ class FirstScreen(TextDialog):
     def words(self, width: int) -> str:  # noqa: ARG002 - its lines are short
         """Say the three facts."""
         close = f"{self._keys.label('understood')}: understood"
-        facts = safety(self._keys, self._status)
+        facts = first_facts(self._keys, self._status)
         return "\n".join(("Before you move anything", "", *facts, "", close))
 
 
@@ -147,8 +147,8 @@ class PostureScreen(ModalScreen[bool]):
         self.dismiss(result=answer)
 
 
-def safety(keys: Keyboard, status: Status) -> tuple[str, str, str]:
-    """Return the three facts."""
+def first_facts(keys: Keyboard, status: Status) -> tuple[str, str, str]:
+    """Return the three facts to know before the first motion."""
     stop, reference = label(keys.of("stop")[0]).upper(), keys.label("reference")
     late = bound_text(status.stop_distance_mm, status.stop_time_s)
     row = DIALECTS.get(status.dialect)

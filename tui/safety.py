@@ -30,12 +30,11 @@ from armdrive.status import (
 from kinematics.text import rounded, sentence
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import STOP, Needs, titled
-from tui.widgets import PlainText, Span, text_of
+from tui.widgets import UNKNOWN, PlainText, Span, text_of
 
 View = Mapping[str, Any]
 """What another program reports about its arm, or about the program it runs, as plain data."""
 
-UNKNOWN = "?"
 GOOD, BUSY, CAREFUL, WRONG, QUIET = "$success", "$primary", "$warning", "$error", ""
 """Green is well, blue the arm at work, amber near or armed, red stop or wrong, none ignorable.
 

@@ -103,11 +103,24 @@ class JogSettings:
 
 @dataclass(slots=True)
 class MoveSettings:
-    """How goals are typed and reached; the desk keeps it from one session to the next."""
+    """How the move screen and the points screen reach a goal, and how it is typed.
+
+    The desk keeps all but the line from one session to the next.
+    """
 
     cartesian: bool = True
     speed: float = 0.5
-    """Of planned moves, on the move screen and on the points screen."""
+    line: bool = False
+    """Whether the tip follows a straight line; else the joints move in proportion."""
+
+    @property
+    def way(self) -> str:
+        """How a goal is reached, in words."""
+        return "straight line" if self.line else "joint motion"
+
+    def switch_line(self) -> None:
+        """Switch between a straight line and a joint motion."""
+        self.line = not self.line
 
     def change_speed(self, by: int) -> None:
         """Go to goals faster or more slowly."""

@@ -35,7 +35,7 @@ def _on_demand(place: str) -> Callable[[], DeskScreen]:
     return made
 
 
-SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
+SCREEN_FACTORIES: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
     {
         "jog": JogScreen,
         "move": MoveScreen,
@@ -45,7 +45,7 @@ SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
         "program": _on_demand("tui.program:ProgramScreen"),
     }
 )
-"""The screens of a desk by their ids."""
+"""What makes each screen of the desk, by its id in `tui.keys.table.SCREENS`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ def run_desk(
     braille = draws_braille(ascii_only=ascii_only)
     desk = Desk(
         arm,
-        screens=SCREENS,
+        screens=SCREEN_FACTORIES,
         braille=braille,
         handle_signals=True,
         keys=keys,

@@ -27,7 +27,7 @@ from armdrive.storage.lock_client import ask_holder, follow_holder
 from armdrive.text.reading import read_text
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
-from tui.app import KeyApp
+from tui.app import POLL_S, KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, keyboard_of
 from tui.keys.table import STOP
@@ -35,7 +35,6 @@ from tui.safety import (
     DOTS,
     NO_STOP,
     QUIET,
-    UNKNOWN,
     WRONG,
     SafetyPanel,
     SafetyState,
@@ -49,6 +48,7 @@ from tui.safety import (
 from tui.settings import memory_file, neighbour, recall
 from tui.widgets import (
     LINES_SHOWN,
+    UNKNOWN,
     LinesToShow,
     ProgramLines,
     fill_frame,
@@ -152,8 +152,6 @@ def _named(values: object, ending: str, unit: str) -> list[str]:
 
 # The program that drives the arm, and requests to it.
 
-EVERY_S = 0.05
-
 
 class HeldArm:
     """The program that holds an arm: its reports, and what it is asked for."""
@@ -163,7 +161,7 @@ class HeldArm:
 
     def views(self) -> Iterator[Mapping[str, Any]]:
         """Yield its status whenever it has changed, or its program has come further."""
-        return follow_holder(self._name, EVERY_S)
+        return follow_holder(self._name, POLL_S)
 
     def ask(self, request: str, **words: object) -> Mapping[str, Any]:
         """Ask for something; raises `ArmError` where no program answers."""
@@ -232,7 +230,6 @@ def moment(view: View, model: ArmModel) -> Moment:
     return Moment(joints, float(opening) if isinstance(opening, int | float) else None)
 
 
-POLL_S = 0.05
 GIVEN_BACK = "the program has released the arm"
 COMMON = (STOP, "quit", "look")
 """The rows of the desk that count here too."""

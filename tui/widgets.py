@@ -20,6 +20,9 @@ from tui.keys.table import SCREENS, DeskKey
 Span = tuple[str, str]
 """A text and its style."""
 
+UNKNOWN = "?"
+"""Stands for a value that is not known."""
+
 KEY_GAP = "  "
 """Between two groups of the line of keys."""
 

@@ -9,7 +9,7 @@ from waiting import until_seen
 from armdrive.motion.dead_man import GATE_S, REPEAT_WITHIN_S
 from tui.desk import Desk
 from tui.safety import SafetyPanel
-from tui.startup import SCREENS
+from tui.startup import SCREEN_FACTORIES
 from tui.widgets import PlainText
 
 FILLS = {"$primary", "$warning", "$error", "$success"}
@@ -55,7 +55,9 @@ class Session(AppSession):
     def __init__(self, arm=None, *, size=(80, 24), braille=True, **more):
         self.arm = arm or FakeArm()
         self.clock = Clock()
-        self.desk = Desk(self.arm, screens=SCREENS, braille=braille, clock=self.clock, **more)
+        self.desk = Desk(
+            self.arm, screens=SCREEN_FACTORIES, braille=braille, clock=self.clock, **more
+        )
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
         super().__init__(self.desk, size=size)

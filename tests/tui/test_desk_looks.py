@@ -11,7 +11,7 @@ from armdrive.status import LinkStats, State, status_view
 from tui.axes import AxisTable, bar
 from tui.desk import Desk
 from tui.jog.panels import OVER_S
-from tui.startup import SCREENS
+from tui.startup import SCREEN_FACTORIES
 from tui.watch import Watching
 from tui.widgets import PlainText
 
@@ -20,12 +20,14 @@ SIZES = [(80, 24), (120, 40), (200, 60)]
 
 @pytest.mark.parametrize("size", SIZES)
 def test_the_jog_screen(snap_compare, size):
-    desk = Desk(FakeArm(), screens=SCREENS, braille=True, clock=Clock())
+    desk = Desk(FakeArm(), screens=SCREEN_FACTORIES, braille=True, clock=Clock())
     assert snap_compare(desk, terminal_size=size)
 
 
 def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
-    desk = Desk(FakeArm(**unknown_position()), screens=SCREENS, braille=False, clock=Clock())
+    desk = Desk(
+        FakeArm(**unknown_position()), screens=SCREEN_FACTORIES, braille=False, clock=Clock()
+    )
     assert snap_compare(desk, press=["enter", "m"], terminal_size=(80, 24))
 
 
@@ -44,7 +46,11 @@ def test_the_watching_screen(snap_compare):
 
 def test_the_first_run(snap_compare, tmp_path):
     desk = Desk(
-        FakeArm(), screens=SCREENS, braille=True, clock=Clock(), memory=tmp_path / "none.json"
+        FakeArm(),
+        screens=SCREEN_FACTORIES,
+        braille=True,
+        clock=Clock(),
+        memory=tmp_path / "none.json",
     )
     assert snap_compare(desk, terminal_size=(80, 24), run_before=at_rest)
 
@@ -54,7 +60,7 @@ DIALOGS = {"help": ("question_mark",), "question": ("H",), "palette": ("ctrl+p",
 
 @pytest.mark.parametrize(("name", "size"), zip(DIALOGS, SIZES, strict=True))
 def test_the_dialogs(snap_compare, name, size):
-    desk = Desk(FakeArm(simulated=False), screens=SCREENS, braille=True, clock=Clock())
+    desk = Desk(FakeArm(simulated=False), screens=SCREEN_FACTORIES, braille=True, clock=Clock())
 
     async def opened(pilot):
         await at_rest(pilot)
@@ -143,7 +149,7 @@ async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(more):
 @pytest.mark.parametrize("app", ["a desk", "a watched arm"])
 async def test_text_is_seen_though_it_is_painted_before_the_app_has_its_colours(app):
     made = {
-        "a desk": lambda: Desk(FakeArm(), screens=SCREENS, braille=True, clock=Clock()),
+        "a desk": lambda: Desk(FakeArm(), screens=SCREEN_FACTORIES, braille=True, clock=Clock()),
         "a watched arm": lambda: Watching("sim", MODEL, FakeHolder({}), braille=True),
     }[app]()
     async with made.run_test(size=(80, 24)) as pilot:

@@ -12,9 +12,8 @@ from textual import events
 from textual._xterm_parser import XTermParser
 
 from armdrive.motion.dead_man import GATE_S
-from tui.app import STARVED_S, SUSPENDED_S
+from tui.app import POLL_S, STARVED_S, SUSPENDED_S
 from tui.axes import AxisTable
-from tui.desk import POLL_S
 from tui.keys.presses import SILENCE_S, StaleInput, SuspensionDetector
 from tui.watch import Watching
 

@@ -9,7 +9,7 @@ from desk_planner import PlannerArm
 from desk_session import Session
 
 from armdrive.moves import Jog, Space
-from tui.dialogs import safety
+from tui.dialogs import first_facts
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.settings import (
     INCREMENTS,
@@ -169,7 +169,7 @@ async def test_the_first_screen_is_shown_until_somebody_has_read_it(tmp_path):
 
 def test_the_facts_are_three_lines_and_know_what_the_arm_feels():
     for dialect, feels in (("teachmover", "feels nothing"), ("mks", "feels only blocked motors")):
-        facts = safety(DEFAULT_KEYS, FakeArm(dialect=dialect).status)
+        facts = first_facts(DEFAULT_KEYS, FakeArm(dialect=dialect).status)
         assert len(facts) == 3
         assert max(map(len, facts)) <= 74
         assert feels in facts[1]

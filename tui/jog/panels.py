@@ -17,13 +17,13 @@ from kinematics.guards import Reading
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from kinematics.text import deg_text, mm_text, shown_name
-from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
+from tui.axes import DEGREE, AxisRow, AxisTable
 from tui.desk import Desk
 from tui.jog.jogging import DeskJogging
 from tui.keys.table import MM_AXES, Needs
 from tui.safety import bound_text
 from tui.settings import JogSettings
-from tui.widgets import Span
+from tui.widgets import UNKNOWN, Span
 
 CHANGED_S = 0.4
 """A row whose value has changed is highlighted for this long."""

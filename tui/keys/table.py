@@ -153,9 +153,9 @@ MOVE_KEYS = (
             "Choose the frame of the pose. In the tool's frame, the goal is a change from "
             "where the tool is.",
             "move"),
-    DeskKey("move-slower", ("less_than_sign",), "form.change_speed(-1)", "slower",
+    DeskKey("move-slower", ("less_than_sign",), "motion.change_speed(-1)", "slower",
             "Move more slowly.", "move"),
-    DeskKey("move-faster", ("greater_than_sign",), "form.change_speed(1)", "faster",
+    DeskKey("move-faster", ("greater_than_sign",), "motion.change_speed(1)", "faster",
             "Move faster.", "move"),
     DeskKey("move-finer", ("left_square_bracket",), "form.change_step(-1)", "finer",
             "Make the step of the arrow keys smaller.", "move"),

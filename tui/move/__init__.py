@@ -35,10 +35,11 @@ class MoveScreen(DeskScreen):
     def __init__(self) -> None:
         super().__init__()
         desk, geometry = self.desk, self.desk.arm.model.arm
+        self.motion = desk.settings.move
         self.form = GoalForm(
             geometry.joint_names,
             desk.arm.frames,
-            desk.settings.move,
+            self.motion,
             self._present,
             has_yaw=geometry.has_yaw,
         )

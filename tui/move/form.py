@@ -52,7 +52,6 @@ class GoalForm:
     ) -> None:
         """`settings` are changed along with the form."""
         self.settings = settings
-        self.line = False
         self.frame = BASE_FRAME
         self.step = 1.0
         self.at = 0
@@ -118,10 +117,6 @@ class GoalForm:
         """Make the arrows' step smaller or larger."""
         self.step = neighbour(STEPS, self.step, by)
 
-    def change_speed(self, by: int) -> None:
-        """Move faster or more slowly."""
-        self.settings.change_speed(by)
-
     def switch_mode(self) -> None:
         """Switch between joint angles and poses; the fields are empty then."""
         self._begin(cartesian=not self.cartesian)
@@ -130,7 +125,7 @@ class GoalForm:
         """Switch between a straight line and a joint motion."""
         if not self.cartesian:
             raise BadRequest("a straight line leads to a pose: switch the mode first")
-        self.line = not self.line
+        self.settings.switch_line()
 
     def next_frame(self) -> None:
         """Mean the pose in the next frame; what was typed was meant in the last one."""
@@ -197,7 +192,7 @@ class GoalForm:
         whole = {**self._present(), **given}
         if not set(self.names) <= set(whole):
             return None
-        kind = LineMove if self.line else PoseMove
+        kind = LineMove if self.settings.line else PoseMove
         return kind(pose_of(whole), speed, self.frame)
 
 

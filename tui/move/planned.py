@@ -47,9 +47,8 @@ def way_text(form: GoalForm, keys: Keyboard) -> str:
     """Say how the goal is typed and reached, each with its key: mode, way, frame, speed, step."""
     row = keys.label
     if form.cartesian:
-        way = "straight line" if form.line else "joint motion"
         change = " (a change)" if form.frame == TOOL_FRAME else ""
-        first = f"{row('move-mode')}: POSE   {row('move-line')}: {way}"
+        first = f"{row('move-mode')}: POSE   {row('move-line')}: {form.settings.way}"
         first += f"   {row('move-frame')}: frame {form.frame}{change}"
     else:
         first = f"{row('move-mode')}: JOINTS   joint motion"

@@ -21,8 +21,9 @@ from tui.desk import DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import DeskKey, Needs
 from tui.move.planned import PlannedMove, short_text
-from tui.points.edit import PointEdits, PointMotion, TaughtProgram
+from tui.points.edit import PointEdits, TaughtProgram
 from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
+from tui.settings import MoveSettings
 from tui.widgets import ChoiceList, Span, panels
 
 NAME_WIDTH = 16
@@ -70,11 +71,12 @@ def program_lines(program: TaughtProgram, keys: Keyboard) -> Iterator[Span]:
     yield f"{append} appends the point, {fingers} the fingers, {wait} a wait", "dim"
 
 
-def how_text(*, line: bool, speed: float, keys: Keyboard) -> str:
+def how_text(motion: MoveSettings, keys: Keyboard) -> str:
     """Say how the arm goes to a point."""
-    way = "straight line" if line else "joint motion"
     slower, faster = keys.label("points-slower"), keys.label("points-faster")
-    return f"{keys.label('points-line')}: {way}   {slower} {faster}: speed {speed:.0%}"
+    return (
+        f"{keys.label('points-line')}: {motion.way}   {slower} {faster}: speed {motion.speed:.0%}"
+    )
 
 
 def naming_text(naming: PointNaming, keys: Keyboard) -> str:
@@ -101,7 +103,7 @@ class PointsScreen(DeskScreen):
         desk = self.desk
         self.planned = PlannedMove(desk, self.goal)
         self.selection = PointSelection(desk, desk.confirmation.forget)
-        self.motion = PointMotion(desk.settings.move)
+        self.motion = desk.settings.move
         self.points = PointEdits(desk, self.selection, self.motion)
 
     @property
@@ -150,7 +152,7 @@ class PointsScreen(DeskScreen):
         self.query_one(ChoiceList).show_rows(rows or [none_yet(keys)], listed.at if rows else None)
         point = listed.point
         self.show_panel("chosen", "" if point is None else point_text(point))
-        self.show_panel("how", self._how_text())
+        self.show_panel("how", "" if point is None else how_text(self.motion, keys))
         told = bool(self.desk.link.hindrance(Needs.POSITION))
         ahead = short_text(fresh, told=told) if fresh is not None else ""
         self.show_panel("ahead", self.desk.spoken(ahead))
@@ -164,12 +166,6 @@ class PointsScreen(DeskScreen):
         panel.display = bool(panel.shown)
         if program.path is not None:
             panel.border_title = printable(program.path.name)
-
-    def _how_text(self) -> str:
-        if self.selection.listed.point is None:
-            return ""
-        motion = self.motion
-        return how_text(line=motion.line, speed=motion.speed, keys=self.desk.keys)
 
     def _begin_text(self, status: Status, fresh: bool) -> str:
         if self.selection.naming is not None:

@@ -85,31 +85,10 @@ def _said(lines: str) -> str:
     return " / ".join(lines.strip().splitlines())
 
 
-class PointMotion:
-    """How the arm goes to a point, and how lines of a program do."""
-
-    def __init__(self, settings: MoveSettings) -> None:
-        self.line = False
-        self._settings = settings
-
-    @property
-    def speed(self) -> float:
-        """The speed of planned moves."""
-        return self._settings.speed
-
-    def switch_line(self) -> None:
-        """Switch between a straight line and a joint motion."""
-        self.line = not self.line
-
-    def change_speed(self, by: int) -> None:
-        """Go faster or more slowly."""
-        self._settings.change_speed(by)
-
-
 class PointEdits:
     """Changes of the chosen point, and lines of a program that go to it."""
 
-    def __init__(self, desk: Desk, selection: PointSelection, motion: PointMotion) -> None:
+    def __init__(self, desk: Desk, selection: PointSelection, motion: MoveSettings) -> None:
         self.program = TaughtProgram(desk)
         self._desk = desk
         self._selection = selection

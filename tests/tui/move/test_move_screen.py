@@ -301,7 +301,7 @@ def test_steps_and_speeds_stay_in_their_tables():
     form = form_of()
     for by, end in ((1, -1), (-1, 0)):
         for _ in range(10):
-            form.change_speed(by)
+            form.settings.change_speed(by)
             form.change_step(by)
         assert (form.settings.speed, form.step) == (SPEEDS[end], STEPS[end])
 

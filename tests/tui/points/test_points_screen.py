@@ -60,6 +60,13 @@ async def test_the_list_shows_points_and_what_is_chosen():
         await session.follow([("up", {"list": "> up", "chosen": "base -20.0°"})])
 
 
+async def test_the_move_screen_reaches_goals_as_this_one_does():
+    async with PointSession() as session:
+        await session.keys("l greater_than_sign f3")
+        session.shows("the move screen", goal="straight line")
+        session.shows("the move screen", goal="speed 100%")
+
+
 async def test_points_are_renamed_and_deleted_while_the_link_is_lost():
     async with PointSession() as session:
         session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")

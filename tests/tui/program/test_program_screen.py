@@ -15,7 +15,7 @@ from armdrive.errors import Refused
 from armdrive.programs.journal import interrupted, journal_file
 from armdrive.status import State
 from tui.desk import Desk
-from tui.startup import SCREENS
+from tui.startup import SCREEN_FACTORIES
 
 WAVE = """\
 type "hello"
@@ -422,7 +422,7 @@ def test_a_program_that_ended_early_looks_like_this(snap_compare, own_home, tmp_
     clock = Clock()
     with Arm.connect("sim:teachmover") as arm:
         arm.home()
-        desk = Desk(arm, screens=SCREENS, braille=True, clock=clock)
+        desk = Desk(arm, screens=SCREEN_FACTORIES, braille=True, clock=clock)
         desk.programs = tmp_path
 
         async def run(pilot):
