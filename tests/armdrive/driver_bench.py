@@ -129,6 +129,7 @@ class BusBench(DriverBench):
         self.waits_s: Callable[[Frame, bool], float] = lambda frame, host: 0.0
         """How long a frame is delayed."""
         self._to, self._back = FramesUnderWay(), FramesUnderWay()
+        self._of_host, self._of_drives = Unpacker(), Unpacker()
 
     @property
     def positions(self) -> Motors:
@@ -176,7 +177,7 @@ class BusBench(DriverBench):
         self._pass_to(self.link.run(self._due_s(end_s, self._to.next_s, back_s)))
         if passing := self._to.arrived(self.now_s):
             self.link.write(passing, self.now_s)
-        for frame in Unpacker().feed(self.link.read(self.now_s)):
+        for frame in self._of_drives.feed(self.link.read(self.now_s)):
             if not self.loses(frame, False):
                 self._back.send(pack(frame), self.now_s + self.waits_s(frame, False))
         if self.dead:
@@ -188,7 +189,7 @@ class BusBench(DriverBench):
     def _send(self) -> None:
         if self.dead:
             return
-        for frame in Unpacker().feed(self.controller.advance(self.now_s)):
+        for frame in self._of_host.feed(self.controller.advance(self.now_s)):
             self.sent.append((self.now_s, frame))
             if not self.loses(frame, True):
                 self._to.send(pack(frame), self.now_s + self.waits_s(frame, True))

@@ -45,7 +45,12 @@ SEARCHES: Mapping[str, Search] = MappingProxyType(
         # GRBL seeks one and a half times the travel, in steps, and backs off by two steps
         "grbl": Search(f"homing = true\ntravel = {[TRAVEL] * 6}", 80, 4, 1.5 * TRAVEL),
         "mks": Search("", TURN, TURN),
-        "cia402": Search(f"homing_methods = {[18] * 6}", CIA402_TURN, CIA402_TURN),
+        # off a switch half as fast as towards it; a switch that sticks is left for the whole range
+        "cia402": Search(
+            f"homing_methods = {[18] * 6}\nhoming_speeds = {[CIA402_TURN, CIA402_TURN // 2]}",
+            CIA402_TURN,
+            CIA402_TURN,
+        ),
     }
 )
 """The search of each dialect, which is also the name of its section in the arm file."""

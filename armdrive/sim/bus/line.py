@@ -10,7 +10,7 @@ import heapq
 import itertools
 import math
 from collections import defaultdict, deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -240,8 +240,7 @@ COLLISION_S = 0.004
 """Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1)."""
 
 
-@dataclass(frozen=True, slots=True)
-class ReadyFrame:
+class ReadyFrame(NamedTuple):
     """A frame that a drive has ready; it may have `waited` for the same id to pass."""
 
     drive: int
@@ -263,11 +262,14 @@ class Outbox(TimeQueue[ReadyFrame]):
             together = [self.pop()]
             while self.next_s == ready_s:
                 together.append(self.pop())
-            ready += [together[0].frame] if len(together) == 1 else self._passing(together, now_s)
+            if len({one.frame.can_id for one in together}) == len(together):
+                ready += [one.frame for one in together]
+            else:
+                ready += self._passing(together, now_s)
         return ready
 
     def _passing(self, together: list[ReadyFrame], now_s: float) -> list[Frame]:
-        """Return the frames that pass, out of several that are ready at once."""
+        """Return the frames that pass, out of several that are ready at once and share ids."""
         by_id: defaultdict[int, defaultdict[int, list[ReadyFrame]]]
         by_id = defaultdict(lambda: defaultdict(list))
         for one in together:
@@ -279,7 +281,7 @@ class Outbox(TimeQueue[ReadyFrame]):
                 ready += frames
                 ends_s = now_s + sum(map(frame_bits, frames)) / self._bits_s
                 for one in itertools.chain(*others):
-                    self.put(ends_s, replace(one, waited=True))
+                    self.put(ends_s, one._replace(waited=True))
             elif all([one.frame for one in other] == frames for other in others):
                 ready += frames
             else:

@@ -313,32 +313,32 @@ BASE = HomeDevice(((0,),))
 
 
 def test_a_slow_drive_has_the_time_that_its_homing_speeds_give_for_its_range():
-    rig = Rig({**AT_SWITCH, "homing_speeds": (200, 50)}).ready()
-    rig.node(1).motor.switch.at = rig.positions[0] + 20_000
+    rig = Rig({**AT_SWITCH, "homing_speeds": (200, 50), "homing_s": 1.0}).ready()
+    rig.node(1).motor.switch.at = rig.positions[0] + 2000
     began_s = rig.now_s
-    assert rig.do(BASE, 400.0) == Done()
-    assert rig.now_s - began_s > 100.0
+    assert rig.do(BASE, 40.0) == Done()
+    assert rig.now_s - began_s > 10.0
 
 
 @pytest.mark.parametrize(
     ("options", "settings", "time_s"),
     [
-        ({}, {}, None),
-        ({"missing": "6099"}, {}, 9.0),
-        ({"constant": "6098:00=-1"}, {"homing_methods": ()}, 9.0),  # a method of its maker's own
+        ({"constant": "6099:01=100000+6099:02=10000"}, {}, None),
+        ({"missing": "6099"}, {}, 2.0),
+        ({"constant": "6098:00=-1"}, {"homing_methods": ()}, 2.0),  # a method of its maker's own
     ],
 )
 def test_a_search_that_stands_ends_in_time_and_names_only_a_key_that_helps(
     options, settings, time_s
 ):
-    rig = Rig({**AT_SWITCH, "homing_s": 9.0, **settings}, **options).ready()
+    rig = Rig({**AT_SWITCH, "homing_s": 2.0, **settings}, **options).ready()
     node = rig.node(1)
     node.motion.home = lambda _now_s: None  # it stands, and reports neither success nor failure
     began_s = rig.now_s
-    reply = rig.do(BASE, 400.0)
+    reply = rig.do(BASE, 40.0)
     assert isinstance(reply, RequestRejected)
     lasts = rig.controller.search(BASE).lasts
-    assert lasts.s == time_s if time_s else lasts.s > 9.0
+    assert lasts.s == time_s if time_s else lasts.s > 2.0
     assert rig.now_s - began_s <= lasts.waited_s + 1.0
     assert "drive 1 (base) found no switch in time, after" in reply.reason
     assert ("raise cia402.homing_s in the arm file" in reply.reason) is bool(time_s)
