@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from kinematics.errors import JointLimit, KinematicsError, check_fields, finite
-from kinematics.text import beyond
+from kinematics.text import beyond, shown_name
 
 LIMIT_TOLERANCE_RAD = 1e-7
 """How far beyond a limit an angle may lie and still be taken for the limit itself.
@@ -83,7 +83,7 @@ class LimitViolation:
         return abs(self.value_rad - self.bound_rad)
 
     def __str__(self) -> str:
-        return f"{self.joint.replace('_', ' ')} {beyond(self.value_rad, self.bound_rad)}"
+        return f"{shown_name(self.joint)} {beyond(self.value_rad, self.bound_rad)}"
 
 
 def refuse_worst(broken: Sequence[LimitViolation]) -> None:

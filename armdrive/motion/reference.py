@@ -32,6 +32,7 @@ from armdrive.tasks import (
 )
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Motors
+from kinematics.text import shown_name
 from kinematics.transmission import Transmission
 
 STOPPED_BEFORE = "homing was stopped before it began"
@@ -266,7 +267,7 @@ class Drift:
         off = [f"{motor.name} {count:+d}" for motor, count in motors if count]
         angles = zip(self.turned.names, self.turned, strict=True)
         turned = [
-            f"{name.replace('_', ' ')} {math.degrees(angle):+.2f}°"
+            f"{shown_name(name)} {math.degrees(angle):+.2f}°"
             for name, angle in angles
             if abs(angle) > SHOWN_RAD
         ]

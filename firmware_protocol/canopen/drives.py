@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from firmware_protocol.errors import BadField, whole
-from firmware_protocol.fields import message
+from firmware_protocol.fields import in_words, message
 
 WORD_MAX = 0xFFFF
 
@@ -141,7 +141,7 @@ class Controlword:
 
     def __str__(self) -> str:
         """Format as in manuals, with the command."""
-        return f"{self.value:04X} ({self.command.name.lower().replace('_', ' ')})"
+        return f"{self.value:04X} ({in_words(self.command)})"
 
 
 @message()
@@ -172,7 +172,7 @@ class Statusword:
     def __str__(self) -> str:
         """Format as in manuals, with the state."""
         state = self.state
-        words = "no state" if state is None else state.name.lower().replace("_", " ")
+        words = "no state" if state is None else in_words(state)
         return f"{self.value:04X} ({words})"
 
 

@@ -427,7 +427,7 @@ def _step_refusal(arm: ChainArm, pose: Pose, found: Solution, seed: Joints) -> U
     if found.at_limit:
         joint = found.at_limit[0]
         value = found.joints[arm.joint_names.index(joint)]
-        reason = f"the {joint.replace('_', ' ')} is at its limit of {math.degrees(value):.1f}°"
+        reason = f"the {shown_name(joint)} is at its limit of {math.degrees(value):.1f}°"
         limit = Constraint.JOINT_LIMIT
         return Unreachable(
             reason, limit, value, value, "rad", goal=pose, nearest=nearest, joint=joint

@@ -57,6 +57,7 @@ from kinematics.spaces import (
     angles_of,
     refuse_yaw,
 )
+from kinematics.text import shown_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -375,8 +376,7 @@ class FiveAxisFollower:
             inside = bounds.clamp(angle)
             if abs(angle - inside) > LIMIT_TOLERANCE_RAD:
                 raise NotFollowed(
-                    f"the {name.replace('_', ' ')} would pass its limit of "
-                    f"{math.degrees(inside):.1f}°"
+                    f"the {shown_name(name)} would pass its limit of {math.degrees(inside):.1f}°"
                 )
             snapped.append(inside)
         return tuple(snapped)

@@ -23,6 +23,7 @@ from kinematics.geometry import (
 )
 from kinematics.limits import turn_near
 from kinematics.spaces import Joints, Pose, refuse_yaw
+from kinematics.text import shown_name
 
 # Traces: curves of the tip through space, without arm or hand. Points are given at shares (0 to 1).
 
@@ -257,7 +258,7 @@ LEAP_RAD = 0.5
 def leap_sentence(joint: str, turn_rad: float, why: str) -> str:
     """Return the reason for refusing to turn a joint so far in one step."""
     turn = f"{math.degrees(turn_rad):.0f}° at once"
-    return f"the {joint.replace('_', ' ')} would have to turn by {turn}, because {why}"
+    return f"the {shown_name(joint)} would have to turn by {turn}, because {why}"
 
 
 T = TypeVar("T", bound=Blendable | Bezier, covariant=True)

@@ -36,6 +36,7 @@ from firmware_protocol.canopen import (
     OperationMode,
 )
 from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.fields import in_words
 from firmware_protocol.frames import pack
 
 MUTE_CYCLES = 20
@@ -279,7 +280,7 @@ class DriveStates:
             lambda drive, _: self.io.command(drive, ENABLE, mode, drive.shaft.goal),
         )
         for drive in left:
-            name = mode.name.lower().replace("_", " ")
+            name = in_words(mode)
             raise Obstructed(
                 f"{drive} does not take mode {int(mode)} ({name}), it reports {drive.mode}: "
                 "another program may command it"

@@ -47,6 +47,7 @@ from firmware_protocol.canopen.objects import (
 from firmware_protocol.canopen.pdo import NO_REMOTE, NOT_VALID
 from firmware_protocol.canopen.services import ErrorRegister, HeartbeatWatch, error_words
 from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.fields import in_words
 
 # Values of the drive profile CiA 402 in words.
 #
@@ -165,7 +166,7 @@ def control_words(value: int, mode: OperationMode | None = None) -> str:
     word = Controlword(value & 0xFFFF)
     special = _CONTROL_IN.get(mode, {}) if mode is not None else {}
     bits = [special.get(bit, words) for bit, words in _CONTROL.items() if word.has(bit)]
-    command = word.command.name.lower().replace("_", " ")
+    command = in_words(word.command)
     return f"{word.value:04X} {', '.join((command, *bits))}"
 
 
@@ -173,13 +174,13 @@ def mode_words(value: int) -> str:
     """Return a mode of operation with its number."""
     mode = mode_of(value)
     name = "one of the maker's" if value < 0 else "reserved"
-    return f"{value}, {name if mode is None else mode.name.lower().replace('_', ' ')}"
+    return f"{value}, {name if mode is None else in_words(mode)}"
 
 
 def modes_words(value: int) -> str:
     """Return the modes that a drive supports."""
     modes = sorted(supported_modes(value))
-    return ", ".join(mode.name.lower().replace("_", " ") for mode in modes) or "none"
+    return ", ".join(in_words(mode) for mode in modes) or "none"
 
 
 def device_words(value: int) -> str:

@@ -41,6 +41,7 @@ from armdrive.tasks import MoveAlong, TaskBody
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 from kinematics.spaces import Joints, Pose
+from kinematics.text import shown_name
 
 # What a jog may do, given the state of the arm.
 
@@ -123,7 +124,7 @@ def _require_range(core: Core, jog: Jog, amounts: Sequence[float]) -> None:
         if name != gripper:
             asked, whole, unit = math.degrees(asked), math.degrees(whole), "°"
         raise OutOfBounds(
-            f"the {name.replace('_', ' ')} would move by {asked:g}{unit}, but its whole range is "
+            f"the {shown_name(name)} would move by {asked:g}{unit}, but its whole range is "
             f"{whole:g}{unit}, and no limit can end the jog because the position is "
             f"{core.belief.trust.value}: jog by less, or reference the arm first (`home()`)",
             name=name,

@@ -35,6 +35,7 @@ from armdrive.sim.world.table import (
 )
 from kinematics.presets import preset
 from kinematics.spaces import Joints, Motors, Pose
+from kinematics.text import shown_name
 
 BY_HAND = ("put", "take", "lose")
 """Calls made by people and tests. The other calls drive the motors, thousands of times a second."""
@@ -233,7 +234,7 @@ class World:
             held[index] if index in lost else count for index, count in enumerate(self._motors)
         )
         self._observe()
-        self._block(name, f"the {name.replace('_', ' ')} is at its mechanical stop", time_s)
+        self._block(name, f"the {shown_name(name)} is at its mechanical stop", time_s)
 
     def _stop_fingers(self, time_s: float) -> None:
         """Keep the fingers between their widest opening and the motor's greatest pull."""
