@@ -27,7 +27,7 @@ def arm_with_switch(dialect: str, side: int, *, wrong: bool = False) -> Arm:
     """
     way = -side if wrong else side
     method = 18 if way > 0 else 17
-    device = {"homing_methods": (method,) * 6, "homing_speeds": (40_000, 4000)}
+    device = {"homing_methods": (method,) * 6, "homing_speeds": (40_000, 4000), "period_ms": 20}
     config = arm_config(dialect, device=device if dialect == "cia402" else {})
     homing = HomingSettings(FOUND.replace(base=math.radians(15.0) * side), 20.0, ((1,),))
     arm = driven(replace(config, homing=homing), at=FOUND)
