@@ -304,7 +304,14 @@ def test_a_file_that_is_there_is_taken_as_it_is_and_its_old_text_kept(call, driv
     assert "contains all this already" in call("can", "setup", "bench", code=1).out
 
 
-CIA402 = f'model = "minimover5-cia402"\n[connection]\ndialect = "cia402"\nport = "{PORT}"\n'
+CIA402 = f"""\
+model = "minimover5-cia402"
+[connection]
+dialect = "cia402"
+port = "{PORT}"
+[cia402]
+period_ms = 20
+"""
 RPM_HZ = 166.6667
 
 

@@ -25,7 +25,7 @@ def arm_with_switch(dialect: str, side: int, *, wrong: bool = False) -> Arm:
     Only the base homes. Its switch is 15 degrees away.
     """
     method = 18 if (side > 0) is not wrong else 17
-    device = {"homing_methods": (method,) * 6, "homing_speeds": (40_000, 4000)}
+    device = {"homing_methods": (method,) * 6, "homing_speeds": (40_000, 4000), "period_ms": 20}
     config = arm_config(dialect, device=device if dialect == "cia402" else {})
     homing = HomingSettings(FOUND.replace(base=math.radians(15.0) * side), 20.0, ((1,),))
     quirks = {"homes_reversed": wrong} if dialect == "mks" else {}

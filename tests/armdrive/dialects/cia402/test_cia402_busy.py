@@ -225,13 +225,24 @@ def turns_away(rig):
     return sum(is_away for is_away, _ in away)
 
 
+def measuring():
+    """Return a rig that measures the units of a drive."""
+    rig = BusyRig("program and wire", 1, period_ms=20).ready()
+    rig.begin(MeasureUnits(0, 500))
+    return rig
+
+
+@pytest.fixture(scope="module")
+def prompt_turns():
+    """Return how often the motor is turned away if all readings come in time."""
+    return turns_away(measuring())
+
+
 @pytest.mark.parametrize("from_s", [4.0, 6.5], ids=["of the speed", "of the ramp"])
-def test_a_turn_whose_readings_came_late_is_made_again(from_s):
-    prompt, late = (BusyRig("program and wire", 1, period_ms=20).ready() for _ in range(2))
-    for rig in (prompt, late):
-        rig.begin(MeasureUnits(0, 500))
+def test_a_turn_whose_readings_came_late_is_made_again(prompt_turns, from_s):
+    late = measuring()
     late.run(from_s)
     late.busy = True
     late.run(0.4)
     late.busy = False
-    assert turns_away(late) > turns_away(prompt)
+    assert turns_away(late) > prompt_turns

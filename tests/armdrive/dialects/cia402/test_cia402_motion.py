@@ -308,7 +308,7 @@ def test_drives_that_missed_a_heartbeat_before_a_group_home_no_further(group):
     assert rig.do(HomeDevice(((group,),))) == Done()
 
 
-AT_SWITCH = {"homing_methods": (18,) * 6}
+AT_SWITCH = {"homing_methods": (18,) * 6, "period_ms": 20}
 BASE = HomeDevice(((0,),))
 
 
