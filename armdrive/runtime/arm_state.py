@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller
-from armdrive.errors import ArmError, Refused, SettingsDiffer, StateFileError
+from armdrive.errors import ArmError, NoAnswer, Refused, SettingsDiffer, StateFileError
 from armdrive.errors.table import entry, entry_of, named
 from armdrive.moves import ContinuousJog, IncrementalJog
 from armdrive.registry import dialect
@@ -226,6 +226,12 @@ class Core:
         return self.belief.allows_planning(allow_restored=self.allow_restored)
 
     @property
+    def current(self) -> Current:
+        """Whether the motors hold the arm, which nobody knows while the device does not answer."""
+        silent = self.state is State.DISCONNECTED or self.error.code == NoAnswer.code
+        return Current.UNKNOWN if silent else self.readings.current
+
+    @property
     def seen(self) -> Motors:
         """The position to display: read back if a reporting device has not confirmed a motion.
 
@@ -314,7 +320,7 @@ class Core:
             self.position.shift,
             self.state,
             (self.belief.trust, self.belief.reason, self.belief.since_s),
-            self.readings.current,
+            self.current,
             str(self.notice),
             str(self.error),
         )
@@ -350,7 +356,7 @@ class Core:
             trust=self.belief.trust,
             trust_reason=self.belief.reason,
             trust_since_s=self.belief.since_s,
-            current=self.readings.current,
+            current=self.current,
             joints=joints if known else None,
             pose=self.config.model.arm.fk(joints) if known else None,
             gripper_mm=self.fingers.seen_mm(opening_mm) if known else None,

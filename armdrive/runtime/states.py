@@ -129,8 +129,6 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
 
 UNPOWERED = frozenset(
     {
-        Evidence.ANSWER_LOST,
-        Evidence.SILENT,
         Evidence.SWITCHED_OFF,
         Evidence.CURRENT_DROPPED,
         Evidence.RESTARTED,

@@ -30,7 +30,7 @@ from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
 from armdrive.runtime.engine import CALL_LIMIT_S, Engine, Received, call_limit_s, excerpt
 from armdrive.runtime.overrides import LONGEST_PAUSE_S, NAPS
 from armdrive.sim.simulated_arm import SimulatedArm
-from armdrive.status import Current, Evidence, State
+from armdrive.status import Current, State
 from armdrive.tasks import ReadPosition, RequestRejected, SleepUntil
 from armdrive.transports.link import Link
 from firmware_protocol.frames import Frame, Unpacker, pack
@@ -286,7 +286,7 @@ def test_a_call_ends_on_time_and_the_arm_comes_back(dialect, kind, call):
     except NoAnswer as error:
         if not longer_s:
             told(error, pace.now_s() - began_s)
-        if arm.status.trust_reason in (Evidence.ANSWER_LOST.value, Evidence.SILENT.value):
+        if arm.status.error_code == error.code:
             assert arm.status.current is Current.UNKNOWN
     except (DeviceFault, Refused):
         pass
