@@ -466,7 +466,7 @@ class ObservedDrive:
         of its own, it leaves that course, but stays near the one that follows its readings.
         """
         since_s = self._ordered_from_s
-        return min(abs(self.course.off(count, since_s)), abs(self.ordered.off(count, since_s)))
+        return min(abs(each.off(count, since_s)) for each in (self.course, self.ordered))
 
     def _reach(self, now_s: float) -> Interval:
         """Return where the shaft can have turned since its last reading in reach."""
