@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.observer import MAX_DELAY_S
-from armdrive.dialects.exchange import Obstructed as Obstructed
 from armdrive.errors import ArmFileError, Refused
 from armdrive.tasks import (
     ClearFault,

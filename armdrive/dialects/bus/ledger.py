@@ -15,8 +15,6 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 
-from armdrive.dialects.exchange import TRIES as TRIES
-
 REPLY_TIMEOUT_S = 0.3
 """A question that is still open after this long counts as lost. The slowest reply observed on an
 overloaded computer took 0.18 s."""

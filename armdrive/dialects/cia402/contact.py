@@ -8,8 +8,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NoReturn
 
-from armdrive.dialects.bus.drives import Obstructed
-from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.phases import end_earlier_motion
 from armdrive.dialects.cia402.drives import (
     FAULTS,
@@ -25,6 +23,7 @@ from armdrive.dialects.cia402.exchange import (
 )
 from armdrive.dialects.cia402.objects import DRIVES
 from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.tasks import Done, ProtocolWarning, Reply, RequestRejected
 from firmware_protocol import canopen
 from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Write

@@ -15,8 +15,8 @@ from functools import partial
 from types import MappingProxyType
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import ALL_SILENT, Obstructed, absence
-from armdrive.dialects.bus.ledger import LAST_TRY_S, MUTE_POLLS, TRIES
+from armdrive.dialects.bus.drives import ALL_SILENT, absence
+from armdrive.dialects.bus.ledger import LAST_TRY_S, MUTE_POLLS
 from armdrive.dialects.cia402.drives import (
     FAULTS,
     Cia402Drive,
@@ -25,7 +25,7 @@ from armdrive.dialects.cia402.drives import (
 )
 from armdrive.dialects.cia402.objects import object_words, value_words
 from armdrive.dialects.cia402.settings import Cia402Settings, DriveLimits
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.exchange import TRIES, Obstructed, ScriptIO
 from armdrive.tasks import Progress, RequestRejected, Timeout, never
 from firmware_protocol import canopen
 from firmware_protocol.canopen import (

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 
-from armdrive.dialects.bus.drives import SLOW_BUS, Obstructed, not_heard_words
+from armdrive.dialects.bus.drives import SLOW_BUS, not_heard_words
 from armdrive.dialects.bus.observer import LATE_OUTAGES, DriveFinding
 from armdrive.dialects.bus.phases import Act, Braking, Phase, Signal, Stage, Stages, run_phases
 from armdrive.dialects.cia402.drives import Cia402Drive, off_target_alert
@@ -27,6 +27,7 @@ from armdrive.dialects.cia402.exchange import (
     SdoQueue,
 )
 from armdrive.dialects.controller import FRESH_POSITION_S
+from armdrive.dialects.exchange import Obstructed
 from armdrive.tasks import (
     Alert,
     AlertKind,

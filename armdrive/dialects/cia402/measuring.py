@@ -16,14 +16,13 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from armdrive.dialects.bus.drives import Obstructed
-from armdrive.dialects.bus.ledger import TRIES
 from armdrive.dialects.bus.observer import PROMPT_REPLY_S
 from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.cia402.drives import Cia402Drive
 from armdrive.dialects.cia402.exchange import Cia402Exchange, Script, SetPointHandshakes
 from armdrive.dialects.cia402.leading import CycleStage, MotionRun, prepare
 from armdrive.dialects.cia402.motion import BurstPart, write_parts
+from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.tasks import Done, MeasuredUnits, Reply, RequestRejected
 from firmware_protocol import canopen
 

@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, off_target_alert
@@ -24,6 +23,7 @@ from armdrive.dialects.cia402.leading import (
     prepare,
 )
 from armdrive.dialects.cia402.settings import TOP_HZ
+from armdrive.dialects.exchange import Obstructed
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply, RequestRejected
 from firmware_protocol import canopen
 from firmware_protocol.canopen import OperationMode

@@ -6,7 +6,6 @@ An obstacle is raised as `Obstructed`, with the reply.
 from __future__ import annotations
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.cia402.compare import compare, fix
 from armdrive.dialects.cia402.contact import Cia402Contact
 from armdrive.dialects.cia402.drives import FAULTS
@@ -14,6 +13,7 @@ from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
 from armdrive.dialects.cia402.homing import Cia402Homing
 from armdrive.dialects.cia402.measuring import UnitMeasurement
 from armdrive.dialects.cia402.motion import CyclicMotion, ProfileMotion
+from armdrive.dialects.exchange import Obstructed
 from armdrive.errors.printable import command_line
 from armdrive.tasks import (
     Alert,

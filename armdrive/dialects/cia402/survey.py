@@ -16,7 +16,7 @@ from typing import Any
 
 from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
-from armdrive.dialects.bus.ledger import SURPLUS_LIMIT, TRIES
+from armdrive.dialects.bus.ledger import SURPLUS_LIMIT
 from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,
@@ -38,7 +38,7 @@ from armdrive.dialects.cia402.objects import (
 )
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenFrameDescriber
-from armdrive.dialects.exchange import Script
+from armdrive.dialects.exchange import TRIES, Script
 from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors.printable import command_line
 from armdrive.tasks import MeasuredUnits
