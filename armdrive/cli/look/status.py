@@ -56,8 +56,9 @@ def status(options: argparse.Namespace) -> Result:
         view = ask(name, "status")
         which = "this arm" if name == own else f"{name} on the port of {own}"
         held = f"{holder_words(name)} is driving {which}."
-        return Result(view, itertools.chain((held, ""), status_lines(view, options)))
-    return Result(view, status_lines(view, options))
+        lines = status_lines(view, options, held_step(view))
+        return Result(view, itertools.chain((held, ""), lines))
+    return Result(view, status_lines(view, options, next_step(view)))
 
 
 def watch(options: argparse.Namespace) -> int:
@@ -112,15 +113,15 @@ def inked(word: str, width: int = 0) -> Inked:
     return Inked(f"{word:<{width}}", INKS[word])
 
 
-def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
-    """Yield the page of a status: which arm it is, its status, and what to do next."""
+def status_lines(view: View, options: argparse.Namespace, step: str) -> Iterator[Line]:
+    """Yield the page of a status: which arm it is, its status, and the next step."""
     yield which_arm(view)
     yield ""
     for label, word, rest in status_rows(view):
         ink = MESSAGE_INKS.get(label) or INKS.get(word)
         yield (f"{label:<{LABEL}}", word if ink is None else Inked(word, ink), rest)
     yield ""
-    next_words = with_arm(presented(next_step(view), COMMAND_LINE), options)
+    next_words = with_arm(presented(step, COMMAND_LINE), options)
     yield str(StatusRow("next", next_words))
 
 
@@ -134,19 +135,33 @@ def _remedy(code: str, state: State) -> str:
     return sentence(WAYS_OUT[state]) if row is None else row.remedy
 
 
+def _motion_step(view: View) -> str:
+    """Return what any program may do about a motion; empty if there is none."""
+    if view["paused"]:
+        return "`armdrive resume` continues the motion."
+    if State(view["state"]) in IN_MOTION:
+        return "`armdrive stop` stops the arm, `armdrive pause` pauses it."
+    return ""
+
+
+def held_step(view: View) -> str:
+    """Return what a person does next with an arm that another program drives."""
+    return _motion_step(view) or (
+        "`armdrive watch` follows the arm; only the program that drives it can do more."
+    )
+
+
 def next_step(view: View) -> str:
     """Return what a person does next with an arm in this state."""
-    state, trust, paused = State(view["state"]), Trust(view["trust"]), view["paused"]
+    state, trust = State(view["state"]), Trust(view["trust"])
     if state in (State.ERROR_STOP, State.DISCONNECTED):
         return _remedy(view["error_code"] or view["trust_code"], state)
     if view["notice_code"] in _BLOCKED:
         return _remedy(view["notice_code"], state)
     if trust is Trust.SUSPECT and not view["error_code"]:
         return sentence(WAYS_TO_TRUST[trust])  # after the reset that the remedy begins with
-    if paused:
-        return "`armdrive resume` continues the motion."
-    if state in IN_MOTION:
-        return "`armdrive stop` stops the arm, `armdrive pause` pauses it."
+    if step := _motion_step(view):
+        return step
     if trust is Trust.RESTORED:
         own = "a simulated arm confirms its position by itself"
         asked = "on a terminal, each asks first whether the arm still stands as it was left"

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 from argparse import Namespace
 from dataclasses import replace
@@ -100,6 +101,8 @@ def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):
     assert said.startswith("the program ")
     assert "is driving this arm" in said
     assert "\nposition  referenced: " in said
+    assert "\nnext      `armdrive watch` follows the arm" in said
+    assert not re.search("armdrive (move|jog|run|reset|home)", said)
 
 
 def test_the_holder_is_asked_on_a_disk_that_has_become_read_only(call, held, monkeypatch):
@@ -275,7 +278,7 @@ def plain(line) -> str:
 
 def page(view, **options) -> dict[str, str]:
     """Return the page of a status by its labels; joints by their names."""
-    rows = [plain(line) for line in status_lines(view, Namespace(**options))]
+    rows = [plain(line) for line in status_lines(view, Namespace(**options), next_step(view))]
     return {row[:10].strip() or row[10:].split("  ")[0]: row[10:] for row in rows[2:] if row}
 
 
@@ -317,7 +320,7 @@ def test_the_json_of_a_bound_is_never_smaller_either(view):
 
 
 def test_angles_and_names_stand_below_each_other(view):
-    rows = [plain(line) for line in status_lines(view, Namespace())]
+    rows = [plain(line) for line in status_lines(view, Namespace(), next_step(view))]
     angles = [row for row in rows if row.endswith("°") and "mm" not in row]
     assert len(angles) == 5
     assert len({len(row) for row in angles}) == 1
