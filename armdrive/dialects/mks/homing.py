@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 
-from armdrive.dialects.bus.drives import NONE_HEARD, absent_words, shared_words
+from armdrive.dialects.bus.drives import NONE_HEARD, absent_words, midway, shared_words
 from armdrive.dialects.bus.observer import DriveFinding
 from armdrive.dialects.bus.phases import (
     Act,
@@ -145,7 +145,9 @@ class MksHoming:
         for drive in drives:
             io.host.settle(drive.node)
             drive.moving = False
-        yield from io.look(drives)
+        began_s = io.now_s
+        if missing := (yield from io.look(drives)):
+            return midway(io.absence(missing, began_s))
         off = next((drive for drive in drives if abs(drive.count) > ZERO_COUNTS), None)
         if off is None:
             return Done()

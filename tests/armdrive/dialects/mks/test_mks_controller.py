@@ -283,6 +283,22 @@ def test_a_homed_drive_whose_id_another_one_takes_is_not_said_to_have_two_zeros(
     assert bench.do(HomeDevice(((2,),))) == Done()
 
 
+def test_a_homed_drive_that_falls_silent_is_not_said_to_have_two_zeros():
+    """Mission mks 745000275: the reading of before it had homed was taken for a later one."""
+    bench = MksBench(starts=(0, 0, 20_000, 0, 0, 0)).ready()
+    node = bench.node(3).sim
+
+    def loses(frame, host):
+        return host and frame.can_id == 3 and node.motion.homing is HomingState.DONE
+
+    bench.loses = loses
+    assert "drive 3 (elbow) does not answer" in denied(bench.do(HomeDevice(((2,),))))
+    bench.loses = lambda _frame, _host: False
+    assert bench.do(ClearFault()) == Done()
+    bench.ready()
+    assert bench.do(HomeDevice(((2,),))) == Done()
+
+
 def test_a_stop_that_a_homing_drive_did_not_receive_is_repeated():
     bench = MksBench().ready()
     bench.node(1).sim.motor.switch.at = 10**9
