@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from armdrive.abilities import Abilities, Switching
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, BoardExchange
+from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, BoardExchange, Offsets
 from armdrive.dialects.armdroid.settings import ArmdroidSettings
 from armdrive.dialects.controller import (
     HOST_DELAY_S,
@@ -163,7 +163,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
             case ReadPosition():
                 return self._answered(self._board.look(), self._registers)
             case SwitchOn() if self._settings.switches_torque:
-                return self._answered(self._board.ensure(Torque(on=True)), lambda _: Done())
+                return self._answered(self._switched_on(), lambda _: Done())
             case DropCurrent() if self._settings.switches_torque:
                 return self._answered(self._board.ensure(Torque(on=False)), lambda _: Done())
             case ClearFault():
@@ -233,6 +233,16 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         began_s = self.io.now_s
         found = yield from script
         return self.io.silence(began_s) if found is None else reply(found)
+
+    def _switched_on(self) -> Script[HostEvent, Offsets | None]:
+        """Switch the motors on; return the offsets, or None if the board does not answer.
+
+        A `t` that the line has doubled switches them off again, which the board has reported once
+        it has answered the next question.
+        """
+        if (yield from self._board.ensure(Torque(on=True))) is None:
+            return None
+        return (yield from self._board.look())
 
     def _registers(self, offsets: tuple[int, ...]) -> Registers:
         return Registers(Motors(offsets[channel - 1] for channel in self._settings.channels))

@@ -122,7 +122,7 @@ CONVERSATIONS = {
              Registers(Motors((6, 5, 4, 3, 2, 1))), (ReadPosition(), "o")]
     ),
     "the current is switched both ways and sure of it": (
-        {}, [(SwitchOn(), "1t"), ("torque = enabled", ""), Done(),
+        {}, [(SwitchOn(), "1t"), ("torque = enabled", ",,,,,d"), (ZERO, ""), Done(),
              (DropCurrent(), "0t"), ("torque = enabled", "v")]
     ),
     "older firmware switches no current": (
@@ -304,6 +304,20 @@ def test_a_board_that_says_that_its_motors_are_off_is_believed():
     arm.sleep(0.5)
     assert not arm.twin.world.energised
     assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_doubled_letter_that_switches_the_motors_off_again_is_noticed_at_once():
+    """Mission armdroid 745000362: the position was trusted although the arm sagged."""
+    arm = Arm(connect_simulated(CONFIG))
+    arm.twin.faults.add("duplicate", "#2", side="host")
+    with pytest.raises(DeviceFault, match="motors off"):
+        arm.enable()
+    assert not arm.twin.world.energised
+    assert arm.status.state is State.ERROR_STOP
+    assert honest(arm)
+    arm.reset()
+    arm.enable()
+    assert arm.twin.world.energised
 
 
 def test_a_welcome_between_two_bursts_ends_a_motion():
