@@ -337,8 +337,9 @@ class Stage:
 
     @property
     def no_faults(self) -> bool:
-        """Whether no fault is active, and none waits on the wire."""
-        return not self.twin.faults.active and self.link.line.faults.late.next_s > 1e9
+        """Whether no fault is active, none waits on the wire, and all have shown."""
+        waits = self.link.line.faults.late.next_s < 1e9
+        return not (self.twin.faults.active or waits or self.now_s < self.watch.evidence_by_s)
 
     @property
     def receives_greeting(self) -> bool:
