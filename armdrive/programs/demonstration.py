@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.arm import Arm
+from armdrive.motion.resolve import raised
 from armdrive.sim.world import World
 from armdrive.sim.world.table import TableBlock
 from kinematics.spaces import Pose
@@ -66,18 +67,18 @@ def _carry(arm: Arm, job: Job, tell: Callable[[str], None]) -> CarriedBlock:
     take, put = _middle(job, job.from_mm), _middle(job, job.to_mm)
     tell(f"block {job.name}: approach")
     if arm.pose.z_mm < SAFE_MM:  # straight up first: a joint motion could sweep blocks away
-        arm.move_l(_raised(arm.pose, SAFE_MM - arm.pose.z_mm))
+        arm.move_l(raised(arm.pose, SAFE_MM - arm.pose.z_mm))
     arm.gripper.open()
-    arm.move_to(_raised(take, SAFE_MM))
+    arm.move_to(raised(take, SAFE_MM))
     arm.move_l(take)
     width_mm = arm.gripper.grasp()
     tell(f"block {job.name}: grasped, it measures {mm_text(width_mm)}")
-    arm.move_l(_raised(take, SAFE_MM))
+    arm.move_l(raised(take, SAFE_MM))
     tell(f"block {job.name}: to its place")
-    arm.move_to(_raised(put, SAFE_MM))
+    arm.move_to(raised(put, SAFE_MM))
     arm.move_l(put)
     arm.gripper.open(width_mm + CLEARANCE_MM)
-    arm.move_l(_raised(put, SAFE_MM))
+    arm.move_l(raised(put, SAFE_MM))
     return CarriedBlock(job, width_mm)
 
 
@@ -100,7 +101,3 @@ def blocks_of(jobs: tuple[Job, ...]) -> list[TableBlock]:
 def _middle(job: Job, place: tuple[float, float, float]) -> Pose:
     x, y, z = place
     return Pose.of(x_mm=x, y_mm=y, z_mm=z + job.height_mm / 2, pitch_deg=DOWN_DEG)
-
-
-def _raised(pose: Pose, by_mm: float) -> Pose:
-    return Pose(pose.x_mm, pose.y_mm, pose.z_mm + by_mm, pose.pitch_rad, pose.roll_rad)
