@@ -116,8 +116,13 @@ def name_held(*names: str) -> str:
 
 def is_held(name: str) -> bool:
     """Return whether a program holds an arm by this name and takes requests, if perhaps slowly."""
+    return _live_notice(name) is not None
+
+
+def _live_notice(name: str) -> dict[str, Any] | None:
+    """Return the notice of the program that holds an arm by this name now, or None."""
     notice = notice_of(name)
-    return notice is not None and not was_killed(notice)
+    return None if notice is None or was_killed(notice) else notice
 
 
 def holder_words(name: str) -> str:
@@ -270,8 +275,8 @@ def held_arms() -> list[str]:
     found: dict[str, str] = {}
     for path in sorted(places.states().glob("*.holder")):
         name = path.name.removesuffix(".holder")
-        notice = notice_of(name)
-        if notice is not None and not was_killed(notice):
+        notice = _live_notice(name)
+        if notice is not None:
             # an arm has two notices, by its name and by its port, with one address
             found[str(notice["address"])] = str(notice.get("arm", name))
     return list(found.values())
