@@ -109,14 +109,14 @@ def limits(options: argparse.Namespace) -> Iterator[Result]:
     if not works:
         unheeded = SawSwitch.PIN_ALONE in seen.values()
         lines.append(UNHEEDED if unheeded else "Check the switches and their wires.")
-        lines += limit_remarks(config)
-    elif attended.simulated:
-        lines.append("every switch works; for a simulated arm nothing is written")
-    if not works:
-        yield Result(view, lines, 1)
+        yield Result(view, (*lines, *limit_remarks(config)), 1)
         return
     proposal = record(path, config, datetime.now(UTC).astimezone().date())
-    yield Result(view, (*lines, *proposal.difference) if not attended.simulated else lines)
+    if attended.simulated:
+        lines.append("every switch works; for a simulated arm nothing is written")
+    else:
+        lines += proposal.difference
+    yield Result(view, lines)
     _write_down(proposal, options, attended)
 
 
