@@ -58,21 +58,18 @@ def test_a_motion_that_the_pendant_ends_early_does_not_make_the_arm_seem_fast(af
     assert bench.assumed_s == unmeasured_s
 
 
-def test_an_answer_that_comes_far_too_soon_does_not_make_the_arm_seem_fast():
+@pytest.mark.parametrize(
+    ("answer", "reply"),
+    [
+        pytest.param(b"1\r", Done(timely=False), id="the late answer to an earlier command"),
+        pytest.param(b"0\r", RequestRejected(), id="a refusal"),
+    ],
+)
+def test_an_answer_that_comes_far_too_soon_does_not_make_the_arm_seem_fast(answer, reply):
     bench = TeachMoverBench()
     unmeasured_s = bench.assumed_s
     bench.begin(MOVE)
     bench.run(0.2)
-    bench.controller.receive(b"1\r", bench.now_s)  # the late answer to an earlier command
-    assert bench.reply() == Done(timely=False)
-    assert bench.assumed_s == unmeasured_s
-
-
-def test_a_refused_motion_does_not_make_the_arm_seem_fast():
-    bench = TeachMoverBench()
-    unmeasured_s = bench.assumed_s
-    bench.begin(MOVE)
-    bench.run(0.2)
-    bench.controller.receive(b"0\r", bench.now_s)
-    assert bench.reply() == RequestRejected()
+    bench.controller.receive(answer, bench.now_s)
+    assert bench.reply() == reply
     assert bench.assumed_s == unmeasured_s
