@@ -173,22 +173,29 @@ def test_an_arm_without_a_holder_is_neither_watched_nor_recorded_and_nothing_was
 
 
 def closing(held, monkeypatch, states):
-    """Have the arm given back once `watch` has printed one of these states."""
+    """Have the arm given back once `watch` has printed one of these states.
+
+    Return the threads that do so: what they release last is free when they have ended.
+    """
+    threads = []
 
     def seen(result, options):
         watch_show(result, options)
         if result.document["state"] in states:
-            soon(held.close)
+            threads.append(soon(held.close))
 
     watch_show = status.show
     monkeypatch.setattr(status, "show", seen)
+    return threads
 
 
 def test_a_held_arm_is_watched_until_it_is_given_back(call, held, monkeypatch):
-    closing(held, monkeypatch, ["standby"])
+    threads = closing(held, monkeypatch, ["standby"])
     views = call("watch", "--every", "0.05", "--json", code=0).json_lines
     assert views[0]["state"] == "standby"
     assert views[-1]["state"] == "disconnected"
+    for thread in threads:
+        thread.join()
     assert "no program" in call.refused("watch", code=1)
 
 
