@@ -56,6 +56,8 @@ SEARCHES: Mapping[str, Search] = MappingProxyType(
 """The search of each dialect, which is also the name of its section in the arm file."""
 ORDER = ((3,), (2,), (1,), (4, 5))
 STUCK = 2
+STUCK_LIMITS = "shoulder = [45.0, 95.0]"
+"""The limits of the joint whose switch is stuck: a search of its whole range is short."""
 STOPPED_AFTER_S = 0.25
 RESTS_S = 5.0
 
@@ -72,6 +74,7 @@ def arm_with_switches(
     angles = "\n".join(f"{name} = {angle!r}" for name, angle in joints.deg.items())
     bench.use_arm_file(
         f"[{bench.row.name}]\n{search.lines}\n"
+        f"[limits_deg]\n{STUCK_LIMITS}\n"
         f"[homing]\ngroups = {[list(group) for group in order]}\nopening_mm = {opening_mm!r}\n"
         f"[homing.joints_deg]\n{angles}"
     )
