@@ -8,25 +8,16 @@ to this machine. No input from the host raises.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.fields import message
 from firmware_protocol.grbl.answers import Answer, Banner, Error, Ok, encode_answer
 from firmware_protocol.grbl.commands import (
-    CheckMode,
-    Help,
     Home,
-    QueryBuildInfo,
-    QueryParameters,
-    QueryParserState,
-    QuerySettings,
     Realtime,
     SetSetting,
-    Sleep,
     SystemCommand,
-    Unlock,
     pieces,
 )
 from firmware_protocol.grbl.dialect import GRBL, Dialect, take_number
@@ -168,7 +159,7 @@ class Rejected:
     reason: str
 
 
-Content: TypeAlias = Empty | SystemCommand | Block | Rejected
+Content: TypeAlias = Empty | SystemCommand | Home | SetSetting | Block | Rejected
 
 
 def parse_line(text: str, dialect: Dialect) -> Content:
@@ -190,24 +181,14 @@ def parse_line(text: str, dialect: Dialect) -> Content:
         return Rejected(3, str(error))
 
 
-_PLAIN: dict[str, Callable[[], SystemCommand]] = {
-    "$": Help,
-    "$$": QuerySettings,
-    "$I": QueryBuildInfo,
-    "$#": QueryParameters,
-    "$G": QueryParserState,
-    "$X": Unlock,
-    "$C": CheckMode,
-    "$SLP": Sleep,
-}
+_PLAIN = {command.text: command for command in SystemCommand}
 _KNOWN_LETTERS = "$GCXJ#HSIRN"
 """Characters after the `$` of a command; any other begins a setting's number."""
 
 
-def _system(text: str, dialect: Dialect) -> SystemCommand:
-    plain = _PLAIN.get(text)
-    if plain is not None:
-        return plain()
+def _system(text: str, dialect: Dialect) -> SystemCommand | Home | SetSetting:
+    if text in _PLAIN:
+        return _PLAIN[text]
     if text.startswith("$H"):
         return _home(text[2:], dialect)
     if text[1] in _KNOWN_LETTERS:

@@ -27,27 +27,16 @@ _MOVES = st.one_of(
     st.just("M5"),
     st.builds("M{}E{}Q{}".format, st.sampled_from([67, 68]), st.integers(0, 7), NUMBERS),
     st.builds("G4P{}".format, FEEDS),
+    st.builds("G17G21G9{}G94G{}".format, st.integers(0, 1), st.integers(54, 59)),
+    st.sampled_from(["M8", "M9"]),
+    st.builds("M{}P{}".format, st.integers(62, 65), st.integers(0, 7)),
 )
-GCODE = st.one_of(
-    _MOVES.map(grbl.Line),
-    st.builds(grbl.Modes, st.booleans(), st.integers(54, 59)),
-    st.builds(grbl.Coolant, st.booleans()),
-    st.builds(grbl.DigitalOutput, st.integers(0, 7), st.booleans(), st.booleans()),
-)
+GCODE = _MOVES.map(grbl.Line)
 JOGS = st.builds("$J=G21{}{}F{}".format, st.sampled_from(["G90", "G91"]), _WORDS, FEEDS).map(
     grbl.Line
 )
 SYSTEM = st.one_of(
-    st.sampled_from(
-        [
-            grbl.Help(),
-            grbl.QuerySettings(),
-            grbl.QueryBuildInfo(),
-            grbl.QueryParameters(),
-            grbl.CheckMode(),
-        ]
-    ),
-    st.sampled_from([grbl.QueryParserState(), grbl.Unlock(), grbl.Sleep()]),
+    st.sampled_from(grbl.SystemCommand),
     st.builds(grbl.Home, st.sampled_from(["", *AXES])),
     st.builds(grbl.SetSetting, st.integers(0, 255), NUMBERS),
 )
@@ -120,8 +109,8 @@ LINES = st.builds(
 
 def _host_saw_one(host: grbl.Host) -> bool:
     found = events(host)
-    while len(host.outstanding_lines) < 3 and host.room_for(grbl.QuerySettings()):
-        host.send(grbl.QuerySettings())
+    while len(host.outstanding_lines) < 3 and host.room_for(grbl.SystemCommand.QUERY_SETTINGS):
+        host.send(grbl.SystemCommand.QUERY_SETTINGS)
     return any(not isinstance(event, grbl.Unreadable) for event in found)
 
 

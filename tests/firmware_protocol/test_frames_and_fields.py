@@ -218,7 +218,11 @@ def test_lines_within_the_bounds_come_out_as_they_went_in(lines: list[bytes]):
 
 # -- the hosts that read lines --------------------------------------------------------------------
 
-CLOSE, OFFSETS, QUERY = teachmover.Close(), armdroid.ReportOffsets(), grbl.QuerySettings()
+CLOSE, OFFSETS, QUERY = (
+    teachmover.Close(),
+    armdroid.ReportOffsets(),
+    grbl.SystemCommand.QUERY_SETTINGS,
+)
 REPORTED = armdroid.OffsetsReported((1, -2, 3, -4, 5, -6))
 DONE = teachmover.Status.DONE
 every_host = pytest.mark.parametrize(

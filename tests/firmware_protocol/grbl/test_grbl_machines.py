@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol import grbl
-from firmware_protocol.errors import BadField, LocalProtocolError
+from firmware_protocol.errors import LocalProtocolError
 
 # -- The host --------------------------------------------------------------------------------------
 
@@ -83,37 +83,12 @@ def test_with_a_ring_of_unknown_size_lines_go_one_at_a_time():
     assert host.room_for(X2)
 
 
-def test_eeprom_is_written_alone():
-    write = grbl.SetSetting(1, 255)
-    host = sent(X1)
-    assert not host.room_for(write)
-    heard(host, b"ok\r\n")
-    assert host.send(write) == b"$1=255\n"
-    with pytest.raises(LocalProtocolError, match="EEPROM is being written"):
-        host.send(X1)
-    heard(host, b"ok\r\n")
-    assert host.room_for(X1)
-
-
-@every_row(
-    "dialect, command",
-    [
-        (grbl.GRBL, grbl.DigitalOutput(0, on=True)),
-        (grbl.GRBL, grbl.Home("X")),
-        (SIX_AXES, grbl.Home("XY")),
-        (grbl.GRBL, grbl.Line("X" * 80)),
-    ],
-)
-def test_words_that_the_board_lacks_are_not_sent(dialect, command):
-    host = grbl.Host(dialect)
-    with pytest.raises(LocalProtocolError):
-        host.send(command)
-    assert host.outstanding_lines == ()
-
-
-def test_a_stranger_among_the_axes_is_named():
-    with pytest.raises(BadField, match="axes out of XYZ, not 'AB'"):
-        grbl.Host(replace(grbl.GRBLHAL, axes="XYZ")).send(grbl.Home("XBA"))
+def test_a_line_that_is_too_long_for_the_board_is_not_sent():
+    host = grbl.Host(grbl.GRBL)
+    host.send(grbl.Line("X" * 79))
+    with pytest.raises(LocalProtocolError, match="has 80 characters, the board takes 79"):
+        host.send(grbl.Line("X" * 80))
+    assert host.outstanding_lines == (grbl.Line("X" * 79),)
 
 
 def test_realtime_commands_are_bytes_of_their_own_and_never_counted():
@@ -246,7 +221,7 @@ def test_realtime_commands_come_out_of_the_middle_of_a_line_at_once():
     device = grbl.Device(SIX_AXES)
     device.receive_data(b"$X\nG90G1?X1")
     assert events(device) == [
-        grbl.LineReceived("$X", grbl.Unlock()),
+        grbl.LineReceived("$X", grbl.SystemCommand.UNLOCK),
         grbl.RealtimeReceived(grbl.Realtime.STATUS),
     ]
     device.receive_data(b"!F\x18100\n")

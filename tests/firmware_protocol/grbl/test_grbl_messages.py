@@ -19,22 +19,11 @@ from firmware_protocol.grbl.dialect import NUMBER_MAX, take_number
 
 PLACE = (0.0, -10.0, 5.125)
 TEXTS = [
-    (grbl.Modes(), "G17G21G90G94G54"),
-    (grbl.Modes(relative=True, coordinate_system=59), "G17G21G91G94G59"),
-    (grbl.Coolant(on=True), "M8"),
-    (grbl.Coolant(on=False), "M9"),
-    (grbl.DigitalOutput(0, on=True), "M62P0"),
-    (grbl.DigitalOutput(1, on=False), "M63P1"),
-    (grbl.DigitalOutput(2, on=True, at_once=True), "M64P2"),
-    (grbl.DigitalOutput(3, on=False, at_once=True), "M65P3"),
-    (grbl.Help(), "$"),
-    (grbl.QuerySettings(), "$$"),
-    (grbl.QueryBuildInfo(), "$I"),
-    (grbl.QueryParameters(), "$#"),
-    (grbl.QueryParserState(), "$G"),
-    (grbl.Unlock(), "$X"),
-    (grbl.CheckMode(), "$C"),
-    (grbl.Sleep(), "$SLP"),
+    *zip(
+        grbl.SystemCommand,
+        ("$", "$$", "$I", "$#", "$G", "$X", "$C", "$SLP"),
+        strict=True,
+    ),
     (grbl.Home(), "$H"),
     (grbl.Home("B"), "$HB"),
     (grbl.SetSetting(100, 26.667), "$100=26.667"),
@@ -47,8 +36,6 @@ REFUSED = [
         (lambda bad=bad: grbl.SetSetting(1, bad), "value")
         for bad in (math.nan, math.inf, "1", True, 2e7)
     ),
-    (lambda: grbl.Modes(coordinate_system=60), "coordinate_system"),
-    (lambda: grbl.DigitalOutput(-1, on=True), "port"),
     (lambda: grbl.SetSetting(-1, 0), "setting"),
     (lambda: grbl.Home("XX"), "axes"),
     *((lambda bad=bad: grbl.Line(bad), "text") for bad in ("G1\n", "é", "?", "a!", "~", "\x18", 7)),
@@ -117,19 +104,6 @@ def test_numbers_are_read_as_grbl_reads_them(text, value):
 @every_row("text", ["", "-", ".", "X", "--1", "e5"])
 def test_what_is_no_number(text):
     assert take_number(text, 0) is None
-
-
-@every_row(
-    "text, writes",
-    [
-        *(("$1=255", True), ("$N0=G54", True), ("$I=arm", True), ("$RST=*", True)),
-        *(("G10L2P1X0", True), ("g 28.1", True), ("G90G30.1", True), ("(a)G10L20P0X1", True)),
-        *(("$$", False), ("$J=G91X1F1", False), ("G1X10", False), ("G28", False), ("$N", False)),
-        *(("G100", False), ("", False), ("G92.1", False)),
-    ],
-)
-def test_what_writes_eeprom_is_known(text, writes):
-    assert grbl.writes_eeprom(text) is writes
 
 
 # -- Answers ---------------------------------------------------------------------------------------

@@ -53,9 +53,7 @@ class Parts(ScriptRunner):
     def __init__(self, gripper="stepper", **device):
         made = config(device=device)
         self.settings, axes = made.device, BoardAxes.of(made)
-        host = Host(
-            Dialect(axes=axes.board(), ring_bytes=None, outputs=True, single_axis_homing=True)
-        )
+        host = Host(Dialect(axes=axes.board(), ring_bytes=None))
         super().__init__(None, host)
         self.board = BoardState(host, self.settings, axes)
         self.exchange = GrblExchange(self.io, host, self.board, self.settings, 1e-4)
