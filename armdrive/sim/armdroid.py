@@ -38,7 +38,6 @@ from firmware_protocol.armdroid import (
     InterfaceReported,
     OddSpeed,
     OffsetsReported,
-    Overrun,
     ReportArguments,
     SetSpeed,
     SpeedReported,
@@ -232,7 +231,7 @@ class ArmdroidBoard(Board):
                 self._turn(tuple(steps if channel == motor else 0 for channel in range(1, 7)))
             case HomeToOffsets():
                 self._turn(tuple(-offset for offset in self.offsets))
-            case Ignored() | Overrun():
+            case Ignored():
                 pass
             case _:
                 self._tell(event)

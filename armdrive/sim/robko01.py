@@ -24,7 +24,7 @@ from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json
 from armdrive.text.toml import setting
-from firmware_protocol.events import Overrun, Unreadable
+from firmware_protocol.events import Unreadable
 from firmware_protocol.fields import wrapped16
 from firmware_protocol.robko01 import (
     AXES,
@@ -374,7 +374,7 @@ class SimRobkoBoard(Board):
     def _take_up(self, now_s: float) -> None:
         codec = self._codec
         while codec.unanswered is None and (event := codec.next_event()) is not None:
-            if isinstance(event, Unreadable | Overrun):
+            if isinstance(event, Unreadable):
                 self._ignored += 1
             else:
                 self._answer_s = now_s + THINKS_S

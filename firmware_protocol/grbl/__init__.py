@@ -16,16 +16,13 @@ from firmware_protocol.grbl.answers import Alarm as Alarm
 from firmware_protocol.grbl.answers import Answer as Answer
 from firmware_protocol.grbl.answers import AxesInfo as AxesInfo
 from firmware_protocol.grbl.answers import Banner as Banner
-from firmware_protocol.grbl.answers import Bracketed as Bracketed
 from firmware_protocol.grbl.answers import BuildInfo as BuildInfo
 from firmware_protocol.grbl.answers import Error as Error
 from firmware_protocol.grbl.answers import Feedback as Feedback
 from firmware_protocol.grbl.answers import Info as Info
 from firmware_protocol.grbl.answers import Ok as Ok
-from firmware_protocol.grbl.answers import Parameter as Parameter
-from firmware_protocol.grbl.answers import ParserState as ParserState
+from firmware_protocol.grbl.answers import Remark as Remark
 from firmware_protocol.grbl.answers import Setting as Setting
-from firmware_protocol.grbl.answers import StartupEcho as StartupEcho
 from firmware_protocol.grbl.answers import State as State
 from firmware_protocol.grbl.answers import StatusReport as StatusReport
 from firmware_protocol.grbl.answers import Version as Version
@@ -51,11 +48,8 @@ from firmware_protocol.grbl.device import Device as Device
 from firmware_protocol.grbl.device import Empty as Empty
 from firmware_protocol.grbl.device import LineReader as LineReader
 from firmware_protocol.grbl.device import LineReceived as LineReceived
-from firmware_protocol.grbl.device import RealtimeReceived as RealtimeReceived
 from firmware_protocol.grbl.device import Rejected as Rejected
-from firmware_protocol.grbl.device import Request as Request
 from firmware_protocol.grbl.device import Unusable as Unusable
-from firmware_protocol.grbl.device import clean_line as clean_line
 from firmware_protocol.grbl.device import parse_line as parse_line
 from firmware_protocol.grbl.dialect import AXIS_LETTERS as AXIS_LETTERS
 from firmware_protocol.grbl.dialect import FLUIDNC as FLUIDNC
@@ -64,6 +58,7 @@ from firmware_protocol.grbl.dialect import GRBLHAL as GRBLHAL
 from firmware_protocol.grbl.dialect import Dialect as Dialect
 from firmware_protocol.grbl.dialect import Variant as Variant
 from firmware_protocol.grbl.dialect import write_number as write_number
+from firmware_protocol.grbl.dialect import written as written
 from firmware_protocol.grbl.gcode import AxisUse as AxisUse
 from firmware_protocol.grbl.gcode import Block as Block
 from firmware_protocol.grbl.gcode import GcodeError as GcodeError

@@ -18,7 +18,7 @@ from types import MappingProxyType
 
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.fields import message
-from firmware_protocol.grbl.answers import ParserState
+from firmware_protocol.grbl.answers import Remark
 from firmware_protocol.grbl.codes import error_code
 from firmware_protocol.grbl.dialect import Dialect, take_number, write_number
 
@@ -245,11 +245,11 @@ class Modal:
     speed: float = 0.0
 
     @property
-    def report(self) -> ParserState:
+    def report(self) -> Remark:
         """The answer to `$G`."""
-        modes = (self.motion, self.coordinates, self.plane, self.units, self.distance)
+        modes = (self.motion, self.coordinates, self.plane, self.units, self.distance, "G94")
         numbers = (f"T{self.tool}", f"F{write_number(self.feed)}", f"S{write_number(self.speed)}")
-        return ParserState((*modes, "G94", self.spindle, self.coolant, *numbers))
+        return Remark(f"[GC:{' '.join((*modes, self.spindle, self.coolant, *numbers))}]")
 
     def during(self, block: Block) -> Modal:
         """Return the modes while a block is executed; raises `GcodeError`."""

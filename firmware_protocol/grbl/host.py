@@ -26,10 +26,10 @@ from firmware_protocol.grbl.answers import (
     Alarm,
     Answer,
     Banner,
-    Bracketed,
     Error,
     Info,
     Ok,
+    Remark,
     StatusReport,
     Version,
     WordedAlarm,
@@ -273,7 +273,7 @@ class Host(LineHost[Event]):
 
     def _learn(self, answer: object) -> None:
         """Learn the firmware from the answers to `$I`."""
-        if answer == Bracketed("FIRMWARE:grblHAL"):
+        if answer == Remark("[FIRMWARE:grblHAL]"):
             self.dialect = replace(self.dialect, variant=Variant.GRBLHAL)
         elif isinstance(answer, Version) and "FluidNC" in answer.version:
             self.dialect = replace(self.dialect, variant=Variant.FLUIDNC)

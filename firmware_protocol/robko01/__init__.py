@@ -5,7 +5,6 @@ The ESP32 retrofit (robko01/robko01_retrofit_fw) also reads lines that look like
 once, takes absolute positions and does not wait for the motion.
 """
 
-from firmware_protocol.events import Overrun as Overrun
 from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
 from firmware_protocol.robko01.endpoints import Answered as Answered

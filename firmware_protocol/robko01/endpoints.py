@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.events import Overrun, Stray, Unreadable
+from firmware_protocol.events import Stray, Unreadable
 from firmware_protocol.fields import message
 from firmware_protocol.robko01.frames import FrameSplitter, SuperFrame
 from firmware_protocol.robko01.messages import (
@@ -30,11 +30,6 @@ class Endpoint:
         self._counts_check = counts_check
         self._frames = FrameSplitter(counts_check=counts_check)
         self._request: Request | None = None
-
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._frames.buffered
 
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the other end in any chunks."""
@@ -71,7 +66,7 @@ class Answered:
     answer: Answer
 
 
-Event: TypeAlias = Answered | Stray | Unreadable | Overrun
+Event: TypeAlias = Answered | Stray | Unreadable
 
 
 class Host(Endpoint):
@@ -144,7 +139,7 @@ def _answers(request: Request, answer: Answer) -> bool:
 # The arm's end, which handles one request at a time. The owner sends the answer or drops the
 # request (`forget`), as the firmware does with unimplemented operations.
 
-DeviceEvent: TypeAlias = Request | Unreadable | Overrun
+DeviceEvent: TypeAlias = Request | Unreadable
 """The firmware silently drops what is no request."""
 
 

@@ -229,11 +229,6 @@ class Device:
         """The command that still needs an answer."""
         return self._request
 
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._lines.buffered
-
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the host in any chunks."""
         self._lines.feed(data)

@@ -77,7 +77,7 @@ def _host_saw_one(host: robko01.Host) -> bool:
 def _device_saw_one(device: robko01.Device) -> bool:
     seen = False
     while (event := device.next_event()) is not None:
-        if not isinstance(event, robko01.Unreadable | robko01.Overrun):
+        if not isinstance(event, robko01.Unreadable):
             seen = True
             device.send(robko01.Acknowledged(event.op, robko01.Status.ERROR))
     return seen

@@ -51,8 +51,5 @@ def _device_saw_one(device: teachmover.Device) -> bool:
 
 
 LINES = COMMANDS.map(lambda command: encode_command(command, teachmover.ATTENTION))
-MOST_HELD = 256 * 256 + 256
-HOST = FuzzCase(
-    "teachmover host", teachmover.Host, REPLIES.map(encode_reply), _host_saw_one, MOST_HELD
-)
-DEVICE = FuzzCase("teachmover device", teachmover.Device, LINES, _device_saw_one, MOST_HELD)
+HOST = FuzzCase("teachmover host", teachmover.Host, REPLIES.map(encode_reply), _host_saw_one)
+DEVICE = FuzzCase("teachmover device", teachmover.Device, LINES, _device_saw_one)

@@ -10,18 +10,17 @@ from typing import Any
 
 from armdrive.sim.grbl.board import GrblBoard
 from armdrive.sim.grbl.firmware import LOCATE, MINUTE_S, SEARCH
-from armdrive.sim.grbl.parser import STORED
 from firmware_protocol.grbl import (
-    Bracketed,
     Feedback,
     Home,
-    Parameter,
     Realtime,
+    Remark,
     SetSetting,
     Setting,
     State,
     SystemCommand,
     keys,
+    written,
 )
 
 # --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
@@ -173,7 +172,7 @@ def run_path(board: GrblBoard, line: str) -> int | None:
     except ValueError:
         given = math.nan
     if not math.isfinite(given):
-        board.say(Bracketed("MSG:ERR: Bad numeric value"))
+        board.say(Feedback("ERR: Bad numeric value"))
         return 0
     code = board.settings.store(number, given)
     board.drive.rack.limits = board.settings.limits()
@@ -208,7 +207,7 @@ def refused_command(board: GrblBoard, line: str, code: int) -> int:
 
 
 def _help(board: GrblBoard, _: SystemCommand) -> int:
-    board.say(Bracketed(f"HLP:{_HELP}"))
+    board.say(Remark(f"[HLP:{_HELP}]"))
     return 0
 
 
@@ -227,17 +226,15 @@ def _parser_state(board: GrblBoard, _: SystemCommand) -> int:
 
 def _parameters(board: GrblBoard, _: SystemCommand) -> int:
     parser = board.parser
-    for name in STORED:
-        board.say(Parameter(name, parser.stored[name]))
-    board.say(Parameter("G92", parser.g92))
-    board.say(Parameter("TLO", (0.0,)))
-    board.say(Parameter("PRB", parser.zero, success=False))
+    for name, place in (*parser.stored.items(), ("G92", parser.g92), ("TLO", (0.0,))):
+        board.say(Remark(f"[{name}:{written(place)}]"))
+    board.say(Remark(f"[PRB:{written(parser.zero)}:0]"))  # 0: no probing has touched anything
     return 0
 
 
 def _build(board: GrblBoard, _: SystemCommand) -> int:
     for text in board.firmware.info:
-        board.say(Bracketed(text.format(axes=board.axes, many=len(board.axes))))
+        board.say(Remark(f"[{text.format(axes=board.axes, many=len(board.axes))}]"))
     return 0
 
 
