@@ -30,7 +30,6 @@ from firmware_protocol.armdroid import (
     ArgumentsReported,
     Device,
     DriveAll,
-    DriveNone,
     DriveOne,
     HomeToOffsets,
     Ignored,
@@ -251,7 +250,7 @@ class ArmdroidBoard(Board):
             case ZeroOffsets():
                 self.drive.set_counts((0,) * len(self.world.motors), self.now_s)
                 self._answer(OffsetsReported(self.offsets))
-            case _Report() | DriveNone():
+            case _Report():
                 self._answer(OffsetsReported(self.offsets))
             case ReportArguments():
                 self._answer(ArgumentsReported(self._codec.arguments, self._codec.accumulator))

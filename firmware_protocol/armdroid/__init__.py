@@ -18,7 +18,6 @@ from firmware_protocol.armdroid.messages import ArgumentsReported as ArgumentsRe
 from firmware_protocol.armdroid.messages import Clear as Clear
 from firmware_protocol.armdroid.messages import Command as Command
 from firmware_protocol.armdroid.messages import DriveAll as DriveAll
-from firmware_protocol.armdroid.messages import DriveNone as DriveNone
 from firmware_protocol.armdroid.messages import DriveOne as DriveOne
 from firmware_protocol.armdroid.messages import DropArguments as DropArguments
 from firmware_protocol.armdroid.messages import HomeToOffsets as HomeToOffsets

@@ -24,7 +24,6 @@ from firmware_protocol.armdroid.messages import (
     Clear,
     Command,
     DriveAll,
-    DriveNone,
     DriveOne,
     DropArguments,
     HomeToOffsets,
@@ -186,7 +185,7 @@ class Device:
     """The protocol machine of a simulated board. Raises `LocalProtocolError` if misused.
 
     The host's `Clear` and `DropArguments` arrive as the board interprets them: as a `DriveOne` of 0
-    steps or a `DriveNone`. Text of other dialects is interpreted in the same way: the `D` in
+    steps. Text of other dialects is interpreted in the same way: the `D` in
     `@READ` is a `DriveAll` by the kept arguments.
     """
 
@@ -308,4 +307,4 @@ class Device:
         if letter == "D":
             return DriveAll((*self._arguments, value))
         motor = self._arguments[0] & 0xFF  # a uint8_t in the library's call
-        return DriveOne(motor, value) if 1 <= motor <= MOTORS else DriveNone(motor, value)
+        return DriveOne(motor, value)

@@ -74,21 +74,16 @@ class Host(LineHost[Event]):
     """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
     There is no clock: the caller decides when to give up on an answer, and when a dump has ended.
-    No end mark is known, so the caller waits for a quiet line.
+    No end mark is known, so the caller waits for a quiet line. Commands start with `ATTENTION`: no
+    driver sends `Arm`, which would change that.
     """
 
     def __init__(self) -> None:
-        self._attention = ATTENTION
         super().__init__(CR, padding=NOISE)
         self._awaits = Due.NOTHING
         self._command: Command | None = None
         self._rows: list[ProgramRow] = []
         self._dump_over = False
-
-    @property
-    def attention(self) -> str:
-        """The character that commands currently start with."""
-        return self._attention
 
     @property
     def outstanding(self) -> Command | None:
@@ -114,7 +109,7 @@ class Host(LineHost[Event]):
             )
         self._keep_early()
         self._mark_early()
-        data = encode_command(command, self._attention)
+        data = encode_command(command, ATTENTION)
         self._command, self._awaits = command, Due.STATUS
         return data
 
@@ -139,8 +134,7 @@ class Host(LineHost[Event]):
         Its answer may still come, and nothing in it names the command. Before the next `send` a
         late answer is a `Stray`; after it, a late status line is taken for the answer to the new
         command. So wait until the line has been quiet for longer than any motion lasts, call
-        `discard`, and send `Read` next: its register line reveals a mix-up. An abandoned `Arm` may
-        or may not have taken effect.
+        `discard`, and send `Read` next: its register line reveals a mix-up.
         """
         command = self._command
         self._finish()
@@ -171,8 +165,6 @@ class Host(LineHost[Event]):
         if status is Status.DONE and following is not None:
             self._awaits = following
             return None
-        if status is Status.DONE and isinstance(command, Arm):
-            self._attention = command.attention
         return self._complete(Completed(command, status))
 
     def _end_of_dump(self) -> Event | None:

@@ -196,7 +196,6 @@ def test_failure_and_the_stop_key_complete_any_command(command, status):
     host = asked(command)
     assert events(host, encode_reply(status)) == [Completed(command, status)]
     assert host.outstanding is None
-    assert host.attention == "@"
 
 
 @every_row("command", [c for c in EVERY_COMMAND if not isinstance(c, Read | QDump)])
@@ -306,14 +305,6 @@ def test_a_dump_given_up_leaves_no_rows_for_the_next():
     assert events(host) == [Completed(QDump(), Status.DONE, rows=())]
 
 
-def test_the_attention_character_changes_when_the_arm_has_agreed():
-    host = asked(Arm("#"))
-    assert host.attention == "@"
-    assert events(host, b"1\r") == [Completed(Arm("#"), Status.DONE)]
-    assert host.attention == "#"
-    assert host.send(Read()) == b"#READ\r"
-
-
 def test_lines_that_nobody_asked_for_are_stray_when_readable():
     host = Host()
     found = events(host, b"1\r" + REGISTER_LINE + ROW_LINE + b"hello\r")
@@ -354,8 +345,8 @@ DUMPS = st.lists(ROWS, max_size=4)
 
 @st.composite
 def exchanges(draw: st.DrawFn) -> tuple[teachmover.Command, list[teachmover.Reply]]:
-    """Draw a command and the replies that make up its whole answer."""
-    command = draw(COMMANDS)
+    """Draw a command of a host, which never sends `Arm`, and the replies of its whole answer."""
+    command = draw(COMMANDS.filter(lambda each: not isinstance(each, Arm)))
     status = draw(STATUSES)
     if status is teachmover.Status.DONE and isinstance(command, teachmover.Read):
         return command, [status, draw(REGISTERS)]
@@ -383,20 +374,7 @@ def test_every_script_arrives_whole_at_both_ends(script, data):
             host.end_dump()
             found = events(host)
         assert found == [expected(command, replies)]
-        assert host.attention == device.attention
         assert (host.outstanding, device.unanswered) == (None, None)
-
-
-@given(st.lists(st.sampled_from("@#!/$~"), min_size=1, max_size=6), st.data())
-def test_the_attention_character_can_change_again_and_again(signs, data):
-    host, device = teachmover.Host(), teachmover.Device()
-    for sign in signs:
-        assert carried(data.draw, host.send(teachmover.Arm(sign)), device) == [teachmover.Arm(sign)]
-        carried(data.draw, device.send(teachmover.Status.DONE), host)
-        line = host.send(teachmover.Read())
-        assert line == f"{sign}READ\r".encode()
-        assert carried(data.draw, line, device) == [teachmover.Read()]
-        carried(data.draw, device.send(teachmover.Status.FAILED), host)
 
 
 @given(NOISE_BYTES, exchanges(), st.data())

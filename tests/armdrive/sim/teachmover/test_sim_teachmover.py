@@ -172,7 +172,8 @@ class TestCommands:
 
     def test_another_attention_character_holds_from_then_on(self, bench):
         assert bench.ask(Arm("#")).status is Status.DONE
-        assert registers(bench) == (0,) * 6
+        bench.link.write(b"#READ\r", bench.now_s)
+        assert bench.pass_time(1.0) == b"1\r0,0,0,0,0,0,0\r"
         bench.link.write(b"@READ\r", bench.now_s)
         assert bench.pass_time(1.0) == b""
 
