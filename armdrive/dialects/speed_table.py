@@ -39,8 +39,6 @@ class SpeedTable:
                 "speed_table needs two or more pairs [setting, steps per second], both rising, "
                 "for example [[0, 30], [240, 470]]"
             )
-        if self.points[-1][0] - self.points[0][0] > MOST_SETTINGS:
-            raise ArmFileError(f"speed_table spans more than {MOST_SETTINGS} settings")
 
     @property
     def settings(self) -> Sequence[int]:
@@ -149,8 +147,6 @@ class SpeedMeter:
         """Return how long the end of these steps is awaited."""
         return TIMEOUT_FACTOR * self.longest_s(steps, setting)
 
-
-MOST_SETTINGS = 10_000
 
 TIMEOUT_FACTOR = 2.0
 """The timeout of a motion, as a multiple of the slowest arm's time."""

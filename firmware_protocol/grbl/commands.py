@@ -91,7 +91,11 @@ Command: TypeAlias = SystemCommand | Home | SetSetting | Line
 
 
 class Realtime(IntEnum):
-    """One byte each; legal at any time, with no `ok`."""
+    """One byte each; legal at any time, with no `ok`.
+
+    Those that neither the driver nor the simulated board uses are left out: they are over 0x7F, so
+    a board throws them away.
+    """
 
     SOFT_RESET = 0x18
     """Empties ring and planner; in motion it raises ALARM:3. A banner follows."""
@@ -101,20 +105,14 @@ class Realtime(IntEnum):
     STATUS = ord("?")
     RESUME = ord("~")
     STATUS_ALIAS = 0x80
-    """grblHAL only, as are the next three."""
+    """grblHAL only, as are the next two."""
     RESUME_ALIAS = 0x81
     FEED_HOLD_ALIAS = 0x82
-    PARSER_STATE = 0x83
     SAFETY_DOOR = 0x84
     JOG_CANCEL = 0x85
     """Ignored unless the state is Jog already; on GRBL it does not clear unread lines."""
     FULL_STATUS = 0x87
-    """grblHAL only, as are the next five."""
-    OPTIONAL_STOP = 0x88
-    SINGLE_BLOCK = 0x89
-    FAN = 0x8A
-    PENDANT_MODE = 0x8B
-    AUTO_REPORT = 0x8C
+    """grblHAL only."""
     FEED_100 = 0x90
     FEED_PLUS_10 = 0x91
     FEED_MINUS_10 = 0x92
@@ -128,13 +126,7 @@ class Realtime(IntEnum):
     SPINDLE_MINUS_10 = 0x9B
     SPINDLE_PLUS_1 = 0x9C
     SPINDLE_MINUS_1 = 0x9D
-    SPINDLE_STOP = 0x9E
     FLOOD_TOGGLE = 0xA0
-    MIST_TOGGLE = 0xA1
-    PID_REPORT = 0xA2
-    """grblHAL only, as are the next two."""
-    TOOL_ACKNOWLEDGE = 0xA3
-    PROBE_TOGGLE = 0xA4
 
 
 GRBLHAL_ONLY = frozenset(
@@ -143,16 +135,7 @@ GRBLHAL_ONLY = frozenset(
         Realtime.STATUS_ALIAS,
         Realtime.RESUME_ALIAS,
         Realtime.FEED_HOLD_ALIAS,
-        Realtime.PARSER_STATE,
         Realtime.FULL_STATUS,
-        Realtime.OPTIONAL_STOP,
-        Realtime.SINGLE_BLOCK,
-        Realtime.FAN,
-        Realtime.PENDANT_MODE,
-        Realtime.AUTO_REPORT,
-        Realtime.PID_REPORT,
-        Realtime.TOOL_ACKNOWLEDGE,
-        Realtime.PROBE_TOGGLE,
     }
 )
 """What GRBL 1.1 itself does not have."""
