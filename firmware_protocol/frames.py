@@ -95,11 +95,6 @@ class Unpacker:
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes in any chunks; return the frames that they complete."""
-        if not self._pending:  # fast path: most polls of a bus bring nothing or one whole record
-            if not data:
-                return []
-            if len(data) <= RECORD_MAX and (frame := _whole(bytes(data))) is not None:
-                return [frame]
         self._pending += data
         frames: list[Frame] = []
         at = 0
