@@ -3,7 +3,7 @@
 The table from a TeachMover's SP to half-steps a second was never published, so the arm file's
 table is an assumption. The meter compares each answer with it, and bursts are shortened if the arm
 is slower. Until a part of the table has been measured, the arm is assumed to be slower by the
-`doubt` in the arm file. Arms without a table use the meter of a single part.
+arm file's `speed_margin`. Arms without a table use the meter of a single part.
 """
 
 from __future__ import annotations

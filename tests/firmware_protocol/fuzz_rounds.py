@@ -30,7 +30,6 @@ FRAMES_KEPT = 6
 """So far up the stack an allocation is looked for in a codec."""
 
 MOST_GROWN_BYTES = 1 << 14
-MOST_FLOODED_BYTES = 1 << 20
 RESYNC_EVERY = 10
 
 
@@ -213,20 +212,3 @@ def _is_a_codecs(trace: tracemalloc.Trace) -> bool:
     """Return whether a codec or its test has allocated something; faster than a `Filter`."""
     files = [frame.filename for frame in trace.traceback]
     return any("firmware_protocol" in file for file in files) and tracemalloc.__file__ not in files
-
-
-def flooded_bytes(case: FuzzCase, seed: int, frames: int) -> int:
-    """Return the memory that frames take whose events nobody fetches."""
-    rng = random.Random(f"{case.name} {seed} flood")
-    machine = case.make()
-    case.good(rng)  # draws the frames now, since that takes memory
-    tracemalloc.start(FRAMES_KEPT)
-    try:
-        for _ in range(frames):
-            feed(machine, rng, damaged(rng, case.good))
-        held = _held_bytes()
-    finally:
-        tracemalloc.stop()
-    if held > MOST_FLOODED_BYTES:
-        raise Violation(frames, f"{held} bytes in use when no event is fetched")
-    return held
