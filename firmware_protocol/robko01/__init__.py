@@ -1,4 +1,4 @@
-"""The Robko 01's SUPER protocol: messages, host and device.
+"""The Robko 01's SUPER protocol: messages, frames and host.
 
 The ESP32 retrofit (robko01/robko01_retrofit_fw) also reads lines that look like a TeachMover's
 (`@STEP`, `@READ`, ...). That is another dialect, which is not supported here: it answers OK at
@@ -8,8 +8,6 @@ once, takes absolute positions and does not wait for the motion.
 from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
 from firmware_protocol.robko01.endpoints import Answered as Answered
-from firmware_protocol.robko01.endpoints import Device as Device
-from firmware_protocol.robko01.endpoints import DeviceEvent as DeviceEvent
 from firmware_protocol.robko01.endpoints import Event as Event
 from firmware_protocol.robko01.endpoints import Host as Host
 from firmware_protocol.robko01.frames import FLUSH as FLUSH

@@ -1,6 +1,11 @@
-"""Both ends of the SUPER protocol: requests from the host, answers from the arm. No clock, no I/O.
+"""The host's end of the SUPER protocol: requests out, answers in. No clock, no I/O.
 
-At most one request is unanswered, and no input from the other end raises.
+An answer matches if it has the request's operation, began to arrive after the request was sent and,
+for a `Ping`, returns its bytes. Any other answer is `Stray`; bytes that are not an answer are
+`Unreadable`. Neither changes the state. At most one request is unanswered, and no input raises.
+
+The arm's end is the simulated board itself: it reads bytes as the firmware does, which loses frames
+that `FrameSplitter` would find.
 """
 
 from __future__ import annotations
@@ -17,45 +22,8 @@ from firmware_protocol.robko01.messages import (
     Pong,
     Request,
     decode_answer,
-    decode_request,
-    encode_answer,
     encode_request,
 )
-
-
-class Endpoint:
-    """The common part of both ends: the received frames, and the request without an answer."""
-
-    def __init__(self, *, counts_check: bool = False) -> None:
-        self._counts_check = counts_check
-        self._frames = FrameSplitter(counts_check=counts_check)
-        self._request: Request | None = None
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the other end in any chunks."""
-        self._frames.feed(data)
-
-    def silence(self) -> None:
-        """Report that the line has been quiet for longer than any pause within a frame.
-
-        The incomplete frame is abandoned, and its bytes are searched for other frames. A host calls
-        this before `forget`; the firmware has nothing like it.
-        """
-        self._frames.silence()
-
-    def forget(self) -> Request | None:
-        """Drop the unanswered request and return it."""
-        request, self._request = self._request, None
-        return request
-
-    def discard(self) -> None:
-        """Discard all received bytes and unread events; the unanswered request stays."""
-        self._frames.discard()
-
-
-# The host's end. An answer matches if it has the request's operation, began to arrive after the
-# request was sent and, for a `Ping`, returns its bytes. Any other answer is `Stray`; bytes that are
-# not an answer are `Unreadable`. Neither changes the state.
 
 
 @message()
@@ -69,7 +37,7 @@ class Answered:
 Event: TypeAlias = Answered | Stray | Unreadable
 
 
-class Host(Endpoint):
+class Host:
     """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
     The arm silently drops frames that it cannot parse, so the caller must call `forget` after a
@@ -77,7 +45,9 @@ class Host(Endpoint):
     """
 
     def __init__(self, *, counts_check: bool = False) -> None:
-        super().__init__(counts_check=counts_check)
+        self._counts_check = counts_check
+        self._frames = FrameSplitter(counts_check=counts_check)
+        self._request: Request | None = None
         self._sent_at = 0
 
     @property
@@ -100,6 +70,10 @@ class Host(Endpoint):
         self._request, self._sent_at = request, self._frames.received
         return data
 
+    def receive_data(self, data: bytes) -> None:
+        """Take bytes from the arm in any chunks."""
+        self._frames.feed(data)
+
     def next_event(self) -> Event | None:
         """Return the next event from the bytes received so far, or None."""
         frame = self._frames.next_frame()
@@ -120,7 +94,19 @@ class Host(Endpoint):
         requests, so no late answer follows the answer to the `Ping`. Send `FLUSH` first, in case
         the arm waits for the rest of a corrupt frame.
         """
-        return super().forget()
+        request, self._request = self._request, None
+        return request
+
+    def silence(self) -> None:
+        """Report that the line has been quiet for longer than any pause within a frame.
+
+        The incomplete frame is abandoned, and its bytes are searched for other frames.
+        """
+        self._frames.silence()
+
+    def discard(self) -> None:
+        """Discard all received bytes and unread events; the unanswered request stays."""
+        self._frames.discard()
 
     def _accept(self, frame: SuperFrame, answer: Answer) -> Event:
         request = self._request
@@ -134,46 +120,3 @@ def _answers(request: Request, answer: Answer) -> bool:
     if isinstance(request, Ping) and isinstance(answer, Pong):
         return answer.payload == request.payload
     return answer.op is request.op
-
-
-# The arm's end, which handles one request at a time. The owner sends the answer or drops the
-# request (`forget`), as the firmware does with unimplemented operations.
-
-DeviceEvent: TypeAlias = Request | Unreadable
-"""The firmware silently drops what is no request."""
-
-
-class Device(Endpoint):
-    """The protocol machine of a simulated arm. Raises `LocalProtocolError` if misused.
-
-    After a corrupt frame it finds good frames that the firmware's reader would swallow.
-    """
-
-    @property
-    def unanswered(self) -> Request | None:
-        """The request that still needs an answer."""
-        return self._request
-
-    def next_event(self) -> DeviceEvent | None:
-        """Return the next request; None if there is none or an answer is outstanding."""
-        if self._request is not None:
-            return None
-        frame = self._frames.next_frame()
-        if not isinstance(frame, SuperFrame):
-            return frame
-        try:
-            self._request = decode_request(frame)
-        except RemoteProtocolError as error:
-            return Unreadable(frame.raw, str(error))
-        return self._request
-
-    def send(self, answer: Answer) -> bytes:
-        """Return the bytes of the answer to the current request.
-
-        Raises `LocalProtocolError` without a request, or for another operation.
-        """
-        if self._request is None or answer.op is not self._request.op:
-            owed = f"{self._request.op.name} is unanswered" if self._request else "nothing is owed"
-            raise LocalProtocolError(f"{owed}, so an answer to {answer.op.name} cannot be sent")
-        self._request = None
-        return encode_answer(answer, counts_check=self._counts_check)

@@ -163,10 +163,10 @@ def test_a_machine_without_mistakes_passes():
 
 
 def test_the_command_prints_a_row_for_each_end_and_how_to_repeat_a_failure(capsys, monkeypatch):
-    assert fuzz_codecs.main(["--frames", "120", "--codec", "robko01"]) == 0
+    assert fuzz_codecs.main(["--frames", "120", "--codec", "armdroid"]) == 0
     printed = capsys.readouterr().out
-    assert "robko01 host " in printed
-    assert "robko01 device " in printed
+    assert "armdroid host " in printed
+    assert "armdroid device " in printed
     monkeypatch.setattr(fuzz_codecs, "registered", lambda codecs: [case_of("deaf")])
     assert fuzz_codecs.main(["--frames", "120", "--seed", "5"]) == 1
     assert "--codec echo --seed 5 --frames 50" in capsys.readouterr().out
