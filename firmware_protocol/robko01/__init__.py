@@ -7,12 +7,12 @@ once, takes absolute positions and does not wait for the motion.
 
 from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
-from firmware_protocol.robko01.endpoints import Answered as Answered
-from firmware_protocol.robko01.endpoints import Event as Event
-from firmware_protocol.robko01.endpoints import Host as Host
 from firmware_protocol.robko01.frames import FLUSH as FLUSH
 from firmware_protocol.robko01.frames import FRAME_MAX as FRAME_MAX
 from firmware_protocol.robko01.frames import PAYLOAD_MAX as PAYLOAD_MAX
+from firmware_protocol.robko01.host import Answered as Answered
+from firmware_protocol.robko01.host import Event as Event
+from firmware_protocol.robko01.host import Host as Host
 from firmware_protocol.robko01.messages import AXES as AXES
 from firmware_protocol.robko01.messages import AXIS_NAMES as AXIS_NAMES
 from firmware_protocol.robko01.messages import Acknowledged as Acknowledged

@@ -52,7 +52,7 @@ from firmware_protocol.teachmover import (
     Unreadable,
 )
 from firmware_protocol.teachmover import Registers as RegistersRead
-from firmware_protocol.teachmover.endpoints import Event as HostEvent
+from firmware_protocol.teachmover.host import Event as HostEvent
 from kinematics.spaces import Motors
 
 LONGEST_ROW = len("-32768," * 8)
